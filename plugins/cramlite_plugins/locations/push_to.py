@@ -32,7 +32,7 @@ EIGHTHS = (0.0, 180.0, 90.0, 270.0, 45.0, 225.0, 135.0, 315.0)
 """The same of closed fingers in a thing."""
 SPOTS = ((0.0, 0.0), (0.02, 0.0), (0.0, 0.02), (0.0, -0.02), (-0.02, 0.0))
 """For these, from its middle, ahead and to the left [m]: where the hand is beside what stands beside the thing."""
-ASIDE = (0.06, -0.06, 0.12, -0.12)
+ASIDE = (0.05, -0.05, 0.09, -0.09, 0.13, -0.13)
 """Corners of a way around something, beside the straight one, to the left [m]."""
 OVER, DEEP = 0.002, 0.006  # finger tips in a thing, over its floor; the least that its rim stands up from that [m]
 SHORT = 1e-6  # [m]: no way at all
