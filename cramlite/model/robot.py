@@ -101,9 +101,15 @@ class Robot(Value):
         sensor_errors: of its force-torque sensor: what proofs under doubt reckon with.
         pace: how many times as fast as by default it moves where it touches nothing, and lowers what it holds; 2.5 is 0.25 m/s on
             straight lines, the reduced speed of ISO 10218, and 25 mm/s until contact.
+        posture: joint position that its own controller holds as nearly as the pose of the tool allows (weighted by inertia) [rad], where it
+            is the tool that it leads, and not the joints; None where programs command the joints.
+        conditioning: the smallest singular value of the Jacobian at the TCP, lengths in units of ``reach``, that it keeps where it stops
+            and on straight lines. More than 0 for an arm whose controller leads the tool: it comes through a singularity, as with the arm
+            stretched, with another posture than it was planned with.
 
     Raises:
-        ValueError: ``axis_zeros`` is not a finite angle for each joint, or ``force_limit`` or ``pace`` is out of its range.
+        ValueError: ``axis_zeros`` is not a finite angle for each joint, or ``force_limit``, ``pace`` or ``conditioning`` is out of its
+            range.
     """
 
     type: str
@@ -125,6 +131,8 @@ class Robot(Value):
     force_limit: float = FORCE_LIMIT
     sensor_errors: SensorErrors = SensorErrors()
     pace: float = 1.0
+    posture: tuple[float, ...] | None = None
+    conditioning: float = 0.0
 
     def __post_init__(self) -> None:
         zeros = self.axis_zeros
@@ -134,6 +142,8 @@ class Robot(Value):
             raise ValueError(f"robot '{self.type}': force_limit {self.force_limit:g} N is not in 0 .. {HIGHEST_FORCE_LIMIT:g} N")
         if not 0 < self.pace <= FASTEST:
             raise ValueError(f"robot '{self.type}': pace {self.pace:g} is not in 0 .. {FASTEST:g}")
+        if not 0 <= self.conditioning < 1:
+            raise ValueError(f"robot '{self.type}': conditioning {self.conditioning:g} is not in 0 .. 1")
 
     def start(self, mount: RobotMount) -> tuple[tuple[float, ...], float]:
         """Return the joint position [rad] and the gripper's opening [m] at the start: at home and open, else as the

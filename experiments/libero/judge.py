@@ -31,6 +31,8 @@ QUANTUM = 0.25
 """What one action changes of the command of the hand, -1 (open) to 1 (closed): 25 physics steps of 0.01 each (PandaGripper)."""
 SHUT = 0.0019
 """Between fingers that have closed on nothing when they have hardly moved for half a second [m]: they creep from 2.1 to 1 mm in 1 s."""
+CREEP = 0.002
+"""Of their way to an opening that fingers still have when they have hardly moved for half a second [m]: they were seen 1.5 mm before it."""
 PIXELS = 256
 HAND = "gripper0_right_gripper"
 
@@ -100,11 +102,12 @@ class Judge:
     def hello(self, **_: Any) -> dict[str, Any]:
         """Say what robot there is."""
         controller = self.env.robots[0].controller
-        lag = 2.0 / float(np.sqrt(controller.kp[0]))  # of a critically damped spring that is pulled along
+        inertia = 1.0 / float(controller.kp[0])  # of a critically damped spring, which is pulled along and holds an action for a period
+        lag = 2.0 * inertia**0.5 - 0.5 / RATE
         return {
-            "protocol": 1, "robot": "libero_panda", "actions": "deltas", "rate": RATE, "lag": lag, "spring": True,
+            "protocol": 1, "robot": "libero_panda", "actions": "deltas", "rate": RATE, "lag": lag, "inertia": inertia,
             "most": [float(controller.output_max[0]), float(controller.output_max[3])], "tolerance": [0.004, 0.02],
-            "fingers": OPEN * QUANTUM / 4 * 1.1, "closed": SHUT, "hesitation": 2 / QUANTUM / RATE + 0.05,
+            "fingers": OPEN * QUANTUM / 4 + CREEP, "closed": SHUT, "hesitation": 2 / QUANTUM / RATE + 0.05,
         } | self.feel()  # fmt: skip
 
     def step(self, delta: list[float], opening: float, grip: float) -> dict[str, Any]:

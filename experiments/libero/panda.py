@@ -21,14 +21,19 @@ from cramlite_plugins.robots.franka_hand import HEIGHT, TURN
 from cramlite_plugins.robots.parallel_gripper import Jaws, beside, finger
 
 FLANGE, SITE = 0.1065, 0.097
-ELBOW = 0.2
-"""Kept from the elbow's stop [rad]. The controller moves the tool and leaves the elbow to itself, so that the arm gets there with another
-turn of the wrist than planned, and with an elbow bent more: folded near its base it ended at the stop, 21 mm from a tool pose that the
-plan reached with the elbow 0.006 rad before it."""
+ELBOW = 0.1
+"""Kept from the elbow's stop [rad]: joints were seen as far as 0.13 rad from what POSTURE lets expect (10 % of 81 rests). Folded near
+its base an arm that was planned without it ended at the stop, 21 mm from its tool pose."""
 LIMITS = (
     (-2.8973, 2.8973), (-1.7628, 1.7628), (-2.8973, 2.8973), (-3.0718 + ELBOW, -0.0698),
     (-2.8973, 2.8973), (-0.0175, 3.7525), (-2.8973, 2.8973),
 )  # fmt: skip
+POSTURE = (0.0, -0.161, 0.0, -2.445, 0.0, 2.227, 0.785)
+"""Where LIBERO's robot begins, but for 0.02 rad, and what OSC_POSE pulls the joints to: MountedPanda's init_qpos."""
+CONDITIONING = 0.08
+"""Kept from stretched postures and other singularities: the controller treats position and rotation of the tool apart, and comes
+through the stretched elbow out on its other side, where it is stuck against its stop. Of 13 programs of the freeze with postures
+below 0.065 that were not wrist singularities 12 did so, and none of the 69 that kept 0.09."""
 TABLE = (*DH[:-1], (DH[-1][0], DH[-1][1] - 0.107 + FLANGE, DH[-1][2]))
 JAWS = Jaws(
     stroke=0.080, pad=(0.016, 0.020, 0.008), palm=HEIGHT, tip=0.106, back=(0.0105, 0.004), knuckle=(0.0105, 0.0075, 0.004), mass=0.11,
@@ -61,7 +66,7 @@ HAND = replace(
 )  # fmt: skip
 PANDA = replace(
     FR3, type="libero_panda", dh=TABLE, limits=LIMITS, velocity=(2.175,) * 4 + (2.61,) * 3, gripper=HAND, mjcf=mjcf, backend="stream",
-    pace=2.5,
+    pace=2.5, posture=POSTURE, conditioning=CONDITIONING,
 )  # fmt: skip
 
 

@@ -128,9 +128,10 @@ class Judge:
     def hello(self, **_: Any) -> dict[str, Any]:
         """Say what robot there is."""
         controller, robot = self.env.robots[0].part_controllers["right"], self.robot
-        lag = 2.0 / float(np.sqrt(controller.kp[0]))  # of a critically damped spring that is pulled along
+        inertia = 1.0 / float(controller.kp[0])  # of a critically damped spring, which is pulled along and holds an action for a period
+        lag = 2.0 * inertia**0.5 - 0.5 / RATE
         return {
-            "protocol": 1, "robot": robot.name, "actions": "deltas", "rate": RATE, "lag": lag,
+            "protocol": 1, "robot": robot.name, "actions": "deltas", "rate": RATE, "lag": lag, "inertia": inertia,
             "most": [float(controller.output_max[0]), float(controller.output_max[3])], "tolerance": [0.004, 0.02],
             "fingers": float(np.ptp(robot.opening)) * robot.quantum / 4 * 1.1, "hesitation": 2 / robot.quantum / RATE + 0.05,
         } | self.feel()  # fmt: skip

@@ -17,10 +17,12 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
+from msgspec.structs import replace
 
 from cramlite.model import Floats, Pose, Robot
 
 from . import numeric_inverse
+from .arm_inertia import inertia
 
 Joints = tuple[float, ...]
 Table = tuple[tuple[float, float, float], ...]
@@ -29,6 +31,8 @@ TURN = 2 * math.pi
 POLISH_M = 1e-9  # the Newton step stops below this position and rotation error [m, rad]
 EXACT = 1e-6  # a branch whose error stays above this is no solution [m, rad]
 SAME = 1e-5  # two branches nearer than this are one [rad]
+SETTLING, SETTLED, FURTHEST = 40, 1e-3, 0.15
+"""Steps of a self-motion, a step that is small enough to end it, and the largest [rad]."""
 STEPS = (0.48, 0.06)
 """Between the values at which the last of seven joints is locked [rad]: the second where nothing is found with the first."""
 
@@ -95,6 +99,11 @@ def smallest_singular_value(robot: Robot, q: Sequence[float]) -> float:
     return float(np.linalg.svd(scaled, compute_uv=False)[-1])
 
 
+def well_conditioned(robot: Robot, q: Sequence[float]) -> bool:
+    """Check whether joint positions are as far from a singularity as the robot keeps."""
+    return not robot.conditioning or smallest_singular_value(robot, q) >= robot.conditioning
+
+
 def refine(
     robot: Robot, target: Pose, q: Sequence[float], steps: int = 6, held: int | None = None
 ) -> Joints | None:
@@ -142,9 +151,12 @@ def has_closed_form(robot: Robot) -> bool:
 def inverse(robot: Robot, target: Pose, *, seed: Sequence[float] | None = None) -> tuple[Joints, ...]:
     """Solve inverse kinematics for the tcp: all solutions where a closed form is known, else many.
 
-    Every branch of the analytic solution is polished below 1e-6 m, and every whole turn that stays inside the joint limits is
+    Of an arm that its controller leads by the tool (``Robot.posture``) it is the one that it takes, and no other.
+
+    Else every branch of the analytic solution is polished below 1e-6 m, and every whole turn that stays inside the joint limits is
     a solution of its own. Of seven joints the last is locked at every value of a grid, where a closed form is known for the
-    others (``numeric_inverse`` for other arms), and the position nearest to the seed is looked for as well.
+    others (``numeric_inverse`` for other arms), and the position nearest to the seed is looked for as well. Solutions nearer to a
+    singularity than the robot's ``conditioning`` are left out.
 
     Args:
         target: of the tcp in the base frame.
@@ -152,20 +164,53 @@ def inverse(robot: Robot, target: Pose, *, seed: Sequence[float] | None = None) 
             difference first). None sorts by the distance to the robot's home.
 
     Returns:
-        Solutions, nearest first; empty when the pose is out of reach (see ``reach_shortfall``).
+        Solutions, nearest first; empty when there is none (see ``why_no_inverse``).
 
     Raises:
         ValueError: the robot has no DH table.
     """
     near = robot.home if seed is None else tuple(seed)
-    if has_closed_form(robot):
-        branches = _analytic(robot, target)
+    if robot.posture is not None:
+        branches = [q for q in (held_posture(robot, target),) if q and numeric_inverse.inside(robot, q) and well_conditioned(robot, q)]
+    elif has_closed_form(robot):
+        branches = [q for q in _analytic(robot, target) if well_conditioned(robot, q)]
     else:
         own = refine(robot, target, near, steps=12)
-        branches = [*_many(robot, target), *([own] if own and numeric_inverse.inside(robot, own) else [])]
+        held = own is not None and numeric_inverse.inside(robot, own) and well_conditioned(robot, own)
+        branches = [*_many(robot, target), *([own] if own and held else [])]
     turned = [w for branch in branches for w in _turns(robot, branch)]
     far = np.abs(np.array(turned).reshape(-1, len(near)) - near).max(axis=1)
     return tuple(turned[k] for k in np.argsort(far, kind="stable"))
+
+
+@lru_cache(maxsize=4096)
+def held_posture(robot: Robot, target: Pose) -> Joints | None:
+    """Solve inverse kinematics as the controller of an arm does that leads its tool, and holds ``Robot.posture`` beside.
+
+    The posture task acts in the dynamically consistent null space of the tool's (Khatib, IEEE J-RA 1987), so the arm comes to rest
+    where no self-motion n has a share of what is left: n^T M (posture - q) = 0. Limits are not checked.
+
+    Returns:
+        Joint positions; None where the tool cannot be led there from the posture.
+    """
+    assert robot.posture is not None
+    q, share, before = refine(robot, target, robot.posture, steps=30), 1.0, np.zeros(len(robot.joints))
+    for _ in range(SETTLING if len(robot.joints) > 6 else 0):
+        if q is None:
+            return None
+        way = _self_motion(robot, q, np.subtract(robot.posture, q))
+        if (size := float(np.abs(way).max())) < SETTLED:
+            break
+        share, before = share / 2 if way @ before < 0 else share, way  # it went too far
+        q = refine(robot, target, tuple(q + min(share, FURTHEST / size) * way), steps=8)
+    return q
+
+
+def _self_motion(robot: Robot, q: Joints, way: Floats) -> Floats:
+    """The share of a way in joint space that leaves the tool where it is, weighted by inertia."""
+    null = np.linalg.svd(jacobian(robot, q))[2][6:]
+    weighted = null @ inertia(robot, q)
+    return np.asarray(np.linalg.solve(weighted @ null.T, weighted @ way) @ null)
 
 
 def _analytic(robot: Robot, target: Pose) -> list[Joints]:
@@ -185,12 +230,16 @@ def _many(robot: Robot, target: Pose) -> tuple[Joints, ...]:
     rows = table(robot)
     if len(rows) == 7 and _solver(rows, 0.0).hasKnownDecomposition():
         grids = [] if reach_shortfall(robot, target) else [numeric_inverse.grid(robot.limits[-1], step) for step in STEPS]
-        return next((found for values in grids if (found := tuple(_locked(robot, target, values)))), ())
+        return _well(robot, next((found for values in grids if (found := tuple(_locked(robot, target, values)))), ()))
 
     def exact(q: Sequence[float], held: int | None) -> Joints | None:
         return refine(robot, target, q, steps=8, held=held)
 
-    return tuple(numeric_inverse.solutions(robot, target * robot.gripper.tcp.inverse(), exact))
+    return _well(robot, numeric_inverse.solutions(robot, target * robot.gripper.tcp.inverse(), exact))
+
+
+def _well(robot: Robot, found: Iterable[Joints]) -> tuple[Joints, ...]:
+    return tuple(q for q in found if well_conditioned(robot, q))
 
 
 def _locked(robot: Robot, target: Pose, values: Iterable[float]) -> Iterator[Joints]:
@@ -222,6 +271,19 @@ def _turns(robot: Robot, q: Joints) -> list[Joints]:
         first, last = math.ceil((low - value) / TURN - 1e-12), math.floor((high - value) / TURN + 1e-12)
         choices.append([min(max(value + TURN * k, low), high) for k in range(first, last + 1)])  # rounding
     return list(itertools.product(*choices))
+
+
+def why_no_inverse(robot: Robot, target: Pose) -> str:
+    """Explain why ``inverse`` has no solution for a pose, as a clause with numbers."""
+    if short := reach_shortfall(robot, target):
+        return short
+    if robot.posture is not None and (q := held_posture(robot, target)) and (outside := out_of_limits(robot, q)):
+        return f"led there by its tool, {outside}"
+    found = inverse(replace(robot, conditioning=0.0), target) if robot.conditioning else ()
+    if not found:
+        return "no inverse solution: the wrist cannot be turned that way there"
+    best = max(smallest_singular_value(robot, q) for q in found)
+    return f"all {len(found)} inverse solutions are near a singularity (smallest singular value {best:.3f}, {robot.conditioning} is kept)"
 
 
 def reach_shortfall(robot: Robot, target: Pose) -> str:

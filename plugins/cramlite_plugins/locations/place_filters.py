@@ -206,12 +206,11 @@ def beside(spot: Spot, wanted: Wanted) -> str:
 
 def reachable(spot: Spot, wanted: Wanted) -> str:
     """Check that inverse kinematics has solutions for the placement and its approach, whatever is in the way."""
-    from ..kinematics.kinematics import inverse, reach_shortfall
+    from ..kinematics.kinematics import inverse, why_no_inverse
 
     for pose, where in ((spot.before, ABOVE_IT), (spot.pose, "at it")):
         if not inverse(wanted.context.robot, pose, seed=wanted.belief.joints):
-            why = reach_shortfall(wanted.context.robot, pose)
-            return f"{where}: {why or 'no inverse solution: the wrist cannot be turned that way there'}"
+            return f"{where}: {why_no_inverse(wanted.context.robot, pose)}"
     return ""
 
 

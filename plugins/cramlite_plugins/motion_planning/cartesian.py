@@ -180,14 +180,18 @@ def _follow(robot: Robot, origin: Joints, goals: Sequence[Pose]) -> tuple[list[J
             return points, f"a joint would turn {turn:.2f} rad within one step, {_singular(robot, found)}"
         if reason := out_of_limits(robot, found):
             return points, reason
-        if smallest_singular_value(robot, found) < LEAST:
+        if smallest_singular_value(robot, found) < _least(robot):
             return points, _singular(robot, found)
         points.append(found)
     return points, ""
 
 
+def _least(robot: Robot) -> float:
+    return max(LEAST, robot.conditioning)
+
+
 def _singular(robot: Robot, q: Joints) -> str:
-    return f"near a singularity (smallest singular value {smallest_singular_value(robot, q):.4f}, {LEAST} is kept)"
+    return f"near a singularity (smallest singular value {smallest_singular_value(robot, q):.4f}, {_least(robot)} is kept)"
 
 
 def _stopped(scene: PlanningScene, points: Sequence[Joints]) -> tuple[int, Refusal] | None:

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from cramlite.model import Belief, EntityName, Location, Place, Pose, World, thing_of
 from cramlite.plugin import Context, Grounding, Unresolvable
 
-from ..kinematics.kinematics import forward, inverse, reach_shortfall
+from ..kinematics.kinematics import forward, inverse, why_no_inverse
 from ..shapes.mounts import mounts
 from .planner import in_the_way
 from .planning_scene import PlanningScene, scene
@@ -113,7 +113,7 @@ def collision_free_ik(place: PlanningScene, context: Context, pose: Pose, seed: 
     """
     solutions = inverse(context.robot, pose, seed=seed)
     if not solutions:
-        return Refusal(reach_shortfall(context.robot, pose) or "no inverse solution: the wrist cannot be turned that way there")
+        return Refusal(why_no_inverse(context.robot, pose))
     free = next((q for q in solutions[:TRIED] if place.free(q)), None)
     nearest = solutions[0]
     return free or Refusal(

@@ -89,7 +89,7 @@ def _pace(motion: Motion, context: Context) -> tuple[float, float]:
 
 def _goals(motion: Motion, place: Place, belief: Belief, context: Context, scene: Any) -> list[Any]:
     """Free joint positions at the stand-off from which a straight line leads on to the place."""
-    from ..kinematics.kinematics import inverse, reach_shortfall
+    from ..kinematics.kinematics import inverse, why_no_inverse
     from ..motion_planning.planner import in_the_way
     from ..motion_planning.reach import make_scene
     from ..motion_planning.space import Refusal
@@ -103,7 +103,7 @@ def _goals(motion: Motion, place: Place, belief: Belief, context: Context, scene
     if not goals:
         lines = [no for q in free if (no := why_no_straight_line(q, place, context, around)) is not None]
         if not solutions:
-            miss = Refusal(reach_shortfall(context.robot, place.before) or "the wrist cannot be turned that way there")
+            miss = Refusal(why_no_inverse(context.robot, place.before))
         else:
             miss = lines[0] if lines else Refusal(scene.why(solutions[0]), collision=scene.collision(solutions[0]))
         count = f"{len(solutions)} inverse solutions at the stand-off of {motion.to}, {len(free)} of them free"

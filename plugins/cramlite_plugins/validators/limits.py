@@ -1,4 +1,4 @@
-"""Validators of joint limits and joint speeds, before and after the text ran."""
+"""Validators of joint limits, joint speeds and singularities, before and after the text ran."""
 
 from __future__ import annotations
 
@@ -9,6 +9,10 @@ import numpy as np
 from cramlite.model import AnyStep, Joints, MoveJoints, Value, walk
 from cramlite.plugin import Candidate, Cost, Finding, Validator, hookimpl
 
+from .task_times import task_at
+
+LOOK = 0.1  # between samples that are looked at [s]
+PASSING = 0.8  # of what is kept where it stops: free motions are planned without looking at it
 OVERSHOOT = 1.05  # measured speeds may exceed the limit by this factor: the position servo lags, then catches up
 
 
@@ -60,6 +64,27 @@ class JointSpeeds(Value):
         )
 
 
+class Singularities(Value):
+    """Check that the arm kept its distance from singularities while the text ran, if it must keep one (``Robot.conditioning``)."""
+
+    name: str = "singularities"
+    cost: Cost = "rollout"
+
+    def check(self, candidate: Candidate) -> Iterator[Finding]:
+        from ..kinematics.kinematics import smallest_singular_value
+
+        rollout, robot = candidate.rollout, candidate.robot
+        if rollout is None or not robot.conditioning:
+            return
+        count = 1 + round((rollout.times[-1] - rollout.times[0]) / LOOK)
+        samples = np.unique(np.linspace(0, len(rollout.times) - 1, count).round().astype(int))
+        values = [smallest_singular_value(robot, rollout.joints[k]) for k in samples]
+        worst = int(np.argmin(values))
+        least, at = values[worst], int(samples[worst])
+        reason = f"smallest singular value {least:.3f} at {rollout.times[at]:.1f} s, {robot.conditioning} is kept"
+        yield Finding(self.name, least >= PASSING * robot.conditioning, reason, least, robot.conditioning, origin=task_at(candidate, at))
+
+
 @hookimpl
 def validators() -> Iterable[Validator]:
-    return [JointLimits(), JointSpeeds()]
+    return [JointLimits(), JointSpeeds(), Singularities()]

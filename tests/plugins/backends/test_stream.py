@@ -13,9 +13,11 @@ from conftest import ROOT, Run
 from cramlite.model import Drive, MoveJoints, MoveUntilContact, Program, Rollout, SetGripper, typed_code
 from cramlite.plugin import UserError
 from cramlite_plugins.backends.stream.backend import Stream
-from cramlite_plugins.backends.stream.run import drive
+from cramlite_plugins.backends.stream.messages import Action, Hello, State
+from cramlite_plugins.backends.stream.run import drive, stream
 from cramlite_plugins.robots.fr3 import FR3
 from cramlite_plugins.robots.ur5e import UR5E
+from cramlite_plugins.simulation.typed_program.machine import load_program
 
 HELPERS = ROOT / "tests" / "helpers"
 AWAY = (*UR5E.home[:5], UR5E.home[5] + 0.3)
@@ -110,6 +112,50 @@ def test_a_platform_and_another_robot_are_refused() -> None:
         Stream().emit(Program("test", "arm", "ur5e", UR5E.gripper.tcp, UR5E.home, (legs,), ()), UR5E)
     with pytest.raises(UserError, match="is not one for 'fr3'"):
         Stream().emit(PROGRAM, FR3)
+
+
+# What follows as a spring does
+
+
+class Spring:
+    """An arm whose joints are critically damped springs: they hold an action for its period, as an operational space controller does.
+
+    Args:
+        told: whether it says what its inertia does.
+    """
+
+    name = "spring"
+    frequency, rate, parts = 12.0, 20.0, 50  # of the springs [rad/s], of actions [Hz], physics steps of one
+
+    def __init__(self, told: bool) -> None:
+        self.told, self.q, self.speed, self.seen = told, np.array(UR5E.home), np.zeros(6), []
+
+    def hello(self) -> Hello:
+        w = self.frequency
+        return Hello(
+            protocol=1, robot="ur5e", actions="joints", rate=self.rate, lag=2 / w - 0.5 / self.rate, inertia=self.told / w**2,
+            joints=UR5E.home, opening=0.085, wrench=(0.0,) * 6,
+        )  # fmt: skip
+
+    def step(self, action: Action) -> State:
+        assert action.joints is not None
+        for _ in range(self.parts):
+            pull = self.frequency**2 * (np.array(action.joints) - self.q) - 2 * self.frequency * self.speed
+            self.speed = self.speed + pull / self.rate / self.parts
+            self.q = self.q + self.speed / self.rate / self.parts
+            self.seen.append(float(self.q[0]))
+        return State(joints=tuple(self.q.tolist()), opening=action.opening, wrench=(0.0,) * 6)
+
+
+@pytest.mark.parametrize(("told", "least", "most"), [(True, -0.005, 0.002), (False, 0.02, 0.1)])
+def test_a_spring_that_says_its_inertia_does_not_overshoot(told: bool, least: float, most: float) -> None:
+    end = UR5E.home[0] + 1.0
+    turn = MoveJoints(((end, *UR5E.home[1:]),), 1.0, 4.0)
+    arm = Spring(told)
+    loaded = load_program(typed_code(Program("test", "arm", "ur5e", UR5E.gripper.tcp, UR5E.home, (turn,), ())).text, UR5E)
+    ran = stream(loaded, UR5E, arm)
+    assert ran.outcome == "finished", ran.reason
+    assert least <= max(arm.seen) - end <= most
 
 
 # What is no answer

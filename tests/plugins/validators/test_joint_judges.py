@@ -13,7 +13,7 @@ from short_runs import COUNT, STEP, good, only
 from cramlite.model import AnyStep, Fallback, Joints, MoveJoints, MoveLinear, Pose, SetGripper, Wait
 from cramlite.plugin import Candidate
 from cramlite_plugins.robots.ur5e import UR5E
-from cramlite_plugins.validators.limits import JointLimits, JointSpeeds, validators
+from cramlite_plugins.validators.limits import JointLimits, JointSpeeds, Singularities, validators
 
 LOW, HIGH = UR5E.limits[3]
 
@@ -40,7 +40,7 @@ def turned(speed: float, joint: int = 0, sample: int = 40) -> Candidate:
 
 
 def test_all_of_them_are_asked() -> None:
-    assert [v.name for v in validators()] == ["joint_limits", "joint_speeds"]
+    assert [v.name for v in validators()] == ["joint_limits", "joint_speeds", "singularities"]
 
 
 @pytest.mark.parametrize(("value", "passes"), [(HIGH - 1e-6, True), (HIGH, True), (HIGH + 1e-6, False), (LOW, True), (LOW - 1e-6, False)])
@@ -104,3 +104,12 @@ def test_a_run_of_one_sample_has_no_speed() -> None:
         short = replace(base, times=base.times[:count], joints=base.joints[:count])
         assert len(list(JointSpeeds().check(replace(good(), rollout=short)))) == findings
     assert list(JointSpeeds().check(replace(good(), rollout=None))) == []
+
+
+@pytest.mark.parametrize(("elbow", "passes"), [(1.6, True), (0.02, False)])
+def test_an_arm_that_is_led_by_its_tool_keeps_away_from_being_stretched(elbow: float, passes: bool) -> None:
+    joints = np.tile(at(elbow, 2), (COUNT, 1))
+    led = replace(good(joints=joints), robot=replace(UR5E, conditioning=0.08))
+    found = only(Singularities(), led)
+    assert found.passed is passes and "0.08 is kept" in found.reason
+    assert list(Singularities().check(good(joints=joints))) == []  # one whose joints are commanded may

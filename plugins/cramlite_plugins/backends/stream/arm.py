@@ -52,7 +52,7 @@ class StreamedArm(CommandedArm):
         self.watch = SafetyWatch(Safety(), robot, np.ones(len(robot.joints)), self.period)
         self.tare = np.zeros(6)
         self.clock = self.late = 0.0
-        self.response = Response(hello.lag, hello.spring, self.period, len(robot.joints))
+        self.response = Response(hello.lag, hello.inertia, self.period, len(robot.joints))
 
     # What it measures
 
@@ -108,8 +108,9 @@ class StreamedArm(CommandedArm):
             self.motion = None if self._arrived() else motion
 
     def _action(self, rate: Floats, correction: Floats) -> Action:
-        """The action of this period: the command, ahead by the lag."""
-        ahead, hand = self.q + self.response.lead(rate), Action(opening=round(self.gripper.command, 6), grip=self.gripper.force)
+        """The action of this period: the command, ahead by the lag and by what inertia leaves it behind, so that it brakes in time."""
+        ahead = self.q + self.response.lead(rate, self.force_mode is not None)
+        hand = Action(opening=round(self.gripper.command, 6), grip=self.gripper.force)
         if self.hello.actions == "joints":
             low, high = np.array(self.arm.limits).T
             return replace(hand, joints=tuple(np.clip(ahead, low, high).round(9).tolist()))
@@ -135,7 +136,7 @@ class StreamedArm(CommandedArm):
         q = self.kinematics.follow(place, self.q) if isinstance(place, Pose) else place
         if q is None:
             return True  # _command says what is wrong
-        ahead = q + self.response.lead((q - self.q) / self.period)
+        ahead = q + self.response.lead((q - self.q) / self.period, compliant=False)
         return self._fit(self._way(self.kinematics.forward(ahead)) + correction) >= 1.0
 
     def _fit(self, delta: Floats) -> float:

@@ -45,9 +45,10 @@ class Hello(State, kw_only=True):
         robot: type, as cramlite's robots have it.
         actions: what it takes: joint positions, or deltas of the end effector from where it is.
         rate: actions in a second [Hz].
-        lag: how long it stays behind what it is told while it moves [s]; actions are that much ahead.
-        spring: whether it follows as a critically damped spring of the frequency 2 / lag, as robosuite's OSC_POSE does: actions are then
-            ahead by what speeds it up, too, and deltas hold it more stiffly to its path.
+        lag: how long it stays behind what it is told while it moves [s]; actions are that much ahead. Of a critically damped spring of
+            natural frequency w that holds an action for its period: 2 / w less half the period.
+        inertia: how far it stays behind what it is told while it speeds up, for each m/s2 or rad/s2 [s2]; 1 / w^2 of such a spring.
+            Where there is any, deltas hold the arm more stiffly to its path.
         most: largest delta that it takes at once, translation [m] and rotation [rad]; None for no limit.
         tolerance: how near to a target it comes to rest, translation [m] and rotation [rad].
         fingers: how near they come to an opening [m]; None for 1.2 % of their stroke.
@@ -61,8 +62,8 @@ class Hello(State, kw_only=True):
     actions: Literal["joints", "deltas"]
     rate: float
     lag: float = 0.0
-    spring: bool = False
     most: tuple[float, float] | None = None
+    inertia: float = 0.0
     tolerance: tuple[float, float] = (0.002, 0.01)
     fingers: float | None = None
     closed: float | None = None
