@@ -19,7 +19,7 @@ WAY = 0.15
 
 
 def led(swing: Callable[[int], float] = lambda _: 0.0) -> tuple[list[float], StreamedArm]:
-    """Lengths of the deltas on a way of 150 mm along x, planned with 1 m/s; of a tool that is off by ``swing`` [m] along y in each period."""
+    """Lengths of the deltas on a way of 150 mm along x, planned with 1 m/s; the tool is off by ``swing`` [m] along y."""
     nominal, sent = NominalArm(UR5E), list[float]()
     q = np.array(UR5E.home)
 
