@@ -55,7 +55,7 @@ class Unresolvable(Exception):
 
     @classmethod
     def because_of_earlier_tasks(
-        cls, reason: str, also: tuple[str, ...] = (), *, blocking: InTheWay = None
+        cls, reason: str, also: tuple[str, ...] = (), *, blocking: InTheWay = None, collision: object = None
     ) -> Unresolvable:
         """Return the error for a failure that depends on how the earlier tasks were carried out.
 
@@ -64,9 +64,9 @@ class Unresolvable(Exception):
         Args:
             reason: as above.
             also: names of the designators or roles whose choices it depends on beside that.
-            blocking: as above.
+            blocking, collision: as above.
         """
-        made = cls(reason, also, blocking=blocking)
+        made = cls(reason, also, blocking=blocking, collision=collision)
         made.earlier_tasks = True
         return made
 

@@ -8,10 +8,13 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..base.errors import NoSolution, UserError
+from msgspec.structs import replace
+
+from ..base.errors import NoSolution, UserError, nearest
 from ..base.json_text import as_json
 from ..base.resources import find_scenario
 from ..model.rollout import save_rollout
+from ..plugin.catalogue import pick
 from ..plugin.selection import INSTALLED, PluginChoice
 from ..scenario.scenario import read_scenario
 from ..scenario.worlds import read_world
@@ -23,7 +26,9 @@ if TYPE_CHECKING:
     from ..engine.engine import Engine
     from ..engine.judging import Judged
     from ..engine.replanning import Attempt, Round
+    from ..model.robot_file import RobotFile
     from ..model.rollout import Rollout
+    from ..plugin.catalogue import Knowledge
     from ..scenario.scenario import Scenario
 
 
@@ -83,7 +88,7 @@ def drive_robot(
     """Run a typed program on the robot that a process answers for, and say how it ended.
 
     Args:
-        program: the text, e.g. ``program.json`` of a run directory.
+        program: the text, e.g. ``program.json`` of a run directory; for a robot from a file, the run's ``world.json`` lies beside it.
         on: the command that starts the process, as in a shell.
         out: folder for the record: ``execution.json``, ``rollout.npz`` and ``world.json``, which holds no things.
 
@@ -95,7 +100,7 @@ def drive_robot(
         UserError: a text that cannot be driven; a process that does not answer as it must.
     """
     from ..model.program_json import is_program_text, read_program
-    from ..plugin.catalogue import Knowledge, pick
+    from ..plugin.catalogue import Knowledge
 
     knowledge = Knowledge(plugins.registry())
     _vacant(out)
@@ -103,14 +108,40 @@ def drive_robot(
     if not is_program_text(text):
         raise UserError(f"{program}: a robot process is sent the motions of a typed program; write one with 'resolve --backend stream'.")
     with naming(program):
-        robot = pick("robot", knowledge.robots, read_program(text).program.robot_type)
-    rollout = knowledge.driver.drive(text, robot, _words(on))
+        kind = read_program(text).program.robot_type
+        file = _robots_file(program, kind, knowledge)
+        robot = knowledge.read_robot(file).robot if file else pick("robot", knowledge.robots, kind)
+    rollout = _with_file(knowledge.driver.drive(text, robot, _words(on)), file)
     if out is not None:
         _write(out, rollout, program.stem, knowledge, episode=False)
     _print(rollout, None, json_output=json_output)
     if rollout.outcome != "finished":
         raise NoSolution(f"'{program}' did not come to its end ({rollout.outcome}): {rollout.reason}")
     return 0
+
+
+def _robots_file(program: Path, kind: str, knowledge: Knowledge) -> RobotFile | None:
+    """The file that a program's robot is from, as the world beside it says; None for a type that a plugin declares.
+
+    Raises:
+        UserError: no plugin declares it, and no world beside it says where it is from.
+    """
+    beside = program.parent / "world.json"
+    mounts = read_world(str(beside), knowledge, 0).robots if beside.is_file() else ()
+    file = next((m.file for m in mounts if m.type == kind), None)
+    if file is None and kind not in knowledge.robots:
+        lacks = "has no robot of that type" if mounts else "is not there"
+        raise UserError(
+            f"There is no robot '{kind}'; {nearest(kind, knowledge.robots)}. If it comes from a file, drive the program in its run "
+            f"directory, whose world says which file; '{beside}' {lacks}."
+        )
+    return file
+
+
+def _with_file(rollout: Rollout, file: RobotFile | None) -> Rollout:
+    """What was felt, with the file that its robot is from in its world: who reads the record needs it."""
+    mounts = tuple(replace(m, file=file) for m in rollout.world.robots)
+    return replace(rollout, world=replace(rollout.world, robots=mounts))
 
 
 def _words(command: str) -> list[str]:

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import multiprocessing
 import sys
 from collections.abc import Callable, Sequence
-from concurrent.futures import Executor, Future, ProcessPoolExecutor, as_completed
+from concurrent.futures import Executor, Future, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 from typing import Any
@@ -22,7 +21,7 @@ from .results_key import results_key
 from .spec import Demonstration, Experiment
 from .store import LOCK, Store, locked
 from .trial import run_trial
-from .worker_pool import worker_pool
+from .worker_pool import stop_workers, worker_pool
 
 DEATHS = 2
 """A demonstration whose worker died this often is given up, and counts as failed."""
@@ -124,7 +123,7 @@ def _round(
     except BrokenProcessPool:
         found |= _buried(order, store, deaths, say)
     except BaseException:
-        _stop(pool)
+        stop_workers(pool)
         raise
     pool.shutdown()
     return found
@@ -152,13 +151,6 @@ def _buried(
             store.save(name, "result", given_up[name])
         store.unmark(name)
     return given_up
-
-
-def _stop(pool: ProcessPoolExecutor) -> None:
-    """End the workers at once: what they write, they write whole."""
-    pool.shutdown(wait=False, cancel_futures=True)
-    for child in multiprocessing.active_children():
-        child.terminate()
 
 
 def speak(text: str) -> None:

@@ -15,6 +15,7 @@ from ..base.value import Value
 from ..base.yaml_file import explain_validation, line_of, load_yaml
 from ..planning.budget import Budget, budget_from
 from ..scenario.error_spec import ErrorSpec, ProofSpec
+from .named_file import ExperimentFile
 
 FILE = "experiment.yaml"
 
@@ -128,15 +129,10 @@ class Demonstration(Value):
     seed: int
 
 
-class Experiment(Value):
+class Experiment(ExperimentFile):
     """Experiment file that was read and checked."""
 
-    path: Path
     spec: ExperimentSpec
-
-    def beside(self, name: str) -> Path:
-        """Return the path of a file that the experiment names relative to its own folder."""
-        return self.path.parent / name
 
     def choose(self, set_name: str) -> SetSpec:
         """Return the set of a name.
@@ -144,9 +140,7 @@ class Experiment(Value):
         Raises:
             UserError: there is none of the name.
         """
-        if set_name not in self.spec.sets:
-            raise UserError(f"{self.path} has no set '{set_name}'; {nearest(set_name, self.spec.sets)}.")
-        return self.spec.sets[set_name]
+        return self.named("set", set_name, self.spec.sets)
 
     def ablation(self, name: str | None) -> AblationSpec:
         """Return the ablation of a name; an empty one if no name is given.
@@ -156,9 +150,7 @@ class Experiment(Value):
         """
         if name is None:
             return AblationSpec(about="nothing is taken away")
-        if name not in self.spec.ablations:
-            raise UserError(f"{self.path} has no ablation '{name}'; {nearest(name, self.spec.ablations)}.")
-        return self.spec.ablations[name]
+        return self.named("ablation", name, self.spec.ablations)
 
     def budget(self, set_name: str, without: str | None = None) -> Budget:
         """Return the budget of each demonstration of a set: what the set says goes before what the experiment says.

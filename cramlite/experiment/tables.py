@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 
+from ..base.rate import Rate
 from ..base.value import Value
-from ..base.wilson import Z, wilson_interval
+from ..base.wilson import Z
 from .results import Attempt, CandidateResult, DemonstrationResult, Execution
 from .spec import PublishedSpec
 
@@ -15,26 +16,14 @@ ALL = "all"
 NEAR = 1e-9  # of areas that are one
 
 
-class Share(Value):
-    """Proportion: so many of so many, with the 95 % Wilson score interval (Wilson, JASA 22, 1927).
+class Share(Rate):
+    """Rate beside a published one.
 
     Args:
         published: the same in the paper; None where there is none.
     """
 
-    hits: int
-    total: int
     published: tuple[int, int] | None = None
-
-    @property
-    def rate(self) -> float:
-        """Observed rate, 0 to 1; 0 where nothing was tried."""
-        return self.hits / self.total if self.total else 0.0
-
-    @property
-    def interval(self) -> tuple[float, float]:
-        """Wilson score interval of the rate; (0, 1) where nothing was tried."""
-        return wilson_interval(self.hits, self.total)
 
     @property
     def reached(self) -> bool:

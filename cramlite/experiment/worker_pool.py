@@ -12,19 +12,40 @@ from concurrent.futures import ProcessPoolExecutor
 
 def worker_pool(workers: int) -> ProcessPoolExecutor:
     """Return a pool of processes that start afresh, each when there is work for it; they leave Ctrl-C to this one, and end
-    when it does."""
+    when it does, each with all processes that it started."""
     return ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("spawn"), initializer=_begin)
+
+
+def stop_workers(pool: ProcessPoolExecutor) -> None:
+    """End the workers of a pool at once, with all that they started: what they write, they write whole."""
+    workers = multiprocessing.active_children()
+    pool.shutdown(wait=False, cancel_futures=True)
+    for worker in workers:
+        _kill(worker)
+    for worker in workers:
+        worker.join()
+
+
+def _kill(worker: multiprocessing.process.BaseProcess) -> None:
+    """End a worker and its group; one that has not begun has none yet."""
+    if worker.pid is None:
+        return
+    try:
+        os.killpg(worker.pid, signal.SIGKILL)
+    except (ProcessLookupError, PermissionError):
+        worker.kill()
 
 
 def _begin() -> None:
     """What plugins print is no answer of this command; nobody is left to work for when the parent is gone."""
     sys.stdout = sys.stderr
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    os.setpgid(0, 0)  # a terminal's Ctrl-C goes to the parent alone, and what this process starts ends with it
     parent = multiprocessing.parent_process()
 
     def follow() -> None:
         if parent is not None:
             parent.join()
-            os._exit(1)
+            os.killpg(0, signal.SIGKILL)
 
     threading.Thread(target=follow, daemon=True).start()

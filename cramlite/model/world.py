@@ -134,9 +134,10 @@ class Joint(Value):
         pose: of the joint, in the thing's frame.
         lower, upper: its range [m, rad]; at the lower end the thing is closed.
         value: at the start, where the thing's own pose says that it is [m, rad].
-        parent: the thing that it is mounted in, which stands still and does not collide with it; "" for none.
+        parent: the thing that it is mounted in, which stands still; "" for none.
         damping: [N s/m, Nm s/rad].
         friction: dry friction [N, Nm].
+        meets: whether it collides with what it is mounted in, as a drawer between the walls of another program's cabinet.
     """
 
     kind: Literal["slide", "hinge"]
@@ -147,6 +148,7 @@ class Joint(Value):
     parent: str = ""
     damping: float = 5.0
     friction: float = 1.0
+    meets: bool = False
 
     def moved(self, thing: Pose, by: float) -> Pose:
         """Return the pose of the thing when the joint has moved on by ``by`` [m, rad] from where the thing is at ``thing``."""

@@ -13,12 +13,15 @@ from msgspec import Struct, field
 from msgspec.structs import replace
 
 from ..base.errors import Unresolvable
-from ..model.belief import Belief
-from ..model.designators import Designator
-from ..plugin.grounding import Context
+from ..model.belief import Belief, Estimate
+from ..model.designators import Designator, Location, Place
+from ..plugin.grounding import Context, Refused
 
 NOTHING = object()
 """What a name is bound to that is not bound."""
+
+ROUNDING = 1e-6
+"""Positions and turns that differ by less are one [m, rad]: programs are written with as many digits."""
 
 Streams = Iterable[tuple[str, Iterable[Any] | Unresolvable]]
 """Plugins that say "mine", and the answers of each."""
@@ -129,6 +132,17 @@ class Question(Struct):
         same = self.item == item and same_belief(self.belief, belief) and self.read.suits(context.bindings)
         return same and (not self.ahead.read or tuple(self.ahead.now) == tuple(context.agenda))
 
+    @property
+    def refused_anywhere(self) -> bool:
+        """Whether it is a place all answers of which are refused for what is around it: the arm may come from anywhere."""
+        return isinstance(self.item, Location) and all(k.ended and self._about_things(k) for k in self.kept.values())
+
+    def _about_things(self, kept: Kept) -> bool:
+        end = kept.impossible
+        named = [self.read.now.get(name) for name in end.because] if end else []
+        told = end is None or (named and not end.earlier_tasks and not any(isinstance(v, Place) for v in named))
+        return bool(told and kept.answers) and all(isinstance(a, Refused) and a.blocking is not None for a in kept.answers)
+
 
 class Answers(Struct):
     """Questions to plugins that were answered, and what was answered, over all searches for one goal.
@@ -159,6 +173,7 @@ class Answers(Struct):
         key = (item.name, belief.joints, belief.held.thing if belief.held else "")
         here = self.known.setdefault(key, [])
         found = next((q for q in here if q.suits(item, belief, context)), None)
+        found = found or self._refused_before(item, belief, context)
         if found is not None:
             return found
         self.asked += 1
@@ -168,6 +183,11 @@ class Answers(Struct):
             new.kept[plugin] = Kept(_raising(answers) if isinstance(answers, Unresolvable) else iter(answers))
         here.append(new)
         return new
+
+    def _refused_before(self, item: Designator, belief: Belief, context: Context) -> Question | None:
+        """The same question with the arm elsewhere, where that makes no difference."""
+        others = (q for (name, *_), asked in self.known.items() if name == item.name for q in asked)
+        return next((q for q in others if q.refused_anywhere and q.suits(item, _as_near(belief, q.belief), context)), None)
 
     def _told(self, question: Question, plugin: str, context: Context, ask: Callable[[Context], Streams]) -> Iterator[Any]:
         """A plugin's answers. What it looks at before it gives the next is looked up in the bindings of whoever asks for that."""
@@ -185,6 +205,19 @@ class Answers(Struct):
 def same_belief(one: Belief, other: Belief) -> bool:
     """Check whether two beliefs are equal; what they share is not compared."""
     return one is other or all(_same(getattr(one, name), getattr(other, name)) for name in one.__struct_fields__)
+
+
+def _as_near(belief: Belief, other: Belief) -> Belief:
+    """A belief with the arm where another one has it, and what is within rounding of where that has it (a drawer at the end of its way)."""
+    poses = {
+        name: other.poses[name] if name in other.poses and _near(estimate, other.poses[name]) else estimate
+        for name, estimate in belief.poses.items()
+    }
+    return replace(belief, joints=other.joints, poses=poses)
+
+
+def _near(one: Estimate, other: Estimate) -> bool:
+    return one is other or (replace(one, pose=other.pose) == other and max(one.pose.distance(other.pose)) < ROUNDING)
 
 
 def _same(one: Any, other: Any) -> bool:

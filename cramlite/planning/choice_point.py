@@ -12,6 +12,7 @@ from typing import Any
 
 from msgspec import Struct, field
 
+from ..model.belief import Belief
 from ..model.collision import Collision
 from ..model.control_flow import Compound
 from ..model.designator_name import is_part_of
@@ -135,8 +136,9 @@ class ChoicePoint(Struct):
         own = self.state.bindings.get(getattr(self.item, "of", None) or "", "")
         held = self.state.belief.held
         named = (t for one in things for t in ([one] if isinstance(one, str) else one))
-        jointed = (t.name for t in self.state.belief.world.things if t.joint is not None)  # what is in or on them moved along
-        meant = {*named, thing_of(str(own)), *([held.thing] if held else []), *jointed}
+        meant = {*named, thing_of(str(own)), *([held.thing] if held else [])}
+        if any(_was_moved(name, self.state.belief) for name in meant):  # with a door or a drawer, it may be
+            meant |= {t.name for t in self.state.belief.world.things if t.joint is not None}
         opened = (i.action for i in self.state.agenda if isinstance(i, Effect))
         known = {a.name: a for a in (*self.state.actions, *self.state.parts, *opened)}
         settled = self.domain - self.state.passed - self.state.reached  # where the arm is led settles nothing of things
@@ -163,6 +165,12 @@ class ChoicePoint(Struct):
         causes = ", ".join(sorted(c for c in self.conflict if isinstance(c, str))) or "nothing before it"
         what = "1 alternative" if tried == 1 else f"{tried} alternatives"
         self.say("failed", "engine", f"{what} failed; it depends on {causes}", numbers={"tried": tried})
+
+
+def _was_moved(thing: str, belief: Belief) -> bool:
+    """Whether a thing is not believed to be where it was at first."""
+    first = next((t.pose for t in belief.world.things if t.name == thing), None)
+    return first is not None and (thing not in belief.poses or belief.poses[thing].pose != first)
 
 
 def _is_about(name: str, things: Collection[str], bindings: Mapping[str, Any], actions: Mapping[str, Action]) -> bool:

@@ -133,14 +133,18 @@ class _Drawing:
 
 
 def _places(world: World, hangers: Mapping[str, str], draw: _Drawing, sight: Sight | None) -> dict[str, Pose]:
-    """Where the things really are, those that carry others first."""
+    """Where the things really are, each with what carries it."""
     seen = _hand_eye(draw, sight) if sight is not None else None
-    found: dict[str, Pose] = {}
-    for thing in world.things:  # a thing stands behind what carries it
-        carrier = hangers.get(thing.name, thing.joint.parent if thing.joint else "")
+    offs, found = dict[str, Pose](), dict[str, Pose]()
+    for thing in world.things:
         off = _offset(thing, draw)
-        if seen is not None and sight is not None and thing.name in sight.things:
-            off = seen(thing.pose) * off
+        offs[thing.name] = seen(thing.pose) * off if seen and sight and thing.name in sight.things else off
+    carriers = {t.name: hangers.get(t.name, t.joint.parent if t.joint else "") for t in world.things}
+
+    def put(thing: Thing) -> None:
+        carrier, off = carriers[thing.name], offs.pop(thing.name)
+        if carrier in offs:  # files of others list drawers before their cabinets
+            put(world.thing(carrier))
         if carrier in found:
             before = world.thing(carrier)
             own = _swung(thing, before, off) if thing.name in hangers else thing.pose
@@ -148,6 +152,10 @@ def _places(world: World, hangers: Mapping[str, str], draw: _Drawing, sight: Sig
             found[thing.name] = found[carrier] * before.pose.inverse() * own if moved else own
         else:
             found[thing.name] = _displaced(thing, off, _support(thing, world, found))
+
+    for thing in world.things:
+        if thing.name in offs:
+            put(thing)
     return found
 
 

@@ -11,17 +11,18 @@ from __future__ import annotations
 import base64
 import difflib
 import io
-import json
 import os
 import sys
+from pathlib import Path
 from typing import Any
 
-LINES = os.fdopen(os.dup(1), "w")  # robosuite and LIBERO print to standard output, which becomes standard error
-os.dup2(2, 1)
 os.environ.setdefault("MUJOCO_GL", "egl")
 
-import mujoco  # noqa: E402
-import numpy as np  # noqa: E402
+import mujoco
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+from judge_lines import Refused, serve
 
 RATE, IDLE = 20, 10
 """Actions in a second [Hz], and those that do nothing after a reset: LIBERO's evaluation."""
@@ -37,10 +38,6 @@ PIXELS = 256
 HAND = "gripper0_right_gripper"
 
 
-class Refused(Exception):
-    """A request that cannot be served; the message is for people."""
-
-
 class Judge:
     """One episode at a time."""
 
@@ -48,15 +45,6 @@ class Judge:
         self.env: Any = None
         self.steps, self.first = 0, None
         self.hand = 0.0
-
-    def answer(self, ask: dict[str, Any]) -> dict[str, Any]:
-        """Serve a request."""
-        name = ask.pop("ask", None)
-        if name not in ("reset", "hello", "scene", "step", "check", "cameras"):
-            raise Refused(f"there is no request '{name}'")
-        if name != "reset" and self.env is None:
-            raise Refused(f"'{name}' needs an episode; 'reset' begins one")
-        return getattr(self, name)(**ask)
 
     def reset(self, suite: str, task: int, state: int) -> dict[str, Any]:
         """Begin an episode, after LIBERO's idle actions."""
@@ -178,21 +166,5 @@ def site_box(sim: Any, name: str) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def main() -> None:
-    """Answer until the input ends."""
-    judge = Judge()
-    for line in sys.stdin:
-        try:
-            ask = json.loads(line)
-            if ask.get("ask") == "end":
-                return
-            said = judge.answer(ask)
-        except Refused as refused:
-            said = {"error": str(refused)}
-        except (ValueError, TypeError, AttributeError) as error:
-            said = {"error": f"{type(error).__name__}: {error}"}
-        print(json.dumps(said), file=LINES, flush=True)
-
-
 if __name__ == "__main__":
-    main()
+    serve(Judge())

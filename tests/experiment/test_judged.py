@@ -2,8 +2,15 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
+import os
 import re
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -11,6 +18,7 @@ from conftest import ROOT, Run
 from msgspec.structs import replace
 
 from cramlite import UserError
+from cramlite.base.rate import Rate
 from cramlite.experiment.judged.judge import connect
 from cramlite.experiment.judged.page import explained, page, why
 from cramlite.experiment.judged.play import Trial, play
@@ -18,7 +26,7 @@ from cramlite.experiment.judged.report import markdown
 from cramlite.experiment.judged.results import Attempt, EpisodeResult, plain_reason
 from cramlite.experiment.judged.run import Order, results_in, run_judged
 from cramlite.experiment.judged.spec import Episode, JudgedExperiment, chosen, read_judged
-from cramlite.experiment.judged.tables import Rate, tables
+from cramlite.experiment.judged.tables import tables
 
 SMALL = ROOT / "tests" / "helpers" / "small_judge" / "experiment.yaml"
 
@@ -148,6 +156,53 @@ def test_what_kills_its_worker_or_breaks_here_is_a_failure_and_the_others_go_on(
     assert "raise ValueError" in (tmp_path / "out" / "episodes" / "table-1-1" / "defect.txt").read_text()
 
 
+def descendants(process: int) -> set[int]:
+    """Processes that one started, and those that they did."""
+    parents = {}
+    for stat in Path("/proc").glob("[0-9]*/stat"):
+        with contextlib.suppress(OSError):
+            state, parent = stat.read_text().rpartition(")")[2].split()[:2]
+            parents[int(stat.parent.name)] = 0 if state == "Z" else int(parent)
+    found, more = set[int](), {process}
+    while more := {one for one, parent in parents.items() if parent in more} - found:
+        found |= more
+    return found
+
+
+@pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="looks for processes in /proc")
+@pytest.mark.parametrize(("how", "code"), [(signal.SIGINT, 130), (signal.SIGKILL, -9)])
+def test_ctrl_c_and_kill_end_workers_and_judges_and_keep_what_is_done(how: int, code: int, tmp_path: Path, small: JudgedExperiment) -> None:
+    """The first episode has no words and takes no time, its judge hangs in the second one's reset, its fifth request."""
+    out = tmp_path / "out"
+    words = [sys.executable, "-m", "cramlite", "experiment", SMALL, "--suite", "table", "--tasks", "2", "--states", "0:2", "--out", out]
+    hangs = {**os.environ, "SMALL_JUDGE": "hang 5"}
+    running = subprocess.Popen([*words, "--workers", "1"], stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True, env=hangs)
+    try:
+        begun = out / "episodes" / "table-2-1" / "begun"
+        assert wait_until(begun.exists), running.communicate()[1]
+        left = descendants(running.pid)
+        assert any("judge.py" in Path(f"/proc/{p}/cmdline").read_text() for p in left)
+        os.kill(running.pid, how)
+        running.communicate(timeout=60)
+    finally:
+        running.kill()
+    assert running.returncode == code
+    assert wait_until(lambda: not any(is_running(p) for p in left))
+    (done,) = results_in(out, small)
+    assert (done.task, done.state, done.failure) == (2, 0, "goal")
+
+
+def is_running(process: int) -> bool:
+    """Whether a process is there, and not only waited for."""
+    stat = Path(f"/proc/{process}/stat")
+    return stat.exists() and stat.read_text().rpartition(")")[2].split()[0] != "Z"
+
+
+def wait_until(true: Callable[[], bool]) -> bool:
+    """Whether it comes true within a minute."""
+    return any(true() or time.sleep(0.1) for _ in range(600))
+
+
 # Input
 
 
@@ -246,6 +301,20 @@ def test_within_the_budget_and_in_unlimited_time(small: JudgedExperiment) -> Non
     ]  # fmt: skip
     html = page(found, results, small, Path("nowhere"))
     assert html.index("A passing verdict was right") < html.index("<h2>Suites") and "too far" in html
+
+
+def test_a_refusal_is_shown_by_what_the_judge_saw_and_the_state_that_was_refused(tmp_path: Path, small: JudgedExperiment) -> None:
+    bare = result(1, proven=False, failure="grasp")
+    shown = replace(result(0, proven=False, failure="grasp"), picture="scene.png", miss="miss.jpg")
+    folder = tmp_path / "episodes" / "table-0-0"
+    folder.mkdir(parents=True)
+    (folder / "scene.png").write_bytes(b"seen")
+    (folder / "miss.jpg").write_bytes(b"met")
+    assert explained([bare, shown]) == [("grasp", 2, [shown, bare])]
+    html = page(tables([bare, shown], small), [bare, shown], small, tmp_path)
+    failures = html[html.index("<h2>Failures") : html.index("<h2>Time")]
+    assert failures.count("data:image/png") == failures.count("data:image/jpeg") == 1 and failures.count("no picture") == 1
+    assert "the nearest state that was refused" in failures
 
 
 def test_nothing_is_counted_where_nothing_was_played(small: JudgedExperiment) -> None:

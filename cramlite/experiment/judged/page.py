@@ -31,7 +31,7 @@ def page(tables: Tables, results: Sequence[EpisodeResult], experiment: JudgedExp
     return html_template(source).render(
         title=experiment.spec.title, given=experiment.spec.given, tables=tables, style=style, report=report, experiment=experiment,
         episodes=results, explained=explained(results), why=why, said=said,
-        picture=lambda r: _picture(out, r, _name(r)), believed=lambda r: _picture(out, r, r.attempt.believed if r.attempt else ""),
+        picture=lambda r: _picture(out, r, _name(r)), believed=lambda r: _picture(out, r, r.attempt.believed if r.attempt else r.miss),
     )  # fmt: skip
 
 
@@ -66,7 +66,7 @@ def said(result: EpisodeResult) -> str:
 
 def _name(result: EpisodeResult) -> str:
     shown = result.attempt or result.refused
-    return shown.picture if shown is not None else ""
+    return shown.picture if shown is not None else result.picture
 
 
 def _picture(out: Path, result: EpisodeResult, name: str) -> str:

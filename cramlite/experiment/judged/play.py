@@ -10,6 +10,7 @@ import time
 import traceback
 from functools import lru_cache
 from pathlib import Path
+from typing import Any
 
 from msgspec.structs import replace
 
@@ -21,7 +22,7 @@ from ...engine.setting import Setting
 from ...engine.solution import Solution
 from ...model.rollout import save_rollout
 from ...model.verdict import ADVICE
-from ...planning.diagnosis import failure_text
+from ...planning.diagnosis import failure_text, nearest_miss
 from ...planning.planning_problem import planning_problem
 from ...planning.task_goals import Goal
 from ...planning.trace import Trace
@@ -34,6 +35,8 @@ from .spec import Episode, JudgedExperiment
 BEGUN, DEFECT = "begun", "defect"
 """File of an episode that is under way, and the class of failures that are defects of cramlite."""
 BROKEN_OFF = "broken off"
+SEEN, MISS = "scene.png", "miss.jpg"
+"""Files of what the judge's camera sees where nothing is played, and of the state that the nearest miss was refused for."""
 PICTURE = (320, 320)
 """Pixels of a picture of how a proof ended."""
 
@@ -124,10 +127,15 @@ def _resolved(trial: Trial, judge: Judge, result: EpisodeResult) -> EpisodeResul
         proven, refused = _search(engine, scenario, setting, trace)
     except UserError as error:
         judge.check()  # one that no longer answers has not shown a scene that could be refused
-        return replace(result, reason=str(error), wall=time.monotonic() - clock)
+        seen = _kept(trial.folder / SEEN, judge.picture()) if trial.pictures else ""
+        reason = str(error).replace(f"{trial.folder}{os.sep}", "")
+        return replace(result, reason=reason, wall=time.monotonic() - clock, picture=seen)
     result = replace(result, wall=time.monotonic() - clock, seconds=_seconds(trace))
     if proven is None:
         result = replace(result, reason=failure_text(trace, engine.registry.faults))
+        if trial.pictures:
+            miss = _refused_state(engine, setting, trace)
+            result = replace(result, picture=_kept(trial.folder / SEEN, judge.picture()), miss=_kept(trial.folder / MISS, miss))
         again = trial.attempt_refused and refused is not None
         return replace(result, refused=_attempt(trial, judge, engine, refused, "refused")) if again and refused else result
     advice = tuple(f"{f.validator}: {f.reason.removeprefix(ADVICE)}" for f in proven.verdict.advice)
@@ -195,14 +203,28 @@ def _kept(path: Path, picture: bytes) -> str:
 
 def _believed(engine: Engine, solution: Solution) -> bytes:
     """How the proof ended."""
+    rollout, knowledge = solution.candidate.rollout, engine.knowledge
+    if rollout is None:
+        return b""
+    return _jpeg(knowledge.simulator.picture(rollout, len(rollout.times) - 1, knowledge.robots_of(rollout.world), PICTURE))
+
+
+def _refused_state(engine: Engine, setting: Setting, trace: Trace) -> bytes:
+    """The state of the nearest miss among those in which two bodies met; nothing where there is none."""
+    missed = nearest_miss([e for e in trace.entries if e.collision is not None])
+    if missed is None or missed.collision is None:
+        return b""
+    knowledge = engine.knowledge
+    return _jpeg(knowledge.simulator.collision_picture(setting.world, knowledge.robots_of(setting.world), missed.collision, PICTURE))
+
+
+def _jpeg(pixels: Any) -> bytes:
+    """A picture (height, width, 3) uint8 as the bytes of a file."""
     from io import BytesIO
 
     from PIL import Image
 
-    rollout, knowledge, buffer = solution.candidate.rollout, engine.knowledge, BytesIO()
-    if rollout is None:
-        return b""
-    pixels = knowledge.simulator.picture(rollout, len(rollout.times) - 1, knowledge.robots_of(rollout.world), PICTURE)
+    buffer = BytesIO()
     Image.fromarray(pixels).save(buffer, "JPEG", quality=70)
     return buffer.getvalue()
 

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
+from ...base.rate import Rate, digits
 from .spec import JudgedExperiment
-from .tables import Difference, Rate, Row, Spread, Tables, digits
+from .tables import Difference, Row, Spread, Tables
 
 WITHIN = (
     "Within the budget means that the judge's check was true for the first time within it; unlimited, at any time. At rest: still true "

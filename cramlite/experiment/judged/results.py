@@ -47,6 +47,8 @@ class EpisodeResult(Value, kw_only=True):
         wall: time until the program was proven, or refused [s], on a machine that may do other things, too.
         attempt: in the judge's simulator; None where no program was proven.
         refused: the attempt of the best program that was refused, where that was asked for; it counts nowhere else.
+        picture: where nothing was played: name of the file with what the judge's camera saw; "" for none.
+        miss: name of the file with the state that the nearest miss was refused for, where two bodies met in it; "" for none.
         failure: class of the failure; "" for an episode that is true at rest within its budget.
     """
 
@@ -63,6 +65,8 @@ class EpisodeResult(Value, kw_only=True):
     wall: float = 0.0
     attempt: Attempt | None = None
     refused: Attempt | None = None
+    picture: str = ""
+    miss: str = ""
     failure: str = ""
 
     def first(self, *, unlimited: bool = False) -> bool:

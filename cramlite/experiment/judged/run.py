@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import multiprocessing
 import time
 from collections import Counter
 from collections.abc import Callable, Sequence
-from concurrent.futures import Future, ProcessPoolExecutor, as_completed
+from concurrent.futures import Future, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 from typing import Any
@@ -15,6 +14,7 @@ from msgspec import DecodeError, ValidationError, json
 
 from ...base.errors import UserError
 from ...base.json_text import as_json
+from ...base.resources import data_folder
 from ...base.run_directory import RunDirectory, content_key, write_whole
 from ...base.value import Value
 from ...plugin.registry import Registry
@@ -22,7 +22,7 @@ from ...plugin.selection import INSTALLED, PluginChoice
 from ...version import VERSION
 from ..progress import clock
 from ..store import code_key, locked
-from ..worker_pool import worker_pool
+from ..worker_pool import stop_workers, worker_pool
 from .judge import connect
 from .play import BEGUN, Trial, died, play
 from .results import EpisodeResult, plain_reason
@@ -109,9 +109,10 @@ def run_key(order: Order) -> dict[str, Any]:
     """Return what results depend on: files and code, and what is asked of each program. Episodes and workers are none of it."""
     spec, path = order.experiment.spec, order.experiment.path.resolve()
     infos = Registry(order.plugins.files, order.plugins.blocked, order.plugins.preferred).infos
+    files = [path, *sorted(path.parent.glob("*.py")), *sorted(data_folder("experiments").glob("*.py"))]  # the last are shared by all
     code = [Path(__file__).resolve().parents[2], *(Path(i.file).resolve().parent for i in infos)]
     return {
-        "cramlite": VERSION, "experiment": spec.experiment, "files": content_key(path, *sorted(path.parent.glob("*.py"))),
+        "cramlite": VERSION, "experiment": spec.experiment, "files": content_key(*files),
         "code": code_key(code), "twins": order.twins, "attempt_refused": order.attempt_refused,
     }  # fmt: skip
 
@@ -152,7 +153,7 @@ def _round(order: Order, left: Sequence[Episode], say: Callable[[str], None]) ->
     except BrokenProcessPool:
         say("a worker process died; what it was at is begun anew")
     finally:
-        _stop(pool)
+        stop_workers(pool)
     return lost
 
 
@@ -188,10 +189,3 @@ def _read(path: Path) -> EpisodeResult:
     except (OSError, DecodeError, ValidationError) as error:
         why = str(error).splitlines()[0]
         raise UserError(f"'{path}' is damaged ({why}). Delete this one file and start again: only that episode is played anew.") from error
-
-
-def _stop(pool: ProcessPoolExecutor) -> None:
-    """End the workers at once: what is written is written whole."""
-    pool.shutdown(wait=False, cancel_futures=True)
-    for child in multiprocessing.active_children():
-        child.terminate()

@@ -9,9 +9,10 @@ from typing import Any
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
 
-from ...base.errors import UserError, nearest
+from ...base.errors import UserError
 from ...base.value import Value
 from ...base.yaml_file import explain_validation, load_yaml
+from ..named_file import ExperimentFile
 
 
 class _Spec(BaseModel):
@@ -92,15 +93,10 @@ class Episode(Value):
         return f"{self.suite}-{self.task}-{self.state}"
 
 
-class JudgedExperiment(Value):
+class JudgedExperiment(ExperimentFile):
     """File of a judged experiment that was read and checked."""
 
-    path: Path
     spec: JudgedSpec
-
-    def beside(self, name: str) -> Path:
-        """Return the path of a file that the experiment names relative to its own folder."""
-        return self.path.resolve().parent / name
 
     def suite(self, name: str) -> SuiteSpec:
         """Return the suite of a name.
@@ -108,9 +104,7 @@ class JudgedExperiment(Value):
         Raises:
             UserError: there is none of the name.
         """
-        if name not in self.spec.suites:
-            raise UserError(f"{self.path} has no suite '{name}'; {nearest(name, self.spec.suites)}.")
-        return self.spec.suites[name]
+        return self.named("suite", name, self.spec.suites)
 
     def episodes(self, suite: str, tasks: str, states: str) -> tuple[Episode, ...]:
         """Return episodes of a suite, all tasks of a state before the next state.

@@ -9,37 +9,13 @@ from typing import Any
 
 from msgspec.structs import asdict
 
+from ...base.rate import Rate
 from ...base.value import Value
-from ...base.wilson import newcombe_interval, wilson_interval
+from ...base.wilson import newcombe_interval
 from .results import EpisodeResult, in_time, plain_reason
 from .spec import JudgedExperiment, PublishedSpec
 
 Episodes = Sequence[EpisodeResult]
-
-
-class Rate(Value):
-    """Rate: so many of so many."""
-
-    hits: int
-    total: int
-
-    @property
-    def rate(self) -> float:
-        """Share of hits; 0 where nothing was tried."""
-        return self.hits / self.total if self.total else 0.0
-
-    @property
-    def interval(self) -> tuple[float, float]:
-        """Bounds of its 95 % Wilson interval."""
-        return wilson_interval(self.hits, self.total)
-
-    @property
-    def text(self) -> str:
-        """The rate for people: "27 of 29 (.93, .78 to .98)"."""
-        if not self.total:
-            return "none tried"
-        low, high = self.interval
-        return f"{self.hits} of {self.total} ({digits(self.rate)}, {digits(low)} to {digits(high)})"
 
 
 class Row(Value):
@@ -188,11 +164,6 @@ def row(results: Episodes, suite: str = "", task: int | None = None) -> Row:
         steps=median(steps) if steps else None, budget=budgets.pop() if len(budgets) == 1 else None,
         advised=sum(bool(r.advice) for r in results),
     )  # fmt: skip
-
-
-def digits(value: float) -> str:
-    """Return a rate in two digits, ".93"; "1.00" for all."""
-    return f"{value:.2f}".removeprefix("0")
 
 
 def _seconds(results: Episodes) -> dict[str, Spread]:

@@ -44,6 +44,10 @@ PER_LOAD, MOST_LOAD = 0.02, 5.0
 """Cost of each time the force that the pads lack to keep a thing from turning [m], and up to how many."""
 
 
+AT_IT = "at the grasp"
+"""Where a refusal says that not the way there is to blame."""
+
+
 class Grasp(Value):
     """Grip of a thing where it is.
 
@@ -86,10 +90,16 @@ def _places(location: Location, belief: Belief, context: Context) -> Iterator[Gr
     reference_pose(belief, location, context)
     near, free = make_scene(belief, context, [thing.name]), make_scene(belief, context)
     room = HandRoom.about(thing, belief, free)
-    for cost, grasp in _in_order(grips, thing, belief, context, room):
+    ordered = _in_order(grips, thing, belief, context, room)
+    if not ordered:
+        reason = f"at each of {len(grips)} grips of '{thing.name}' the hand would be inside it"
+        raise Unresolvable(reason, (location.of or "",), blocking=())
+    for cost, grasp in ordered:
         reached = _reached(grasp, near.opened(grasp.opening), free.opened(grasp.opening), belief, context)
         if isinstance(reached, Refusal):
             yield reached.refused(grasp.name)
+            if reached.reason.startswith(AT_IT):  # wider fingers have less room there, from wherever they come
+                continue
             opening = next(_openings(grasp, thing, gripper), grasp.opening)
             yield from _aslant(grasp, thing.name, cost, near.opened(opening), free.opened(opening), belief, context)
             continue
@@ -143,7 +153,7 @@ def _reached(
 
     there = collision_free_ik(near, context, grasp.at, belief.joints)
     if isinstance(there, Refusal):
-        return replace(there, reason=f"at the grasp: {there.reason}")
+        return replace(there, reason=f"{AT_IT}: {there.reason}")
     off = collision_free_ik(free, context, grasp.before, there)
     return replace(off, reason=f"at the pre-grasp: {off.reason}") if isinstance(off, Refusal) else (there, off)
 
@@ -162,7 +172,7 @@ def _openings(grasp: Grasp, thing: Thing, gripper: Gripper) -> Iterator[float]:
 
 def _in_order(
     grips: Sequence[Grip], thing: Thing, belief: Belief, context: Context, room: HandRoom
-) -> Iterator[tuple[float, Grasp]]:
+) -> list[tuple[float, Grasp]]:
     """All grasps with their cost [m], those without room for the hand last; those at which it would be in the thing itself are left out."""
     from ..motion_planning.planning_scene import CLEARANCE
     from ..motion_planning.reach import tcp
@@ -180,8 +190,11 @@ def _in_order(
     up = antipodal.Hands(hands.positions + LIFTED * belief.base().inverse().rotate((0.0, 0.0, 1.0)), hands.turns)
     others |= room.blocked(hands.moved(-STANDOFF), openings, CLEARANCE)[1] | room.blocked(up, openings, CLEARANCE)[1]
     others |= room.in_a_hole(hands, most)  # when it opens around what is threaded
-    for blocked in (False, True):
-        yield from varied(f for f, no, it in zip(found, others, own, strict=True) if no == blocked and not it)
+    return [
+        grasp
+        for blocked in (False, True)
+        for grasp in varied(f for f, no, it in zip(found, others, own, strict=True) if no == blocked and not it)
+    ]
 
 
 def _loads(grips: Sequence[Grip], thing: Thing, belief: Belief, context: Context) -> Floats:

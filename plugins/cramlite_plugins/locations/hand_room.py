@@ -1,13 +1,14 @@
 """Room for a hand at a grasp: boxes around the parts of the hand as its model has them, and what stands around a thing.
 
-Exact for hands and surroundings of boxes, on the safe side for others. Hundreds of grasps are looked at in the time of one or two
-inverse kinematics, and those with room are tried first.
+Exact for hands and surroundings of boxes, on the safe side for others: a mesh is in two boxes, as it lies and along the tool, and where
+one of them is free, the mesh is. Fingers have a flat side to the gap, and meshes lie askew in their own frames. Hundreds of grasps are
+looked at in the time of one or two inverse kinematics, and those with room are tried first.
 """
 
 from __future__ import annotations
 
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from msgspec.structs import replace
@@ -25,6 +26,18 @@ if TYPE_CHECKING:
 
 HOLE = "vrps:Hole"
 AROUND = 0.30  # of a thing that hands about it reach [m]
+
+
+class _Box(NamedTuple):
+    """A box in the TCP frame: centre (3,) [m], axes as columns (3, 3), side lengths (3,), halved [m]."""
+
+    centre: Floats
+    turn: Floats
+    half: Floats
+
+
+Part = list[_Box]
+"""A part of a hand: it is in each of these boxes."""
 
 
 class HandRoom(Value, dict=True):
@@ -60,8 +73,8 @@ class HandRoom(Value, dict=True):
     def in_a_hole(self, hands: Hands, opening: float) -> NDArray[np.bool_]:
         """Check at which TCP poses (n,) the hand, open so wide [m], is where a peg comes through a hole of the thing."""
         found = np.zeros(len(hands.positions), bool)
-        for centre, turn, half in self._boxes(opening) if self.holes.geoms else ():
-            found |= overlaps(self.holes, hands.positions + hands.turns @ centre, hands.turns @ turn, half).any(axis=1)
+        for part in self._parts(opening) if self.holes.geoms else ():
+            found |= _reaches_into(self.holes, hands, part, 0.0)
         return found
 
     def blocked(self, hands: Hands, openings: Floats, distance: float) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
@@ -70,21 +83,28 @@ class HandRoom(Value, dict=True):
         for opening in np.unique(np.round(openings, 4)).tolist():
             rows = np.flatnonzero(np.round(openings, 4) == opening)
             some = hands.of(rows)
-            for centre, turn, half in self._boxes(opening):
-                centres = some.positions + some.turns @ centre
-                own[rows] |= overlaps(self.own, centres, some.turns @ turn, half).any(axis=1)
-                others[rows] |= overlaps(self.others, centres, some.turns @ turn, half + distance).any(axis=1)
+            for part in self._parts(opening):
+                own[rows] |= _reaches_into(self.own, some, part, 0.0)
+                others[rows] |= _reaches_into(self.others, some, part, distance)
         return own, others
 
     @cached_property
-    def _kept(self) -> dict[float, list[tuple[Floats, Floats, Floats]]]:
+    def _kept(self) -> dict[float, list[Part]]:
         return {}
 
-    def _boxes(self, opening: float) -> list[tuple[Floats, Floats, Floats]]:
-        """Centre, axes as columns and halved sides of boxes around all that is rigid with the tool, in the TCP frame."""
+    def _parts(self, opening: float) -> list[Part]:
+        """All that is rigid with the tool, in the TCP frame."""
         if opening not in self._kept:
-            self._kept[opening] = _boxes_of(self.scene.opened(opening))
+            self._kept[opening] = _parts_of(self.scene.opened(opening))
         return self._kept[opening]
+
+
+def _reaches_into(shape: rays.Body, hands: Hands, part: Part, distance: float) -> NDArray[np.bool_]:
+    """At which TCP poses (n,) a part of the hand may be nearer to a shape than a distance [m]."""
+    met = np.ones((len(hands.positions), len(shape.geoms)), bool)
+    for box in part:
+        met &= overlaps(shape, hands.positions + hands.turns @ box.centre, hands.turns @ box.turn, box.half + distance)
+    return np.asarray(met.any(axis=1))
 
 
 def _column(hole: Feature) -> Geom | None:
@@ -95,7 +115,7 @@ def _column(hole: Feature) -> Geom | None:
     return Geom("box", (half, half, AROUND), hole.pose) if "width" in hole.size else Geom("cylinder", (half, AROUND), hole.pose)
 
 
-def _boxes_of(scene: Any) -> list[tuple[Floats, Floats, Floats]]:
+def _parts_of(scene: Any) -> list[Part]:
     import mujoco
 
     model, data = scene.compiled.model, scene.data
@@ -103,7 +123,21 @@ def _boxes_of(scene: Any) -> list[tuple[Floats, Floats, Floats]]:
     tool = Pose.from_matrix(data.site_xmat[scene.index.tcp].reshape(3, 3)).rotation
     at, found = data.site_xpos[scene.index.tcp], []
     for g in np.flatnonzero(scene.moved[:, -1] > 0).tolist():
-        turn, box = data.geom_xmat[g].reshape(3, 3), model.geom_aabb[g]
-        centre = tool.T @ (data.geom_xpos[g] + turn @ box[:3] - at)
-        found.append((centre, tool.T @ turn, box[3:].copy()))
+        turn, place, box = tool.T @ data.geom_xmat[g].reshape(3, 3), tool.T @ (data.geom_xpos[g] - at), model.geom_aabb[g]
+        boxes = [_Box(place + turn @ box[:3], turn, box[3:].copy())]
+        if model.geom_type[g] == mujoco.mjtGeom.mjGEOM_MESH:
+            boxes.append(_along_tool(place + _corners(model, g) @ turn.T))
+        found.append(boxes)
     return found
+
+
+def _corners(model: Any, geom: int) -> Floats:
+    """Corners (n, 3) of a mesh in its geom's frame [m]."""
+    mesh = int(model.geom_dataid[geom])
+    first = int(model.mesh_vertadr[mesh])
+    return np.asarray(model.mesh_vert[first : first + int(model.mesh_vertnum[mesh])], float)
+
+
+def _along_tool(points: Floats) -> _Box:
+    low, high = points.min(axis=0), points.max(axis=0)
+    return _Box((low + high) / 2, np.eye(3), (high - low) / 2)

@@ -52,18 +52,20 @@ def _lift(location: Location, belief: Belief, context: Context) -> Found:
     height, here = float(location.parameters["height_m"]), tcp(belief, context)
     heights = (height, 0.6 * height)  # a lower lift, where the full one is out of reach
     ways = [(f"{h * 1000:.0f} mm up", shift(here, (0, 0, h))) for h in heights]
-    slanting = slants(height) if height > 0 else ()  # out from under what hangs over it
-    ways += [(f"{height * 1000:.0f} mm up, and as much {side}", shift(here, way)) for side, way in slanting]
-    yield from _reachable(ways, belief, context)
+    straight = list(_reachable(ways, belief, context))
+    yield from straight
+    if height > 0 and any(isinstance(one, Refused) for one in straight):  # out from under what hangs over it
+        aside = [(f"{height * 1000:.0f} mm up, and as much {side}", shift(here, way)) for side, way in slants(height)]
+        yield from _reachable(aside, belief, context, len(ways))
 
 
-def _reachable(options: list[tuple[str, Pose]], belief: Belief, context: Context) -> Found:
-    """Options whose end is reachable and free, in order."""
+def _reachable(options: list[tuple[str, Pose]], belief: Belief, context: Context, first: int = 0) -> Found:
+    """Options whose end is reachable and free, in order; there were so many others before the first."""
     from ..motion_planning.reach import collision_free_ik, make_scene
     from ..motion_planning.space import Refusal
 
     scene = make_scene(belief, context)
-    for k, (name, pose) in enumerate(options):
+    for k, (name, pose) in enumerate(options, first):
         there = collision_free_ik(scene, context, pose, belief.joints)
         if isinstance(there, Refusal):
             yield there.refused(name)

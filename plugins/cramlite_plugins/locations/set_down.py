@@ -14,16 +14,18 @@ from typing import Any
 import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import Belief, EntityName, Location, Place, Pose, Thing, thing_of
+from cramlite.model import Belief, EntityName, Floats, Location, Place, Pose, Thing, thing_of
 from cramlite.plugin import Answers, Context, Grounding, Refused, Unresolvable, hookimpl
 
 from ..motions.gripping import OPEN, release_opening
 from ..shapes.bounds import centre_of_mass, corners, support
 from ..shapes.front import front
+from ..shapes.standing_up import stood_up
 from .free_area import Offset, beside, free_area, positions
 from .from_aside import is_free, slants
 from .grips import SLACK, WIDE
-from .place_filters import ABOVE_IT, ASIDE, CHEAP, DEAR, SIDES, Filter, Obstacle, Spot, Wanted, clear, opened
+from .place_filters import ABOVE_IT, ASIDE, CHEAP, DEAR, OFF_WALLS, SIDES, Filter, Obstacle, Spot, Wanted, clear, opened
+from .room_for_more import corner, roomiest, to_come
 
 FEW_YAWS = (0.0, 90.0, -45.0)  # away from the middle of a surface [deg]
 GOLDEN = 137.5077640500378  # of one further turn, another one everywhere: the golden angle [deg]
@@ -67,7 +69,7 @@ def _spots(location: Location, belief: Belief, context: Context) -> Iterator[Gro
     the two things alone, and on where tasks have put what stands there.
     """
     targets, cheap = _targets(location, belief, context), len(CHEAP[location.relation])
-    now = as_asked(held_now(belief, context), location.parameters)
+    now = _put_down(targets[0], location)
     _check_turn(held_now(belief, context), now, targets[0])
     work, kept, passed = context.samples, list[Refused](), False
     for k, answer in _answers(targets, now, location):
@@ -91,9 +93,28 @@ def _spots(location: Location, belief: Belief, context: Context) -> Iterator[Gro
 def _answers(targets: list[Wanted], now: Pose, location: Location) -> Iterator[tuple[int, Grounding | Refused]]:
     """Each placement with the number of its position."""
     for k, (wanted, offset) in enumerate(_interleaved(targets, now, location)):
-        yaws = (*(YAWS if k < len(targets) else FEW_YAWS), *((GOLDEN * k % 360,) if k else ()))
+        few = YAWS if k < len(targets) else FEW_YAWS
+        yaws = (*_turns(wanted, now, offset, few), *((GOLDEN * k % 360,) if k else ()))
         for yaw in FACING if wanted.where.get("facing") else yaws:
             yield from ((k, answer) for answer in _turned(wanted, now, offset, yaw, location.relation))
+
+
+def _turns(wanted: Wanted, now: Pose, offset: Offset, few: tuple[float, ...]) -> tuple[float, ...]:
+    """Turns [deg], and between the walls of an opening those by which the sides of what is held are along them: first of all where it would
+    else be near a wall."""
+    import shapely
+
+    from ..shapes.surfaces import footprint
+
+    area = wanted.target.area
+    if not wanted.depth or area.area < 0.99 * shapely.box(*area.bounds).area:
+        return few  # nothing is let down, or the opening is round
+    there, axis = _spot(wanted, now, offset, 0.0, 0.0, 0.0).thing, wanted.target.pose.rotate((1.0, 0.0, 0.0))
+    side = np.subtract(*_rectangle(wanted, there)[:2])
+    apart = math.degrees(math.atan2(axis[1], axis[0]) - math.atan2(side[1], side[0]))
+    along = sorted((round(math.remainder(apart + quarter, 360.0), 2) for quarter in (0.0, 90.0, 180.0, 270.0)), key=abs)
+    narrow = not area.buffer(-OFF_WALLS).covers(footprint(wanted.thing, wanted.target.pose.inverse() * there))
+    return (*along, *few) if narrow else (*few[:1], *along, *few[1:])
 
 
 def _interleaved(targets: list[Wanted], now: Pose, location: Location) -> Iterator[tuple[Wanted, Offset]]:
@@ -105,7 +126,7 @@ def _interleaved(targets: list[Wanted], now: Pose, location: Location) -> Iterat
 
 def _positions(wanted: Wanted, now: Pose, location: Location) -> Iterator[Offset]:
     """Positions on a surface; of what is not level the middle alone, where things are least likely to tip or to slide."""
-    return iter([(0.0, 0.0)]) if wanted.under else positions(_free(wanted, now, location), _anchor(wanted))
+    return iter([(0.0, 0.0)]) if wanted.under else positions(_free(wanted, now, location), _anchor(wanted, now))
 
 
 def _at_best(targets: list[Wanted], now: Pose, location: Location) -> Iterator[Refused]:
@@ -159,8 +180,11 @@ def _turned(wanted: Wanted, now: Pose, offset: Offset, yaw: float, relation: str
 
 def _from_aside(spot: Spot, wanted: Wanted, above: float) -> Spot | None:
     """The same placement, brought there from aside: a drawer under another one has no room above, and some before it."""
-    from ..motion_planning.reach import shift
+    from ..motion_planning.reach import collision_free_ik, shift
+    from ..motion_planning.space import Refusal
 
+    if isinstance(collision_free_ik(wanted.scene, wanted.context, spot.pose, wanted.belief.joints), Refusal):
+        return None  # wherever it comes from
     for side, way in slants(above):
         aside = replace(spot, name=f"{spot.name}, from {side}", before=shift(spot.pose, way))
         free = is_free(wanted.scene, wanted.context, spot.pose, way, BETWEEN, wanted.belief.joints)
@@ -248,7 +272,7 @@ def _uneven(first: Wanted, thing: Thing, pose: Pose) -> Wanted | None:
 
 def _fits(wanted: Wanted, location: Location) -> bool:
     """Whether there is room beside what stands on a surface, and within what stands about it, in its middle at some turn."""
-    now = held_now(wanted.belief, wanted.context)
+    now = _put_down(wanted, location)
     own = replace(wanted, obstacles=tuple(o for o in wanted.obstacles if o.name == thing_of(wanted.entity)))
     within = any(not clear(_spot(own, now, (0.0, 0.0), yaw, *ONTO[0]), own) for yaw in YAWS)
     return within and not _free(wanted, now, location).is_empty
@@ -286,12 +310,13 @@ def _obstacles(wanted: Wanted, context: Context) -> tuple[Obstacle, ...]:
     return tuple(found)
 
 
-def _lying_in(wanted: Wanted) -> tuple[Obstacle, ...]:
-    """Outlines of what lies in a cavity, with the gap around, each as much wider as it is not known where it came to rest."""
+def _lying_in(wanted: Wanted, sure: bool = False) -> tuple[Obstacle, ...]:
+    """Outlines of what lies in a cavity, with the gap around, each as much wider as it is not known where it came to rest; or as if that
+    were sure."""
     from ..motion_planning.reach import uncertainty_margins
     from ..shapes.surfaces import footprint
 
-    belief, to, margins = wanted.belief, wanted.target.pose.inverse(), uncertainty_margins(wanted.belief)
+    belief, to, margins = wanted.belief, wanted.target.pose.inverse(), {} if sure else uncertainty_margins(wanted.belief)
     found = []
     for name in belief.poses:
         outline = footprint(belief.world.thing(name), to * belief.pose(name), -wanted.depth, 0.0)
@@ -323,14 +348,14 @@ def _free(wanted: Wanted, now: Pose, location: Location) -> Any:
 
 
 def _radius(wanted: Wanted, now: Pose, top: float = math.inf) -> float:
-    """Radius of the largest disc about the centre of mass in the outline of the held thing [m], up to a height over what it stands on;
+    """Radius of the largest disc about the middle of the outline of the held thing [m], up to a height over what it stands on;
     0 where that is beside it."""
     import shapely
 
     from ..shapes.surfaces import footprint
 
     low = -support(wanted.thing, now, (0.0, 0.0, -1.0))
-    outline, middle = footprint(wanted.thing, now, high=low + top), shapely.Point(*now.apply(centre_of_mass(wanted.thing))[:2])
+    outline, middle = footprint(wanted.thing, now, high=low + top), shapely.Point(*_middle(wanted, now))
     return float(outline.boundary.distance(middle)) if outline.covers(middle) else 0.0
 
 
@@ -359,6 +384,15 @@ def _check_turn(now: Pose, asked: Pose, wanted: Wanted) -> None:
         raise Unresolvable(said, tuple(grasps))
 
 
+def _put_down(wanted: Wanted, location: Location) -> Pose:
+    """How what is held is turned when it is put somewhere: as it is asked for, else as it is; what leans and is put onto something, so that
+    it stands. What is in it stays as level as it was."""
+    now = held_now(wanted.belief, wanted.context)
+    if location.relation == "on" and not wanted.where.get("attitude") and wanted.thing.filling is None:
+        return stood_up(wanted.thing, now)
+    return as_asked(now, wanted.where)
+
+
 def as_asked(now: Pose, where: Mapping[str, Any]) -> Pose:
     """Return a pose in the base frame turned the shortest way so that its z axis points up or down, where ``attitude`` wants it."""
     if not where.get("attitude"):
@@ -374,17 +408,51 @@ def as_asked(now: Pose, where: Mapping[str, Any]) -> Pose:
     return Pose(now.position, turned.quaternion)
 
 
-def _anchor(wanted: Wanted) -> Offset:
+def _anchor(wanted: Wanted, now: Pose) -> Offset:
     """The best position of all, whether it is free or not: the middle; near a thing that is asked for; for a robot that drove
-    there what is nearest to it, as a table's middle may be out of reach from all sides."""
+    there what is nearest to it, as a table's middle may be out of reach from all sides; in a container where the rest finds room."""
     to = wanted.target.pose.inverse()
     at = np.zeros(2)
+    if wanted.depth and not wanted.where.get("near"):
+        return _with_room(wanted, now)
     if other := wanted.where.get("near"):
         at = to.apply(wanted.belief.pose(other).position)[:2]
     elif wanted.belief.at is not None:
         low, high = np.reshape(wanted.target.area.bounds, (2, 2))
         at = np.clip(to.apply((0.0, 0.0, 0.0))[:2], np.minimum(low + INSET, 0.0), np.maximum(high - INSET, 0.0))
     return float(at[0]), float(at[1])
+
+
+def _with_room(wanted: Wanted, now: Pose) -> Offset:
+    """In a corner where more is to come, else amid the room that what lies there leaves; where nothing does, in the middle."""
+    lying = [o.area for o in _lying_in(wanted, sure=True)]
+    left = free_area(wanted.target.area, lying, 0.0)
+    if left.is_empty:
+        return 0.0, 0.0
+    if to_come(wanted.entity, wanted.belief, wanted.context):
+        x, y, _ = wanted.target.pose.inverse().apply((0.0, 0.0, 0.0)).tolist()
+        a, b, c, _ = _rectangle(wanted, now)
+        return corner(wanted.target.area.buffer(-OFF_WALLS), left, (math.dist(a, b), math.dist(b, c)), (x, y))
+    return roomiest(left) if lying else (0.0, 0.0)
+
+
+def _rectangle(wanted: Wanted, now: Pose) -> Floats:
+    """Corners (4, 2) of the smallest rectangle around the outline of what is held at a pose, from above [m]."""
+    import shapely
+
+    from ..shapes.surfaces import footprint
+
+    corners: Floats = shapely.get_coordinates(shapely.minimum_rotated_rectangle(footprint(wanted.thing, now)))[:4]
+    return corners
+
+
+def _middle(wanted: Wanted, now: Pose) -> Floats:
+    """What of a thing is brought over a position (2,) [m]: its centre of mass, which has to be supported; between walls of a container the
+    middle of its outline, which has to get past them."""
+    if wanted.depth:
+        found: Floats = _rectangle(wanted, now).mean(axis=0)
+        return found
+    return np.asarray(now.apply(centre_of_mass(wanted.thing)))[:2]
 
 
 def _heights(wanted: Wanted, now: Pose, relation: str) -> list[tuple[float, float]]:
@@ -402,8 +470,8 @@ def _heights(wanted: Wanted, now: Pose, relation: str) -> list[tuple[float, floa
 
 
 def _spot(wanted: Wanted, now: Pose, offset: Offset, yaw: float, height: float, above: float) -> Spot:
-    """Its centre of mass over a position of the target, leaning as it is held or as it is asked for, turned by ``yaw`` [deg]: from
-    facing the robot as it does now, or from facing what it shall face."""
+    """Its middle over a position of the target, leaning as it is held or as it is asked for, turned by ``yaw`` [deg]: from facing the robot
+    as it does now, or from facing what it shall face."""
     from ..motion_planning.reach import shift, tcp
 
     assert wanted.belief.held is not None
@@ -414,7 +482,7 @@ def _spot(wanted: Wanted, now: Pose, offset: Offset, yaw: float, height: float, 
         facing = math.atan2(to[1], to[0]) - math.atan2(ahead[1], ahead[0])
     turn = Pose.from_rotvec((0, 0, 0), (0, 0, facing + math.radians(yaw)))
     turned = Pose((0, 0, 0), (turn * Pose((0, 0, 0), now.quaternion)).quaternion)
-    x, y, _ = target - turned.apply(centre_of_mass(wanted.thing))
+    x, y = target[:2] - _middle(wanted, turned)
     thing = Pose((float(x), float(y), float(target[2]) + height + support(wanted.thing, turned, (0, 0, -1))), turned.quaternion)
     pose = thing * wanted.belief.held.tcp_to_thing.inverse()
     name = f"turned {math.remainder(yaw, 360.0):+.0f} deg, lowest point {1000 * height:+.0f} mm from it"

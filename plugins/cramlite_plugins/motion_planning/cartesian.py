@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from msgspec.structs import replace
 
-from cramlite.model import Belief, Motion, Place, Pose, Robot, Value
+from cramlite.model import Belief, Motion, Place, Pose, Robot, Value, thing_of
 from cramlite.plugin import Context, Unresolvable
 
 from ..kinematics.kinematics import (
@@ -32,6 +32,8 @@ from .space import Refusal
 if TYPE_CHECKING:
     from .planning_scene import PlanningScene
 
+HAND = "effector"
+"""What parts of the hand are called in collisions: "effector/left"."""
 SAME = 0.001, 0.01  # a pose is reached already within this [m, rad]
 COARSE = 0.025, 0.1  # steps of the quick look whether a line can follow [m, rad]; the line itself is checked finely
 
@@ -60,8 +62,21 @@ def line(motion: Motion, belief: Belief, context: Context, targets: list[Pose]) 
     found = plan_straight_line(scene, context.robot, belief.joints, targets)
     if isinstance(found, Refusal):
         said = f"no straight line to {motion.to}: {found.reason}"
-        raise Unresolvable(said, blocking=found.blocking, collision=found.collision)
+        raise _refused(said, motion, belief, context, found)
     return found.points
+
+
+def _refused(said: str, motion: Motion, belief: Belief, context: Context, no: Refusal) -> Unresolvable:
+    """What to say where there is no straight line. Where the hand or what it moves meets something, no other position of the arm helps:
+    how the arm was moved there is not to blame; where a door or a drawer does, whatever moves it there, nor is where the hand is on it."""
+    pair = no.collision.pair if no.collision else ()
+    if motion.to is None or no.collision is None or any(n.startswith(f"{no.collision.robot}/") for n in pair):
+        return Unresolvable(said, blocking=no.blocking, collision=no.collision)
+    things = {thing_of(n) for n in pair}
+    on_joint = {t.name for t in belief.world.things if t.joint is not None} & things if HAND not in things else set()
+    places = (n for n, v in context.bindings.items() if isinstance(v, Place) and (n == motion.to.name or v.thing not in on_joint))
+    objects = (n for n, v in context.bindings.items() if isinstance(v, str))
+    return Unresolvable.because_of_earlier_tasks(said, (*places, *objects), blocking=no.blocking, collision=no.collision)
 
 
 def near(a: Pose, b: Pose) -> bool:

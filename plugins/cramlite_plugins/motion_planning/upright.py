@@ -12,6 +12,7 @@ from collections.abc import Iterator, Sequence
 from itertools import pairwise
 
 import numpy as np
+from msgspec.structs import replace
 
 from cramlite.model import Belief, Motion, MoveJoints, MoveLinear, Place, Pose, Value
 from cramlite.plugin import Context, Grounding, Unresolvable
@@ -53,7 +54,8 @@ class Load(Value):
 
 
 def load(belief: Belief, context: Context) -> Load | None:
-    """Return what is held, if its class limits its tilt; of what is held upside down nothing can be spilled any more."""
+    """Return what is held, if its class limits its tilt, and to as much as it leans by already if that is more; of what is held upside down
+    nothing can be spilled any more."""
     if belief.held is None:
         return None
     thing = belief.world.thing(belief.held.thing)
@@ -62,7 +64,8 @@ def load(belief: Belief, context: Context) -> Load | None:
         return None
     x, y, z = belief.base().inverse().rotate((0.0, 0.0, 1.0)).tolist()
     found = Load(thing.name, math.radians(min(limits)) - SLACK, belief.held.tcp_to_thing, (x, y, z))
-    return found if found.tilt(forward(context.robot, belief.joints)) <= math.pi / 2 else None
+    now = found.tilt(forward(context.robot, belief.joints))
+    return replace(found, limit=max(found.limit, now + SLACK)) if now <= math.pi / 2 else None
 
 
 def carried(
@@ -76,12 +79,11 @@ def carried(
         pace: speed and acceleration of joint-space lines [rad/s, rad/s2].
 
     Raises:
-        Unresolvable: it is tilted at one of the ends already, or no way keeps it upright.
+        Unresolvable: it is tilted at the end, or no way keeps it upright.
     """
     here, there = forward(context.robot, belief.joints), forward(context.robot, goals[0])
-    for pose, where in ((here, "now"), (there, f"at the stand-off of {motion.to}")):
-        if carry.tilt(pose) > carry.limit:
-            raise Unresolvable(f"{where} {_tilted(carry, carry.tilt(pose))}", _causes(motion, context), blocking=())
+    if carry.tilt(there) > carry.limit:
+        raise Unresolvable(f"at the stand-off of {motion.to} {_tilted(carry, carry.tilt(there))}", _causes(motion, context), blocking=())
     about = f"'{carry.thing}' at most {math.degrees(carry.limit + SLACK):.0f} deg from upright ({PROPERTY})"
     if no := start_blocked(scene, belief.joints):
         raise Unresolvable(f"no path to {motion.to}: {no.reason}", blocking=no.blocking, collision=no.collision)

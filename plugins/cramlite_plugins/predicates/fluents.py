@@ -26,6 +26,7 @@ from cramlite.plugin import (
 )
 
 from ..shapes.bounds import corners
+from ..shapes.nesting import room_under
 from ..shapes.surfaces import SUNK, resting_height
 
 PEG, SURFACE, CAVITY = "vrps:Peg", "vrps:SurfaceFeature", "cram:Cavity"
@@ -157,14 +158,28 @@ def _tops(scene: SymbolicWorld) -> list[tuple[str, Floats, Floats]]:
 
 
 def _stacked(thing: Thing, scene: SymbolicWorld, boxes: list[tuple[str, Floats, Floats]]) -> str | None:
-    """The thing that can be moved itself, and whose surface is what another stands on; None where there is none."""
+    """The thing that can be moved itself, and whose surface is what another stands on, or that it leans on; None where there is none."""
     (low, high) = next(((low, high) for name, low, high in boxes if name == thing.name), (None, None))
     if low is None or high is None:
         return None
     around = (n for n, a, b in boxes if n != thing.name and all(a[:2] <= high[:2]) and all(low[:2] <= b[:2]) and a[2] <= low[2])
     below = [scene.world.thing(n) for n in around]
     height, owner = resting_height(thing, thing.pose, [(b, b.pose) for b in below])
-    return owner if abs(low[2] - height) < STANDS_WITHIN else None
+    if abs(low[2] - height) < STANDS_WITHIN:
+        return owner
+    return None if _stands(thing, float(low[2]), scene) else _leans_on(thing, below)
+
+
+def _leans_on(thing: Thing, below: list[Thing]) -> str | None:
+    """What a thing that stands on no surface would meet if it were let down: the nearest, if that is as good as touched."""
+    found = min(((abs(room_under(thing, thing.pose, b, b.pose)), b.name) for b in below), default=(math.inf, ""))
+    return found[1] if found[0] < STANDS_WITHIN else None
+
+
+def _stands(thing: Thing, low: float, scene: SymbolicWorld) -> bool:
+    """Whether the lowest point of a thing is on a surface of what cannot be moved."""
+    fixed = [(t, t.pose) for t in scene.world.things if not t.movable and t.joint is None]
+    return abs(low - resting_height(thing, thing.pose, fixed)[0]) < STANDS_WITHIN
 
 
 def _hanger(thing: Thing, scene: SymbolicWorld) -> str | None:

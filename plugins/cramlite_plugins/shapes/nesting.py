@@ -42,11 +42,8 @@ def nested(thing: Thing, pose: Pose, below: Thing, at: Pose) -> Surface | None:
     Returns:
         A level surface, as high as the thing's lowest point will be, under its centre of mass: the hull of where the two touch.
     """
-    points = corners(thing, pose)
-    (left, near, low), (right, far, _) = points.min(axis=0), points.max(axis=0)
-    xs, ys = np.arange(left, right, STEP) + STEP / 2, np.arange(near, far, STEP) + STEP / 2
-    own = heights(thing.geoms, OVERTURNED * pose, xs, -ys)
-    under = heights(below.geoms, at, _wider(xs), _wider(ys))
+    xs, ys, own, under = _seen(thing, pose, below, at)
+    low = float(corners(thing, pose)[:, 2].min())
     i, j = _lowest(own, under)
     gap = _gap(own, under, i, j)
     rise = float(gap.max())
@@ -55,8 +52,23 @@ def nested(thing: Thing, pose: Pose, below: Thing, at: Pose) -> Surface | None:
     x, y, _ = pose.apply(centre_of_mass(thing)).tolist()
     rows, columns = np.nonzero(gap > rise - SETTLES)
     touching: Floats = np.column_stack([xs[rows] - x, ys[columns] - y])
-    there = Pose((x + (i - CELLS) * STEP, y + (j - CELLS) * STEP, float(low) + rise))
+    there = Pose((x + (i - CELLS) * STEP, y + (j - CELLS) * STEP, low + rise))
     return Surface(there, shapely.MultiPoint(touching).convex_hull)
+
+
+def room_under(thing: Thing, pose: Pose, below: Thing, at: Pose) -> float:
+    """Return how far a thing could be let down straight before it meets another [m]; negative where it is in it, inf where it would pass
+    beside it. Poses as of ``nested``."""
+    _, _, own, under = _seen(thing, pose, below, at)
+    return -float(_gap(own, under, CELLS, CELLS).max())
+
+
+def _seen(thing: Thing, pose: Pose, below: Thing, at: Pose) -> tuple[Floats, Floats, Floats, Floats]:
+    """Middles of cells (n,) and (m,); a thing's lower side there, downwards (n, m), and the upper side of what is below, also around it."""
+    points = corners(thing, pose)
+    (left, near, _), (right, far, _) = points.min(axis=0), points.max(axis=0)
+    xs, ys = np.arange(left, right, STEP) + STEP / 2, np.arange(near, far, STEP) + STEP / 2
+    return xs, ys, heights(thing.geoms, OVERTURNED * pose, xs, -ys), heights(below.geoms, at, _wider(xs), _wider(ys))
 
 
 def _wider(cells: Floats) -> Floats:

@@ -39,6 +39,8 @@ class Pushing(TaskType):
             heavy = _resists(belief, action.roles["Patient"].entity or "") > PRESSED
             yield self._to_region(action, 0.0 if heavy else APART, 0.0)
             yield self._to_region(action, APART if heavy else 0.0, 1.0)
+            yield self._from_inside(action, around=False, cost=2.0)
+            yield self._from_inside(action, around=True, cost=3.0)
         else:
             yield self._along(action)
 
@@ -63,19 +65,35 @@ class Pushing(TaskType):
         return Decomposition(steps, "touch, then straight on")
 
     def _to_region(self, action: Action, apart: float, cost: float) -> Decomposition:
-        patient, touch, begin = action.roles["Patient"], (action.roles["Patient"].name,), self.begins_at(action)
-        behind = replace(begin, parameters={**begin.parameters, "apart": apart})
+        behind = self.begins_at(action)
+        behind = replace(behind, parameters={**behind.parameters, "apart": apart})
         says = "with open fingers" if apart else "with closed fingers"
-        there, push = Location(action.inside("far"), "pushed_to", patient.name), {"speed_m_s": self.parameter(action, "speed_m_s")}
-        steps = (
-            behind,
-            Motion(action.inside("fingers"), "gripper", behind, {"to": "place" if apart else "shut", "expect": "none"}, reason=says),
-            Motion(action.inside("transfer"), "transfer", behind, reason=f"over the place behind {patient.entity}"),
-            Motion(action.inside("down"), "linear", behind, {"stage": "pose"}, touch, f"behind {patient.entity}"),
-            there,
-            Motion(action.inside("push"), "linear", there, {"stage": "pose", **push}, touch, f"{patient.entity} moves along"),
-        )
+        far = Location(action.inside("far"), "pushed_to", action.roles["Patient"].name, {"begin": behind.name})
+        steps = (*self._there(action, behind, says, "place" if apart else "shut"), *self._on(action, far, "push"))
         return Decomposition(steps, f"from behind {says}, straight to its region", cost)
+
+    def _from_inside(self, action: Action, around: bool, cost: float) -> Decomposition:
+        name, begin = action.roles["Patient"].name, self.begins_at(action)
+        inside = Location(action.inside("amid" if around else "inside"), "behind", name, {**begin.parameters, "inside": True})
+        corner = Location(action.inside("corner"), "pushed_around", name, {**begin.parameters, "begin": inside.name})
+        far = Location(action.inside("far"), "pushed_to", name, {"begin": corner.name if around else inside.name})
+        first = self._on(action, corner, "aside") if around else ()
+        steps = (*self._there(action, inside, "with closed fingers in it", "shut"), *first, *self._on(action, far, "push"))
+        return Decomposition(steps, f"at its rim from inside, {'around what is in its way' if around else 'straight'}", cost)
+
+    @staticmethod
+    def _there(action: Action, begin: Location, says: str, fingers: str) -> tuple[Location | Motion, ...]:
+        entity, touch = action.roles["Patient"].entity, (action.roles["Patient"].name,)
+        return (
+            begin,
+            Motion(action.inside("fingers"), "gripper", begin, {"to": fingers, "expect": "none"}, reason=says),
+            Motion(action.inside("transfer"), "transfer", begin, reason=f"over the place where {entity} is pushed"),
+            Motion(action.inside("down"), "linear", begin, {"stage": "pose"}, touch, f"to {entity}"),
+        )
+
+    def _on(self, action: Action, there: Location, name: str) -> tuple[Location, Motion]:
+        patient, push = action.roles["Patient"], {"stage": "pose", "speed_m_s": self.parameter(action, "speed_m_s")}
+        return there, Motion(action.inside(name), "linear", there, push, (patient.name,), f"{patient.entity} moves along")
 
     def effects(self, action: Action, belief: Belief) -> Belief:
         """Return the belief with the thing somewhere within the stroke; to a region it stays before the fingers."""

@@ -96,6 +96,7 @@ class _Contacts:
         self.allowances = candidate.allowances
         self.tasks, self.held, self.moved = inner_tasks(candidate), held_at(rollout), moved_by(candidate)
         self.mounted = {frozenset((t.name, name)) for t in rollout.world.things for name in mounts(t, rollout.world)}
+        self.hollow = {t.name for t in rollout.world.things if t.feature("cram:Cavity")}
         self.weight = {t.name: (t.mass or 0.0) * GRAVITY for t in rollout.world.things}
         near = round(GRIP / float(self.times[1] - self.times[0])) if len(self.times) > 1 else 0
         pressed = pressed_at(rollout)
@@ -127,9 +128,9 @@ class _Contacts:
 
     def _declared(self, k: int, pair: Pair) -> bool:
         """The task that runs lets two touch, or the one that moves one of them: what it let go of still falls while the next runs."""
-        if self._allows(self.tasks[k], k, pair):
+        if self._allows(self.tasks[k], k, pair) or self._among_contents(self.tasks[k], k, pair):
             return True
-        return HAND not in pair and any(self._allows(t, k, pair) for t in self._movers(k, pair))
+        return HAND not in pair and any(self._allows(t, k, pair) or self._among_contents(t, k, pair) for t in self._movers(k, pair))
 
     def _movers(self, k: int, pair: Pair) -> list[str]:
         return [task for one in sorted(pair & self.moved.keys()) if (task := self.moved[one][k])]
@@ -139,6 +140,14 @@ class _Contacts:
         if pair in allowance.touches or frozenset(HELD if one == held else one for one in pair) in allowance.touches:
             return True
         return allowance.carries_on and held in pair and bool(pair & self.stood.get(held, set()))
+
+    def _among_contents(self, task: str, k: int, pair: Pair) -> bool:
+        """A task that brings a thing into a container lets it touch what lies in there."""
+        touches = self.allowances.get(task, Allowance()).touches
+        return HAND not in pair and any(
+            frozenset({one, c}) in touches and any(self._goes_on(k, frozenset({other, c})) for other in pair - {one})
+            for one in pair for c in self.hollow - pair
+        )  # fmt: skip
 
     def _goes_on(self, k: int, pair: Pair) -> bool:
         return bool(self.times[k] - self.last.get(pair, -math.inf) <= GAP)

@@ -54,7 +54,7 @@ def furthest(inertia: float) -> float:
     for k in range(40):
         rate += 2.0 * PERIOD * (1 if k < 8 else -1 if 16 <= k < 24 else 0)
         way += rate * PERIOD
-        told = way + response.lead(np.array([rate]), compliant=False)[0]
+        told = way + response.lead(np.array([rate]), free=True)[0]
         response.passed(np.array([rate]), np.zeros(6))
         state = free @ state + led * told
         off = max(off, abs(way - state[0]))
@@ -67,5 +67,5 @@ def test_an_arm_with_inertia_brakes_in_time() -> None:
 
 def test_force_mode_is_led_by_the_lag_alone() -> None:
     response = Response(0.1, 1 / 150, PERIOD, 1)
-    assert response.lead(np.array([0.5]), compliant=True) == pytest.approx(0.05)
-    assert response.lead(np.array([0.5]), compliant=False) > 0.05
+    assert response.lead(np.array([0.5]), free=False) == pytest.approx(0.05)
+    assert response.lead(np.array([0.5]), free=True) > 0.05

@@ -71,9 +71,9 @@ def test_as_many_are_looked_at_as_the_samples_allow(samples: int, count: int) ->
     assert ended.reason == f"{looked} positions were looked at, as many as the {samples} samples of a query allow"
 
 
-@pytest.mark.parametrize("samples", range(150, 200, 7))
+@pytest.mark.parametrize("samples", range(490, 540, 7))
 def test_looks_at_shapes_are_cheap(samples: int) -> None:
-    """Over an opening of 55 mm some turns of a block of 40 mm stick out, others do not."""
+    """Over an opening of 55 mm those turns along its walls come first, some others stick out."""
     narrow = basket("box", Pose((0.4, -0.4, 0.0)), (0.075, 0.3, 0.1))
     found, ended = answers(into("box"), _belief(narrow), samples)
     assert {isinstance(f, Refused) and f.passed == 0 for f in found} == {True, False}
@@ -197,16 +197,16 @@ def test_the_largest_disc_in_its_outline(geoms: tuple[Geom, ...], radius: float)
 def test_the_best_position_is_the_middle_near_what_is_asked_for_or_near_the_robot() -> None:
     belief = _belief(TIN, replace(LARGE, name="box"))
     shelf, box = _wanted(belief), _wanted(belief, "box")
-    assert set_down._anchor(shelf) == (0.0, 0.0)
-    assert set_down._anchor(_wanted(belief, where={"near": "tin"})) == pytest.approx((0.0, -0.1))
+    assert set_down._anchor(shelf, Pose()) == (0.0, 0.0)
+    assert set_down._anchor(_wanted(belief, where={"near": "tin"}), Pose()) == pytest.approx((0.0, -0.1))
     drove = replace(belief, at=Pose())
     for wanted, half in ((shelf, 0.15), (box, 0.6)):
         away = wanted.target.pose.inverse().apply((0.0, 0.0, 0.0))[:2]
-        there = set_down._anchor(replace(wanted, belief=drove))
+        there = set_down._anchor(replace(wanted, belief=drove), Pose())
         edge = half - INSET
         assert there == pytest.approx(np.clip(away, -edge, edge))
     small = replace(shelf, belief=drove, target=replace(shelf.target, area=shapely.box(-0.05, -0.1, 0.05, 0.1)))
-    assert set_down._anchor(small) == (0.0, 0.0)  # narrower than twice the inset
+    assert set_down._anchor(small, Pose()) == (0.0, 0.0)  # narrower than twice the inset
 
 
 def test_heights_over_a_surface_are_two() -> None:
@@ -487,7 +487,7 @@ def test_each_height_above_the_lowest_costs_a_little() -> None:
     steps = [round((g.value.values["height_m"] - lowest) / 0.03) for g in found]
     angles = [abs(math.radians(math.remainder(t, 360))) for _, t in turns(found)]
     assert max(steps) > 0
-    exact = [0, 30, 30, 60, 60, 90, 90, 135, 135, 180]
+    exact = [0, 30, 30, 60, 60, 90, 90, 135, 135, 180, 45]  # the last is along the walls
     first_place = [(g.cost, s, a) for g, s, a in zip(found, steps, angles, strict=True) if not g.key.startswith("(")]
     assert first_place and all(c == pytest.approx(0.1 * a + 0.02 * s) for c, s, a in first_place)
     assert {round(math.degrees(a)) for _, _, a in first_place} <= set(exact)

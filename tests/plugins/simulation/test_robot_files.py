@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import math
 import re
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -16,7 +18,7 @@ from hypothesis import strategies as st
 from msgspec.structs import replace
 from properties import examples
 
-from cramlite.model import Floats, ImportedRobot, Pose, RobotFile, Stated
+from cramlite.model import Floats, ImportedRobot, Pose, RobotFile, Stated, read_program
 from cramlite.plugin import UserError
 from cramlite.testing.plugin_checks import check_robot
 from cramlite_plugins.kinematics.kinematics import flange, forward, inverse
@@ -190,6 +192,23 @@ def test_a_program_is_proven(gripper: str, run: Callable[..., Any], tmp_path: Pa
     again = run("execute", tmp_path / "run" / "program.json", "--world", tmp_path / "run")
     assert again.code == 0, again.err  # the run's world says which file its robot is from
     assert run("check", tmp_path / "run" / "program.json").code == 0
+
+
+def test_a_robot_process_is_driven_by_a_program_of_a_robot_from_a_file(run: Callable[..., Any], tmp_path: Path) -> None:
+    scenario, parking = tmp_path / "park.yaml", SCENARIO.parent / "tasks" / "parking_arms.yaml"
+    scenario.write_text(parking.read_text().replace(LINE, SAID["ours"]))
+    assert run("resolve", scenario, "--backend", "stream", "--out", tmp_path / "run", "--no-report", "--twins", "0").code == 0
+    program, perfect = tmp_path / "run" / "program.json", Path(__file__).parents[2] / "helpers" / "perfect_arm.py"
+    home = read_program(program.read_text()).program.start
+    told = f"{sys.executable} {perfect} six.urdf '{json.dumps(home)}' 0.085"
+    done = run("execute", program, "--on", told, "--out", tmp_path / "felt")
+    assert done.code == 0, done.err
+    kept = json.loads((tmp_path / "felt" / "world.json").read_text())
+    assert kept["robots"][0]["file"]["path"] == str(SIX)
+    alone = tmp_path / "program.json"
+    alone.write_bytes(program.read_bytes())
+    lost = run("execute", alone, "--on", told)
+    assert lost.code == 2 and "There is no robot 'six.urdf'" in lost.err and "world.json" in lost.err
 
 
 def test_a_gripper_too_narrow_for_the_block_is_no_solution(run: Callable[..., Any], tmp_path: Path) -> None:

@@ -109,7 +109,7 @@ class StreamedArm(CommandedArm):
 
     def _action(self, rate: Floats, correction: Floats) -> Action:
         """The action of this period: the command, ahead by the lag and by what inertia leaves it behind, so that it brakes in time."""
-        ahead = self.q + self.response.lead(rate, self.force_mode is not None)
+        ahead = self.q + self.response.lead(rate, free=self.force_mode is None)
         hand = Action(opening=round(self.gripper.command, 6), grip=self.gripper.force)
         if self.hello.actions == "joints":
             low, high = np.array(self.arm.limits).T
@@ -136,7 +136,7 @@ class StreamedArm(CommandedArm):
         q = self.kinematics.follow(place, self.q) if isinstance(place, Pose) else place
         if q is None:
             return True  # _command says what is wrong
-        ahead = q + self.response.lead((q - self.q) / self.period, compliant=False)
+        ahead = q + self.response.lead((q - self.q) / self.period)
         return self._fit(self._way(self.kinematics.forward(ahead)) + correction) >= 1.0
 
     def _fit(self, delta: Floats) -> float:

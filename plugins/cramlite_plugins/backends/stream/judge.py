@@ -8,7 +8,9 @@ from __future__ import annotations
 
 import base64
 import binascii
+import os
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any, Self
 
 from msgspec import DecodeError, ValidationError, convert, json
@@ -39,6 +41,42 @@ class Check(Value):
     success: bool
     first: int | None
     steps: int
+
+
+class JudgeEnvironment(Value):
+    """Python environment that a judge runs in, as it needs other packages than cramlite.
+
+    Args:
+        judge: whose it is, for people.
+        place: its folder, where nobody says another one.
+        variable: environment variable that says another one.
+        size: what it takes to make it, e.g. "2.1 GB and a minute or two".
+        packages: what is installed in it, as pip is told.
+    """
+
+    judge: str
+    place: str
+    variable: str
+    size: str
+    packages: str
+
+    def python(self, folder: Path | None) -> str:
+        """Return its interpreter.
+
+        Args:
+            folder: where it is, if not in its usual place.
+
+        Raises:
+            UserError: the environment is not there; the message says the command that makes it.
+        """
+        where = folder or Path(os.environ.get(self.variable) or self.place).expanduser()
+        python = where / "bin" / "python"
+        if not python.exists():
+            raise UserError(
+                f"{self.judge}'s environment is not installed: there is no '{python}'. It takes {self.size}: "
+                f"python3 -m venv {where} && {where}/bin/pip install {self.packages}"
+            )
+        return str(python)
 
 
 class JudgeProcess:

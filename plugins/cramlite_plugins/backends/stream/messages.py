@@ -48,7 +48,7 @@ class Hello(State, kw_only=True):
         lag: how long it stays behind what it is told while it moves [s]; actions are that much ahead. Of a critically damped spring of
             natural frequency w that holds an action for its period: 2 / w less half the period.
         inertia: how far it stays behind what it is told while it speeds up, for each m/s2 or rad/s2 [s2]; 1 / w^2 of such a spring.
-            Where there is any, deltas hold the arm more stiffly to its path.
+            0 for what follows otherwise; deltas hold a spring more stiffly to its path.
         most: largest delta that it takes at once, translation [m] and rotation [rad]; None for no limit.
         tolerance: how near to a target it comes to rest, translation [m] and rotation [rad].
         fingers: how near they come to an opening [m]; None for 1.2 % of their stroke.

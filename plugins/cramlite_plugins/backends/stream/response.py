@@ -10,37 +10,41 @@ from cramlite.model import Floats
 
 STIFFER = 1.5
 """A spring is made so much stiffer by what it is told beside its command. It may pull with 0.2 to 2 times the force that it should, as
-one that treats position and rotation apart does: if its lag is 3.3 periods, an error then falls to a share of at most 0.83 a period, and
+one that treats position and rotation apart does: with 2 / w of 3.3 periods an error then falls to a share of at most 0.83 a period, and
 without to 0.89."""
 SAMPLES = 2.0
-"""Periods that the lag of the spring must be for that (0.78 a period, 0.82 without); if it is one, such a spring would swing ever more."""
+"""Periods that 2 / w must have for that (0.78 a period, 0.82 without); where it has one, such a spring would swing ever more."""
 
 
 class Response:
-    """How an arm follows: at an even speed behind by its lag; with inertia as a critically damped spring that is pulled along,
-    x'' = w^2 (u - x) - 2 w x', w^2 = 1 / inertia.
+    """How an arm follows: with a lag, or as a critically damped spring that is pulled along, x'' = w^2 (u - x) - 2 w x'.
 
     Args:
         lag: how long it stays behind at an even speed [s].
-        inertia: how far it stays behind, for each m/s2 or rad/s2 that it speeds up [s2]; 0 where nothing is known of that.
+        inertia: how far it stays behind while it speeds up [s2], 1 / w^2 of a spring; 0 where nothing is known of that.
         period: of an action [s].
         joints: of the robot.
     """
 
     def __init__(self, lag: float, inertia: float, period: float, joints: int) -> None:
         self.lag, self.inertia, self.period = lag, inertia, period
-        self.spring = 2.0 * math.sqrt(inertia)
-        self.stiffer = STIFFER if self.spring >= SAMPLES * period else 0.0
+        self.slow = 2.0 * math.sqrt(inertia)
+        self.stiffer = STIFFER if inertia and self.slow >= SAMPLES * period else 0.0
         self.rate, self.off = np.zeros(joints), np.zeros(6)
 
-    def lead(self, rate: Floats, compliant: bool) -> Floats:
-        """Return how far ahead of its command the arm is told to be (n,) [rad], at a rate (n,) of the command [rad/s]; force mode is led
-        by the lag alone."""
-        return self.lag * rate + (0.0 if compliant else self.inertia) * (rate - self.rate) / self.period
+    def lead(self, rate: Floats, free: bool = True) -> Floats:
+        """Return how far ahead of its command the arm is told to be (n,) [rad], at a rate (n,) of the command [rad/s].
+
+        Args:
+            free: whether it may be led by its acceleration, too; what a force commands is noise.
+        """
+        faster = (rate - self.rate) / self.period
+        return self.lag * rate + (self.inertia * faster if free else 0.0)
 
     def correction(self, off: Floats) -> Floats:
         """Return what is added to a delta (6,) where the tool is off the last command (6,) [m, rad]; it is damped critically, too."""
-        further, damping = (off - self.off) / self.period, self.spring * (math.sqrt(1.0 + self.stiffer) - 1.0)
+        further = (off - self.off) / self.period
+        damping = self.slow * (math.sqrt(1.0 + self.stiffer) - 1.0)
         added: Floats = self.stiffer * off + damping * further
         return added
 

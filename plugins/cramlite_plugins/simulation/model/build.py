@@ -191,7 +191,7 @@ def _add_joint(spec: Any, body: Any, thing: Thing, joint: Joint) -> None:
         frictionloss=joint.friction,
         armature=max(STICKS * joint.friction - _inertia(thing, joint), 0.0),
     )
-    if joint.parent:
+    if joint.parent and not joint.meets:
         spec.add_exclude(bodyname1=thing.name, bodyname2=joint.parent)
 
 

@@ -20,7 +20,7 @@ MODELLED = 0.1
 """A joint whose zero is within this share of its range of an end was modelled in that state: knobs off, switches up."""
 
 
-def joint_of(source: Any, group: Group, parent: str) -> tuple[Joint, list[str]]:
+def joint_of(source: Any, group: Group, parent: str, meets: bool) -> tuple[Joint, list[str]]:
     """Return the joint of a group with its closed end at the lower value, and what was found and changed in it.
 
     Closed is where it and its carrier take the least room: a drawer that starts open is still drawn out of its cabinet. Where
@@ -29,7 +29,8 @@ def joint_of(source: Any, group: Group, parent: str) -> tuple[Joint, list[str]]:
 
     Args:
         source: a ``Source``.
-        parent: name of the thing that it does not collide with.
+        parent: name of the thing that it is mounted in.
+        meets: whether it collides with that.
     """
     model, data = source.model, source.data
     j = joints(model, group.root)[0]
@@ -50,7 +51,7 @@ def joint_of(source: Any, group: Group, parent: str) -> tuple[Joint, list[str]]:
     pose = Pose.from_axes(tuple(float(v) for v in model.jnt_pos[j]), axis, x)
     kind: Any = "slide" if slide else "hinge"
     damping, friction = float(np.max(model.dof_damping[dof])), float(model.dof_frictionloss[dof])
-    return Joint(kind, pose, low, high, min(max(value, low), high), parent, damping, friction), notes
+    return Joint(kind, pose, low, high, min(max(value, low), high), parent, damping, friction, meets), notes
 
 
 def _left_out(model: Any, joint: int, dof: int, name: str) -> list[str]:

@@ -76,9 +76,11 @@ def _things(source: Any, groups: tuple[Group, ...]) -> tuple[list[Made], list[st
     called = {g.root: model.body(g.root).name or f"body_{g.root}" for g in groups}
     solid = [g for g in groups if _solid(model, g)]
     notes += [f"'{called[g.root]}' has no shape that collides; left out" for g in groups if g not in solid]
+    kinds = {g.root: g.kind for g in solid}
     names = {g.root: _named(called[g.root], taken, notes) for g in solid}
     for group in solid:
-        found = make(source, group, names[group.root], _mounted(source, group, names))
+        parent = names.get(group.parent, "") if group.kind == "joint" and kinds.get(group.parent) != "free" else ""
+        found = make(source, group, names[group.root], parent, bool(parent) and not _apart(source, group))
         if found is not None and group.kind == "joint":
             found = replace(found, carrier=names.get(group.parent, ""))
         if found is None:
@@ -112,15 +114,12 @@ def _named(name: str, taken: dict[str, str], notes: list[str]) -> str:
     return plain
 
 
-def _mounted(source: Any, group: Group, names: Mapping[int, str]) -> str:
-    """The thing that a jointed one is mounted in, if the file keeps them from colliding, or they overlap at the start."""
+def _apart(source: Any, group: Group) -> bool:
+    """Whether the file keeps a jointed group and what it is mounted in from colliding, or they overlap at the start."""
     model, data = source.model, source.data
-    if group.kind != "joint" or not group.parent:
-        return ""
     both = [(a, b) for a in group.bodies for b in group.carrier]
     excluded = bool({_pair(*p) for a, b in both for p in ((a, b), (b, a))} & {int(s) for s in model.exclude_signature})
-    inside = any(_between(model, data.contact[c].geom, group) and data.contact[c].dist < -0.002 for c in range(data.ncon))
-    return names.get(group.parent, "") if excluded or inside else ""
+    return excluded or any(_between(model, data.contact[c].geom, group) and data.contact[c].dist < -0.002 for c in range(data.ncon))
 
 
 def _pair(a: int, b: int) -> int:

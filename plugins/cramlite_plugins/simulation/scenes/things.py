@@ -43,13 +43,14 @@ class Made(Value):
     carrier: str = ""
 
 
-def make(source: Any, group: Group, name: str, parent: str) -> Made | None:
+def make(source: Any, group: Group, name: str, parent: str, meets: bool) -> Made | None:
     """Make the thing of a group; None if it has no shape that collides.
 
     Args:
         source: a ``Source``.
         name: of the thing.
-        parent: name of the thing that it is mounted in, if the file keeps the two from colliding.
+        parent: name of the fixed thing that it is mounted in; "" for none.
+        meets: whether the two collide.
     """
     model, data = source.model, source.data
     frame = pose_of(data.xpos[group.root], data.xmat[group.root])
@@ -63,7 +64,7 @@ def make(source: Any, group: Group, name: str, parent: str) -> Made | None:
         mass, inertia = _inertia(model, data, group.bodies, frame)
         thing = replace(thing, mass=mass, inertia=inertia)
     if group.kind == "joint":
-        joint, said = joint_of(source, group, parent)
+        joint, said = joint_of(source, group, parent, meets)
         thing = replace(thing, joint=joint, type=CLASSES[joint.kind])
         notes += said
     names = (*(model.body(b).name for b in group.bodies), *(s.name for s in shapes))

@@ -1,0 +1,36 @@
+"""Rates that were counted, with their intervals."""
+
+from __future__ import annotations
+
+from .value import Value
+from .wilson import wilson_interval
+
+
+class Rate(Value):
+    """Rate: so many of so many, with the 95 % Wilson score interval (Wilson, JASA 22, 1927)."""
+
+    hits: int
+    total: int
+
+    @property
+    def rate(self) -> float:
+        """Observed rate, 0 to 1; 0 where nothing was tried."""
+        return self.hits / self.total if self.total else 0.0
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """Bounds of its interval; (0, 1) where nothing was tried."""
+        return wilson_interval(self.hits, self.total)
+
+    @property
+    def text(self) -> str:
+        """The rate for people: "27 of 29 (.93, .78 to .98)"."""
+        if not self.total:
+            return "none tried"
+        low, high = self.interval
+        return f"{self.hits} of {self.total} ({digits(self.rate)}, {digits(low)} to {digits(high)})"
+
+
+def digits(rate: float) -> str:
+    """Return a rate in two digits, ".93"; "1.00" for all."""
+    return f"{rate:.2f}".removeprefix("0")

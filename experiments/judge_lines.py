@@ -1,0 +1,49 @@
+"""Lines of a judge's process: requests come in, one JSON object a line, and each is answered with one.
+
+The judges' scripts beside this file share it. They run in environments of their own, so nothing of cramlite is imported here.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from typing import Any
+
+REQUESTS = ("reset", "hello", "scene", "step", "check", "cameras")
+
+
+class Refused(Exception):
+    """A request that cannot be served; the message is for people."""
+
+
+def answer(judge: Any, ask: dict[str, Any]) -> dict[str, Any]:
+    """Serve a request with the judge's method of its name; all but ``reset`` need an episode, the judge's ``env``.
+
+    Raises:
+        Refused: there is no such request, or no episode yet.
+    """
+    name = ask.pop("ask", None)
+    if name not in REQUESTS:
+        raise Refused(f"there is no request '{name}'")
+    if name != "reset" and judge.env is None:
+        raise Refused(f"'{name}' needs an episode; 'reset' begins one")
+    said: dict[str, Any] = getattr(judge, name)(**ask)
+    return said
+
+
+def serve(judge: Any) -> None:
+    """Answer until the input ends, or ``end`` is asked. What simulators print goes to standard error."""
+    lines = os.fdopen(os.dup(1), "w")
+    os.dup2(2, 1)
+    for line in sys.stdin:
+        try:
+            ask = json.loads(line)
+            if ask.get("ask") == "end":
+                return
+            said = answer(judge, ask)
+        except Refused as refused:
+            said = {"error": str(refused)}
+        except (ValueError, TypeError, AttributeError) as error:
+            said = {"error": f"{type(error).__name__}: {error}"}
+        print(json.dumps(said), file=lines, flush=True)

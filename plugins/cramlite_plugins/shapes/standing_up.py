@@ -1,0 +1,50 @@
+"""The level that a leaning thing comes to when it is let go of: onto the face of its hull that is nearest to facing down."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import shapely
+
+from cramlite.model import Floats, Pose, Thing, Vector3
+
+from .bounds import centre_of_mass, corners
+from .convex import hull_planes
+from .surfaces import FLAT, LEVEL
+
+MOST = math.radians(40.0)
+"""What leans more lies on its side rather than that it leans: a bowl that hangs on its rim."""
+_DOWN = np.array([0.0, 0.0, -1.0])
+
+
+def stood_up(thing: Thing, pose: Pose) -> Pose:
+    """Return a pose turned the shortest way so that the thing stands; as it is where it stands already, or has no face to stand on.
+
+    Args:
+        pose: of the thing, in a frame whose z is up.
+    """
+    points = corners(thing, Pose())
+    normals, centre = hull_planes(_tuples(points))[:, :3], np.asarray(centre_of_mass(thing))
+    leaning = np.arccos(np.clip((normals @ pose.rotation.T) @ _DOWN, -1.0, 1.0))
+    faces = (int(k) for k in np.argsort(leaning, kind="stable") if leaning[k] <= MOST)
+    face = next((k for k in faces if _carries(points, normals[k], centre)), None)
+    if face is None or leaning[face] <= LEVEL:
+        return pose
+    down = pose.rotate(normals[face])
+    axis = np.cross(down, _DOWN)
+    x, y, z = (axis / np.linalg.norm(axis) * leaning[face]).tolist()
+    return Pose(pose.position, (Pose.from_rotvec((0, 0, 0), (x, y, z)) * Pose((0, 0, 0), pose.quaternion)).quaternion)
+
+
+def _carries(points: Floats, normal: Floats, centre: Floats) -> bool:
+    """Whether the centre of mass (3,) is over what of the points (n, 3) is in the plane that bounds them along a normal."""
+    along = points @ normal
+    level = (1.0, 0.0, 0.0) if abs(normal[0]) < 0.9 else (0.0, 1.0, 0.0)
+    frame = Pose.from_axes((0.0, 0.0, 0.0), normal, level).inverse()
+    foot = shapely.MultiPoint(frame.apply(points[along > along.max() - FLAT])[:, :2]).convex_hull
+    return bool(foot.area > 0 and foot.contains(shapely.Point(frame.apply(centre)[:2])))
+
+
+def _tuples(points: Floats) -> tuple[Vector3, ...]:
+    return tuple((float(x), float(y), float(z)) for x, y, z in points)

@@ -1,0 +1,59 @@
+"""Room for what else goes into a container: corners, what is left, and whom later tasks bring there."""
+
+from __future__ import annotations
+
+import pytest
+import shapely
+from hypothesis import given
+from hypothesis import strategies as st
+from msgspec.structs import replace
+from test_places import _belief, _context
+
+from cramlite.model import Action, Object, Pose
+from cramlite_plugins.locations.room_for_more import corner, roomiest, to_come
+from cramlite_plugins.simulation.objects.products_and_fixtures import basket, block
+
+SQUARE = shapely.box(-0.1, -0.1, 0.1, 0.1)
+sides = st.floats(0.03, 0.1)
+
+
+@given(sides, sides)
+def test_the_first_of_several_is_put_against_two_walls(x: float, y: float) -> None:
+    at = corner(SQUARE, SQUARE, (x, y), (-1.0, -1.0))
+    assert sorted(abs(v) for v in at) == pytest.approx(sorted((0.1 - x / 2, 0.1 - y / 2)), abs=1e-4)
+    assert at[0] < 0 and at[1] < 0  # of corners alike the one near the robot
+
+
+def test_it_is_not_put_where_something_lies() -> None:
+    left = SQUARE.difference(shapely.box(-0.1, -0.1, 0.0, 0.1))
+    assert corner(SQUARE, left, (0.06, 0.06), (-1.0, -1.0))[0] >= 0.03
+
+
+def test_what_fits_nowhere_is_put_amid_what_is_left() -> None:
+    assert corner(SQUARE, SQUARE, (0.3, 0.3), (0.0, 0.0)) == pytest.approx(roomiest(SQUARE), abs=1e-3)
+
+
+def test_the_last_is_put_amid_the_largest_part_that_is_left() -> None:
+    x, y = roomiest(SQUARE.difference(shapely.box(-0.1, -0.1, 0.02, 0.1)))
+    assert x == pytest.approx(0.06, abs=0.002) and abs(y) <= 0.061
+
+
+def named(task: str, **roles: str) -> Action:
+    return Action(task, task, {k: Object(v, entity=v) for k, v in roles.items()})
+
+
+@pytest.mark.parametrize(
+    ("later", "names"),
+    [
+        (named("artm:Ungrasping", Locatum="tin", Relatum="box"), ("tin",)),
+        (named("artm:Ungrasping", Locatum="tin", Relatum="shelf"), ()),  # not into it
+        (named("soma:Retracting", Relatum="box"), ()),  # brings nothing
+        (named("artm:Ungrasping", Locatum="ball", Relatum="box"), ()),  # nobody knows where that is
+    ],
+)
+def test_what_later_tasks_bring_there(later: Action, names: tuple[str, ...]) -> None:
+    box, tin = basket("box", Pose((0.4, -0.4, 0.0)), (0.2, 0.3, 0.1)), block("tin", Pose((0.45, 0.35, 0.19)), (0.05, 0.05, 0.08))
+    belief = _belief(box, tin)
+    assert to_come("box", belief, replace(_context(belief), agenda=(later, later))) == names
+    inside = belief.related(("in", "tin", "box"))
+    assert to_come("box", inside, replace(_context(belief), agenda=(later,))) == ()
