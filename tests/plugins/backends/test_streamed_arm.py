@@ -1,0 +1,56 @@
+"""The arm of a robot process: how fast it goes where the process takes small deltas only, and when it has arrived."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from cramlite.model import Pose
+from cramlite_plugins.backends.stream.arm import StreamedArm
+from cramlite_plugins.backends.stream.messages import Action, Hello, State
+from cramlite_plugins.robots.ur5e import UR5E
+from cramlite_plugins.simulation.controller.nominal_arm import NominalArm
+
+MOST = 0.01, 0.1
+HELLO = Hello(protocol=1, robot="ur5e", actions="deltas", rate=20.0, joints=UR5E.home, opening=0.08, most=MOST)
+WAY = 0.15
+
+
+def led(swing: Callable[[int], float] = lambda _: 0.0) -> tuple[list[float], StreamedArm]:
+    """Lengths of the deltas on a way of 150 mm along x, planned with 1 m/s; the tool is off by ``swing`` [m] along y."""
+    nominal, sent = NominalArm(UR5E), list[float]()
+    q = np.array(UR5E.home)
+
+    def step(action: Action) -> State:
+        nonlocal q
+        assert action.delta is not None
+        sent.append(float(np.linalg.norm(action.delta[:3])))
+        x, y, z = np.add(arm.kinematics.forward(arm.q).position, (0.0, swing(len(sent)), 0.0)).tolist()
+        found = nominal.follow(Pose((x, y, z), arm.kinematics.forward(arm.q).quaternion), q)
+        assert found is not None
+        q = found
+        return State(joints=tuple(q.tolist()), opening=0.08)
+
+    arm = StreamedArm(UR5E, HELLO, step)
+    here = arm.kinematics.forward(arm.q)
+    x, y, z = here.position
+    motion = arm.move_linear(Pose((x + WAY, y, z), here.quaternion), 1.0, 5.0)
+    while arm.motion is motion:
+        arm.cycle()
+    return sent, arm
+
+
+def test_a_motion_is_as_fast_as_the_process_takes_it_and_not_faster() -> None:
+    sent, _ = led()
+    assert max(sent) <= MOST[0] * (1 + 1e-6)
+    assert len(sent) <= 1.15 * WAY / MOST[0] + 1  # 15 periods of the largest delta, and what 32 parts of the speed leave
+    assert np.mean(sent[1:-1]) > 0.9 * MOST[0]
+
+
+@pytest.mark.parametrize(("before", "more"), [(0.001, 0), (0.0005, 0), (-0.0021, 1)])
+def test_a_tool_that_only_passes_its_target_has_not_arrived(before: float, more: int) -> None:
+    """It is 1 mm off when the motion ends, which would do, and was ``before`` [m] a period ago: 2 mm are left if it goes on like that."""
+    count = len(led()[0])
+    assert len(led(lambda period: before if period == count - 1 else 0.001 * (period >= count))[0]) == count + more
