@@ -27,6 +27,7 @@ from cramlite.plugin import (
 
 from ..shapes.bounds import corners
 from ..shapes.nesting import room_under
+from ..shapes.standing_up import stood_up
 from ..shapes.surfaces import SUNK, resting_height
 
 PEG, SURFACE, CAVITY = "vrps:Peg", "vrps:SurfaceFeature", "cram:Cavity"
@@ -167,7 +168,8 @@ def _stacked(thing: Thing, scene: SymbolicWorld, boxes: list[tuple[str, Floats, 
     height, owner = resting_height(thing, thing.pose, [(b, b.pose) for b in below])
     if abs(low[2] - height) < STANDS_WITHIN:
         return owner
-    return None if _stands(thing, float(low[2]), scene) else _leans_on(thing, below)
+    upright = stood_up(thing, thing.pose) is thing.pose
+    return None if upright or _stands(thing, float(low[2]), scene) else _leans_on(thing, below)
 
 
 def _leans_on(thing: Thing, below: list[Thing]) -> str | None:
