@@ -172,10 +172,10 @@ def descendants(process: int) -> set[int]:
 @pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="looks for processes in /proc")
 @pytest.mark.parametrize(("how", "code"), [(signal.SIGINT, 130), (signal.SIGKILL, -9)])
 def test_ctrl_c_and_kill_end_workers_and_judges_and_keep_what_is_done(how: int, code: int, tmp_path: Path, small: JudgedExperiment) -> None:
-    """The first episode has no words and takes no time, its judge hangs in the second one's reset, its fifth request."""
+    """The first episode has no words and takes no time, its judge hangs in the second one's reset, its sixth request."""
     out = tmp_path / "out"
     words = [sys.executable, "-m", "cramlite", "experiment", SMALL, "--suite", "table", "--tasks", "2", "--states", "0:2", "--out", out]
-    hangs = {**os.environ, "SMALL_JUDGE": "hang 5"}
+    hangs = {**os.environ, "SMALL_JUDGE": "hang 6"}
     running = subprocess.Popen([*words, "--workers", "1"], stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True, env=hangs)
     try:
         begun = out / "episodes" / "table-2-1" / "begun"

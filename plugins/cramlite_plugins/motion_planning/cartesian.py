@@ -70,7 +70,7 @@ def _refused(said: str, motion: Motion, belief: Belief, context: Context, no: Re
     """What to say where there is no straight line. Where the hand or what it moves meets something, no other position of the arm helps:
     how the arm was moved there is not to blame; where a door or a drawer does, whatever moves it there, nor is where the hand is on it."""
     pair = no.collision.pair if no.collision else ()
-    if motion.to is None or no.collision is None or any(n.startswith(f"{no.collision.robot}/") for n in pair):
+    if motion.to is None or no.collision is None or any(thing_of(n) == no.collision.robot for n in pair):
         return Unresolvable(said, blocking=no.blocking, collision=no.collision)
     things = {thing_of(n) for n in pair}
     on_joint = {t.name for t in belief.world.things if t.joint is not None} & things if HAND not in things else set()

@@ -9,7 +9,7 @@ from edited import against, engine, findings, objections, proven, replaced, run,
 from msgspec.structs import replace
 
 from cramlite.interpretation.fluents import symbolic_world
-from cramlite.model import JudgingLimits, MoveJoints, Pose, World
+from cramlite.model import Finding, JudgingLimits, MoveJoints, Pose, World
 from cramlite.planning.goal_literals import literals_of_goals
 from cramlite.plugin import Candidate
 from cramlite_plugins.simulation.objects.products_and_fixtures import block
@@ -145,6 +145,18 @@ def test_a_thing_that_was_taken_for_another_is_one_when_the_program_runs() -> No
         things = tuple(replace(t, type=kind) if t.name == "block" else t for t in good.world.things)
         ran = replace(run(good, replaced(good), replace(good.world, things=things)), world=good.world)
         assert ("recognised" not in objections(ran)) is passes
+
+
+def test_an_arm_that_is_led_by_its_tool_is_stretched_no_more_than_it_may_be() -> None:
+    good = proven("placing")
+
+    def keeping(distance: float) -> list[Finding]:
+        """What is said where the arm must keep a distance from singularities."""
+        return [f for f in findings(replace(good, robot=replace(good.robot, conditioning=distance))) if f.validator == "singularities"]
+
+    assert keeping(0.0) == []  # an arm that is sent joint positions goes through
+    (least,) = (f.value for f in keeping(1e-6))
+    assert least is not None and [f.passed for f in keeping(least)] == [True] and [f.passed for f in keeping(2 * least)] == [False]
 
 
 @pytest.mark.parametrize("judge", ["joint_limits", "program_safety"])
