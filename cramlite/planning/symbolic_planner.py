@@ -75,7 +75,8 @@ def fast_downward(
         for file, content in zip(files, (text.domain, text.problem), strict=False):
             file.write_text(content)
         *inputs, plan, log = files
-        command = [sys.executable, str(_driver()), "--plan-file", str(plan), "--sas-file", str(Path(folder) / "sas"), "--search-memory-limit", ROOM]
+        sas = str(Path(folder) / "sas")
+        command = [sys.executable, str(_driver()), "--plan-file", str(plan), "--sas-file", sas, "--search-memory-limit", ROOM]
         few = FEW_INVARIANTS if ":derived" in text.domain else ()
         before, behind = ((), (*few, "--search-options", *SHORTEST)) if shortest else (ALIAS, few)
         with log.open("w") as said:
