@@ -217,8 +217,7 @@ def _findings(answer: object) -> list[Finding]:
 def conflict_of(verdict: Verdict, state: State) -> Conflict:
     """Return the choices that a failed proof depends on.
 
-    They are objects, places and decompositions up to the task that failed. Another path between the same places would
-    fail in the same way, so motions are left out.
+    They are objects, places and decompositions up to the task that failed.
 
     Another path between the same places would fail in the same way, so motions are left out; and so are places, where an
     objection stands that no other place changes.

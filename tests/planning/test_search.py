@@ -346,3 +346,27 @@ def test_a_motion_that_nobody_resolves_is_not_cured_by_another_place(plugin: Plu
     assert trial.bindings(Action("1.Sliding", "cram:Sliding")) == []
     assert len(trial.outcomes("place", "chosen")) == 1
     assert [e.reason for e in trial.trace.entries if "no plugin resolves" in e.reason]
+
+
+TWO_WAYS = """
+from cramlite.plugin import Decomposition, TaskType
+class Task(TaskType):
+    task = "x:Task"
+    def decompose(self, action, belief):
+        yield Decomposition((Location(action.inside("away"), "retreat"),), "back first")
+        yield Decomposition((), "as it is", 1.0)
+@hookimpl
+def task_types():
+    return [Task()]
+@hookimpl
+def resolve_location(location, belief, context):
+    yield Refused("120 mm back", "out of reach", blocking=BLOCKING)
+"""
+
+
+@pytest.mark.parametrize("blocking", [(), ("tea",), None])
+def test_where_a_place_within_a_task_is_refused_the_task_is_tried_in_another_way(plugin: Plugin, blocking: tuple[str, ...] | None) -> None:
+    """That nothing, or a thing, is in the way does not say that the place has to be asked for."""
+    trial = Trial(plugin("two_ways", f"BLOCKING = {blocking!r}\n{TWO_WAYS}"))
+    assert len(trial.bindings(Action("1.Task", "x:Task"))) == 1
+    assert trial.outcomes("1.Task", "chosen") == ["back first", "as it is"]
