@@ -50,6 +50,7 @@ def _grasps(location: Location, belief: Belief, context: Context) -> Iterator[Gr
     if handle is None or thing.joint is None:
         lacks = "cram:Handle to hold it by" if handle is None else "joint to open it by"
         raise Unresolvable(f"'{entity}' has no {lacks}", (location.of or "",), blocking=())
+    check_way(location, thing, belief, context)
     hand, late = HandAround(belief, context, thing), list[Grounding | Refused]()
     tilted = itertools.product(TILTS, (0.0, 180.0), (0.0,), (0.0, TIPS))
     ways = [*tilted, *itertools.product((0.0,), (0.0, 180.0), LEANS, (TIPS,))]
@@ -65,6 +66,21 @@ def _grasps(location: Location, belief: Belief, context: Context) -> Iterator[Gr
         found = hand.around(at, width)
         late.append(_held(name, found, 0.1 * (k + len(ways))) if isinstance(found, Place) else found.refused(name))
     yield from late
+
+
+def check_way(location: Location, thing: Thing, belief: Belief, context: Context) -> None:
+    """Check that a thing gets as far along its joint as a location says in "least" (a share of the range), before any hand is tried.
+
+    Raises:
+        Unresolvable: something is in its way; whatever hand moves it, it meets that.
+    """
+    from .joint_way import met_on_its_way
+
+    if (joint := thing.joint) is None or (least := location.parameters.get("least")) is None:
+        return
+    value, goal = joint_value(belief, thing.name, belief.base() * belief.pose(thing.name)), joint.lower + least * (joint.upper - joint.lower)
+    if goal > value and (met := met_on_its_way(thing, value, goal, belief, context)):
+        raise Unresolvable(met.reason, (location.of or "",), blocking=met.blocking)
 
 
 def _held(name: str, place: Place, cost: float) -> Grounding:

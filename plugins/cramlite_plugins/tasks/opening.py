@@ -37,7 +37,7 @@ class Opening(ByHandle):
 
     def _pressing(self, action: Action) -> Decomposition:
         patient, touch, way = action.roles["Patient"], (action.roles["Patient"].name,), self.way(action)
-        atop, back = Location(action.inside("atop"), "atop", patient.name), Location(action.inside("away"), "retreat")
+        atop, back = Location(action.inside("atop"), "atop", patient.name, self._least(action)), Location(action.inside("away"), "retreat")
         limits = {k: self.parameter(action, k) for k in ("speed_m_s", "force_limit_n", "press_n")}
         steps = (
             atop,
@@ -51,6 +51,13 @@ class Opening(ByHandle):
             Motion(action.inside("back"), "linear", back, {"stage": "pose"}, touch, "clear of the handle"),
         )
         return Decomposition(steps, "press on the handle from above and draw it along", 1.0)
+
+    def begins_at(self, action: Action) -> Location:
+        return replace(super().begins_at(action), parameters=self._least(action))
+
+    def _least(self, action: Action) -> dict[str, float]:
+        """How far it must get, whatever hand opens it."""
+        return {"least": self.parameter(action, "share") or LEAST}
 
     def way(self, action: Action) -> Location:
         patient = action.roles["Patient"].name
