@@ -78,7 +78,8 @@ def check_way(location: Location, thing: Thing, belief: Belief, context: Context
 
     if (joint := thing.joint) is None or (least := location.parameters.get("least")) is None:
         return
-    value, goal = joint_value(belief, thing.name, belief.base() * belief.pose(thing.name)), joint.lower + least * (joint.upper - joint.lower)
+    value = joint_value(belief, thing.name, belief.base() * belief.pose(thing.name))
+    goal = joint.lower + least * (joint.upper - joint.lower)
     if goal > value and (met := met_on_its_way(thing, value, goal, belief, context)):
         raise Unresolvable(met.reason, (location.of or "",), blocking=met.blocking)
 
