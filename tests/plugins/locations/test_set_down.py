@@ -26,10 +26,8 @@ from cramlite_plugins.simulation.objects.products_and_fixtures import basket, bl
 LARGE = table("box", Pose((0.45, 0.35, 0.15)), (1.2, 1.2, 0.02))
 TIN = block("tin", Pose((0.45, -0.45, 0.19)), (0.05, 0.05, 0.08))
 Answer = Grounding | Refused
-RING = tuple(
-    Geom("box", (*half, 0.02), Pose((*at, 0.0)))
-    for at, half in (((0.05, 0.0), (0.005, 0.05)), ((-0.05, 0.0), (0.005, 0.05)), ((0.0, 0.05), (0.055, 0.005)), ((0.0, -0.05), (0.055, 0.005)))
-)
+SIDES = (((0.05, 0.0), (0.005, 0.05)), ((-0.05, 0.0), (0.005, 0.05)), ((0.0, 0.05), (0.055, 0.005)), ((0.0, -0.05), (0.055, 0.005)))
+RING = tuple(Geom("box", (*half, 0.02), Pose((*at, 0.0))) for at, half in SIDES)
 """Walls around a square of 90 mm."""
 
 
