@@ -95,8 +95,9 @@ def _across(joint: Joint, handle: Feature, tilt: float, turn: float, lean: float
     across = handle.pose.rotate((0, 1, 0) if joint.kind == "hinge" else (1, 0, 0))
     into = handle.pose.rotate((0, 0, -1))
     straight = Pose.from_axes(handle.pose.position, into, np.cross(across, into))
-    for turns in ((tilt, 0.0, 0.0), (0.0, 0.0, turn), (0.0, lean, 0.0)):
-        straight *= Pose.from_rotvec((0, 0, 0), np.radians(turns))
+    for degrees, (x, y, z) in ((tilt, (1, 0, 0)), (turn, (0, 0, 1)), (lean, (0, 1, 0))):
+        angle = math.radians(degrees)
+        straight *= Pose.from_rotvec((0, 0, 0), (angle * x, angle * y, angle * z))
     return straight
 
 
