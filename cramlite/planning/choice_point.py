@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Collection, Mapping
+from itertools import takewhile
 from typing import Any
 
 from msgspec import Struct, field
@@ -142,7 +143,18 @@ class ChoicePoint(Struct):
         opened = (i.action for i in self.state.agenda if isinstance(i, Effect))
         known = {a.name: a for a in (*self.state.actions, *self.state.parts, *opened)}
         settled = self.domain - self.state.passed - self.state.reached  # where the arm is led settles nothing of things
-        return {n for n in settled if _is_about(n, meant, self.state.bindings, known)}
+        return {n for n in settled - self._held_before if _is_about(n, meant, self.state.bindings, known)}
+
+    @property
+    def _held_before(self) -> set[str]:
+        """Places where earlier tasks held or touched a thing on a joint: however they did, it is as far along that as they moved it."""
+        now, earlier = {i.action.name for i in self.state.agenda if isinstance(i, Effect)}, dict[str, Place]()
+        for name in takewhile(lambda n: n not in now, (n for n, _ in self.state.choices)):
+            if isinstance(place := self.state.bindings.get(name), Place) and isinstance(self.item, Location):
+                earlier[name] = place
+        joints = {t.name for t in self.state.belief.world.things if t.joint is not None}
+        moved = {p.thing for p in earlier.values() if p.path} & joints
+        return {name for name, p in earlier.items() if p.thing in moved and not p.path}
 
     @property
     def asked_by(self) -> set[str]:

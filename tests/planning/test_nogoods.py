@@ -12,9 +12,22 @@ from properties import examples
 from test_search import FINE, TASK, Trial
 
 from cramlite import Budget, Trace
-from cramlite.model import Action, Belief, Compound, Location, Motion, Object, RobotMount, World
+from cramlite.model import (
+    Action,
+    Belief,
+    Compound,
+    Joint,
+    Location,
+    Motion,
+    Object,
+    Place,
+    Pose,
+    RobotMount,
+    Thing,
+    World,
+)
 from cramlite.planning.choice_point import CAPS, ChoicePoint, Nogoods, key_of
-from cramlite.planning.state import State
+from cramlite.planning.state import Effect, State
 
 Plugin = Callable[[str, str], Path]
 NAMES = ("a", "b", "c", "d")
@@ -163,6 +176,27 @@ def point(item: Action | Object | Location | Motion | Compound, *chosen: str, **
 )
 def test_what_alternatives_depend_on(item: Action | Object | Location | Motion, domain: set[str]) -> None:
     assert point(item, "tea", "1.X", "1.X/go", motions=frozenset({"1.X/go"})).domain == domain
+
+
+@pytest.mark.parametrize(
+    ("item", "task", "joint", "about"),
+    [
+        (Location("grasp", "grasp", "tea"), "2.Grasping", True, {"opened"}),
+        (Location("away", "retreat"), "1.Opening", True, {"handle", "opened"}),
+        (Motion("2.Grasping/go", "free"), "2.Grasping", True, {"handle", "opened"}),
+        (Location("grasp", "grasp", "tea"), "2.Grasping", False, {"handle", "opened"}),
+    ],
+)
+def test_how_a_drawer_was_held_does_not_say_where_it_is(item: Location | Motion, task: str, joint: bool, about: set[str]) -> None:
+    """Once that is done: what says how far it was opened does. What is on no joint is where the hand that held it was."""
+    slide = Joint("slide", Pose(), 0.0, 0.2) if joint else None
+    world = World((Thing("drawer", "soma:Drawer", Pose(), (), joint=slide),), (RobotMount("arm", "none"),))
+    belief = Belief(world, {}, "arm", (), 0.0)
+    bindings = {"handle": Place(Pose(), Pose(), thing="drawer"), "opened": Place(Pose(), Pose(), thing="drawer", path=(Pose(),))}
+    made = ("1.Opening", "handle", "opened", *(("2.Grasping",) if task == "2.Grasping" else ()))
+    choices, agenda = tuple((name, "x") for name in made), (Effect(Action(task, f"soma:{task[2:]}")),)
+    asked = ChoicePoint(item, State(agenda, belief, choices=choices, bindings=bindings), Trace(), 0)
+    assert asked.about(["drawer"]) & {"handle", "opened"} == about
 
 
 def test_how_many_alternatives_are_tried() -> None:
