@@ -101,3 +101,27 @@ def test_a_judge_that_is_none_is_explained(module: ModuleType, tmp_path: Path, s
     with module.Libero(environment(tmp_path, script), patience=0.1) as judge, pytest.raises(UserError) as caught:
         judge.reset("libero_90", 0, 0)
     assert said in str(caught.value) and "\n" not in str(caught.value)
+
+
+WEIGHED = """<mujoco><worldbody>
+  <body name="frame"><body name="bowl" pos="0 0 1"><joint type="slide"/><geom type="box" size=".05 .04 .01" density="100"/></body></body>
+  <body name="stated"><freejoint/><inertial pos="0 0 .1" mass="2" diaginertia=".1 .1 .1"/><geom type="sphere" size=".05"/></body>
+</worldbody></mujoco>"""
+
+
+def test_what_the_judge_weighs_is_stated_in_the_scene_that_it_hands_out() -> None:
+    import mujoco
+
+    theirs, ours = (mujoco.MjModel.from_xml_string(WEIGHED) for _ in range(2))
+    bowl, stated = theirs.body("bowl").id, theirs.body("stated").id
+    theirs.body_mass[bowl], theirs.body_ipos[bowl], theirs.body_inertia[bowl] = 0.0313, (0.0, 0.0, 0.02), (3e-5, 4e-5, 5e-5)
+    theirs.body_mass[stated] = 3.0  # what the file itself states stays
+
+    text = module_of(LIBERO / "masses.py").with_masses(WEIGHED, theirs)
+
+    read = mujoco.MjModel.from_xml_string(text)
+    assert read.body_mass[[bowl, stated]] == pytest.approx([0.0313, 2.0])
+    assert read.body_ipos[bowl] == pytest.approx([0.0, 0.0, 0.02])
+    assert sorted(read.body_inertia[bowl]) == pytest.approx([3e-5, 4e-5, 5e-5])
+    assert text.count("<inertial") == 2  # none for the frame, which weighs nothing
+    assert ours.body_mass[bowl] != pytest.approx(0.0313, rel=0.1)
