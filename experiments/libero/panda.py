@@ -41,6 +41,14 @@ JAWS = Jaws(
 )  # fmt: skip
 MASS = 0.52
 """Of the hand and its fingers [kg]."""
+HALVES = ((0.0316, 0.104), (0.0282, 0.103), (0.0226, 0.102))
+"""Half thickness and half width of the hand in slices of equal height, from the flange to the fingers [m]: the outline of robosuite's
+mesh of it, meshes/panda_gripper/hand.stl, which is 18 mm from its middle at the fingers and 32 mm at the flange."""
+
+
+def _slice(k: int) -> str:
+    half, (x, y) = HEIGHT / len(HALVES) / 2, HALVES[k]
+    return f'<geom name="gripper/{k}" type="box" pos="0 0 {(2 * k + 1) * half:.6g}" size="{x} {y} {half:.6g}" rgba=".9 .9 .9 1"/>'
 
 
 def gripper_mjcf(wrist: str) -> tuple[str, str]:
@@ -49,7 +57,7 @@ def gripper_mjcf(wrist: str) -> tuple[str, str]:
     body = (
         f'<body name="gripper" quat="{turn}" gravcomp="1"><site name="ft" quat="{back}"/><site name="tcp" pos="0 0 {SITE}"/>'
         f'<inertial pos="0 0 0.05" mass="{MASS - 2 * JAWS.mass}" diaginertia="0.0005 0.0003 0.0005"/>'
-        f'<geom name="gripper/0" type="box" pos="0 0 {HEIGHT / 2}" size="0.0315 0.102 {HEIGHT / 2}" rgba=".9 .9 .9 1"/>'
+        f"{''.join(_slice(k) for k in range(len(HALVES)))}"
         f"{finger(JAWS, 'left', 1)}{finger(JAWS, 'right', -1)}</body>"
     )
     return body, beside(JAWS, wrist)
