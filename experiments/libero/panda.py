@@ -41,14 +41,15 @@ JAWS = Jaws(
 )  # fmt: skip
 MASS = 0.52
 """Of the hand and its fingers [kg]."""
-HALVES = ((0.0316, 0.104), (0.0282, 0.103), (0.0226, 0.102))
-"""Half thickness and half width of the hand in slices of equal height, from the flange to the fingers [m]: the outline of robosuite's
-mesh of it, meshes/panda_gripper/hand.stl, which is 18 mm from its middle at the fingers and 32 mm at the flange."""
+SLICES = ((0.0, 0.022, 0.0316, 0.104), (0.022, 0.044, 0.0276, 0.1028), (0.044, 0.057, 0.0221, 0.1013), (0.057, HEIGHT, 0.0189, 0.1003))
+"""The hand from the flange on: from where to where, half thickness and half width there [m]. Outline of the hull of robosuite's mesh,
+meshes/panda_gripper/hand.stl, which gets thinner towards the fingers."""
 
 
 def _slice(k: int) -> str:
-    half, (x, y) = HEIGHT / len(HALVES) / 2, HALVES[k]
-    return f'<geom name="gripper/{k}" type="box" pos="0 0 {(2 * k + 1) * half:.6g}" size="{x} {y} {half:.6g}" rgba=".9 .9 .9 1"/>'
+    low, high, x, y = SLICES[k]
+    size = f"{x} {y} {(high - low) / 2:.6g}"
+    return f'<geom name="gripper/{k}" type="box" pos="0 0 {(low + high) / 2:.6g}" size="{size}" rgba=".9 .9 .9 1"/>'
 
 
 def gripper_mjcf(wrist: str) -> tuple[str, str]:
@@ -57,7 +58,7 @@ def gripper_mjcf(wrist: str) -> tuple[str, str]:
     body = (
         f'<body name="gripper" quat="{turn}" gravcomp="1"><site name="ft" quat="{back}"/><site name="tcp" pos="0 0 {SITE}"/>'
         f'<inertial pos="0 0 0.05" mass="{MASS - 2 * JAWS.mass}" diaginertia="0.0005 0.0003 0.0005"/>'
-        f"{''.join(_slice(k) for k in range(len(HALVES)))}"
+        f"{''.join(_slice(k) for k in range(len(SLICES)))}"
         f"{finger(JAWS, 'left', 1)}{finger(JAWS, 'right', -1)}</body>"
     )
     return body, beside(JAWS, wrist)
