@@ -5,6 +5,7 @@ A judge's environment is played by a folder with a shell script for a Python.
 
 from __future__ import annotations
 
+from itertools import pairwise
 from pathlib import Path
 from types import ModuleType
 
@@ -125,3 +126,18 @@ def test_what_the_judge_weighs_is_stated_in_the_scene_that_it_hands_out() -> Non
     assert sorted(read.body_inertia[bowl]) == pytest.approx([3e-5, 4e-5, 5e-5])
     assert text.count("<inertial") == 2  # none for the frame, which weighs nothing
     assert ours.body_mass[bowl] != pytest.approx(0.0313, rel=0.1)
+
+
+def test_the_hand_is_as_thick_as_its_mesh_at_the_flange_and_thinner_at_the_fingers() -> None:
+    import mujoco
+
+    model = mujoco.MjModel.from_xml_string(module_of(LIBERO / "panda.py").mjcf())
+    hand = model.body("gripper").id
+    boxes = sorted((float(model.geom_pos[g][2]), *model.geom_size[g]) for g in range(model.ngeom) if model.geom_bodyid[g] == hand)
+    bounds = [(z - half, z + half, x, y) for z, x, y, half in boxes]
+    assert bounds[0][0] == pytest.approx(0.0) and bounds[-1][1] == pytest.approx(0.066)
+    assert all(one[1] == pytest.approx(other[0]) for one, other in pairwise(bounds))
+    mesh = {0.006: 0.0316, 0.018: 0.0286, 0.030: 0.0256, 0.042: 0.0226, 0.054: 0.0196, 0.060: 0.0181}  # half its thickness, measured
+    for height, half in mesh.items():
+        x = next(b[2] for b in bounds if b[0] <= height < b[1])
+        assert half <= x < half + 0.006
