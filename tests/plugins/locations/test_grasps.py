@@ -100,3 +100,17 @@ def test_a_bottle_is_also_gripped_by_its_neck() -> None:
     widths = np.array([g.width for g in grips.ranked(bottle("b", Pose()), GRIPPER, 0.9)])
     assert np.isclose(widths, 0.028).any()
     assert np.isclose(widths, 0.068).any()
+
+
+def test_a_flat_box_is_also_taken_by_a_hand_that_leans_but_upright_first() -> None:
+    half = (0.04, 0.021, 0.009)
+    found = grips.ranked(Thing("box", "cram:Product", Pose(), (Geom("box", half),), mass=0.1), GRIPPER, 0.9)
+    above = [g for g in found if g.pose.rotate((0, 0, 1))[2] < -0.8]
+    leaning = [g for g in above if g.lean]
+    assert leaning and not above[0].lean
+    for grip in leaning:
+        assert abs(math.degrees(math.acos(-grip.pose.rotate((0, 0, 1))[2])) - 30) < 0.1
+        assert abs(grip.pose.rotate((0, 1, 0))[2]) < 1e-6  # the pads stay along the faces
+        ends = [grip.pose.apply((side * GRIPPER.pad[0] / 2, 0.0, GRIPPER.pad[1] / 2))[2] for side in (-1, 1)]
+        assert -half[2] + 0.002 < min(ends) < half[2]  # off what it lies on
+    assert {g.lean for g in grips.ranked(Thing("can", "cram:Product", Pose(), (Geom("cylinder", (0.03, 0.05)),)), GRIPPER, 0.9)} == {0.0}
