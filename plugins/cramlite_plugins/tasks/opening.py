@@ -13,7 +13,7 @@ from ..task_kit.bases import FORCES, SPEED, ByHandle
 
 LEAST = 0.8
 """Share of the range that something is opened to by its handle where no grip of that opens it further."""
-TOUCH = {"speed_m_s": 0.02, "force_n": 3.0, "beyond_m": 0.03}
+TOUCH = {"speed_m_s": 0.02, "force_n": 3.0, "beyond_m": 0.03, "free_m_s": 0.1}
 
 
 class Opening(ByHandle):
@@ -37,7 +37,7 @@ class Opening(ByHandle):
 
     def _pressing(self, action: Action) -> Decomposition:
         patient, touch, way = action.roles["Patient"], (action.roles["Patient"].name,), self.way(action)
-        atop, back = Location(action.inside("atop"), "atop", patient.name), Location(action.inside("away"), "retreat")
+        atop, back = Location(action.inside("atop"), "atop", patient.name, self._least(action)), Location(action.inside("away"), "retreat")
         limits = {k: self.parameter(action, k) for k in ("speed_m_s", "force_limit_n", "press_n")}
         steps = (
             atop,
@@ -51,6 +51,13 @@ class Opening(ByHandle):
             Motion(action.inside("back"), "linear", back, {"stage": "pose"}, touch, "clear of the handle"),
         )
         return Decomposition(steps, "press on the handle from above and draw it along", 1.0)
+
+    def begins_at(self, action: Action) -> Location:
+        return replace(super().begins_at(action), parameters=self._least(action))
+
+    def _least(self, action: Action) -> dict[str, float]:
+        """How far it must get, whatever hand opens it."""
+        return {"least": self.parameter(action, "share") or LEAST}
 
     def way(self, action: Action) -> Location:
         patient = action.roles["Patient"].name
