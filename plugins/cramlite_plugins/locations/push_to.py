@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,16 +14,16 @@ from cramlite.model import Belief, Feature, Floats, Gripper, Held, Location, Pla
 from cramlite.plugin import Answers, Context, Grounding, Refused, Unresolvable, hookimpl
 
 from ..shapes.bounds import support
-from ..shapes.carried_along import PUSHED, carried_along, pushed_along
+from ..shapes.carried_along import PUSHED, carried_along
 from ..shapes.ray_casting import body, intervals
 from .antipodal import FINGER
 
 if TYPE_CHECKING:
     from ..motion_planning.space import Refusal
+    from .push_way import Left
 
 ABOVE, GAP = 0.06, 0.01  # over the place behind a thing at the stand-off, and from there to the thing [m]
 LOW = 1 / 3  # finger tips over what carries a thing, as a share of its height: under a plate's rim, that they meet
-LIFT, CLEAR = 0.003, 0.002  # while its way is checked, above what it slides along, and from all else [m]
 SHARES = (0.0, 0.35, 0.6)
 """Of a region's half sides, towards the thing, from its middle: ends of the way; the rest is left for how far it slips."""
 TURNS = (0.0, 180.0)
@@ -32,11 +32,12 @@ EIGHTHS = (0.0, 180.0, 90.0, 270.0, 45.0, 225.0, 135.0, 315.0)
 """The same of closed fingers in a thing."""
 SPOTS = ((0.0, 0.0), (0.02, 0.0), (0.0, 0.02), (0.0, -0.02), (-0.02, 0.0))
 """For these, from its middle, ahead and to the left [m]: where the hand is beside what stands beside the thing."""
-ASIDE = (0.05, -0.05, 0.09, -0.09, 0.13, -0.13)
-"""Corners of a way around something, beside the straight one, to the left [m]."""
+INNER = 0.6
+"""Of a region's half sides, from its middle: where ways around something end."""
 OVER, DEEP = 0.002, 0.006  # finger tips in a thing, over its floor; the least that its rim stands up from that [m]
 SHORT = 1e-6  # [m]: no way at all
 UP = np.array([0.0, 0.0, 1.0])
+LIFT, CLEAR = 0.003, 0.002  # while its way is checked, above what it slides along, and from all else [m]
 Spot = tuple[float, float]
 Hand = tuple[Floats, Pose, float, str]
 """The level way (3,) of a thing, the TCP from where it begins, how far the fingers are open [m], and how the hand is held."""
@@ -44,8 +45,8 @@ Hand = tuple[Floats, Pose, float, str]
 
 @hookimpl
 def resolve_location(location: Location, belief: Belief, context: Context) -> Answers:
-    """Resolve locations "behind", "pushed_to" and "pushed_around"; None for other relations."""
-    finders = {"behind": _behind, "pushed_to": _pushed_to, "pushed_around": _pushed_around}
+    """Resolve locations "behind" and "pushed_to"; None for other relations."""
+    finders = {"behind": _behind, "pushed_to": _pushed_to}
     finder = finders.get(location.relation)
     return finder(location, belief, context) if finder else None
 
@@ -63,6 +64,9 @@ def _behind(location: Location, belief: Belief, context: Context) -> Iterator[Gr
     if not thing.movable:
         raise Unresolvable(f"'{entity}' is fixed and cannot be pushed", (location.of or "",))
     area, frame = _region(thing, pose, str(location.parameters["region"]), belief)
+    if inside and (no := _no_way(belief, context, entity, _left(area, frame), _towards(pose, area, frame, 0.0), location)):
+        said = f"'{entity}' cannot be pushed there, whatever holds it: {no.reason}"
+        raise Unresolvable(said, (), blocking=no.blocking, collision=no.collision)
     hands = _hands_in if inside else _hands_behind
     for k, (way, at, opening, turn) in enumerate(hands(thing, pose, location, context.robot.gripper, area, frame)):
         name = f"by ({1000 * way[0]:+.0f} {1000 * way[1]:+.0f}) mm, hand {turn}"
@@ -79,72 +83,96 @@ def _behind(location: Location, belief: Belief, context: Context) -> Iterator[Gr
 
 
 def _pushed_to(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
-    """Straight on from where a piece of its way ended or begins until a thing is in its region; nothing may be in its way."""
+    """From where its way begins until a thing is in its region: straight, where nothing may be in its way, or with "around" by corners
+    around what is."""
     from ..motion_planning.reach import bound, causes
     from ..motion_planning.space import Refusal
 
     entity = bound(context, location.of)
     begun: Place = context.bindings[str(location.parameters["begin"])]
-    leg = _leg(belief, context, entity, (begun.values["x_m"], begun.values["y_m"]), begun.opening or 0.0)
-    if isinstance(leg, Refusal):
-        said = f"'{entity}' cannot be pushed on: {leg.reason}"
-        raise Unresolvable(said, causes(location, context), blocking=leg.blocking, collision=leg.collision)
-    yield Grounding(leg[0], f"{1000 * leg[0].values[PUSHED]:.0f} mm straight on", key="on")
+    opening = begun.opening or 0.0
+    if location.parameters.get("around"):
+        there = _around(location, belief, context, entity, opening)
+    else:
+        there = _along(belief, context, entity, [(begun.values["x_m"], begun.values["y_m"])], opening)
+    if isinstance(there, Refusal):
+        said = f"'{entity}' cannot be pushed on: {there.reason}"
+        raise Unresolvable(said, causes(location, context), blocking=there.blocking, collision=there.collision)
+    corners, straight = len(there.path) // 2, f"{1000 * there.values[PUSHED]:.0f} mm"
+    yield Grounding(there, f"{straight} away by {corners} corners" if corners else f"{straight} straight on", key="on")
 
 
-def _pushed_around(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
-    """To a corner beside the straight way, from which a thing goes straight on into its region: around what is in its way."""
-    from ..motion_planning.reach import bound
+def _around(location: Location, belief: Belief, context: Context, entity: str, opening: float) -> Place | Refusal:
+    """A way around what is in the way, with as few corners as the arm can follow."""
+    from ..motion_planning.reach import shift, tcp
     from ..motion_planning.space import Refusal
+    from .push_way import met_with_hand, way_around
 
-    entity = bound(context, location.of)
-    pose, begun = belief.pose(entity), context.bindings[str(location.parameters["begin"])]
-    area, frame = _region(belief.thing(entity), pose, str(location.parameters["region"]), belief)
-    for k, (corner, end) in enumerate(_corners(np.asarray(pose.position), area, frame)):
-        name = f"by way of ({1000 * corner[0]:+.0f} {1000 * corner[1]:+.0f}) mm"
-        leg = _leg(belief, context, entity, corner, begun.opening)
-        after = leg if isinstance(leg, Refusal) else _leg(pushed_along(leg[1], leg[0]), context, entity, end, begun.opening)
-        if isinstance(after, Refusal):
-            yield after.refused(name)
-        elif not isinstance(leg, Refusal):
-            values = {**leg[0].values, "x_m": end[0], "y_m": end[1]}
-            yield Grounding(replace(leg[0], opening=begun.opening, values=values), name, 0.1 * k, key=name)
+    pose, here, thing = belief.pose(entity), tcp(belief, context), belief.thing(entity)
+
+    def pushing(ahead: Floats) -> Pose:
+        return shift(here, _gap(thing, pose, here, ahead, opening, context.robot.gripper) * ahead)
+
+    left = _left(*_region(thing, pose, str(location.parameters["region"]), belief))
+    corners = way_around(pose.position[:2], left, met_with_hand(belief, context, entity, pushing))
+    if isinstance(corners, Refusal):
+        return corners
+    taken: list[Spot] = []
+    while corners:
+        ways = [_along(belief, context, entity, [*taken, to], opening) for to in corners]
+        furthest = max((k for k, one in enumerate(ways) if isinstance(one, Place)), default=None)
+        if furthest is None:
+            return ways[0]
+        taken, corners = [*taken, corners[furthest]], corners[furthest + 1 :]
+    return _along(belief, context, entity, taken, opening)
 
 
-def _leg(belief: Belief, context: Context, entity: str, to: Spot, opening: float) -> tuple[Place, Belief] | Refusal:
-    """A straight piece of way on which fingers bring a thing's origin to a point of the base's x-y plane, and the arm at its end."""
+def _no_way(belief: Belief, context: Context, entity: str, left: Left, way: Floats, location: Location) -> Refusal | None:
+    """What is in the way of a thing without a hand, so that looking for hands is of no use; None where nothing is."""
+    from ..motion_planning.space import Refusal
+    from .push_way import STEP, met_alone, way_around
+
+    met, (x, y, _) = met_alone(belief, context, entity), belief.pose(entity).position
+    if location.parameters.get("around"):
+        found = way_around((x, y), left, met)
+        return found if isinstance(found, Refusal) else None
+    parts = np.linspace(0.0, 1.0, math.ceil(float(np.linalg.norm(way)) / STEP) + 1)
+    return next((no for k in parts[1:] if (no := met((x + float(k * way[0]), y + float(k * way[1])), (0, 0)))), None)
+
+
+def _left(area: Feature, frame: Pose) -> Left:
+    """How far points of the base's x-y plane are from the middle part of an area [m]."""
+    half, back = INNER * np.array(_sides(area)) / 2, frame.inverse()
+    height = frame.position[2]
+    return lambda spot: float(np.linalg.norm(np.maximum(np.abs(back.apply((*spot, height))[:2]) - half, 0.0)))
+
+
+def _along(belief: Belief, context: Context, entity: str, corners: Sequence[Spot], opening: float) -> Place | Refusal:
+    """Straight pieces of way on which fingers bring a thing's origin to points of the base's x-y plane, one after the other.
+
+    Before each but the first they go over to where they meet the thing on its way, through its middle part or past that.
+    """
     from ..motion_planning.cartesian import plan_straight_line
     from ..motion_planning.reach import make_scene, shift, tcp
     from ..motion_planning.space import Refusal
 
     here, pose, thing = tcp(belief, context), belief.pose(entity), belief.thing(entity)
-    way = np.array([to[0] - pose.position[0], to[1] - pose.position[1], 0.0])
-    length = float(np.linalg.norm(way))
-    ahead = way / max(length, SHORT)
-    gap = _gap(thing, pose, here, ahead, opening, context.robot.gripper)
-    end, over = shift(here, way + gap * ahead), shift(pose, LIFT * UP - gap * ahead)
-    held = Held(entity, here.inverse() * over, 0.0, carries=carried_along(belief, entity))
-    scene = make_scene(belief.grasped(held), context, [entity], clearance=CLEAR)
-    found = plan_straight_line(scene, context.robot, belief.joints, [end])
-    if isinstance(found, Refusal):
-        return found
-    x, y, _ = (float(v) for v in ahead)
-    return Place(end, end, approach=(x, y, 0.0), thing=entity, values={PUSHED: length}), belief.moved(found.points[-1])
-
-
-def _corners(start: Floats, area: Feature, frame: Pose) -> Iterator[tuple[Spot, Spot]]:
-    """Corners beside the way to an area, and ends in it, the shortest ways first."""
-    half = 0.6 * np.array(_sides(area)) / 2
-    spots = [frame.apply((*(half * share), 0.0)) for share in itertools.product((0.0, 1.0, -1.0), repeat=2)]
-    found = []
-    for x, y, _ in (np.asarray(s) for s in spots):
-        way = np.array([x, y]) - start[:2]
-        left = np.array([-way[1], way[0]]) / max(float(np.linalg.norm(way)), SHORT)
-        for share, aside in itertools.product((0.5, 1.0), ASIDE):
-            corner = start[:2] + share * way + aside * left
-            length = math.dist(corner, start[:2]) + math.dist(corner, (x, y))
-            found.append((length, (float(corner[0]), float(corner[1])), (float(x), float(y))))
-    yield from ((corner, end) for _, corner, end in sorted(found))
+    joints, path, gone, carries = belief.joints, list[Pose](), np.zeros(3), carried_along(belief, entity)
+    for x, y in corners:
+        way = np.array([x - pose.position[0], y - pose.position[1], 0.0]) - gone
+        ahead = way / max(float(np.linalg.norm(way)), SHORT)
+        start = shift(here, gone + _gap(thing, pose, here, ahead, opening, context.robot.gripper) * ahead)
+        held = Held(entity, start.inverse() * shift(pose, gone + LIFT * UP), 0.0, carries=carries)
+        scene = make_scene(belief.grasped(held), context, [entity], clearance=CLEAR)
+        over = plan_straight_line(None, context.robot, joints, [start])
+        found = over if isinstance(over, Refusal) else plan_straight_line(scene, context.robot, over.points[-1], [shift(start, way)])
+        if isinstance(found, Refusal):
+            return found
+        joints, gone = found.points[-1], gone + way
+        path += [*([start] if path else []), shift(start, way)]
+    length = float(np.linalg.norm(gone))
+    x, y, _ = (float(v) for v in gone / max(length, SHORT))
+    return Place(path[-1], path[-1], approach=(x, y, 0.0), path=tuple(path), thing=entity, values={PUSHED: length})
 
 
 def _region(thing: Thing, pose: Pose, name: str, belief: Belief) -> tuple[Feature, Pose]:

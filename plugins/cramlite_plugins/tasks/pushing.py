@@ -69,16 +69,15 @@ class Pushing(TaskType):
         behind = replace(behind, parameters={**behind.parameters, "apart": apart})
         says = "with open fingers" if apart else "with closed fingers"
         far = Location(action.inside("far"), "pushed_to", action.roles["Patient"].name, {"begin": behind.name})
-        steps = (*self._there(action, behind, says, "place" if apart else "shut"), *self._on(action, far, "push"))
+        steps = (*self._there(action, behind, says, "place" if apart else "shut"), *self._on(action, far))
         return Decomposition(steps, f"from behind {says}, straight to its region", cost)
 
     def _from_inside(self, action: Action, around: bool, cost: float) -> Decomposition:
         name, begin = action.roles["Patient"].name, self.begins_at(action)
-        inside = Location(action.inside("amid" if around else "inside"), "behind", name, {**begin.parameters, "inside": True})
-        corner = Location(action.inside("corner"), "pushed_around", name, {**begin.parameters, "begin": inside.name})
-        far = Location(action.inside("far"), "pushed_to", name, {"begin": corner.name if around else inside.name})
-        first = self._on(action, corner, "aside") if around else ()
-        steps = (*self._there(action, inside, "with closed fingers in it", "shut"), *first, *self._on(action, far, "push"))
+        where = {**begin.parameters, "around": around}
+        inside = Location(action.inside("amid" if around else "inside"), "behind", name, {**where, "inside": True})
+        far = Location(action.inside("far"), "pushed_to", name, {**where, "begin": inside.name})
+        steps = (*self._there(action, inside, "with closed fingers in it", "shut"), *self._on(action, far))
         return Decomposition(steps, f"at its rim from inside, {'around what is in its way' if around else 'straight'}", cost)
 
     @staticmethod
@@ -91,9 +90,9 @@ class Pushing(TaskType):
             Motion(action.inside("down"), "linear", begin, {"stage": "pose"}, touch, f"to {entity}"),
         )
 
-    def _on(self, action: Action, there: Location, name: str) -> tuple[Location, Motion]:
-        patient, push = action.roles["Patient"], {"stage": "pose", "speed_m_s": self.parameter(action, "speed_m_s")}
-        return there, Motion(action.inside(name), "linear", there, push, (patient.name,), f"{patient.entity} moves along")
+    def _on(self, action: Action, far: Location) -> tuple[Location, Motion]:
+        patient, push = action.roles["Patient"], {"stage": "path", "speed_m_s": self.parameter(action, "speed_m_s")}
+        return far, Motion(action.inside("push"), "linear", far, push, (patient.name,), f"{patient.entity} moves along")
 
     def effects(self, action: Action, belief: Belief) -> Belief:
         """Return the belief with the thing somewhere within the stroke; to a region it stays before the fingers."""
