@@ -34,7 +34,7 @@ SPOTS = ((0.0, 0.0), (0.02, 0.0), (0.0, 0.02), (0.0, -0.02), (-0.02, 0.0))
 """For these, from its middle, ahead and to the left [m]: where the hand is beside what stands beside the thing."""
 INNER = 0.6
 """Of a region's half sides, from its middle: where ways around something end."""
-OVER, DEEP = 0.002, 0.006  # finger tips in a thing, over its floor; the least that its rim stands up from that [m]
+OVER, DEEP = 0.0005, 0.006  # finger tips in a thing, over its floor; the least that its rim stands up from that [m]
 SHORT = 1e-6  # [m]: no way at all
 UP = np.array([0.0, 0.0, 1.0])
 LIFT, CLEAR = 0.003, 0.002  # while its way is checked, above what it slides along, and from all else [m]

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import Belief, Motion, MoveJoints, MoveLinear, Place, Pose
+from cramlite.model import Belief, Motion, MoveJoints, MoveLinear, Place
 from cramlite.plugin import Answers, Context, Grounding, Unresolvable, hookimpl
 
 from ..kinematics.timing import STEADY, steady_speed
@@ -117,27 +117,19 @@ def _linear(motion: Motion, belief: Belief, context: Context) -> Found:
     from ..motion_planning.reach import tcp
 
     place, here = place_of(motion, context), tcp(belief, context)
-    stage = motion.parameters.get("stage")
-    targets = place.path if stage == "path" else (place.before if stage == "before" else place.pose,)
-    if near(here, targets[-1]) and len(targets) == 1:
+    target = place.before if motion.parameters.get("stage") == "before" else place.pose
+    if near(here, target):
         yield Grounding((), "the tool is there already", key="there")
         return
-    steps, way, after = list[MoveLinear](), 0.0, belief
-    for target in targets:
-        points = line(motion, after, context, [target])
-        steps.append(_straight(motion, context, target, points, here.distance(target)[0]))
-        way, here, after = way + here.distance(target)[0], target, after.moved(points[-1])
-    corners = f" by {len(targets) - 1} corners" if len(targets) > 1 else ""
-    reason = f"straight {1000 * way:.0f} mm{corners}, free of collision{noted(motion)}"
-    yield Grounding(tuple(steps), reason, 0.0, pushed_along(after, place), key="line")
-
-
-def _straight(motion: Motion, context: Context, target: Pose, points: Sequence[Any], way: float) -> MoveLinear:
+    points = line(motion, belief, context, [target])
     bare = "speed_m_s" not in motion.parameters
     pace, brakes = context.robot.pace if bare or value(motion, "paced") else 1.0, context.robot.pace if bare else 1.0
     slow, acceleration = value(motion, "speed_m_s"), brakes * value(motion, "acceleration_m_s2")  # who brakes hard goes too far
-    speed = steady_speed(context.robot, points, way, pace * slow, slow)
-    return MoveLinear(target, speed, acceleration, points[-1], origin=motion.name, comment=motion.reason)
+    speed = steady_speed(context.robot, points, here.distance(target)[0], pace * slow, slow)
+    step = MoveLinear(target, speed, acceleration, points[-1], origin=motion.name, comment=motion.reason)
+    reason = f"straight {1000 * here.distance(target)[0]:.0f} mm, free of collision{noted(motion)}"
+    after = pushed_along(belief, place).moved(points[-1])
+    yield Grounding((step,), reason, 0.0, after, key="line")
 
 
 def place_of(motion: Motion, context: Context) -> Place:
