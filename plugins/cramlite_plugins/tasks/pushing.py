@@ -17,6 +17,8 @@ and lasting 0.6 N count as a grip (episodes/detection/grasped.py). Closed finger
 GRAVITY = 9.81
 DOWN = {"speed_m_s": 0.02, "free_m_s": 0.1, "force_n": 2.0, "beyond_m": 0.01}
 """To the floor of a thing."""
+LOST = 2.0
+"""How long fingers in a thing may go without pressing on it [s]: at its rim they take it along all the same."""
 SLIPS = 0.005
 """Of a thing on the fingers that push it to a region [m]."""
 
@@ -31,8 +33,8 @@ class Pushing(TaskType):
     parameters = (
         Parameter("distance_m", 0.06, "five times what rules call displaced, and more than the play at the start"),
         Parameter("speed_m_s", 0.02, "at 30 mm/s a pushed block runs ahead of the fingers in simulation"),
-        Parameter("slide_m_s", 0.04, "fingers pressed into a thing hold it back, too, so that it does not run ahead"),
-        Parameter("press_n", 3.0, "on the floor of a thing that fingers push from inside: without it they tip it up at its rim"),
+        Parameter("slide_m_s", 0.05, "fingers pressed into a thing hold it back, too, so that it does not run ahead"),
+        Parameter("press_n", 10.0, "on the floor of a thing that fingers push from inside: with 3 N they tip a plate up at its rim"),
         Parameter("touch_force_n", 1.0, "0.2 kg on wood slides at 1.2 N; less is noise of the sensor"),
     )
 
@@ -87,7 +89,9 @@ class Pushing(TaskType):
         where, touch = {**begin.parameters, "around": around}, (patient.name,)
         inside = Location(action.inside("amid" if around else "inside"), "behind", patient.name, {**where, "inside": True})
         far = Location(action.inside("far"), "pushed_to", patient.name, {**where, "begin": inside.name})
-        slide = {"press_n": self.parameter(action, "press_n"), "speed_m_s": self.parameter(action, "slide_m_s")}
+        slide = {
+            "press_n": self.parameter(action, "press_n"), "speed_m_s": self.parameter(action, "slide_m_s"), "lost_s": LOST,
+        }  # fmt: skip
         steps = (
             *self._over(action, inside, "with closed fingers in it", "shut"),
             Motion(action.inside("tare"), "zero_sensor", reason="what the sensor reads here is no contact force"),
