@@ -34,7 +34,7 @@ SPOTS = ((0.0, 0.0), (0.02, 0.0), (0.0, 0.02), (0.0, -0.02), (-0.02, 0.0))
 """For these, from its middle, ahead and to the left [m]: where the hand is beside what stands beside the thing."""
 INNER = 0.6
 """Of a region's half sides, from its middle: where ways around something end."""
-OVER, DEEP = 0.0005, 0.006  # finger tips in a thing, over its floor; the least that its rim stands up from that [m]
+OVER, DEEP, PLAY = 0.0005, 0.006, 0.001  # finger tips in a thing, over its floor; the least that its rim stands up; before it [m]
 SHORT = 1e-6  # [m]: no way at all
 UP = np.array([0.0, 0.0, 1.0])
 LIFT, CLEAR = 0.003, 0.002  # while its way is checked, above what it slides along, and from all else [m]
@@ -64,11 +64,11 @@ def _behind(location: Location, belief: Belief, context: Context) -> Iterator[Gr
     if not thing.movable:
         raise Unresolvable(f"'{entity}' is fixed and cannot be pushed", (location.of or "",))
     area, frame = _region(thing, pose, str(location.parameters["region"]), belief)
-    if inside and (no := _no_way(belief, context, entity, _left(area, frame), _towards(pose, area, frame, 0.0), location)):
-        said = f"'{entity}' cannot be pushed there, whatever holds it: {no.reason}"
-        raise Unresolvable(said, (), blocking=no.blocking, collision=no.collision)
-    hands = _hands_in if inside else _hands_behind
-    for k, (way, at, opening, turn) in enumerate(hands(thing, pose, location, context.robot.gripper, area, frame)):
+    last = _last(location, belief, context, entity, area, frame) if inside else None
+    hands = _hands_behind(thing, pose, location, context.robot.gripper, area, frame)
+    if last is not None:
+        hands = _hands_in(thing, pose, context.robot.gripper, _towards(pose, area, frame, 0.0), last)
+    for k, (way, at, opening, turn) in enumerate(hands):
         name = f"by ({1000 * way[0]:+.0f} {1000 * way[1]:+.0f}) mm, hand {turn}"
         free = make_scene(belief, context, (), opening)
         near, before = make_scene(belief, context, [entity], opening) if inside else free, shift(at, ABOVE * UP)
@@ -90,54 +90,58 @@ def _pushed_to(location: Location, belief: Belief, context: Context) -> Iterator
 
     entity = bound(context, location.of)
     begun: Place = context.bindings[str(location.parameters["begin"])]
-    opening = begun.opening or 0.0
     if location.parameters.get("around"):
-        there = _around(location, belief, context, entity, opening)
+        there = _around(location, belief, context, entity)
     else:
-        there = _along(belief, context, entity, [(begun.values["x_m"], begun.values["y_m"])], opening)
+        to = begun.values["x_m"], begun.values["y_m"]
+        there = _along(belief, context, entity, [to], _gap(belief, context, entity, to, begun.opening or 0.0))
     if isinstance(there, Refusal):
         said = f"'{entity}' cannot be pushed on: {there.reason}"
         raise Unresolvable(said, causes(location, context), blocking=there.blocking, collision=there.collision)
-    corners, straight = len(there.path) // 2, f"{1000 * there.values[PUSHED]:.0f} mm"
+    corners, straight = len(there.path) - 1, f"{1000 * there.values[PUSHED]:.0f} mm"
     yield Grounding(there, f"{straight} away by {corners} corners" if corners else f"{straight} straight on", key="on")
 
 
-def _around(location: Location, belief: Belief, context: Context, entity: str, opening: float) -> Place | Refusal:
+def _around(location: Location, belief: Belief, context: Context, entity: str) -> Place | Refusal:
     """A way around what is in the way, with as few corners as the arm can follow."""
-    from ..motion_planning.reach import shift, tcp
+    from ..motion_planning.reach import tcp
     from ..motion_planning.space import Refusal
     from .push_way import met_with_hand, way_around
 
-    pose, here, thing = belief.pose(entity), tcp(belief, context), belief.thing(entity)
-
-    def pushing(ahead: Floats) -> Pose:
-        return shift(here, _gap(thing, pose, here, ahead, opening, context.robot.gripper) * ahead)
-
+    pose, thing = belief.pose(entity), belief.thing(entity)
     left = _left(*_region(thing, pose, str(location.parameters["region"]), belief))
-    corners = way_around(pose.position[:2], left, met_with_hand(belief, context, entity, pushing))
+    x, y, _ = pose.position
+    corners = way_around((x, y), left, met_with_hand(belief, context, entity, tcp(belief, context)))
     if isinstance(corners, Refusal):
         return corners
     taken: list[Spot] = []
     while corners:
-        ways = [_along(belief, context, entity, [*taken, to], opening) for to in corners]
+        ways = [_along(belief, context, entity, [*taken, to]) for to in corners]
         furthest = max((k for k, one in enumerate(ways) if isinstance(one, Place)), default=None)
         if furthest is None:
             return ways[0]
         taken, corners = [*taken, corners[furthest]], corners[furthest + 1 :]
-    return _along(belief, context, entity, taken, opening)
+    return _along(belief, context, entity, taken)
 
 
-def _no_way(belief: Belief, context: Context, entity: str, left: Left, way: Floats, location: Location) -> Refusal | None:
-    """What is in the way of a thing without a hand, so that looking for hands is of no use; None where nothing is."""
+def _last(location: Location, belief: Belief, context: Context, entity: str, area: Feature, frame: Pose) -> Floats:
+    """The last leg (3,) of the way of a thing that fingers in it take along.
+
+    Raises:
+        Unresolvable: something is in the way of the thing alone, so that looking for hands is of no use.
+    """
     from ..motion_planning.space import Refusal
-    from .push_way import STEP, met_alone, way_around
+    from .push_way import met_alone, way_around, way_straight
 
-    met, (x, y, _) = met_alone(belief, context, entity), belief.pose(entity).position
-    if location.parameters.get("around"):
-        found = way_around((x, y), left, met)
-        return found if isinstance(found, Refusal) else None
-    parts = np.linspace(0.0, 1.0, math.ceil(float(np.linalg.norm(way)) / STEP) + 1)
-    return next((no for k in parts[1:] if (no := met((x + float(k * way[0]), y + float(k * way[1])), (0, 0)))), None)
+    pose, met = belief.pose(entity), met_alone(belief, context, entity)
+    (x, y, _), way = pose.position, _towards(pose, area, frame, 0.0)
+    around = bool(location.parameters.get("around"))
+    found = way_around((x, y), _left(area, frame), met) if around else way_straight((x, y), (x + way[0], y + way[1]), met)
+    if isinstance(found, Refusal):
+        said = f"'{entity}' cannot be pushed there, whatever holds it: {found.reason}"
+        raise Unresolvable(said, (), blocking=found.blocking, collision=found.collision)
+    (a, b), (c, d) = ((x, y), *found)[-2:]
+    return np.array([c - a, d - b, 0.0])
 
 
 def _left(area: Feature, frame: Pose) -> Left:
@@ -147,32 +151,28 @@ def _left(area: Feature, frame: Pose) -> Left:
     return lambda spot: float(np.linalg.norm(np.maximum(np.abs(back.apply((*spot, height))[:2]) - half, 0.0)))
 
 
-def _along(belief: Belief, context: Context, entity: str, corners: Sequence[Spot], opening: float) -> Place | Refusal:
-    """Straight pieces of way on which fingers bring a thing's origin to points of the base's x-y plane, one after the other.
+def _along(belief: Belief, context: Context, entity: str, corners: Sequence[Spot], gap: float = 0.0) -> Place | Refusal:
+    """Straight legs on which fingers bring a thing's origin to points of the base's x-y plane, one after the other.
 
-    Before each but the first they go over to where they meet the thing on its way, through its middle part or past that.
+    Args:
+        gap: how far they go straight ahead first until they meet the thing [m].
     """
     from ..motion_planning.cartesian import plan_straight_line
     from ..motion_planning.reach import make_scene, shift, tcp
     from ..motion_planning.space import Refusal
 
-    here, pose, thing = tcp(belief, context), belief.pose(entity), belief.thing(entity)
-    joints, path, gone, carries = belief.joints, list[Pose](), np.zeros(3), carried_along(belief, entity)
-    for x, y in corners:
-        way = np.array([x - pose.position[0], y - pose.position[1], 0.0]) - gone
-        ahead = way / max(float(np.linalg.norm(way)), SHORT)
-        start = shift(here, gone + _gap(thing, pose, here, ahead, opening, context.robot.gripper) * ahead)
-        held = Held(entity, start.inverse() * shift(pose, gone + LIFT * UP), 0.0, carries=carries)
-        scene = make_scene(belief.grasped(held), context, [entity], clearance=CLEAR)
-        over = plan_straight_line(None, context.robot, joints, [start])
-        found = over if isinstance(over, Refusal) else plan_straight_line(scene, context.robot, over.points[-1], [shift(start, way)])
-        if isinstance(found, Refusal):
-            return found
-        joints, gone = found.points[-1], gone + way
-        path += [*([start] if path else []), shift(start, way)]
-    length = float(np.linalg.norm(gone))
-    x, y, _ = (float(v) for v in gone / max(length, SHORT))
-    return Place(path[-1], path[-1], approach=(x, y, 0.0), path=tuple(path), thing=entity, values={PUSHED: length})
+    here, pose = tcp(belief, context), belief.pose(entity)
+    ways = [np.array([x - pose.position[0], y - pose.position[1], 0.0]) for x, y in corners]
+    ahead = ways[0] / max(float(np.linalg.norm(ways[0])), SHORT)
+    held = Held(entity, here.inverse() * shift(pose, LIFT * UP - gap * ahead), 0.0, carries=carried_along(belief, entity))
+    scene = make_scene(belief.grasped(held), context, [entity], clearance=CLEAR)
+    path = tuple(shift(here, way + gap * ahead) for way in ways)
+    found = plan_straight_line(scene, context.robot, belief.joints, path)
+    if isinstance(found, Refusal):
+        return found
+    length = float(np.linalg.norm(ways[-1]))
+    x, y, _ = (float(v) for v in ways[-1] / max(length, SHORT))
+    return Place(path[-1], path[-1], approach=(x, y, 0.0), path=path, thing=entity, values={PUSHED: length})
 
 
 def _region(thing: Thing, pose: Pose, name: str, belief: Belief) -> tuple[Feature, Pose]:
@@ -215,22 +215,25 @@ def _hands_behind(thing: Thing, pose: Pose, location: Location, gripper: Gripper
         yield way, replace(hand, position=(x, y, z)), opening, f"turned {turn:.0f} deg"
 
 
-def _hands_in(thing: Thing, pose: Pose, location: Location, gripper: Gripper, area: Feature, frame: Pose) -> Iterator[Hand]:
-    """Hands whose closed fingers are in a thing, over its floor.
+def _hands_in(thing: Thing, pose: Pose, gripper: Gripper, way: Floats, last: Floats) -> Iterator[Hand]:
+    """Hands whose closed fingers are in a thing, over its floor and behind the side of its rim that is ahead on the last leg (3,).
+
+    They stay there where they take it along by friction, and else come there in the end, where the rim stops them.
 
     Raises:
         Unresolvable: it has no rim there that fingers could take it along at.
     """
-    way, rim = _towards(pose, area, frame, 0.0), False
+    rim, closed = False, gripper.opening[0]
     for spot, turn in itertools.product(SPOTS, EIGHTHS):
-        ahead, across, hand = _axes(way, turn)
+        ahead, across, hand = _axes(last, turn)
         left, right, front, back = (support(thing, pose, v) for v in (across, -across, ahead, -ahead))
         x, y, _ = (float(v) for v in ((left - right) / 2 + spot[1]) * across + ((front - back) / 2 + spot[0]) * ahead)
         floor = _floor(thing, pose, replace(hand, position=(x, y, support(thing, pose, UP))), gripper)
         if floor is not None:
             rim, aside = True, f", {1000 * spot[0]:+.0f} {1000 * spot[1]:+.0f} mm from its middle" if any(spot) else ""
             at = replace(hand, position=(x, y, floor + OVER + gripper.pad[1] / 2))
-            yield way, at, gripper.opening[0], f"turned {turn:.0f} deg{aside}"
+            x, y, z = (float(v) for v in np.asarray(at.position) + max(_free(thing, pose, at, ahead, closed, gripper) - PLAY, 0.0) * ahead)
+            yield way, replace(at, position=(x, y, z)), closed, f"turned {turn:.0f} deg{aside}"
     if not rim:
         raise Unresolvable(f"'{thing.name}' has no rim around its middle that fingers in it could push it at", (), blocking=())
 
@@ -255,7 +258,17 @@ def _floor(thing: Thing, pose: Pose, over: Pose, gripper: Gripper) -> float | No
     return over.position[2] - float(met) if math.isfinite(met) and met >= DEEP else None
 
 
-def _gap(thing: Thing, pose: Pose, hand: Pose, ahead: Floats, opening: float, gripper: Gripper) -> float:
+def _gap(belief: Belief, context: Context, entity: str, to: Spot, opening: float) -> float:
+    """How far fingers go ahead, towards where a thing's origin shall come, until they meet it [m]."""
+    from ..motion_planning.reach import tcp
+
+    pose = belief.pose(entity)
+    way = np.array([to[0] - pose.position[0], to[1] - pose.position[1], 0.0])
+    ahead = way / max(float(np.linalg.norm(way)), SHORT)
+    return _free(belief.thing(entity), pose, tcp(belief, context), ahead, opening, context.robot.gripper)
+
+
+def _free(thing: Thing, pose: Pose, hand: Pose, ahead: Floats, opening: float, gripper: Gripper) -> float:
     """How far fingers at a TCP pose go straight ahead until they meet a thing [m]; ``GAP`` where they would miss it."""
     reach, long = gripper.pad[0] / 2, gripper.pad[1]
     tips = [(x, s * y, long / 2 - z) for x in (reach, -reach) for s in (-1.0, 1.0)

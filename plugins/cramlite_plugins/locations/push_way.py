@@ -6,29 +6,29 @@ import heapq
 import itertools
 import math
 from collections.abc import Callable, Iterator
+from functools import cache
 
-import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import Belief, Floats, Held, Pose
+from cramlite.model import Belief, Held, Pose
 from cramlite.plugin import Context
 
-from ..motion_planning.planning_scene import PlanningScene
 from ..motion_planning.reach import make_scene, shift
 from ..motion_planning.space import Refusal
 from ..shapes.carried_along import carried_along
 from ..shapes.surfaces import resting_height
-from .push_to import CLEAR, LIFT, UP, Spot
+from .push_to import UP, Spot
 
 STEP = 0.02  # of the lattice of places that a way is looked for on [m]
 SIDES = ((1, 0), (0, 1), (-1, 0), (0, -1), (1, 1), (-1, 1), (-1, -1), (1, -1))
 """Of a place of the lattice, to its eight neighbours."""
 MOST = 1500  # places that are looked at: a square of 0.7 m
+AWAY, RAISED = 0.005, 0.006  # from all that is not pushed, and above what carries the thing meanwhile [m]
 SHOVED = 1.0  # longer ways around are rather gone than something movable is counted on to be elsewhere by then [m]
 
 Side = tuple[int, int]
-Met = Callable[[Spot, Side], Refusal | None]
-"""What is met with a thing at a point of the base's x-y plane [m], on its way to a side."""
+Met = Callable[[Spot], Refusal | None]
+"""What is met with a thing at a point of the base's x-y plane [m]."""
 Left = Callable[[Spot], float]
 """How far a point is from an area [m]; 0 in it."""
 
@@ -60,6 +60,13 @@ def way_around(start: Spot, left: Left, met: Met) -> list[Spot] | Refusal:
     return Refusal(f"no way around what is fixed was found among {len(came)} places")
 
 
+def way_straight(start: Spot, end: Spot, met: Met) -> list[Spot] | Refusal:
+    """Check the straight way between two points: its end, or what is met on it."""
+    parts = math.ceil(math.dist(start, end) / STEP)
+    between = (tuple(a + k / parts * (b - a) for a, b in zip(start, end, strict=True)) for k in range(1, parts + 1))
+    return next((no for x, y in between if (no := met((x, y)))), [end])
+
+
 def _spot(start: Spot, cell: Side) -> Spot:
     return start[0] + STEP * cell[0], start[1] + STEP * cell[1]
 
@@ -68,7 +75,7 @@ def _steps(start: Spot, here: Side, met: Met) -> Iterator[tuple[Side, float, Ref
     """Neighbours that a thing can be pushed to, with what that costs [m], and what movable things are in the way."""
     for side in SIDES:
         there = (here[0] + side[0], here[1] + side[1])
-        no = met(_spot(start, here), side) or met(_spot(start, there), side)
+        no = met(_spot(start, there))
         if no is None or no.blocking:
             yield there, STEP * math.hypot(*side) + (SHOVED if no else 0.0), no
 
@@ -94,39 +101,29 @@ def met_alone(belief: Belief, context: Context, entity: str) -> Met:
     thing, pose = belief.thing(entity), belief.pose(entity)
     others = [(t, belief.pose(t.name)) for t in belief.world.things if t.name in belief.poses and t.name != entity]
     owner = resting_height(thing, pose, others)[1]
-    under = [(t, at) for t, at in others if t.name == owner]
-    held = Held(entity, Pose(), 0.0, carries=carried_along(belief, entity))
-    scene, base, known = make_scene(belief.grasped(held), context, clearance=CLEAR), belief.base(), dict[Spot, Refusal | None]()
+    under, meets = [(t, at) for t, at in others if t.name == owner], _meets(belief, context, entity, pose)
 
-    def met(spot: Spot, _: Side) -> Refusal | None:
-        if spot not in known:
-            there = shift(pose, (spot[0] - pose.position[0], spot[1] - pose.position[1], 0.0))
-            falls = bool(under) and not resting_height(thing, there, under)[1]
-            known[spot] = Refusal(f"it would fall off '{owner}'") if falls else scene.met(base * shift(there, LIFT * UP), hand=False)
-        return known[spot]
+    def met(spot: Spot) -> Refusal | None:
+        there = shift(pose, (spot[0] - pose.position[0], spot[1] - pose.position[1], 0.0))
+        falls = bool(under) and not resting_height(thing, there, under)[1]
+        return Refusal(f"it would fall off '{owner}'") if falls else meets(spot)
 
-    return met
+    return cache(met)
 
 
-def met_with_hand(belief: Belief, context: Context, entity: str, hands: Callable[[Floats], Pose]) -> Met:
-    """Return what a thing meets, or the hand that pushes it.
+def met_with_hand(belief: Belief, context: Context, entity: str, hand: Pose) -> Met:
+    """Return what a thing meets, or the hand that takes it along, whose TCP is at a pose in the base frame now."""
+    alone, meets = met_alone(belief, context, entity), _meets(belief, context, entity, hand)
+    return cache(lambda spot: alone(spot) or meets(spot))
 
-    Args:
-        hands: the TCP in the base frame with which a thing where it is can be pushed along a level unit vector (3,).
-    """
-    alone, pose = met_alone(belief, context, entity), belief.pose(entity)
-    scenes, base = dict[Side, tuple[PlanningScene, Pose]](), belief.base()
-    known = dict[tuple[Spot, Side], Refusal | None]()
 
-    def met(spot: Spot, side: Side) -> Refusal | None:
-        if side not in scenes:
-            hand = hands(np.array([*side, 0.0]) / math.hypot(*side))
-            held = Held(entity, hand.inverse() * shift(pose, LIFT * UP), 0.0, carries=carried_along(belief, entity))
-            scenes[side] = make_scene(belief.grasped(held), context, [entity], clearance=CLEAR), hand
-        if (spot, side) not in known:
-            scene, hand = scenes[side]
-            moved = shift(hand, (spot[0] - pose.position[0], spot[1] - pose.position[1], 0.0))
-            known[spot, side] = alone(spot, side) or scene.met(base * moved)
-        return known[spot, side]
+def _meets(belief: Belief, context: Context, entity: str, tcp: Pose) -> Met:
+    """What a thing meets that is taken along by a TCP; where that is in the thing's origin no hand is there."""
+    pose, base = belief.pose(entity), belief.base()
+    held = Held(entity, tcp.inverse() * shift(pose, RAISED * UP), 0.0, carries=carried_along(belief, entity))
+    scene, hand = make_scene(belief.grasped(held), context, [entity], clearance=AWAY), tcp != pose
+
+    def met(spot: Spot) -> Refusal | None:
+        return scene.met(base * shift(tcp, (spot[0] - pose.position[0], spot[1] - pose.position[1], 0.0)), hand)
 
     return met
