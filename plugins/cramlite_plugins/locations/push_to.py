@@ -103,25 +103,17 @@ def _pushed_to(location: Location, belief: Belief, context: Context) -> Iterator
 
 
 def _around(location: Location, belief: Belief, context: Context, entity: str) -> Place | Refusal:
-    """A way around what is in the way, with as few corners as the arm can follow."""
+    """A way around what is in the way that the arm can follow."""
     from ..motion_planning.reach import tcp
     from ..motion_planning.space import Refusal
-    from .push_way import met_with_hand, way_around
+    from .push_way import met_alone, met_with_hand, widest
 
     pose, thing = belief.pose(entity), belief.thing(entity)
     left = _left(*_region(thing, pose, str(location.parameters["region"]), belief))
     x, y, _ = pose.position
-    corners = way_around((x, y), left, met_with_hand(belief, context, entity, tcp(belief, context)))
-    if isinstance(corners, Refusal):
-        return corners
-    taken: list[Spot] = []
-    while corners:
-        ways = [_along(belief, context, entity, [*taken, to]) for to in corners]
-        furthest = max((k for k, one in enumerate(ways) if isinstance(one, Place)), default=None)
-        if furthest is None:
-            return ways[0]
-        taken, corners = [*taken, corners[furthest]], corners[furthest + 1 :]
-    return _along(belief, context, entity, taken)
+    hand = met_with_hand(belief, context, entity, tcp(belief, context))
+    corners = widest((x, y), left, met_alone(belief, context, entity), hand)
+    return corners if isinstance(corners, Refusal) else _along(belief, context, entity, corners)
 
 
 def _last(location: Location, belief: Belief, context: Context, entity: str, area: Feature, frame: Pose) -> Floats:
@@ -131,12 +123,12 @@ def _last(location: Location, belief: Belief, context: Context, entity: str, are
         Unresolvable: something is in the way of the thing alone, so that looking for hands is of no use.
     """
     from ..motion_planning.space import Refusal
-    from .push_way import met_alone, way_around, way_straight
+    from .push_way import met_alone, met_nothing, way_straight, widest
 
     pose, met = belief.pose(entity), met_alone(belief, context, entity)
     (x, y, _), way = pose.position, _towards(pose, area, frame, 0.0)
     around = bool(location.parameters.get("around"))
-    found = way_around((x, y), _left(area, frame), met) if around else way_straight((x, y), (x + way[0], y + way[1]), met)
+    found = widest((x, y), _left(area, frame), met, met_nothing) if around else way_straight((x, y), (x + way[0], y + way[1]), met)
     if isinstance(found, Refusal):
         said = f"'{entity}' cannot be pushed there, whatever holds it: {found.reason}"
         raise Unresolvable(said, (), blocking=found.blocking, collision=found.collision)
