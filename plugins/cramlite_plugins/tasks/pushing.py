@@ -33,7 +33,7 @@ class Pushing(TaskType):
     parameters = (
         Parameter("distance_m", 0.06, "five times what rules call displaced, and more than the play at the start"),
         Parameter("speed_m_s", 0.02, "at 30 mm/s a pushed block runs ahead of the fingers in simulation"),
-        Parameter("slide_m_s", 0.05, "fingers pressed into a thing hold it back, too, so that it does not run ahead"),
+        Parameter("slide_m_s", 0.06, "fingers pressed into a thing hold it back, too, so that it does not run ahead"),
         Parameter("press_n", 10.0, "on the floor of a thing that fingers push from inside: with 3 N they tip a plate up at its rim"),
         Parameter("touch_force_n", 1.0, "0.2 kg on wood slides at 1.2 N; less is noise of the sensor"),
     )
