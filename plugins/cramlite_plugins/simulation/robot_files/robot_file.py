@@ -26,7 +26,7 @@ GRIPPERS: Mapping[str, tuple[Gripper, Mjcf]] = {
     "robotiq_2f85": (robotiq_2f85.GRIPPER, robotiq_2f85.gripper_mjcf),
 }
 ACCELERATION = 5.0  # no file states it: as for the UR5e [rad/s2]
-UPRIGHT = 1e-6  # how far the first axis may lean
+UPRIGHT = 1e-6  # how far the first axis may lean before that is said
 
 
 def read_robot(path: Path | str, name: str, stated: Stated) -> ImportedRobot:
@@ -48,7 +48,6 @@ def read_robot(path: Path | str, name: str, stated: Stated) -> ImportedRobot:
     own = find_chain(source, stated.flange, stated.limits)
     chain = replace(own, torques=_torques(path, own, stated.torques))
     table = table_of(chain.axes, chain.flange)
-    _check_upright(path, chain.joints[0], table.base)
     at_zero = posed(source, chain)
     tip = at_zero.body(chain.bodies[-1])
     flange = tip.inverse() * at_zero.body(chain.base) * chain.flange
@@ -64,9 +63,9 @@ def read_robot(path: Path | str, name: str, stated: Stated) -> ImportedRobot:
     gripper = replace(hand.gripper, tcp=table.tool * hand.gripper.tcp)
     robot = _robot(name, chain, table, gripper, stated, parked, reach, sensor, text)
     found = (*_found(path, chain, robot, where), *hand.found)
-    notes = (*_missing(chain, robot, stated, where), *hand.notes, *overlaps)
+    notes = (*_leaning(chain, table.base), *_missing(chain, robot, stated, where), *hand.notes, *overlaps)
     root = source.model.body(chain.base).name or "world"
-    return ImportedRobot(robot, found, notes, table.base, table.tool, chain.place, root)
+    return ImportedRobot(robot, found, notes, table.tool, chain.place, root)
 
 
 def _hand(path: Path, source: Source, stated: Stated, chain: Chain, flange: Pose) -> Hand:
@@ -121,6 +120,7 @@ def _robot(
         backend="typed_json",
         mjcf=lambda: text,
         axis_zeros=table.zeros,
+        root=table.base,
     )
 
 
@@ -145,13 +145,12 @@ def _known(path: Path, chain: Chain, apart: tuple[tuple[str, str], ...]) -> tupl
     return apart
 
 
-def _check_upright(path: Path, joint: str, base: Pose) -> None:
-    x, y, z = base.rotate((0.0, 0.0, 1.0))
-    if z < 1.0 - UPRIGHT:
-        raise UserError(
-            f"{path}: joint '{joint}' turns about ({x:.3g}, {y:.3g}, {z:.3g}) of its base; the first axis must be the base's z, "
-            "upwards. Turn the base in the file; if the axis only points down, negate it, and swap and negate the joint's range."
-        )
+def _leaning(chain: Chain, root: Pose) -> tuple[str, ...]:
+    """What is said of a first axis that is not the base's z, which stands upwards where the scenario puts the robot."""
+    x, y, z = root.rotate((0.0, 0.0, 1.0))
+    if z > 1.0 - UPRIGHT:
+        return ()
+    return (f"joint '{chain.joints[0]}' turns about ({x:.3g}, {y:.3g}, {z:.3g}) of its base, whose z is taken for upwards; 'at' turns the base",)
 
 
 def _bolted(tool: tuple[str, str], place: Pose, on_flange: Pose) -> tuple[str, str]:
@@ -200,7 +199,7 @@ def _has_force_sensor(model: Any) -> bool:
 
 def _found(path: Path, chain: Chain, robot: Robot, home: str) -> tuple[str, ...]:
     return (
-        f"{path.name}: {len(chain.joints)} joints: {', '.join(chain.joints)}; the flange reaches {robot.reach:g} m from the first axis",
+        f"{path.name}: {len(chain.joints)} joints: {', '.join(chain.joints)}; the flange reaches {robot.reach:g} m from the base's axis",
         f"tools are bolted to {chain.said.split(':')[0]}; home is {home}",
     )
 
