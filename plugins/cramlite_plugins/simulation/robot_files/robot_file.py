@@ -150,7 +150,8 @@ def _leaning(chain: Chain, root: Pose) -> tuple[str, ...]:
     x, y, z = root.rotate((0.0, 0.0, 1.0))
     if z > 1.0 - UPRIGHT:
         return ()
-    return (f"joint '{chain.joints[0]}' turns about ({x:.3g}, {y:.3g}, {z:.3g}) of its base, whose z is taken for upwards; 'at' turns the base",)
+    about = f"({x:.3g}, {y:.3g}, {z:.3g})"
+    return (f"joint '{chain.joints[0]}' turns about {about} of its base, whose z is taken for upwards; 'at' turns the base",)
 
 
 def _bolted(tool: tuple[str, str], place: Pose, on_flange: Pose) -> tuple[str, str]:
