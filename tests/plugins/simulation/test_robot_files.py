@@ -137,6 +137,19 @@ def test_what_is_missing_is_said_with_what_says_it() -> None:
     assert "home is the file's keyframe 'home'" in said
 
 
+def test_what_is_kept_of_the_arms_own_actuators_is_said(tmp_path: Path) -> None:
+    path, stated = tmp_path / "arm.xml", replace(WITH[SEVEN], torques=())
+    servos = "".join(f'<general joint="j{k}" gainprm="900" biastype="affine" biasprm="0 -900 -90" forcerange="-40 40"/>' for k in range(1, 8))
+    path.write_text(SEVEN.read_text().replace("<worldbody>", f"<actuator>{servos}</actuator><worldbody>"))
+    read = read_robot(path, "mine", stated)
+    (said,) = [n for n in read.notes if "actuators" in n]
+    assert "the file's 7 actuators of the arm, position or velocity servos, the highest torques are kept, gains and damping are not" in said
+    model = mujoco.MjModel.from_xml_string(read.robot.mjcf())
+    assert model.actuator("j1").forcerange[1] == 40.0 and f"to {model.actuator_gainprm[:7, 0].max():.0f} Nm/rad" in said
+    assert "nothing is kept" in "; ".join(read_robot(path, "mine", WITH[SEVEN]).notes)
+    assert not any("actuators" in n for n in read_robot(SEVEN, "mine", WITH[SEVEN]).notes)
+
+
 def test_masses_are_the_files_and_a_hand_of_its_own_is_left_out(tmp_path: Path) -> None:
     hand = "".join(
         f'<body name="finger{k}" pos="0 {k * 0.02} 0.12"><joint name="f{k}" type="slide" range="0 0.04"/>'
@@ -252,6 +265,7 @@ WRONG = {
     f"robot: {{file: {SIX}, payload: 4 kg, gripper: {{file: nowhere.xml}}}}": "there is no robot file",
     f"robot: {{file: {SIX}, payload: 4 kg, gripper: {{}}}}": "nothing moves behind the arm's last joint",
     f"robot: {{file: {SIX}, payload: 4 kg, gripper: {{file: {HAND}, force: [20 N, 10 N]}}}}": "'force' is the lowest and the highest",
+    f"robot: {{file: {SIX}, payload: 4 kg, gripper: {{file: {HAND}, torsion: 0 mm}}}}": "torsion",
     f"robot: {{file: {SIX}, payload: 4 kg, griper: robotiq_2f85}}": "gripper",
     f"robot: {{file: {DATA / 'seven.xml'}, payload: 3 kg}}": "'torques' says them",
     f"robot: {{file: {__file__}, payload: 3 kg}}": "no format that a plugin reads as a robot",

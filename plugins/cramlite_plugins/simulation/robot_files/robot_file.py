@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -26,6 +27,7 @@ GRIPPERS: Mapping[str, tuple[Gripper, Mjcf]] = {
     "robotiq_2f85": (robotiq_2f85.GRIPPER, robotiq_2f85.gripper_mjcf),
 }
 ACCELERATION = 5.0  # no file states it: as for the UR5e [rad/s2]
+JOINT = int(mujoco.mjtTrn.mjTRN_JOINT)
 UPRIGHT = 1e-6  # how far the first axis may lean before that is said
 
 
@@ -63,7 +65,8 @@ def read_robot(path: Path | str, name: str, stated: Stated) -> ImportedRobot:
     gripper = replace(hand.gripper, tcp=table.tool * hand.gripper.tcp)
     robot = _robot(name, chain, table, gripper, stated, parked, reach, sensor, text)
     found = (*_found(path, chain, robot, where), *hand.found)
-    notes = (*_leaning(chain, table.base), *_missing(chain, robot, stated, where), *hand.notes, *overlaps)
+    servos = _servos(source.model, chain, text, bool(stated.torques))
+    notes = (*_leaning(chain, table.base), *servos, *_missing(chain, robot, stated, where), *hand.notes, *overlaps)
     root = source.model.body(chain.base).name or "world"
     return ImportedRobot(robot, found, notes, table.tool, chain.place, root)
 
@@ -152,6 +155,20 @@ def _leaning(chain: Chain, root: Pose) -> tuple[str, ...]:
         return ()
     about = f"({x:.3g}, {y:.3g}, {z:.3g})"
     return (f"joint '{chain.joints[0]}' turns about {about} of its base, whose z is taken for upwards; 'at' turns the base",)
+
+
+def _servos(model: Any, chain: Chain, text: str, stated: bool) -> tuple[str, ...]:
+    """What is said of the actuators that the file gives the arm."""
+    driven = [a for a in range(model.nu) if int(model.actuator_trntype[a]) == JOINT]
+    own = [a for a in driven if model.joint(model.actuator_trnid[a][0]).name in chain.joints]
+    if not own:
+        return ()
+    servos = sum(int(model.actuator_biastype[a]) != 0 for a in own)
+    kind = "position or velocity servos" if servos == len(own) else "motors" if not servos else "servos and motors"
+    gains = [float(v) for v in re.findall(r'<position [^>]*kp="([^"]+)"', text)[: len(chain.joints)]]
+    kept = "nothing is kept, as 'torques' says the highest" if stated else "the highest torques are kept, gains and damping are not"
+    ours = f"{min(gains):.0f} to {max(gains):.0f} Nm/rad"
+    return (f"of the file's {len(own)} actuators of the arm, {kind}, {kept}: its position servos are cramlite's, of {ours}",)
 
 
 def _bolted(tool: tuple[str, str], place: Pose, on_flange: Pose) -> tuple[str, str]:
