@@ -139,7 +139,7 @@ def test_what_is_missing_is_said_with_what_says_it() -> None:
 
 def test_what_is_kept_of_the_arms_own_actuators_is_said(tmp_path: Path) -> None:
     path, stated = tmp_path / "arm.xml", replace(WITH[SEVEN], torques=())
-    servos = "".join(f'<general joint="j{k}" gainprm="900" biastype="affine" biasprm="0 -900 -90" forcerange="-40 40"/>' for k in range(1, 8))
+    servos = "".join(f'<general joint="j{k}" gainprm="900" biastype="affine" biasprm="0 -900" forcerange="-40 40"/>' for k in range(1, 8))
     path.write_text(SEVEN.read_text().replace("<worldbody>", f"<actuator>{servos}</actuator><worldbody>"))
     read = read_robot(path, "mine", stated)
     (said,) = [n for n in read.notes if "actuators" in n]
