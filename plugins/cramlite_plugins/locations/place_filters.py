@@ -343,9 +343,10 @@ def hidden_by(points: Floats, eye: Floats, belief: Belief, others: Iterable[Thin
 
 CHEAP: Mapping[str, Mapping[str, Filter]] = {
     "on": {"supported": supported, "clear": clear, "near": near, "beside": beside, "in its region": in_region},
+    "at rest": {"near": near, "beside": beside},
     "in": {"inside": inside, "falls": falls, "near": near, "beside": beside, "in its region": in_region},
 }
-"""Asked of the shapes alone, by relation."""
+"""Asked of the shapes alone, by relation; "at rest" on what is not level physics have said already what supports it."""
 DEAR: Mapping[str, Filter] = {
     "free to fall": falls_in, "collision-free": room, "reachable": reachable, "visible": visible,
     "collision-free with the arm": collision_free, "free to open": room_to_open,
