@@ -30,12 +30,23 @@ LARGE = 0.5
 
 
 def is_uneven(wanted: Wanted) -> bool:
-    """Check whether no level surface of what a thing is put on is large, against its outline from above."""
+    """Check whether what a thing is put on leans, or no level surface of it is large, against its outline from above."""
     from ..shapes.surfaces import footprint
 
+    if leans(wanted):
+        return True
+    if wanted.under is not None or wanted.where.get("region"):
+        return False
     entity = wanted.entity
     outline = footprint(wanted.belief.thing(entity), wanted.belief.pose(entity))
     return bool(wanted.target.area.area < LARGE * outline.area)
+
+
+def leans(wanted: Wanted) -> bool:
+    """Check whether the region that a thing is put on is not level."""
+    from ..shapes.surfaces import LEVEL
+
+    return bool(wanted.target.pose.rotation[2, 2] < math.cos(LEVEL))
 
 
 def resting_poses(wanted: Wanted, now: Pose) -> Iterator[Pose | Refused]:
@@ -47,17 +58,21 @@ def resting_poses(wanted: Wanted, now: Pose) -> Iterator[Pose | Refused]:
     from ..simulation.resting import resting_pose
 
     below, at = wanted.belief.thing(wanted.entity), wanted.belief.pose(wanted.entity)
-    starts = [(x, y, turned) for (x, y), turned in product(_positions(below, at), _attitudes(wanted, now, at))]
+    starts = [(x, y, turned) for (x, y), turned in product(_positions(wanted, below, at), _attitudes(wanted, now, at))]
     for x, y, turned in starts[:DROPS]:
         found = resting_pose(wanted.thing, Pose((x, y, 0.0), turned.quaternion), below, at)
         name = f"let go of at ({1000 * x:+.0f} {1000 * y:+.0f}) mm from the robot"
         yield found or Refused(name, f"not at rest: it would slide or fall off '{wanted.entity}'", 0)
 
 
-def _positions(below: Thing, at: Pose) -> list[tuple[float, float]]:
-    """Positions over a thing, in the base frame [m]: along the middles of the box around it, the nearest to its own middle first."""
-    frame = _level(at)
-    points: Floats = corners(below, frame.inverse() * at)
+def _positions(wanted: Wanted, below: Thing, at: Pose) -> list[tuple[float, float]]:
+    """Positions over a thing or a region of it, in the base frame [m]: along the middles of the box around it, the nearest to its own
+    middle first."""
+    import shapely
+
+    frame, target = _level(at), wanted.target
+    corners_of_it = np.insert(shapely.get_coordinates(target.area), 2, 0.0, axis=1)
+    points: Floats = frame.inverse().apply(target.pose.apply(corners_of_it)) if leans(wanted) else corners(below, frame.inverse() * at)
     low, high = points.min(axis=0), points.max(axis=0)
     middle, size = (low + high) / 2, high - low
     shifts = dict.fromkeys(shift for s in SHARES for shift in ((0.0, s), (s, 0.0)))
