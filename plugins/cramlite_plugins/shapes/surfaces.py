@@ -76,6 +76,16 @@ def surfaces(thing: Thing, pose: Pose, part: str = "") -> tuple[Surface, ...]:
     return tuple(Surface(pose * s.pose, s.area) for s in found)
 
 
+def stated_surface(thing: Thing, pose: Pose, part: str) -> Surface | None:
+    """Return the surface that a feature of a thing states, which may lean as the back of a rack does; None if no surface is called so.
+
+    Args:
+        pose: of the thing in a frame whose z is up.
+    """
+    own = next((_stated(f) for f in thing.features if f.name == part and f.type == SURFACE), None)
+    return Surface(pose * own.pose, own.area) if own else None
+
+
 def _stated(feature: Feature) -> Surface:
     size = feature.size
     if "radius" in size:

@@ -1,0 +1,97 @@
+"""Poses in which a thing comes to rest on another that is not flat: a bottle in the trough of a rack, a book in a slot.
+
+The two are simulated in a world of their own. A thing is let go of where it first touches the other, or beside that; what only
+friction would hold slides off, since there is little of it.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+from itertools import product
+
+import mujoco
+import numpy as np
+from msgspec.structs import replace
+
+from cramlite.model import Pose, Thing, World
+
+from ..shapes.bounds import corners
+from ..shapes.itself import Itself
+from ..shapes.nesting import room_under
+from .model.compile import Compiled, compile_world, unstable
+from .model.index import Data
+
+FRICTION = 0.2
+"""At most: wood on wood slides at 11 deg, as in ``shapes.surfaces``. A bottle on a board of 31 deg stays with a friction of .95."""
+SECONDS, LOOK = 2.0, 0.1
+"""How long a thing may take to come to rest, and how often it is looked at [s]."""
+STILL = 0.02, 0.2
+"""What moves and turns no faster is at rest [m/s, rad/s]."""
+ASIDE = 0.005
+"""How far beside its place a thing may be let go of [m]: a streamed arm is up to 5 mm off its path."""
+AGAIN = 0.015, math.radians(15.0)
+"""What comes to rest within this of a pose has come to the same one [m, rad]."""
+HIGH = 10.0  # from where things are let down onto what is below, over all of it [m]
+LIFTED = 0.002  # of what is let go of above where it touches [m]
+
+
+def resting_pose(thing: Thing, start: Pose, below: Thing, at: Pose) -> Pose | None:
+    """Find the pose in which a thing comes to rest on another when it is let down straight and let go of.
+
+    Args:
+        start: of the thing in a frame whose z is up: its height does not matter.
+        below: what it is let down onto.
+        at: its pose in the same frame.
+
+    Returns:
+        The pose, in which the thing stays wherever it is let go of within 5 mm aside; None if it falls off or goes elsewhere.
+    """
+    found = _dropped(Itself(thing), start, Itself(below), at)
+    if found is None:
+        return None
+    ways = [(x * ASIDE, y * ASIDE) for x, y in product((-1.0, 1.0), repeat=2)]
+    ends = (_dropped(Itself(thing), Pose(tuple(np.add(found.position, (x, y, 0.0))), found.quaternion), Itself(below), at) for x, y in ways)
+    return found if all(end is not None and _same(end, found) for end in ends) else None
+
+
+def _same(one: Pose, other: Pose) -> bool:
+    way, turn = one.distance(other)
+    return way <= AGAIN[0] and turn <= AGAIN[1]
+
+
+@lru_cache(maxsize=2048)
+def _dropped(thing: Itself[Thing], start: Pose, below: Itself[Thing], at: Pose) -> Pose | None:
+    """Where a thing comes to rest that is let go of where it first touches; None where it falls off."""
+    over = Pose((*start.position[:2], HIGH), start.quaternion)
+    room = room_under(thing.it, over, below.it, at)
+    if not math.isfinite(room):
+        return None
+    compiled = _alone(thing, below, at)
+    data, first = compiled.data(), Pose((*start.position[:2], HIGH - room + LIFTED), start.quaternion)
+    compiled.place(data, thing.it.name, first)
+    bottom = float(corners(below.it, at)[:, 2].min())
+    for _ in range(round(SECONDS / LOOK)):
+        mujoco.mj_step(compiled.model, data, round(LOOK / compiled.model.opt.timestep))
+        pose = compiled.pose(data, thing.it.name)
+        if unstable(data) or float(corners(thing.it, pose)[:, 2].min()) < bottom - ASIDE:
+            return None
+        if _rests(compiled, data):
+            return pose
+    return None
+
+
+def _rests(compiled: Compiled, data: Data) -> bool:
+    """Whether the thing is still, and touches what is below."""
+    return data.ncon > 0 and float(np.linalg.norm(data.qvel[:3])) < STILL[0] and float(np.linalg.norm(data.qvel[3:])) < STILL[1]
+
+
+@lru_cache(maxsize=16)
+def _alone(thing: Itself[Thing], below: Itself[Thing], at: Pose) -> Compiled:
+    """A world of a thing that can be moved and of one that cannot, with little friction."""
+    under = replace(below.it, pose=at, mass=None, joint=None, filling=None, inertia=None)
+    compiled = compile_world(World((under, replace(thing.it, filling=None))), {})
+    model = compiled.model
+    model.geom_friction[:, 0] = np.minimum(model.geom_friction[:, 0], FRICTION)
+    model.pair_friction[:, :2] = np.minimum(model.pair_friction[:, :2], FRICTION)
+    return compiled
