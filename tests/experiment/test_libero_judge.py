@@ -5,10 +5,12 @@ A judge's environment is played by a folder with a shell script for a Python.
 
 from __future__ import annotations
 
+import sys
 from itertools import pairwise
 from pathlib import Path
-from types import ModuleType
+from types import ModuleType, SimpleNamespace
 
+import numpy as np
 import pytest
 from conftest import ROOT
 
@@ -141,3 +143,26 @@ def test_the_hand_is_as_thick_as_its_mesh_at_the_flange_and_thinner_at_the_finge
     for height, half in mesh.items():
         x = next(b[2] for b in bounds if b[0] <= height < b[1])
         assert half <= x < half + 0.006
+
+
+def test_an_episode_begins_alike_whatever_was_played_before(monkeypatch: pytest.MonkeyPatch) -> None:
+    """LIBERO's states do not say where fixtures stand: a reset draws that from NumPy's generator."""
+    drawn: list[float] = []
+
+    class Env(SimpleNamespace):
+        def __init__(self, **_: object) -> None:
+            reset = lambda: drawn.append(float(np.random.uniform()))  # noqa: E731
+            super().__init__(reset=reset, set_init_state=id, step=id, close=lambda: None, language_instruction="")
+
+    found = SimpleNamespace(problem_folder="", bddl_file="", name="")
+    tasks = SimpleNamespace(get_num_tasks=lambda: 1, get_task=lambda _: found, get_task_init_states=lambda _: [0, 1])
+    there = {"libero.libero.benchmark": {}, "libero.libero.envs": {}, "libero.libero.envs.env_wrapper": {"ControlEnv": Env}, "libero": {}}
+    there["libero.libero"] = {
+        "benchmark": SimpleNamespace(get_benchmark_dict=lambda: {"suite": lambda: tasks}), "get_libero_path": lambda _: "",
+    }  # fmt: skip
+    for name, members in there.items():
+        monkeypatch.setitem(sys.modules, name, SimpleNamespace(__path__=[], **members))
+    judge = module_of(LIBERO / "judge.py").Judge()
+    for state in (0, 1, 0):
+        judge.reset("suite", 0, state)
+    assert drawn[0] == drawn[2] != drawn[1]

@@ -53,7 +53,8 @@ def most_tilted(rollout: Rollout) -> float:
 def test_a_cup_stays_within_its_tolerance_while_the_text_runs(tmp_path: Path) -> None:
     rollout, text = carried("soma:Cup", tmp_path)
     assert most_tilted(rollout) < 15.0
-    assert "movel" in text.split("PuttingDown/transfer")[1].split("PuttingDown/lower")[0]
+    transfer = text.split("PuttingDown/transfer")[1].split("PuttingDown/lower")[0]
+    assert ", r=0." in transfer and "movel" not in transfer, "up, over and down, and nowhere a stop"
 
 
 def test_the_same_shape_that_is_no_vessel_is_tilted_on_the_quickest_way(tmp_path: Path) -> None:

@@ -13,7 +13,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterable, Iterator, Sequence
-from functools import lru_cache
+from functools import cache, lru_cache
 from typing import Any
 
 import numpy as np
@@ -52,17 +52,25 @@ def table(robot: Robot) -> Table:
 
 def frames(robot: Robot, q: Sequence[float] | Floats) -> list[Floats]:
     """Compute the (4, 4) frames 0 (``Robot.root``) to n (flange) in the base frame."""
+    still = _links(table(robot))
+    x, y, links = still[:, 0], still[:, 1], still.copy()
+    angles = np.asarray(q, dtype=float)[:, None]
+    cos, sin = np.cos(angles), np.sin(angles)
+    links[:, 0], links[:, 1] = cos * x - sin * y, sin * x + cos * y
     result = [robot.root.matrix]
-    for (a, d, alpha), angle in zip(table(robot), q, strict=True):
-        ct, st, ca, sa = math.cos(angle), math.sin(angle), math.cos(alpha), math.sin(alpha)
-        link = np.array([
-            [ct, -st * ca, st * sa, a * ct],
-            [st, ct * ca, -ct * sa, a * st],
-            [0.0, sa, ca, d],
-            [0.0, 0.0, 0.0, 1.0],
-        ])
-        result.append(result[-1] @ link)
+    for link in links:
+        result.append(result[-1].dot(link))  # half the time of @
     return result
+
+
+@cache
+def _links(rows: Table) -> Floats:
+    """Frames of the links in those before them, all joints at 0: (n, 4, 4); turning a joint turns its first two rows."""
+    found = np.zeros((len(rows), 4, 4))
+    for link, (a, d, alpha) in zip(found, rows, strict=True):
+        ca, sa = math.cos(alpha), math.sin(alpha)
+        link[:] = ((1.0, 0.0, 0.0, a), (0.0, ca, -sa, 0.0), (0.0, sa, ca, d), (0.0, 0.0, 0.0, 1.0))
+    return found
 
 
 def flange(robot: Robot, q: Sequence[float]) -> Pose:
@@ -85,8 +93,9 @@ def jacobian(robot: Robot, q: Sequence[float]) -> Floats:
 
 
 def _jacobian(chain: Floats, end: Floats) -> Floats:
-    axes = chain[:-1, :3, 2]
-    return np.vstack([np.cross(axes, end[:3, 3] - chain[:-1, :3, 3]).T, axes.T])
+    x, y, z = axes = chain[:-1, :3, 2].T
+    u, v, w = (end[:3, 3] - chain[:-1, :3, 3]).T
+    return np.vstack([y * w - z * v, z * u - x * w, x * v - y * u, axes])  # np.cross takes five times as long
 
 
 def twist(from_: Floats, to: Floats) -> Floats:
