@@ -15,6 +15,7 @@ import os
 import sys
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
 
 os.environ.setdefault("MUJOCO_GL", "egl")
 
@@ -81,7 +82,8 @@ class Judge:
         base = sim.model.body_name2id("robot0_link0")
         things = {n: env.get_object(n) for n in (*env.objects_dict, *env.fixtures_dict)}
         return {
-            "xml": sim.model.get_xml(), "qpos": sim.data.qpos.tolist(), "goal": env.parsed_problem["goal_state"],
+            "xml": with_inertia(sim.model.get_xml(), sim.model._model), "qpos": sim.data.qpos.tolist(),
+            "goal": env.parsed_problem["goal_state"],
             "bodies": {n: thing.root_body for n, thing in things.items() if hasattr(thing, "root_body")},
             "regions": {n: {"bodies": above(sim, n), "box": site_box(sim, n)} for n in env.object_sites_dict},
             "base": [*sim.data.body_xpos[base].tolist(), *sim.data.body_xquat[base].tolist()],
@@ -155,6 +157,21 @@ def above(sim: Any, name: str) -> list[str]:
         found.append(sim.model.body_id2name(body))
         body = int(sim.model.body_parentid[body])
     return found
+
+
+def with_inertia(xml: str, model: Any) -> str:
+    """Return MJCF text as MuJoCo saved it, with the mass and inertia that each body has in the compiled model.
+
+    The saved text leaves out which groups of geoms these were taken from (``inertiagrouprange``): read again, shapes that are only
+    drawn weigh too, and a bowl of 6 g has 46 g.
+    """
+    root = ElementTree.fromstring(xml)
+    for number, body in enumerate((body for top in root.iter("worldbody") for body in top.iter("body")), 1):  # in the model's order
+        if body.find("inertial") is None:
+            found = {"pos": model.body_ipos, "quat": model.body_iquat, "mass": model.body_mass[:, None], "diaginertia": model.body_inertia}
+            written = {name: " ".join(f"{v:.17g}" for v in values[number]) for name, values in found.items()}
+            body.insert(0, ElementTree.Element("inertial", written))
+    return ElementTree.tostring(root, encoding="unicode")
 
 
 def site_box(sim: Any, name: str) -> dict[str, Any]:
