@@ -15,10 +15,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import Belief, Floats, Held, Location, Place, Pose, Thing, Value, pair_friction
+from cramlite.model import Belief, Floats, Gripper, Held, Location, Place, Pose, Thing, Value, pair_friction
 from cramlite.plugin import Answers, Context, Grounding, Refused, Unresolvable, hookimpl
 
 from ..motions import grip_force
+from ..shapes import ray_casting as rays
 from ..shapes.bounds import centre_of_mass
 from . import antipodal
 from .from_aside import is_free, slants
@@ -65,14 +66,6 @@ class Grasp(Value):
     name: str
 
     @property
-    def wide(self) -> float:
-        """How wide the fingers open for it where nothing is in the way [m]; no wider, as they take 0.1 s to close by 10 mm.
-
-        A thing that is 4 mm from where it is believed to be, and turned by 5 deg, is pushed by a pad that passes it by 5 mm.
-        """
-        return self.grip.width + self.grip.slack
-
-    @property
     def before(self) -> Pose:
         """The TCP at the pre-grasp."""
         return self.at * Pose((0, 0, -STANDOFF))
@@ -108,10 +101,11 @@ def _places(location: Location, belief: Belief, context: Context) -> Iterator[Gr
             yield reached.refused(grasp.name)
             if reached.reason.startswith(AT_IT):  # wider fingers have less room there, from wherever they come
                 continue
-            yield from _aslant(grasp, thing.name, cost, as_near(grasp.wide), as_free(grasp.wide), belief, context)
+            opening = next(_openings(grasp, thing, belief, gripper))
+            yield from _aslant(grasp, thing.name, cost, as_near(opening), as_free(opening), belief, context)
             continue
-        opening = grasp.wide if _as_wide(reached, as_near(grasp.wide), as_free(grasp.wide)) else grasp.opening
-        place = _place(grasp, grasp.before, opening, thing.name)
+        wide = (o for o in _openings(grasp, thing, belief, gripper) if _as_wide(reached, as_near(o), as_free(o)))
+        place = _place(grasp, grasp.before, next(wide, grasp.opening), thing.name)
         yield Grounding(place, _says(grasp), cost, key=grasp.name, anew=True)
 
 
@@ -168,6 +162,18 @@ def _reached(
 def _as_wide(reached: tuple[Sequence[float], Sequence[float]], near: PlanningScene, free: PlanningScene) -> bool:
     """Whether the hand can also be there, and before it, with its fingers as wide as in these scenes."""
     return near.free(reached[0]) and free.free(reached[1])
+
+
+def _openings(grasp: Grasp, thing: Thing, belief: Belief, gripper: Gripper) -> Iterator[float]:
+    """How wide the fingers may open for a grasp where nothing is in the way [m], best first.
+
+    Around a thing whose pose is given not as wide as they can: they take 0.1 s to close by 10 mm. A thing that is 4 mm from where it is
+    believed to be, and turned by 5 deg, is pushed by a pad that passes it by 5 mm.
+    """
+    hand, most = antipodal.Hands.at([grasp.grip.pose]), gripper.opening[1]
+    if belief.poses[thing.name].sigma > 0 and antipodal.clear(rays.body(thing.geoms), hand, np.array([most]), gripper).all():
+        yield most
+    yield grasp.grip.width + grasp.grip.slack
 
 
 def _in_order(

@@ -10,17 +10,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from functools import lru_cache, partial
 from itertools import pairwise
 
 import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import Belief, Floats, Motion, MoveJoints, MoveLinear, Place, Pose, Value
+from cramlite.model import Belief, Floats, Motion, MoveJoints, MoveLinear, Place, Pose, Robot, Value
 from cramlite.plugin import Context, Grounding, Unresolvable
 
 from ..kinematics.kinematics import forward, well_conditioned
 from ..kinematics.timing import duration, trapezoid
-from .cartesian import interpolate, plan_straight_line, sampled, why_no_straight_line
+from .cartesian import JointPath, interpolate, plan_straight_line, sampled, why_no_straight_line
 from .planner import resampled, start_blocked
 from .planning_scene import PlanningScene
 from .round_off import blend_radii
@@ -35,6 +36,7 @@ SPEED, ACCELERATION = 0.2, 0.5  # of the tcp [m/s, m/s2]: a level surface then t
 SLACK = math.radians(0.5)  # how far an executed tilt may be from a planned one: the servo's lag is below 7 mrad
 
 
+QUICK = 0.0125, 0.05  # steps of the quick look whether a line can be followed [m, rad]
 SHORTEST = 4  # samples of a straight line that one in joint space is tried beside: 20 mm
 ATTEMPTS = 120  # tries to shorten a way in joint space
 
@@ -154,6 +156,16 @@ def _over(
     raise Unresolvable(reason, _causes(motion, context), blocking=tuple(blocking), collision=nearest.collision)
 
 
+@lru_cache(maxsize=256)
+def _quickly(robot: Robot, q: Joints, corner: Pose) -> JointPath | Refusal:
+    """Whether the arm can follow a line; remembered: ways to many places begin alike."""
+    return plan_straight_line(None, robot, q, [corner], speed=SPEED, step_m=QUICK[0], step_rad=QUICK[1])
+
+
+def _closely(scene: PlanningScene, robot: Robot, q: Joints, corner: Pose) -> JointPath | Refusal:
+    return plan_straight_line(scene, robot, q, [corner], speed=SPEED)
+
+
 def _rounded_off(
     motion: Motion, belief: Belief, context: Context, carry: Load, scene: PlanningScene, lines: Sequence[Sequence[Joints]],
     about: str, pace: tuple[float, float],
@@ -230,10 +242,10 @@ def _followed(
     worst = max(carry.tilt(p) for p in sampled(here, corners, *STEP))
     if worst > carry.limit:
         return Refusal(_tilted(carry, worst))
-    for checked in (None, scene):  # whether the arm can follow is known sooner than whether it is free
+    for follow in (_quickly, partial(_closely, scene)):  # whether the arm can follow is known sooner than whether it is free
         q, result = belief.joints, list[Sequence[Joints]]()
         for corner in corners:
-            found = plan_straight_line(checked, context.robot, q, [corner], speed=SPEED)
+            found = follow(context.robot, q, corner)
             if isinstance(found, Refusal):
                 return found
             q = found.points[-1]

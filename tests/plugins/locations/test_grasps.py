@@ -12,9 +12,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from properties import examples
 
-from cramlite.model import Geom, Pose, Thing
+from cramlite.model import Belief, Estimate, Geom, Pose, Thing, World
 from cramlite_plugins.locations import antipodal, grips
-from cramlite_plugins.locations.grasps import Grasp
+from cramlite_plugins.locations.grasps import Grasp, _openings
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.shapes import ray_casting as rays
 from cramlite_plugins.simulation.objects.products_and_fixtures import block, product
@@ -75,13 +75,16 @@ def test_of_grasps_alike_of_many_parts_one_is_enough() -> None:
     assert len(np.unique(cells, axis=0)) == len(found) > 0
 
 
-@pytest.mark.parametrize(("beside", "wider"), [((), grips.WIDE), ((0.045,), grips.SLACK)])
-def test_fingers_open_30_mm_wider_than_the_thing_unless_part_of_it_is_in_the_way(beside: tuple[float, ...], wider: float) -> None:
-    walls = tuple(Geom("box", (0.01, 0.04, 0.04), Pose((s * x, 0, 0))) for x in beside for s in (1, -1))
+@pytest.mark.parametrize(("beside", "sigma", "opening"), [(1.0, 0.0, 0.04), (1.0, 0.005, GRIPPER.opening[1]), (0.045, 0.005, 0.02)])
+def test_fingers_open_wide_around_what_was_only_seen_and_by_30_mm_around_what_is_known(
+    beside: float, sigma: float, opening: float
+) -> None:
+    walls = tuple(Geom("box", (0.01, 0.04, 0.04), Pose((s * beside, 0, 0))) for s in (1, -1))
     thing = Thing("thing", "cram:Product", Pose(), (Geom("box", (0.005, 0.01, 0.04)), *walls), mass=0.1)
-    found = [g for g in grips.ranked(thing, GRIPPER, 0.9) if g.width == pytest.approx(0.01)]
-    assert found
-    assert {round(Grasp(g, g.pose, 0.0, 0.0, "").wide - g.width, 6) for g in found} == {wider}
+    belief = Belief(World((thing,), ()), {"thing": Estimate(Pose(), sigma)}, "arm", (), 0.08)
+    grip = next(g for g in grips.ranked(thing, GRIPPER, 0.9) if g.width == pytest.approx(0.01))
+    found = next(_openings(Grasp(grip, grip.pose, 0.02, 0.0, ""), thing, belief, GRIPPER))
+    assert found == pytest.approx(opening)
 
 
 def test_too_wide_names_the_nearest_miss() -> None:
