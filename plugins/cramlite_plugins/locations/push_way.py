@@ -23,7 +23,7 @@ STEP = 0.02  # of the lattice of places that a way is looked for on [m]
 SIDES = ((1, 0), (0, 1), (-1, 0), (0, -1), (1, 1), (-1, 1), (-1, -1), (1, -1))
 """Of a place of the lattice, to its eight neighbours."""
 MOST = 1500  # places that are looked at: a square of 0.7 m
-SHOVED = 1.0  # longer ways around are rather gone than something movable is counted on to be elsewhere by then [m]
+SHOVED = 0.3  # longer ways around are rather gone than something movable is counted on to be elsewhere by then [m]
 
 Side = tuple[int, int]
 Met = Callable[[Spot], Refusal | None]
@@ -110,12 +110,12 @@ def widest(start: Spot, left: Left, alone: Met, hand: Met) -> list[Spot] | Refus
         beside = (_spot(spot, side) for side in ((0, 0), *SIDES))
         return next((no for one in beside if (no := alone(one))), None) or hand(spot)
 
-    way: list[Spot] | Refusal = Refusal("")
-    for met in (roomy, cache(lambda spot: alone(spot) or hand(spot))):
-        way = way_around(start, left, met)
-        if not isinstance(way, Refusal):
-            return _shortened(start, way, met)
-    return way
+    narrow = cache(lambda spot: alone(spot) or hand(spot))
+    found = way_around(start, left, narrow)
+    if isinstance(found, Refusal):
+        return found
+    wide = way_around(start, left, roomy)
+    return _shortened(start, found, narrow) if isinstance(wide, Refusal) else _shortened(start, wide, roomy)
 
 
 def _shortened(start: Spot, corners: list[Spot], met: Met) -> list[Spot]:
