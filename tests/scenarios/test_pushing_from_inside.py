@@ -6,6 +6,7 @@ import math
 from pathlib import Path
 
 import pytest
+from task_scenarios import attempt
 
 from cramlite import Budget, Engine, Trace, failure_text, read_scenario
 
@@ -15,7 +16,7 @@ SCENE = """
 <site name="table_left_region" type="box" size=".04 .04 .005" pos=".45 .25 0"/></body>
 <body name="wall" pos=".45 -.12 .04"><geom type="box" size=".12 .01 .04"/></body>
 <body name="plate" pos=".45 0 .003"><freejoint/>{plate}</body>
-{rest}</worldbody></mujoco>"""
+</worldbody></mujoco>"""
 BASE = '<geom type="cylinder" size=".04 .003" pos="0 0 0" mass=".1" friction=".6 .005 .0001"/>'
 TILT = math.radians(20)
 """Of the rim, whose slabs stand up outwards like a plate's: pads from above find no two faces to close on."""
@@ -33,7 +34,6 @@ def _slab(turn: float) -> str:
 
 
 RIM = "".join(_slab(k * math.tau / 8) for k in range(8))
-POST = '<body name="post" pos=".51 .12 .05"><geom type="box" size=".01 .01 .05"/></body>'
 SCENARIO = "scenario: plate\ngoal: [plate on table/left_region]\nrobot: {type: ur5e}\nworld: {file: scene.xml}\n"
 
 
@@ -42,9 +42,9 @@ def engine() -> Engine:
     return Engine()
 
 
-def _pushed(engine: Engine, folder: Path, plate: str, rest: str = "") -> tuple[str, str]:
+def _pushed(engine: Engine, folder: Path, plate: str) -> tuple[str, str]:
     """The text of the program that achieves the goal, and why there is none."""
-    (folder / "scene.xml").write_text(SCENE.format(plate=plate, rest=rest))
+    (folder / "scene.xml").write_text(SCENE.format(plate=plate))
     (folder / "scenario.yaml").write_text(SCENARIO)
     trace = Trace()
     found = next(engine.resolve(read_scenario(folder / "scenario.yaml"), budget=Budget(sequences=2, proofs=2), trace=trace), None)
@@ -58,9 +58,11 @@ def test_fingers_in_it_push_a_plate_away_from_a_wall(engine: Engine, tmp_path: P
 
 
 @pytest.mark.heavy
-def test_they_push_it_around_a_post(engine: Engine, tmp_path: Path) -> None:
-    ways, reasons = _pushed(engine, tmp_path, BASE + RIM, POST)
-    assert ways.endswith("around what is in its way"), reasons
+def test_they_push_it_around_a_post_and_not_around_a_fence(engine: Engine) -> None:
+    _, verdict, reasons = attempt(engine, "pushing_around")
+    assert verdict is not None and verdict.passed, reasons
+    _, verdict, reasons = attempt(engine, "pushing_around_fails")
+    assert verdict is None and "inside 'fence'" in reasons
 
 
 def test_a_board_without_a_rim_is_refused_there(engine: Engine, tmp_path: Path) -> None:

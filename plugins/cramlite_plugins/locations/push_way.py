@@ -5,7 +5,7 @@ from __future__ import annotations
 import heapq
 import itertools
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from functools import cache
 
 from msgspec.structs import replace
@@ -22,6 +22,7 @@ from .push_to import CLEAR, LIFT, UP, Spot
 STEP = 0.02  # of the lattice of places that a way is looked for on [m]
 SIDES = ((1, 0), (0, 1), (-1, 0), (0, -1), (1, 1), (-1, 1), (-1, -1), (1, -1))
 """Of a place of the lattice, to its eight neighbours."""
+ASIDE = (1, 2)  # steps of the lattice
 MOST = 1500  # places that are looked at: a square of 0.7 m
 SHOVED = 0.3  # longer ways around are rather gone than something movable is counted on to be elsewhere by then [m]
 
@@ -48,7 +49,7 @@ def way_around(start: Spot, left: Left, met: Met) -> list[Spot] | Refusal:
         if here in came:
             continue
         came[here] = before
-        if not left(_spot(start, here)):
+        if before is not None and not left(_spot(start, here)):
             return _traced(start, here, came, blame)
         for there, cost, no in _steps(start, here, met):
             if there not in came:
@@ -95,8 +96,8 @@ def _traced(start: Spot, end: Side, came: dict[Side, Side | None], blame: dict[t
     return [_spot(start, cell) for cell, way, after in zip(cells[1:], ways, [*ways[1:], None], strict=True) if way != after]
 
 
-def widest(start: Spot, left: Left, alone: Met, hand: Met) -> list[Spot] | Refusal:
-    """Find a way around on which a thing could be a step aside, too; where there is none, any.
+def ways_around(start: Spot, left: Left, alone: Met, hand: Met) -> Iterator[tuple[int, list[Spot]]] | Refusal:
+    """Find ways around on which a thing could be so many steps aside, too.
 
     How far it lags behind, and where it is in a corner, depends on whether it sticks to the fingers: one with a hollow of 40 mm was seen
     15 mm off its way.
@@ -104,18 +105,25 @@ def widest(start: Spot, left: Left, alone: Met, hand: Met) -> list[Spot] | Refus
     Args:
         alone, hand: what the thing meets, and the hand that takes it along.
     """
-
-    @cache
-    def roomy(spot: Spot) -> Refusal | None:
-        beside = (_spot(spot, side) for side in ((0, 0), *SIDES))
-        return next((no for one in beside if (no := alone(one))), None) or hand(spot)
-
     narrow = cache(lambda spot: alone(spot) or hand(spot))
     found = way_around(start, left, narrow)
-    if isinstance(found, Refusal):
-        return found
-    wide = way_around(start, left, roomy)
-    return _shortened(start, found, narrow) if isinstance(wide, Refusal) else _shortened(start, wide, roomy)
+    return found if isinstance(found, Refusal) else _wider(start, left, alone, hand, found, narrow)
+
+
+def _wider(
+    start: Spot, left: Left, alone: Met, hand: Met, narrowest: list[Spot], narrow: Met
+) -> Iterator[tuple[int, list[Spot]]]:
+    for steps in ASIDE:
+        aside = [(k * x, k * y) for k in range(1, steps + 1) for x, y in SIDES]
+
+        def roomy(spot: Spot, aside: Sequence[Side] = ((0, 0), *aside)) -> Refusal | None:
+            return next((no for side in aside if (no := alone(_spot(spot, side)))), None) or hand(spot)
+
+        met = cache(roomy)
+        way = way_around(start, left, met)
+        if not isinstance(way, Refusal):
+            yield steps, _shortened(start, way, met)
+    yield 0, _shortened(start, narrowest, narrow)
 
 
 def _shortened(start: Spot, corners: list[Spot], met: Met) -> list[Spot]:
@@ -147,11 +155,6 @@ def met_alone(belief: Belief, context: Context, entity: str) -> Met:
 def met_with_hand(belief: Belief, context: Context, entity: str, hand: Pose) -> Met:
     """Return what a thing meets and the hand that takes it along, whose TCP is at a pose in the base frame now."""
     return cache(_meets(belief, context, entity, hand))
-
-
-def met_nothing(_: Spot) -> Refusal | None:
-    """Return that there is no hand."""
-    return None
 
 
 def _meets(belief: Belief, context: Context, entity: str, tcp: Pose) -> Met:
