@@ -20,7 +20,7 @@ from .antipodal import FINGER
 
 if TYPE_CHECKING:
     from ..motion_planning.space import Refusal
-    from .push_way import Left
+    from .push_way import Left, Spot
 
 ABOVE, GAP = 0.06, 0.01  # over the place behind a thing at the stand-off, and from there to the thing [m]
 LOW = 1 / 3  # finger tips over what carries a thing, as a share of its height: under a plate's rim, that they meet
@@ -37,8 +37,6 @@ INNER = 0.6
 OVER, DEEP, PLAY = 0.0005, 0.006, 0.001  # finger tips in a thing, over its floor; the least that its rim stands up; before it [m]
 SHORT = 1e-6  # [m]: no way at all
 UP = np.array([0.0, 0.0, 1.0])
-LIFT, CLEAR = 0.003, 0.002  # while its way is checked, above what it slides along, and from all else [m]
-Spot = tuple[float, float]
 Hand = tuple[Floats, Pose, float, str]
 """The level way (3,) of a thing, the TCP from where it begins, how far the fingers are open [m], and how the hand is held."""
 
@@ -165,11 +163,12 @@ def _along(belief: Belief, context: Context, entity: str, corners: Sequence[Spot
     from ..motion_planning.cartesian import plan_straight_line
     from ..motion_planning.reach import make_scene, shift, tcp
     from ..motion_planning.space import Refusal
+    from .push_way import CLEAR, LIFT
 
     here, pose = tcp(belief, context), belief.pose(entity)
     ways = [np.array([x - pose.position[0], y - pose.position[1], 0.0]) for x, y in corners]
     ahead = ways[0] / max(float(np.linalg.norm(ways[0])), SHORT)
-    held = Held(entity, here.inverse() * shift(pose, LIFT * UP - gap * ahead), 0.0, carries=carried_along(belief, entity))
+    held = Held(entity, here.inverse() * shift(pose, LIFT - gap * ahead), 0.0, carries=carried_along(belief, entity))
     scene = make_scene(belief.grasped(held), context, [entity], clearance=CLEAR)
     path = tuple(shift(here, way + gap * ahead) for way in ways)
     found = plan_straight_line(scene, context.robot, belief.joints, path)

@@ -8,6 +8,7 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from functools import cache
 
+import numpy as np
 from msgspec.structs import replace
 
 from cramlite.model import Belief, Held, Pose
@@ -17,7 +18,6 @@ from ..motion_planning.reach import make_scene, shift
 from ..motion_planning.space import Refusal
 from ..shapes.carried_along import carried_along
 from ..shapes.surfaces import resting_height
-from .push_to import CLEAR, LIFT, UP, Spot
 
 STEP = 0.02  # of the lattice of places that a way is looked for on [m]
 SIDES = ((1, 0), (0, 1), (-1, 0), (0, -1), (1, 1), (-1, 1), (-1, -1), (1, -1))
@@ -25,7 +25,9 @@ SIDES = ((1, 0), (0, 1), (-1, 0), (0, -1), (1, 1), (-1, 1), (-1, -1), (1, -1))
 ASIDE = (1, 2)  # steps of the lattice
 MOST = 1500  # places that are looked at: a square of 0.7 m
 SHOVED = 0.3  # longer ways around are rather gone than something movable is counted on to be elsewhere by then [m]
+LIFT, CLEAR = np.array([0.0, 0.0, 0.003]), 0.002  # while its way is checked, above what it slides along, and from all else [m]
 
+Spot = tuple[float, float]
 Side = tuple[int, int]
 Met = Callable[[Spot], Refusal | None]
 """What is met with a thing at a point of the base's x-y plane [m]."""
@@ -160,7 +162,7 @@ def met_with_hand(belief: Belief, context: Context, entity: str, hand: Pose) -> 
 def _meets(belief: Belief, context: Context, entity: str, tcp: Pose) -> Met:
     """What a thing meets that is taken along by a TCP; where that is in the thing's origin no hand is there."""
     pose, base = belief.pose(entity), belief.base()
-    held = Held(entity, tcp.inverse() * shift(pose, LIFT * UP), 0.0, carries=carried_along(belief, entity))
+    held = Held(entity, tcp.inverse() * shift(pose, LIFT), 0.0, carries=carried_along(belief, entity))
     scene, hand = make_scene(belief.grasped(held), context, [entity], clearance=CLEAR), tcp != pose
 
     def met(spot: Spot) -> Refusal | None:
