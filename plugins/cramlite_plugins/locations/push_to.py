@@ -20,7 +20,7 @@ from .antipodal import FINGER
 
 if TYPE_CHECKING:
     from ..motion_planning.space import Refusal
-    from .push_way import Left
+    from .push_way import Left, Spot
 
 ABOVE, GAP = 0.06, 0.01  # over the place behind a thing at the stand-off, and from there to the thing [m]
 LOW = 1 / 3  # finger tips over what carries a thing, as a share of its height: under a plate's rim, that they meet
@@ -37,8 +37,6 @@ INNER = 0.6
 OVER, DEEP, PLAY = 0.0005, 0.006, 0.001  # finger tips in a thing, over its floor; the least that its rim stands up; before it [m]
 SHORT = 1e-6  # [m]: no way at all
 UP = np.array([0.0, 0.0, 1.0])
-LIFT, CLEAR = 0.003, 0.002  # while its way is checked, above what it slides along, and from all else [m]
-Spot = tuple[float, float]
 Hand = tuple[Floats, Pose, float, str]
 """The level way (3,) of a thing, the TCP from where it begins, how far the fingers are open [m], and how the hand is held."""
 
@@ -85,35 +83,46 @@ def _behind(location: Location, belief: Belief, context: Context) -> Iterator[Gr
 def _pushed_to(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
     """From where its way begins until a thing is in its region: straight, where nothing may be in its way, or with "around" by corners
     around what is."""
-    from ..motion_planning.reach import bound, causes
+    from ..motion_planning.reach import bound
     from ..motion_planning.space import Refusal
 
     entity = bound(context, location.of)
     begun: Place = context.bindings[str(location.parameters["begin"])]
     if location.parameters.get("around"):
-        there = _around(location, belief, context, entity)
-    else:
-        to = begun.values["x_m"], begun.values["y_m"]
-        there = _along(belief, context, entity, [to], _gap(belief, context, entity, to, begun.opening or 0.0))
+        yield from _around(location, belief, context, entity)
+        return
+    to = begun.values["x_m"], begun.values["y_m"]
+    there = _along(belief, context, entity, [to], _gap(belief, context, entity, to, begun.opening or 0.0))
     if isinstance(there, Refusal):
-        said = f"'{entity}' cannot be pushed on: {there.reason}"
-        raise Unresolvable(said, causes(location, context), blocking=there.blocking, collision=there.collision)
-    corners, straight = len(there.path) - 1, f"{1000 * there.values[PUSHED]:.0f} mm"
-    yield Grounding(there, f"{straight} away by {corners} corners" if corners else f"{straight} straight on", key="on")
+        raise _stopped(there, location, context, entity)
+    yield Grounding(there, f"{1000 * there.values[PUSHED]:.0f} mm straight on", key="on")
 
 
-def _around(location: Location, belief: Belief, context: Context, entity: str) -> Place | Refusal:
-    """A way around what is in the way that the arm can follow."""
+def _stopped(no: Refusal, location: Location, context: Context, entity: str) -> Unresolvable:
+    from ..motion_planning.reach import causes
+
+    said = f"'{entity}' cannot be pushed on: {no.reason}"
+    return Unresolvable(said, causes(location, context), blocking=no.blocking, collision=no.collision)
+
+
+def _around(location: Location, belief: Belief, context: Context, entity: str) -> Iterator[Grounding | Refused]:
+    """Ways around what is in the way that the arm can follow."""
     from ..motion_planning.reach import tcp
     from ..motion_planning.space import Refusal
-    from .push_way import met_alone, met_with_hand, widest
+    from .push_way import STEP, met_alone, met_with_hand, ways_around
 
     pose, thing = belief.pose(entity), belief.thing(entity)
     left = _left(*_region(thing, pose, str(location.parameters["region"]), belief))
-    x, y, _ = pose.position
-    hand = met_with_hand(belief, context, entity, tcp(belief, context))
-    corners = widest((x, y), left, met_alone(belief, context, entity), hand)
-    return corners if isinstance(corners, Refusal) else _along(belief, context, entity, corners)
+    hand, (x, y, _) = met_with_hand(belief, context, entity, tcp(belief, context)), pose.position
+    ways = ways_around((x, y), left, met_alone(belief, context, entity), hand)
+    if isinstance(ways, Refusal):
+        raise _stopped(ways, location, context, entity)
+    for k, (steps, corners) in enumerate(ways):
+        there, key = _along(belief, context, entity, corners), f"{1000 * steps * STEP:.0f} mm aside"
+        if isinstance(there, Refusal):
+            yield there.refused(key)
+        else:
+            yield Grounding(there, f"{len(corners) - 1} corners, room for {key}", 0.1 * k, key=key)
 
 
 def _last(location: Location, belief: Belief, context: Context, entity: str, area: Feature, frame: Pose) -> Floats:
@@ -123,12 +132,14 @@ def _last(location: Location, belief: Belief, context: Context, entity: str, are
         Unresolvable: something is in the way of the thing alone, so that looking for hands is of no use.
     """
     from ..motion_planning.space import Refusal
-    from .push_way import met_alone, met_nothing, way_straight, widest
+    from .push_way import met_alone, way_around, way_straight
 
     pose, met = belief.pose(entity), met_alone(belief, context, entity)
     (x, y, _), way = pose.position, _towards(pose, area, frame, 0.0)
+    if float(np.linalg.norm(way)) < SHORT:
+        raise Unresolvable(f"'{entity}' is in the middle of its region already", (), blocking=())
     around = bool(location.parameters.get("around"))
-    found = widest((x, y), _left(area, frame), met, met_nothing) if around else way_straight((x, y), (x + way[0], y + way[1]), met)
+    found = way_around((x, y), _left(area, frame), met) if around else way_straight((x, y), (x + way[0], y + way[1]), met)
     if isinstance(found, Refusal):
         said = f"'{entity}' cannot be pushed there, whatever holds it: {found.reason}"
         raise Unresolvable(said, (), blocking=found.blocking, collision=found.collision)
@@ -152,11 +163,12 @@ def _along(belief: Belief, context: Context, entity: str, corners: Sequence[Spot
     from ..motion_planning.cartesian import plan_straight_line
     from ..motion_planning.reach import make_scene, shift, tcp
     from ..motion_planning.space import Refusal
+    from .push_way import CLEAR, LIFT
 
     here, pose = tcp(belief, context), belief.pose(entity)
     ways = [np.array([x - pose.position[0], y - pose.position[1], 0.0]) for x, y in corners]
     ahead = ways[0] / max(float(np.linalg.norm(ways[0])), SHORT)
-    held = Held(entity, here.inverse() * shift(pose, LIFT * UP - gap * ahead), 0.0, carries=carried_along(belief, entity))
+    held = Held(entity, here.inverse() * shift(pose, LIFT - gap * ahead), 0.0, carries=carried_along(belief, entity))
     scene = make_scene(belief.grasped(held), context, [entity], clearance=CLEAR)
     path = tuple(shift(here, way + gap * ahead) for way in ways)
     found = plan_straight_line(scene, context.robot, belief.joints, path)

@@ -5,9 +5,10 @@ from __future__ import annotations
 import heapq
 import itertools
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from functools import cache
 
+import numpy as np
 from msgspec.structs import replace
 
 from cramlite.model import Belief, Held, Pose
@@ -17,14 +18,16 @@ from ..motion_planning.reach import make_scene, shift
 from ..motion_planning.space import Refusal
 from ..shapes.carried_along import carried_along
 from ..shapes.surfaces import resting_height
-from .push_to import CLEAR, LIFT, UP, Spot
 
 STEP = 0.02  # of the lattice of places that a way is looked for on [m]
 SIDES = ((1, 0), (0, 1), (-1, 0), (0, -1), (1, 1), (-1, 1), (-1, -1), (1, -1))
 """Of a place of the lattice, to its eight neighbours."""
+ASIDE = (1, 2)  # steps of the lattice
 MOST = 1500  # places that are looked at: a square of 0.7 m
-SHOVED = 1.0  # longer ways around are rather gone than something movable is counted on to be elsewhere by then [m]
+SHOVED = 0.3  # longer ways around are rather gone than something movable is counted on to be elsewhere by then [m]
+LIFT, CLEAR = np.array([0.0, 0.0, 0.003]), 0.002  # while its way is checked, above what it slides along, and from all else [m]
 
+Spot = tuple[float, float]
 Side = tuple[int, int]
 Met = Callable[[Spot], Refusal | None]
 """What is met with a thing at a point of the base's x-y plane [m]."""
@@ -48,7 +51,7 @@ def way_around(start: Spot, left: Left, met: Met) -> list[Spot] | Refusal:
         if here in came:
             continue
         came[here] = before
-        if not left(_spot(start, here)):
+        if before is not None and not left(_spot(start, here)):
             return _traced(start, here, came, blame)
         for there, cost, no in _steps(start, here, met):
             if there not in came:
@@ -95,8 +98,8 @@ def _traced(start: Spot, end: Side, came: dict[Side, Side | None], blame: dict[t
     return [_spot(start, cell) for cell, way, after in zip(cells[1:], ways, [*ways[1:], None], strict=True) if way != after]
 
 
-def widest(start: Spot, left: Left, alone: Met, hand: Met) -> list[Spot] | Refusal:
-    """Find a way around on which a thing could be a step aside, too; where there is none, any.
+def ways_around(start: Spot, left: Left, alone: Met, hand: Met) -> Iterator[tuple[int, list[Spot]]] | Refusal:
+    """Find ways around on which a thing could be so many steps aside, too.
 
     How far it lags behind, and where it is in a corner, depends on whether it sticks to the fingers: one with a hollow of 40 mm was seen
     15 mm off its way.
@@ -104,18 +107,25 @@ def widest(start: Spot, left: Left, alone: Met, hand: Met) -> list[Spot] | Refus
     Args:
         alone, hand: what the thing meets, and the hand that takes it along.
     """
+    narrow = cache(lambda spot: alone(spot) or hand(spot))
+    found = way_around(start, left, narrow)
+    return found if isinstance(found, Refusal) else _wider(start, left, alone, hand, found, narrow)
 
-    @cache
-    def roomy(spot: Spot) -> Refusal | None:
-        beside = (_spot(spot, side) for side in ((0, 0), *SIDES))
-        return next((no for one in beside if (no := alone(one))), None) or hand(spot)
 
-    way: list[Spot] | Refusal = Refusal("")
-    for met in (roomy, cache(lambda spot: alone(spot) or hand(spot))):
+def _wider(
+    start: Spot, left: Left, alone: Met, hand: Met, narrowest: list[Spot], narrow: Met
+) -> Iterator[tuple[int, list[Spot]]]:
+    for steps in ASIDE:
+        aside = [(k * x, k * y) for k in range(1, steps + 1) for x, y in SIDES]
+
+        def roomy(spot: Spot, aside: Sequence[Side] = ((0, 0), *aside)) -> Refusal | None:
+            return next((no for side in aside if (no := alone(_spot(spot, side)))), None) or hand(spot)
+
+        met = cache(roomy)
         way = way_around(start, left, met)
         if not isinstance(way, Refusal):
-            return _shortened(start, way, met)
-    return way
+            yield steps, _shortened(start, way, met)
+    yield 0, _shortened(start, narrowest, narrow)
 
 
 def _shortened(start: Spot, corners: list[Spot], met: Met) -> list[Spot]:
@@ -149,15 +159,10 @@ def met_with_hand(belief: Belief, context: Context, entity: str, hand: Pose) -> 
     return cache(_meets(belief, context, entity, hand))
 
 
-def met_nothing(_: Spot) -> Refusal | None:
-    """Return that there is no hand."""
-    return None
-
-
 def _meets(belief: Belief, context: Context, entity: str, tcp: Pose) -> Met:
     """What a thing meets that is taken along by a TCP; where that is in the thing's origin no hand is there."""
     pose, base = belief.pose(entity), belief.base()
-    held = Held(entity, tcp.inverse() * shift(pose, LIFT * UP), 0.0, carries=carried_along(belief, entity))
+    held = Held(entity, tcp.inverse() * shift(pose, LIFT), 0.0, carries=carried_along(belief, entity))
     scene, hand = make_scene(belief.grasped(held), context, [entity], clearance=CLEAR), tcp != pose
 
     def met(spot: Spot) -> Refusal | None:
