@@ -83,9 +83,9 @@ def _check_patterns(scenario: Scenario, spec: WorldFileSpec, file: str, scene: I
     patterns: list[tuple[str, str | int, str]] = [("leave_out", k, p) for k, p in enumerate(spec.leave_out)]
     patterns += [*(("types", p, p) for p in spec.types), *(("joints", p, p) for p in spec.joints)]
     for key, at, pattern in patterns:
-        what, called = ("jointed thing", jointed) if key == "joints" else ("thing", names)
+        which, called = ("jointed ", jointed) if key == "joints" else ("", names)
         if not any(fnmatchcase(n, pattern) for n in called):
-            raise UserError(f"{scenario.where('world', key, at)}: no {what} of '{file}' is called '{pattern}'; {nearest(pattern, called)}.")
+            raise UserError(f"{scenario.where('world', key, at)}: no {which}thing of '{file}' is called '{pattern}'; {nearest(pattern, called)}.")
 
 
 def _classed(thing: Thing, scene: ImportedScene, types: Mapping[str, str], taxonomy: Taxonomy) -> Thing:

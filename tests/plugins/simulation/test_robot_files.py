@@ -230,6 +230,18 @@ def test_a_program_is_proven(gripper: str, run: Callable[..., Any], tmp_path: Pa
     assert run("check", tmp_path / "run" / "program.json").code == 0
 
 
+def test_an_arm_whose_first_and_last_axes_point_down_reaches_as_far(run: Callable[..., Any], tmp_path: Path) -> None:
+    own, scenario = tmp_path / "own.urdf", tmp_path / "place.yaml"
+    first, *between, last = SIX.read_text().split('<axis xyz="0 0 1"/>')
+    down = '<axis xyz="0 0 -1"/>'
+    own.write_text(first + down + '<axis xyz="0 0 1"/>'.join(between) + down + last)
+    line = SAID["ours"].replace(str(SIX), str(own)).replace("robot: {", "robot: {at: {position: [BACK, 0, 0]}, ")
+    for back, code in (("-380 mm", 0), ("-900 mm", 1)):
+        scenario.write_text(SCENARIO.read_text().replace(LINE, line.replace("BACK", back)))
+        done = run("resolve", scenario, "--out", tmp_path / back, "--no-report", "--twins", "0")
+        assert done.code == code and ("nearest point" in done.err) == bool(code), done.err
+
+
 def test_a_robot_process_is_driven_by_a_program_of_a_robot_from_a_file(run: Callable[..., Any], tmp_path: Path) -> None:
     scenario, parking = tmp_path / "park.yaml", SCENARIO.parent / "tasks" / "parking_arms.yaml"
     scenario.write_text(parking.read_text().replace(LINE, SAID["ours"]))
