@@ -27,9 +27,13 @@ FRICTION = 0.2
 SECONDS, LOOK = 2.0, 0.1
 """How long a thing may take to come to rest, and how often it is looked at [s]."""
 STILL = 0.02, 0.2
-"""What moves and turns no faster is at rest [m/s, rad/s]."""
+"""What moves and turns no faster is at rest [m/s, rad/s]..."""
+LOOKS = 4
+"""...as often as it is looked at, one time after the other: what falls over from an edge begins slowly."""
 ASIDE = 0.005
 """How far beside its place a thing may be let go of [m]: a streamed arm is up to 5 mm off its path."""
+LEANING = math.radians(3.0)
+"""How far it may lean as it is let go of there, so that what only stands on an edge, as no hand could put it, falls over."""
 AGAIN = 0.015, math.radians(15.0)
 """What comes to rest within this of a pose has come to the same one [m, rad]."""
 HIGH = 10.0  # from where things are let down onto what is below, over all of it [m]
@@ -45,14 +49,20 @@ def resting_pose(thing: Thing, start: Pose, below: Thing, at: Pose) -> Pose | No
         at: its pose in the same frame.
 
     Returns:
-        The pose, in which the thing stays wherever it is let go of within 5 mm aside; None if it falls off or goes elsewhere.
+        The pose, to which the thing also comes when it is let go of 5 mm aside on both axes and leans by 3 deg on each; None if it falls off or goes elsewhere.
     """
     found = _dropped(Itself(thing), start, Itself(below), at)
     if found is None:
         return None
-    ways = [(x * ASIDE, y * ASIDE) for x, y in product((-1.0, 1.0), repeat=2)]
-    ends = (_dropped(Itself(thing), Pose(tuple(np.add(found.position, (x, y, 0.0))), found.quaternion), Itself(below), at) for x, y in ways)
+    ends = (_dropped(Itself(thing), _beside(found, *way), Itself(below), at) for way in product((-1.0, 1.0), repeat=2))
     return found if all(end is not None and _same(end, found) for end in ends) else None
+
+
+def _beside(pose: Pose, x: float, y: float) -> Pose:
+    """A pose shifted to a side, leaning over to there."""
+    turn = Pose.from_rotvec((0.0, 0.0, 0.0), (-y * LEANING, x * LEANING, 0.0))
+    there = np.add(pose.position, (x * ASIDE, y * ASIDE, 0.0))
+    return Pose(tuple(there.tolist()), (turn * Pose((0.0, 0.0, 0.0), pose.quaternion)).quaternion)
 
 
 def _same(one: Pose, other: Pose) -> bool:
@@ -70,13 +80,14 @@ def _dropped(thing: Itself[Thing], start: Pose, below: Itself[Thing], at: Pose) 
     compiled = _alone(thing, below, at)
     data, first = compiled.data(), Pose((*start.position[:2], HIGH - room + LIFTED), start.quaternion)
     compiled.place(data, thing.it.name, first)
-    bottom = float(corners(below.it, at)[:, 2].min())
+    bottom, quiet = float(corners(below.it, at)[:, 2].min()), 0
     for _ in range(round(SECONDS / LOOK)):
         mujoco.mj_step(compiled.model, data, round(LOOK / compiled.model.opt.timestep))
         pose = compiled.pose(data, thing.it.name)
         if unstable(data) or float(corners(thing.it, pose)[:, 2].min()) < bottom - ASIDE:
             return None
-        if _rests(compiled, data):
+        quiet = quiet + 1 if _rests(compiled, data) else 0
+        if quiet == LOOKS:
             return pose
     return None
 
@@ -94,4 +105,5 @@ def _alone(thing: Itself[Thing], below: Itself[Thing], at: Pose) -> Compiled:
     model = compiled.model
     model.geom_friction[:, 0] = np.minimum(model.geom_friction[:, 0], FRICTION)
     model.pair_friction[:, :2] = np.minimum(model.pair_friction[:, :2], FRICTION)
+    model.geom_friction[:, 1:] = model.pair_friction[:, 2:] = 0.0  # that against turning would hold up what stands on two points
     return compiled
