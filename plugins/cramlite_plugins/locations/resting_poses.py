@@ -8,7 +8,7 @@ from itertools import product
 
 import numpy as np
 
-from cramlite.model import Floats, Pose, Thing
+from cramlite.model import EntityName, Floats, Pose, Thing
 from cramlite.plugin import Refused
 
 from ..shapes.bounds import corners
@@ -35,9 +35,11 @@ def is_uneven(wanted: Wanted) -> bool:
 
     if wanted.uneven:
         return True
-    if wanted.under is not None or wanted.where.get("region"):
+    if wanted.under is not None or wanted.where.get("region") or EntityName.parse(wanted.entity).part:
         return False
     below = wanted.belief.thing(wanted.entity)
+    if not below.furniture:
+        return False
     outline = footprint(below, wanted.belief.pose(below.name))
     return bool(wanted.target.area.area < LARGE * outline.area)
 

@@ -278,7 +278,7 @@ def _targets(location: Location, belief: Belief, context: Context) -> list[Wante
     thing, pose = belief.thing(entity), reference_pose(belief, location, context)
     into, region = location.relation == "in", str(location.parameters.get("region") or EntityName.parse(entity).part)
     found = _opening(thing, pose, region) if into else [(s, 0.0) for s in surfaces(thing, pose, region)]
-    uneven = not into and not found
+    uneven = not into and not found and thing.furniture
     if uneven and (whole := stated_surface(thing, pose, region) if region else outline(thing, pose)):
         found = [(whole, 0.0)]
     if not found:

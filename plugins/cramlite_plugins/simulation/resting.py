@@ -14,11 +14,10 @@ import mujoco
 import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import Pose, Thing, World
+from cramlite.model import Floats, Pose, Thing, World
 
 from ..shapes.bounds import corners
 from ..shapes.itself import Itself
-from ..shapes.nesting import room_under
 from .model.compile import Compiled, compile_world, unstable
 from .model.index import Data
 
@@ -36,8 +35,7 @@ LEANING = math.radians(3.0)
 """How far it may lean as it is let go of there, so that what only stands on an edge, as no hand could put it, falls over."""
 AGAIN = 0.015, math.radians(15.0)
 """What comes to rest within this of a pose has come to the same one [m, rad]."""
-HIGH = 10.0  # from where things are let down onto what is below, over all of it [m]
-LIFTED = 0.002  # of what is let go of above where it touches [m]
+STEP = 0.003  # in which a thing is let down until it touches [m]
 
 
 def resting_pose(thing: Thing, start: Pose, below: Thing, at: Pose) -> Pose | None:
@@ -51,10 +49,16 @@ def resting_pose(thing: Thing, start: Pose, below: Thing, at: Pose) -> Pose | No
     Returns:
         The pose, to which the thing also comes when it is let go of 5 mm aside on both axes and leans by 3 deg on each; None if it falls off or goes elsewhere.
     """
-    found = _dropped(Itself(thing), start, Itself(below), at)
+    return _firm(Itself(thing), start, Itself(below), at)
+
+
+@lru_cache(maxsize=2048)
+def _firm(thing: Itself[Thing], start: Pose, below: Itself[Thing], at: Pose) -> Pose | None:
+    """Where a thing comes to rest, also from beside that and leaning."""
+    found = _dropped(thing, start, below, at)
     if found is None:
         return None
-    ends = (_dropped(Itself(thing), _beside(found, *way), Itself(below), at) for way in product((-1.0, 1.0), repeat=2))
+    ends = (_dropped(thing, _beside(found, *way), below, at) for way in product((-1.0, 1.0), repeat=2))
     return found if all(end is not None and _same(end, found) for end in ends) else None
 
 
@@ -70,16 +74,12 @@ def _same(one: Pose, other: Pose) -> bool:
     return way <= AGAIN[0] and turn <= AGAIN[1]
 
 
-@lru_cache(maxsize=2048)
 def _dropped(thing: Itself[Thing], start: Pose, below: Itself[Thing], at: Pose) -> Pose | None:
     """Where a thing comes to rest that is let go of where it first touches; None where it falls off."""
-    over = Pose((*start.position[:2], HIGH), start.quaternion)
-    room = room_under(thing.it, over, below.it, at)
-    if not math.isfinite(room):
-        return None
     compiled = _alone(thing, below, at)
-    data, first = compiled.data(), Pose((*start.position[:2], HIGH - room + LIFTED), start.quaternion)
-    compiled.place(data, thing.it.name, first)
+    data = compiled.data()
+    if not _let_down(compiled, data, thing.it, start, corners(below.it, at)):
+        return None
     bottom, quiet = float(corners(below.it, at)[:, 2].min()), 0
     for _ in range(round(SECONDS / LOOK)):
         mujoco.mj_step(compiled.model, data, round(LOOK / compiled.model.opt.timestep))
@@ -90,6 +90,20 @@ def _dropped(thing: Itself[Thing], start: Pose, below: Itself[Thing], at: Pose) 
         if quiet == LOOKS:
             return pose
     return None
+
+
+def _let_down(compiled: Compiled, data: Data, thing: Thing, start: Pose, below: Floats) -> bool:
+    """Put a thing some ``STEP`` over where it touches what has these corners (n, 3); False where it would pass beside that."""
+    lowest = float(corners(thing, start)[:, 2].min())
+    bottom, top = (float(v) for v in (below[:, 2].min(), below[:, 2].max()))
+    for drop in np.arange(0.0, top - bottom, STEP):
+        x, y, z = start.position
+        compiled.place(data, thing.name, Pose((x, y, z - lowest + top + STEP - float(drop)), start.quaternion))
+        mujoco.mj_fwdPosition(compiled.model, data)
+        if data.ncon > 0:
+            compiled.place(data, thing.name, Pose((x, y, z - lowest + top + 2 * STEP - float(drop)), start.quaternion))
+            return True
+    return False
 
 
 def _rests(compiled: Compiled, data: Data) -> bool:
