@@ -86,7 +86,7 @@ def _attitudes(wanted: Wanted, now: Pose, at: Pose) -> list[Pose]:
     """Attitudes in line with what is below, those first for which the hand has to turn least; none with the hand under the thing."""
     assert wanted.belief.held is not None
     grip, frame = wanted.belief.held.tcp_to_thing.inverse(), _level(at)
-    found = []
+    found: list[tuple[float, int, Pose]] = []
     for side, quarter in product(SIDES_DOWN, range(4)):
         turned = frame * Pose.from_rotvec((0.0, 0.0, 0.0), (0.0, 0.0, quarter * QUARTER)) * side
         if float((turned * grip).rotate((0.0, 0.0, 1.0))[2]) <= PALM_UP:

@@ -47,7 +47,8 @@ def resting_pose(thing: Thing, start: Pose, below: Thing, at: Pose) -> Pose | No
         at: its pose in the same frame.
 
     Returns:
-        The pose, to which the thing also comes when it is let go of 5 mm aside on both axes and leans by 3 deg on each; None if it falls off or goes elsewhere.
+        The pose, to which the thing also comes when it is let go of 5 mm aside on both axes and leans by 3 deg about each; None if
+        it falls off or goes elsewhere.
     """
     return _firm(Itself(thing), start, Itself(below), at)
 
