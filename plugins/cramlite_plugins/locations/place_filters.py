@@ -77,6 +77,7 @@ class Wanted(Value):
         covers: what is over its opening.
         under: what it comes to rest on in its middle, where that is not level.
     lowered: the scene in which the held thing may touch that, and the hand may not.
+        uneven: nothing of the target is level: what is put there has to come to rest of itself.
     """
 
     thing: Thing
@@ -92,6 +93,7 @@ class Wanted(Value):
     opened: tuple[Any, ...] = ()
     under: Thing | None = None
     lowered: Any = None
+    uneven: bool = False
 
 
 Filter = Callable[[Spot, Wanted], "str | Refusal"]

@@ -8,7 +8,7 @@ from itertools import product
 
 import numpy as np
 
-from cramlite.model import Floats, Pose, Thing
+from cramlite.model import EntityName, Floats, Pose, Thing
 from cramlite.plugin import Refused
 
 from ..shapes.bounds import corners
@@ -30,23 +30,18 @@ LARGE = 0.5
 
 
 def is_uneven(wanted: Wanted) -> bool:
-    """Check whether what a thing is put on leans, or no level surface of it is large, against its outline from above."""
+    """Check whether nothing is level of what a thing is put on, or no surface of it is large, against its outline from above."""
     from ..shapes.surfaces import footprint
 
-    if leans(wanted):
+    if wanted.uneven:
         return True
-    if wanted.under is not None or wanted.where.get("region"):
+    if wanted.under is not None or wanted.where.get("region") or EntityName.parse(wanted.entity).part:
         return False
-    entity = wanted.entity
-    outline = footprint(wanted.belief.thing(entity), wanted.belief.pose(entity))
+    below = wanted.belief.thing(wanted.entity)
+    if not below.furniture:
+        return False
+    outline = footprint(below, wanted.belief.pose(below.name))
     return bool(wanted.target.area.area < LARGE * outline.area)
-
-
-def leans(wanted: Wanted) -> bool:
-    """Check whether the region that a thing is put on is not level."""
-    from ..shapes.surfaces import LEVEL
-
-    return bool(wanted.target.pose.rotation[2, 2] < math.cos(LEVEL))
 
 
 def resting_poses(wanted: Wanted, now: Pose) -> Iterator[Pose | Refused]:
@@ -57,7 +52,8 @@ def resting_poses(wanted: Wanted, now: Pose) -> Iterator[Pose | Refused]:
     """
     from ..simulation.resting import resting_pose
 
-    below, at = wanted.belief.thing(wanted.entity), wanted.belief.pose(wanted.entity)
+    below = wanted.belief.thing(wanted.entity)
+    at = wanted.belief.pose(below.name)
     starts = [(x, y, turned) for (x, y), turned in product(_positions(wanted, below, at), _attitudes(wanted, now, at))]
     for x, y, turned in starts[:DROPS]:
         found = resting_pose(wanted.thing, Pose((x, y, 0.0), turned.quaternion), below, at)
@@ -72,7 +68,7 @@ def _positions(wanted: Wanted, below: Thing, at: Pose) -> list[tuple[float, floa
 
     frame, target = _level(at), wanted.target
     corners_of_it = np.insert(shapely.get_coordinates(target.area), 2, 0.0, axis=1)
-    points: Floats = frame.inverse().apply(target.pose.apply(corners_of_it)) if leans(wanted) else corners(below, frame.inverse() * at)
+    points: Floats = frame.inverse().apply(target.pose.apply(corners_of_it)) if wanted.uneven else corners(below, frame.inverse() * at)
     low, high = points.min(axis=0), points.max(axis=0)
     middle, size = (low + high) / 2, high - low
     shifts = dict.fromkeys(shift for s in SHARES for shift in ((0.0, s), (s, 0.0)))
@@ -90,7 +86,7 @@ def _attitudes(wanted: Wanted, now: Pose, at: Pose) -> list[Pose]:
     """Attitudes in line with what is below, those first for which the hand has to turn least; none with the hand under the thing."""
     assert wanted.belief.held is not None
     grip, frame = wanted.belief.held.tcp_to_thing.inverse(), _level(at)
-    found = []
+    found: list[tuple[float, int, Pose]] = []
     for side, quarter in product(SIDES_DOWN, range(4)):
         turned = frame * Pose.from_rotvec((0.0, 0.0, 0.0), (0.0, 0.0, quarter * QUARTER)) * side
         if float((turned * grip).rotate((0.0, 0.0, 1.0))[2]) <= PALM_UP:

@@ -27,7 +27,7 @@ from .free_area import Offset, beside, free_area, positions
 from .from_aside import is_free, slants
 from .grips import SLACK, WIDE
 from .place_filters import ABOVE_IT, ASIDE, CHEAP, DEAR, OFF_WALLS, SIDES, Filter, Obstacle, Spot, Wanted, clear, opened
-from .resting_poses import is_uneven, leans, resting_poses
+from .resting_poses import is_uneven, resting_poses
 from .room_for_more import corner, roomiest, to_come
 
 FEW_YAWS = (0.0, 90.0, -45.0)  # away from the middle of a surface [deg]
@@ -95,7 +95,7 @@ def _answers(targets: list[Wanted], now: Pose, location: Location) -> Iterator[t
     """Each placement with the number of its position; first of all where it comes to rest on what is not level."""
     if location.relation == "on" and is_uneven(targets[0]):
         yield from ((0, answer) for answer in _at_rest(targets[0], now))
-        if leans(targets[0]):
+        if targets[0].uneven:
             return
     for k, (wanted, offset) in enumerate(_interleaved(targets, now, location)):
         few = YAWS if k < len(targets) else FEW_YAWS
@@ -270,7 +270,7 @@ def _targets(location: Location, belief: Belief, context: Context) -> list[Wante
         Unresolvable: there is none, or nothing is held.
     """
     from ..motion_planning.reach import bound, make_scene, reference_pose
-    from ..shapes.surfaces import stated_surface, surfaces
+    from ..shapes.surfaces import outline, stated_surface, surfaces
 
     entity = bound(context, location.of)
     if belief.held is None:
@@ -278,8 +278,9 @@ def _targets(location: Location, belief: Belief, context: Context) -> list[Wante
     thing, pose = belief.thing(entity), reference_pose(belief, location, context)
     into, region = location.relation == "in", str(location.parameters.get("region") or EntityName.parse(entity).part)
     found = _opening(thing, pose, region) if into else [(s, 0.0) for s in surfaces(thing, pose, region)]
-    if not into and not found and (leaning := stated_surface(thing, pose, region)):
-        found = [(leaning, 0.0)]
+    uneven = not into and not found and thing.furniture
+    if uneven and (whole := stated_surface(thing, pose, region) if region else outline(thing, pose)):
+        found = [(whole, 0.0)]
     if not found:
         what = "cavity to put anything in" if into else "level face that looks upwards, to put anything on"
         raise Unresolvable(f"'{entity}' has no {what}{f', called {region!r}' if region else ''}", (location.of or "",), blocking=())
@@ -287,6 +288,8 @@ def _targets(location: Location, belief: Belief, context: Context) -> list[Wante
     opened = make_scene(belief, context, () if into else (entity,), release_opening(belief, context), 0.0)
     bare = [Wanted(held, entity, s, belief, context, scene, location.parameters, depth=d, opened=(opened,)) for s, d in found]
     if not into:
+        if uneven:
+            return [replace(bare[0], uneven=True)]
         level = [replace(w, obstacles=_obstacles(w, context)) for w in bare]
         middle = _uneven(level[0], thing, pose)
         return [middle, *(w for w in level[:1] if _fits(w, location))] if middle else level
@@ -316,7 +319,7 @@ def _lowered(wanted: Wanted) -> Wanted:
 
     held, widest = wanted.belief.held, release_opening(wanted.belief, wanted.context)
     wide = (wanted.belief.opening, widest, *(min(widest, held.opening + more) for more in (WIDE, SLACK) if held))
-    lowered, *opened = (make_scene(wanted.belief, wanted.context, (wanted.entity,), w, 0.0, hand=False) for w in wide)
+    lowered, *opened = (make_scene(wanted.belief, wanted.context, (thing_of(wanted.entity),), w, 0.0, hand=False) for w in wide)
     return replace(wanted, lowered=lowered, opened=tuple(opened))
 
 

@@ -86,6 +86,17 @@ def stated_surface(thing: Thing, pose: Pose, part: str) -> Surface | None:
     return Surface(pose * own.pose, own.area) if own else None
 
 
+def outline(thing: Thing, pose: Pose) -> Surface:
+    """Return the outline of a thing from above, as high as it reaches, of one that has no level surface.
+
+    Args:
+        pose: of the thing in a frame whose z is up.
+    """
+    area, top = footprint(thing, pose), float(corners(thing, pose)[:, 2].max())
+    x, y = (float(v) for v in np.reshape(area.bounds, (2, 2)).mean(axis=0))
+    return Surface(Pose((x, y, top)), shapely.transform(area, lambda points: points - np.asarray((x, y))))
+
+
 def _stated(feature: Feature) -> Surface:
     size = feature.size
     if "radius" in size:

@@ -14,6 +14,7 @@ from cramlite.model import Feature, Floats, Pose, Thing
 from ...shapes import ray_casting as rays
 from ...shapes.bounds import box_around
 from ...shapes.cavities import DEEP
+from ...shapes.surfaces import surfaces
 from .geoms import pose_of
 
 PLACES = re.compile(r"contain|inside|cavity|interior|_in$|region|side$|area|zone|compartment|slot|shelf|level", re.IGNORECASE)
@@ -73,8 +74,17 @@ def _leaning(thing: Thing, model: Any, data: Any, site: int) -> Feature | None:
     )
     size = {"width": round(2 * float(half[long]), 5), "depth": round(2 * float(half[second]), 5)}
     enough = size["width"] * size["depth"] >= LARGE and size["depth"] >= NARROW
-    on_it = enough and _upon(thing, pose, float(half[thin]), "", size) is not None
+    on_it = enough and _upon(thing, pose, float(half[thin]), "", size) is not None and not _over_level(thing, pose)
     return Feature(_own_name(model, site), "vrps:SurfaceFeature", pose, size) if on_it else None
+
+
+def _over_level(thing: Thing, pose: Pose) -> bool:
+    """Whether a level surface of a thing is near below a pose in its frame: then nothing comes to rest aslant there."""
+    import shapely
+
+    middle = thing.pose.apply(pose.position)
+    there = ((s, s.pose.inverse().apply(middle)) for s in surfaces(thing, thing.pose))
+    return any(abs(p[2]) < UPON and s.area.covers(shapely.Point(p[:2])) for s, p in there)
 
 
 def _place(thing: Thing, site: tuple[Pose, Floats] | None, name: str) -> Feature | None:
