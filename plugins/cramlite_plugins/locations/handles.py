@@ -78,7 +78,8 @@ def check_way(location: Location, thing: Thing, belief: Belief, context: Context
 
     if (joint := thing.joint) is None or (least := location.parameters.get("least")) is None:
         return
-    value, goal = joint_value(belief, thing.name, belief.base() * belief.pose(thing.name)), joint.lower + least * (joint.upper - joint.lower)
+    value = joint_value(belief, thing.name, belief.base() * belief.pose(thing.name))
+    goal = joint.lower + least * (joint.upper - joint.lower)
     if goal > value and (met := met_on_its_way(thing, value, goal, belief, context)):
         raise Unresolvable(met.reason, (location.of or "",), blocking=met.blocking)
 
@@ -94,8 +95,9 @@ def _across(joint: Joint, handle: Feature, tilt: float, turn: float, lean: float
     across = handle.pose.rotate((0, 1, 0) if joint.kind == "hinge" else (1, 0, 0))
     into = handle.pose.rotate((0, 0, -1))
     straight = Pose.from_axes(handle.pose.position, into, np.cross(across, into))
-    for turns in ((tilt, 0.0, 0.0), (0.0, 0.0, turn), (0.0, lean, 0.0)):
-        straight *= Pose.from_rotvec((0, 0, 0), np.radians(turns))
+    for degrees, (x, y, z) in ((tilt, (1, 0, 0)), (turn, (0, 0, 1)), (lean, (0, 1, 0))):
+        angle = math.radians(degrees)
+        straight *= Pose.from_rotvec((0, 0, 0), (angle * x, angle * y, angle * z))
     return straight
 
 

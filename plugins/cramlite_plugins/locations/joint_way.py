@@ -31,6 +31,7 @@ def met_on_its_way(thing: Thing, value: float, goal: float, belief: Belief, cont
         if met := scene.met(there * AWAY.inverse()):
             if k == 0:
                 return None
-            far = f"{1000 * abs(way) * k / count:.0f} mm" if thing.joint.kind == "slide" else f"{math.degrees(abs(way)) * k / count:.0f} deg"
+            gone = abs(way) * k / count
+            far = f"{1000 * gone:.0f} mm" if thing.joint.kind == "slide" else f"{math.degrees(gone):.0f} deg"
             return replace(met, reason=f"after {far} of its own way {met.reason}")
     return None

@@ -34,7 +34,7 @@ def standing(metres: float) -> Thing:
 @pytest.mark.parametrize("relation", ["handle", "atop"])
 def test_what_stands_in_the_way_of_a_drawer_is_named_before_any_hand_is_tried(relation: str) -> None:
     resolve = handles.resolve_location if relation == "handle" else push.resolve_location
-    with pytest.raises(Unresolvable, match="after 1[0-9][0-9] mm of its own way 'drawer' is .* mm inside 'it'") as ended:
+    with pytest.raises(Unresolvable, match=r"after 1[0-9][0-9] mm of its own way 'drawer' is .* mm inside 'it'") as ended:
         list(resolve(place(relation, 0.8), *asked(standing(0.13))) or ())
     assert ended.value.blocking == (("it",),) and ended.value.because == ("drawer",)
 
