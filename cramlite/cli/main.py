@@ -14,7 +14,7 @@ from .arguments import Command, Parser, add_plugin_choice, plugin_choice
 COMMANDS: Mapping[str, tuple[str, str]] = {
     "resolve": ("resolve", "make a proven robot program from a scenario"),
     "import": ("import_scene", "write a scenario around an MJCF or URDF scene, and say what was understood of it"),
-    "record": ("resolve", "let a simulated person demonstrate a scenario"),
+    "record": ("record", "let a simulated person demonstrate a scenario"),
     "goal": ("goal", "plan the tasks for a scenario's goal; write it as PDDL, check a planner's plan"),
     "interpret": ("inspect", "say which tasks the actions of an episode may execute"),
     "tasks": ("inspect", "list the task types"),

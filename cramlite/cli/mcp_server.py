@@ -31,7 +31,7 @@ from ..version import VERSION
 from .answers import check_answer, goals_answer, interpret_answer, solution_answer, tasks_answer, things_answer
 from .client_files import ClientFiles, quoted
 from .proven_runs import ProvenRuns, Say, Stop
-from .resolve import twins_json
+from .run_files import twins_json
 from .texts import rollout_json
 
 if TYPE_CHECKING:

@@ -22,7 +22,7 @@ from ..planning.diagnosis import failure_text
 from ..planning.trace import Trace
 from ..scenario.scenario import read_scenario
 from .client_files import ClientFiles, quoted
-from .resolve import run_key, write_execution, write_solution, write_trace
+from .run_files import run_key, write_execution, write_solution, write_trace
 
 if TYPE_CHECKING:
     from ..engine.engine import Engine

@@ -80,7 +80,7 @@ def main() -> None:
     engine = Engine()
     if arguments.run is None:
         from cramlite.base.run_directory import RunDirectory
-        from cramlite.cli.resolve import write_solution
+        from cramlite.cli.run_files import write_solution
 
         arguments.run = Path(tempfile.mkdtemp()) / "run"
         solution = next(engine.resolve(scenario))

@@ -18,7 +18,7 @@ STAGES = [
     f"cramlite.{m}"
     for m in (
         "scenario.scenario", "planning.task_goals", "planning.search", "engine.proof", "engine.late_poses", "scenario.worlds",
-        "cli.resolve",
+        "cli.resolve", "cli.run_files",
     )
 ]  # fmt: skip
 """What comes after interpretation."""

@@ -8,7 +8,7 @@ import subprocess
 import sys
 
 PROGRESS = """
-from cramlite.cli.resolve import Progress
+from cramlite.cli.progress import Progress
 with Progress(quiet={}) as say:
     say("candidate 1")
     say("trying" + 200 * ".")

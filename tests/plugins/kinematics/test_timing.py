@@ -50,3 +50,18 @@ def test_a_linear_motion_that_is_too_fast_names_the_joint() -> None:
 def test_nonsense_is_refused() -> None:
     with pytest.raises(ValueError, match="speed 0"):
         t.trapezoid(1.0, 0.0, 1.0)
+
+
+@given(st.lists(st.tuples(*[st.floats(-0.2, 0.2)] * 6), min_size=2, max_size=8), st.floats(0.01, 0.5), st.floats(0.05, 1.0))
+def test_a_steady_line_keeps_a_share_from_every_joints_limit(turns: list[tuple[float, ...]], way: float, speed: float) -> None:
+    path = [[0.0] * 6, *turns]
+    steady = t.steady_speed(UR5E, path, way, speed, least=0.0)
+    ways = [way * k / (len(path) - 1) for k in range(len(path))]
+    assert steady <= speed
+    assert not t.joint_speed_excess(UR5E, path, ways, steady / t.STEADY * (1 - 1e-9))
+    if steady < speed:  # it is slowed down for a joint that is at its share, and no further
+        assert t.joint_speed_excess(UR5E, path, ways, steady / t.STEADY * (1 + 1e-6))
+
+
+def test_a_steady_line_is_not_slower_than_asked() -> None:
+    assert t.steady_speed(UR5E, [[0.0] * 6, [3.0] * 6], 0.01, 0.25, least=0.05) == 0.05

@@ -1,0 +1,68 @@
+"""``cramlite record``: a simulated person demonstrates a scenario."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from ..base.errors import UserError
+from ..base.resources import find_scenario
+from ..engine.engine import make_engine
+from ..engine.recording import record_episode, tasks_in_words
+from ..plugin.selection import INSTALLED, PluginChoice
+from ..scenario.scenario import read_scenario
+from .arguments import Add, plugin_choice
+from .texts import warn_of
+
+
+def record_demonstration(
+    name: str,
+    *,
+    seed: int,
+    out: Path,
+    tasks: str = "",
+    plugins: PluginChoice = INSTALLED,
+) -> int:
+    """Record a demonstration of a scenario and write it as a NEEM.
+
+    Args:
+        tasks: what the person does, in words, in place of what the scenario says.
+
+    Raises:
+        UserError: nothing says what to record, or the folder is not empty.
+    """
+    scenario = read_scenario(find_scenario(name))
+    if out.exists() and (not out.is_dir() or any(out.iterdir())):
+        raise UserError(f"'{out}' exists and is not an empty folder; nothing was written. Choose another --out.")
+    engine = make_engine(scenario, plugins)
+    chosen = tasks_in_words(tasks, engine.knowledge.tasks) if tasks else ()
+    recorded = record_episode(scenario, engine, seed=seed, out=out, tasks=chosen)
+    episode = recorded.episode
+    if recorded.failure:
+        print(f"The demonstration did not come off: {recorded.failure}. It is kept as it is.")
+    print(
+        f"{out}: {len(episode.events)} events in {episode.span[1] - episode.span[0]:.1f} s; see 'cramlite interpret {out}'"
+    )
+    warn_of(engine.registry.faults)
+    return 0
+
+
+def _record(arguments: argparse.Namespace) -> int:
+    return record_demonstration(
+        arguments.scenario,
+        seed=arguments.seed,
+        out=arguments.out,
+        tasks=arguments.tasks,
+        plugins=plugin_choice(arguments),
+    )
+
+
+def add_commands(add: Add) -> None:
+    """Declare ``record`` with its arguments."""
+    record = add("record", _record)
+    record.add_argument("scenario")
+    record.add_argument("--seed", type=int, default=0)
+    record.add_argument("--out", type=Path, required=True, help="folder for the NEEM")
+    record.add_argument(
+        "--tasks", default="", help="what the person does: 'PickingUp cup, Pouring cup bowl' (default: what the scenario says)"
+    )

@@ -1,0 +1,139 @@
+"""Files of a run directory: what a run depends on, and what came of it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from msgspec import json
+
+from ..base.json_text import as_json
+from ..base.run_directory import RunDirectory, content_key
+from ..engine.intent import FILE as INTENT
+from ..engine.intent import write_intent
+from ..planning.diagnosis import how_it_ended, nearest_miss
+from ..planning.goal_parts import goal_answers
+from ..version import VERSION
+from .texts import rollout_json
+
+if TYPE_CHECKING:
+    from ..engine.engine import Engine
+    from ..engine.execution import Execution
+    from ..engine.setting import Setting
+    from ..engine.solution import Solution
+    from ..model.twin_verdict import TwinVerdict
+    from ..planning.trace import Trace
+    from ..scenario.scenario import Scenario
+
+
+def run_key(scenario: Scenario, setting: Setting, backend: str | None, engine: Engine) -> dict[str, Any]:
+    """Return what a run depends on: files, seed, doubts, code writer and plugins."""
+    files = [scenario.path, *(Path(t.mesh.path) for t in setting.world.things if t.mesh)]
+    if scenario.spec.demonstration and scenario.resolve_path(scenario.spec.demonstration).exists():
+        files.append(scenario.resolve_path(scenario.spec.demonstration))
+    if scenario.spec.plan and scenario.resolve_path(scenario.spec.plan).is_file():
+        files.append(scenario.resolve_path(scenario.spec.plan))
+    plugins = [f"{i.name} {i.version}" for i in engine.registry.infos]
+    return {
+        "cramlite": VERSION, "scenario": scenario.name, "content": content_key(*files),
+        "seed": setting.seed, "blocked": sorted(engine.registry.blocked),
+        "reading": scenario.spec.reading, "doubts": json.decode(json.encode(setting.doubts)), "backend": backend,
+        "plugins": content_key(*engine.registry.files) if engine.registry.files else len(plugins),
+    }  # fmt: skip
+
+
+def write_trace(run: RunDirectory, trace: Trace, engine: Engine) -> None:
+    """Write every decision of a search, and the plugins that broke on the way, into its run directory."""
+    faults = [str(f) for f in engine.registry.faults]
+    run.write("trace.json", as_json({"entries": trace.to_json(), "faults": faults}))
+
+
+def write_solution(run: RunDirectory, solution: Solution, engine: Engine, seed: int) -> None:
+    """Write the values of a solution's stages into a run directory, each in its file."""
+    from ..model.program_json import write_program
+    from ..model.rollout import save_rollout
+
+    candidate = solution.candidate
+    assert candidate.code is not None
+    run.write(f"program{candidate.code.suffix}", candidate.code.text)
+    run.write("program.json", write_program(candidate.program))
+    run.write("world.json", json.format(json.encode(candidate.world), indent=1))
+    run.write("plan.json", as_json(candidate.plan))
+    run.write(INTENT, write_intent(candidate))
+    run.write("verdict.json", as_json(solution.verdict))
+    if candidate.rollout is not None:
+        save_rollout(candidate.rollout, run.path / "rollout.npz")
+    run.write("summary.json", as_json(solution_summary(solution, run, engine, seed)))
+    if solution.interpretation is not None:
+        run.write("interpretation.json", as_json(solution.interpretation.to_json()))
+    if candidate.episode is not None and not (run.path / "episode").exists():
+        engine.knowledge.episodes.write(candidate.episode, run.path / "episode")
+    if solution.execution is not None:
+        write_execution(run, solution.execution, engine)
+
+
+def write_execution(run: RunDirectory, execution: Execution, engine: Engine) -> None:
+    """Write an execution, with the real world that it was in, into a folder as ``cramlite execute --out`` writes one."""
+    from ..model.rollout import save_rollout
+
+    candidate, place = execution.candidate, "execution"
+    assert candidate.rollout is not None and candidate.code is not None and candidate.episode is not None
+    run.write(f"{place}/execution.json", as_json(rollout_json(candidate.rollout)))
+    run.write(f"{place}/world.json", json.format(json.encode(candidate.rollout.world), indent=1))
+    run.write(f"{place}/verdict.json", as_json(execution.verdict))
+    run.write(f"{place}/program{candidate.code.suffix}", candidate.code.text)
+    save_rollout(candidate.rollout, run.path / place / "rollout.npz")
+    if not (run.path / place / "episode").exists():
+        engine.knowledge.episodes.write(candidate.episode, run.path / place / "episode")
+
+
+def solution_summary(solution: Solution, run: RunDirectory, engine: Engine, seed: int) -> dict[str, Any]:
+    """Return what ``--json`` prints of a proven program, and summary.json holds."""
+    entities = {k: v for k, v in solution.candidate.bindings.items() if isinstance(v, str)}
+    return {
+        "solved": solution.succeeded, "proven": True, "execution": _execution(solution.execution),
+        "directory": str(run.path), "seed": seed, "candidate": solution.number, "plan": str(solution.plan),
+        "objects": entities, "steps": len(solution.program.steps), "findings": solution.verdict.findings,
+        "left_out": solution.verdict.left_out, "twins": twins_json(solution.verdict.twins),
+        "goal": goal_answers(solution.trace, solution.number),
+        "reason": _reason(solution), "nearest": None, "faults": _faults(engine),
+    }  # fmt: skip
+
+
+def _execution(execution: Execution | None) -> dict[str, Any] | None:
+    """How the first execution went; None where there is no real world, or nothing could be run."""
+    if execution is None:
+        return None
+    verdict = execution.verdict
+    return {"succeeded": verdict.passed, "reason": verdict.reason, "findings": verdict.findings}
+
+
+def twins_json(found: TwinVerdict | None) -> dict[str, Any] | None:
+    """Return how a program fared in twins; None where it ran in none. What was drawn for each stands in verdict.json."""
+    if found is None:
+        return None
+    return {
+        "succeeded": found.succeeded, "ran": found.ran, "of": found.doubts.runs, "interval": found.interval,
+        "at_least": found.doubts.at_least, "failed": [{"twin": t.number, "reason": t.text} for t in found.failed],
+    }  # fmt: skip
+
+
+def _reason(solution: Solution) -> str:
+    """Of the proof; of the execution where that failed."""
+    failed = solution.execution is not None and not solution.succeeded
+    return f"first execution: {solution.execution.verdict.reason}" if failed and solution.execution else solution.verdict.reason
+
+
+def failure_summary(trace: Trace, run: RunDirectory, engine: Engine, seed: int) -> dict[str, Any]:
+    """Return the keys of ``solution_summary`` where nothing was proven."""
+    return {
+        "solved": False, "proven": False, "execution": None,
+        "directory": str(run.path), "seed": seed, "candidate": None, "plan": None,
+        "objects": {}, "steps": 0, "findings": [], "left_out": [], "twins": None, "goal": goal_answers(trace),
+        "reason": how_it_ended(trace.entries), "nearest": nearest_miss(trace.entries),
+        "faults": _faults(engine),
+    }  # fmt: skip
+
+
+def _faults(engine: Engine) -> list[str]:
+    return list(dict.fromkeys(map(str, engine.registry.faults)))
