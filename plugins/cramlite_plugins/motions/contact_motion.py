@@ -29,7 +29,7 @@ from cramlite.model import (
 from cramlite.plugin import Answers, Context, Grounding, Unresolvable, hookimpl
 
 from ..kinematics.timing import steady_speed
-from ..shapes.carried_along import carried_along
+from ..shapes.carried_along import carried_along, pushed_along
 from .motion_kinds import KINDS, value
 from .ontology_limits import adapted, known, noted
 
@@ -162,7 +162,7 @@ def _slide(motion: Motion, belief: Belief, context: Context) -> Found:
         value(motion, "force_limit_n"), timeout(length, speed), points[-1], origin=motion.name, comment=motion.reason,
     )  # fmt: skip
     reason = f"{1000 * length:.0f} mm at {1000 * speed:.0f} mm/s, pressing with {press:.0f} N, abort over {step.force_limit:.0f} N"
-    yield Grounding((step,), reason, 0.0, belief.moved(points[-1]), key="slide")
+    yield Grounding((step,), reason, 0.0, pushed_along(belief, place).moved(points[-1]), key="slide")
 
 
 def _until_contact(motion: Motion, belief: Belief, context: Context) -> Found:

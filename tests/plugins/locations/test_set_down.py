@@ -342,11 +342,13 @@ def test_an_opening_is_round_or_has_a_width_and_a_depth(size: dict[str, float], 
 
 
 def test_what_has_no_place_is_said_so() -> None:
-    ball = Thing("box", "cram:Product", Pose((0.4, 0.3, 0.1)), (Geom("sphere", (0.05,)),))
+    ball = Thing("box", "cram:Product", Pose((0.4, 0.3, 0.1)), (Geom("sphere", (0.05,)),), mass=1.0)
     level = "no level face that looks upwards, to put anything on"
     for location, said in ((on("box"), level), (into("box"), "no cavity to put anything in")):
         found, ended = answers(location, _belief(ball))
         assert found == [] and ended is not None and ended.reason == f"'box' has {said}" and ended.because == ("box",)
+    _, ended = answers(on("box"), _belief(replace(ball, mass=None)))  # it stays where it is, so that it might be a rack
+    assert ended is not None and "not at rest: it would slide or fall off 'box'" in ended.reason
     empty = replace(_belief(), held=None)
     with pytest.raises(Unresolvable, match="nothing is held that could be brought there"):
         list(set_down.resolve_location(on("shelf"), empty, _context(empty)) or ())
