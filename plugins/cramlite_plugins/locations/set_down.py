@@ -381,10 +381,10 @@ def _radius(wanted: Wanted, now: Pose, top: float = math.inf) -> float:
     0 where that is beside it."""
     import shapely
 
-    from ..shapes.surfaces import footprint
+    from ..shapes.surfaces import filled, footprint
 
     low = -support(wanted.thing, now, (0.0, 0.0, -1.0))
-    outline, middle = footprint(wanted.thing, now, high=low + top), shapely.Point(*_middle(wanted, now))
+    outline, middle = filled(footprint(wanted.thing, now, high=low + top)), shapely.Point(*_middle(wanted, now))
     return float(outline.boundary.distance(middle)) if outline.covers(middle) else 0.0
 
 

@@ -183,6 +183,11 @@ def footprint(thing: Thing, pose: Pose, low: float = -math.inf, high: float = ma
     return _turned(outline, pose, up)
 
 
+def filled(outline: Area) -> Area:
+    """Fill the holes of an outline: from above there are gaps between the boxes of a bowl, and nothing else fits in there."""
+    return shapely.union_all([shapely.Polygon(part.exterior) for part in getattr(outline, "geoms", (outline,))])
+
+
 def _footprint(geoms: tuple[Geom, ...], pose: Pose, low: float, high: float) -> Area:
     parts = []
     for geom in geoms:

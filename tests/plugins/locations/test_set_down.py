@@ -26,6 +26,9 @@ from cramlite_plugins.simulation.objects.products_and_fixtures import basket, bl
 LARGE = table("box", Pose((0.45, 0.35, 0.15)), (1.2, 1.2, 0.02))
 TIN = block("tin", Pose((0.45, -0.45, 0.19)), (0.05, 0.05, 0.08))
 Answer = Grounding | Refused
+SIDES = (((0.05, 0.0), (0.005, 0.05)), ((-0.05, 0.0), (0.005, 0.05)), ((0.0, 0.05), (0.055, 0.005)), ((0.0, -0.05), (0.055, 0.005)))
+RING = tuple(Geom("box", (*half, 0.02), Pose((*at, 0.0))) for at, half in SIDES)
+"""Walls around a square of 90 mm."""
 
 
 def on(thing: str, **where: Any) -> Location:
@@ -187,10 +190,11 @@ def test_off_its_middle_the_centre_of_mass_counts() -> None:
         ((Geom("box", (0.02, 0.03, 0.05)),), 0.02),
         ((Geom("cylinder", (0.03, 0.05)),), 0.03),
         ((Geom("box", (0.05, 0.005, 0.05), Pose((0, 0.05, 0))), Geom("box", (0.005, 0.05, 0.05), Pose((0.05, 0, 0)))), 0.0),
+        ((Geom("box", (0.02, 0.02, 0.002)), *RING), 0.055),
     ],
 )
 def test_the_largest_disc_in_its_outline(geoms: tuple[Geom, ...], radius: float) -> None:
-    """Of an angle the centre of mass is outside."""
+    """Of an angle the centre of mass is outside; a bowl of boxes is as wide as its rim, though there are gaps between them."""
     wanted = replace(_wanted(_belief()), thing=Thing("it", "cram:Product", Pose(), geoms, mass=0.1))
     assert set_down._radius(wanted, Pose()) == pytest.approx(radius, rel=0.01)
 

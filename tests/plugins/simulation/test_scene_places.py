@@ -31,7 +31,7 @@ CABINET = """
 def _scene(tmp_path: Path, body: str, rest: str = "") -> ImportedScene:
     path = tmp_path / "scene.xml"
     path.write_text(f"<mujoco>{rest}<worldbody>{body}</worldbody></mujoco>")
-    scene = read_scene(path, {}, "")
+    scene = read_scene(path, {}, "", {})
     assert scene is not None
     return scene
 
@@ -134,7 +134,7 @@ def test_two_worlds_are_one_and_an_inverted_mesh_is_turned(tmp_path: Path) -> No
     mesh = '<asset><mesh name="box" file="box.stl" inertia="shell"/></asset>'
     one = '<worldbody><body name="a"><freejoint/><geom type="mesh" mesh="box" mass="1"/></body></worldbody>'
     path.write_text(f'<mujoco>{mesh}{one}<worldbody><geom name="b" size=".1" pos="1 0 0"/></worldbody></mujoco>')
-    scene = read_scene(path, {}, "")
+    scene = read_scene(path, {}, "", {})
     assert scene is not None and {t.name for t in scene.things} == {"a", "b"}
     assert any("turned outwards" in n for t in scene.things for n in t.notes)
 
@@ -145,7 +145,7 @@ def test_a_million_triangles_are_refused_with_what_to_do(tmp_path: Path) -> None
     mesh = '<mesh name="hill" file="hill.stl" inertia="shell"/>'
     path.write_text(f'<mujoco><asset>\n{mesh}</asset><worldbody><geom type="mesh" mesh="hill"/></worldbody></mujoco>')
     with pytest.raises(UserError, match=r"scene.xml:2: .*faces.*simplify") as refused:
-        read_scene(path, {}, "")
+        read_scene(path, {}, "", {})
     assert "\n" not in str(refused.value)
 
 
