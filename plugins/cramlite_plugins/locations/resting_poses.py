@@ -7,13 +7,15 @@ from collections.abc import Iterator
 from itertools import product
 
 import numpy as np
+from msgspec.structs import replace
 
-from cramlite.model import EntityName, Floats, Pose, Thing
-from cramlite.plugin import Refused
+from cramlite.model import EntityName, Floats, Pose, Thing, thing_of
 
+from ..motions.gripping import release_opening
 from ..shapes.bounds import corners
 from .attitude import PALM_UP
-from .place_filters import Wanted
+from .grips import SLACK, WIDE
+from .place_filters import Spot, Wanted
 
 QUARTER = math.pi / 2
 SIDES_DOWN = tuple(
@@ -44,8 +46,8 @@ def is_uneven(wanted: Wanted) -> bool:
     return bool(wanted.target.area.area < LARGE * outline.area)
 
 
-def resting_poses(wanted: Wanted, now: Pose) -> Iterator[Pose | Refused]:
-    """Generate poses in the base frame in which what is held stays on what it is put on, or why it does not.
+def resting_poses(wanted: Wanted, now: Pose) -> Iterator[Pose]:
+    """Generate poses in the base frame in which what is held stays on what it is put on.
 
     Args:
         now: of what is held, in the base frame.
@@ -56,9 +58,30 @@ def resting_poses(wanted: Wanted, now: Pose) -> Iterator[Pose | Refused]:
     at = wanted.belief.pose(below.name)
     starts = [(x, y, turned) for (x, y), turned in product(_positions(wanted, below, at), _attitudes(wanted, now, at))]
     for x, y, turned in starts[:DROPS]:
-        found = resting_pose(wanted.thing, Pose((x, y, 0.0), turned.quaternion), below, at)
-        name = f"let go of at ({1000 * x:+.0f} {1000 * y:+.0f}) mm from the robot"
-        yield found or Refused(name, f"not at rest: it would slide or fall off '{wanted.entity}'", 0)
+        if found := resting_pose(wanted.thing, Pose((x, y, 0.0), turned.quaternion), below, at):
+            yield found
+
+
+def spot_at_rest(wanted: Wanted, there: Pose, height: float, above: float) -> Spot:
+    """Return a resting pose as a placement candidate: the thing so far above it [m], and the stand-off so far above that."""
+    from ..motion_planning.reach import shift
+
+    assert wanted.belief.held is not None
+    x, y, z = (1000 * v for v in there.position)
+    thing = shift(there, (0.0, 0.0, height))
+    pose = thing * wanted.belief.held.tcp_to_thing.inverse()
+    name = f"at rest at ({x:+.0f} {y:+.0f} {z:+.0f}) mm from the robot, lowest point {1000 * height:+.0f} mm from it"
+    return Spot(name, thing, pose, shift(pose, (0, 0, above)), height)
+
+
+def lowered_onto(wanted: Wanted) -> Wanted:
+    """Return a request with the scenes in which a thing has been let down onto what is not level: it may touch that, the hand may not."""
+    from ..motion_planning.reach import make_scene
+
+    held, widest = wanted.belief.held, release_opening(wanted.belief, wanted.context)
+    wide = (wanted.belief.opening, widest, *(min(widest, held.opening + more) for more in (WIDE, SLACK) if held))
+    down, *opened = (make_scene(wanted.belief, wanted.context, (thing_of(wanted.entity),), w, 0.0, hand=False) for w in wide)
+    return replace(wanted, lowered=down, opened=tuple(opened))
 
 
 def _positions(wanted: Wanted, below: Thing, at: Pose) -> list[tuple[float, float]]:

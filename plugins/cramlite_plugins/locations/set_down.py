@@ -25,9 +25,8 @@ from .attitude import check_turn, held_now, put_down
 from .covers import closed_in, covers
 from .free_area import Offset, beside, free_area, positions
 from .from_aside import is_free, slants
-from .grips import SLACK, WIDE
 from .place_filters import ABOVE_IT, ASIDE, CHEAP, DEAR, OFF_WALLS, SIDES, Filter, Obstacle, Spot, Wanted, clear, opened
-from .resting_poses import is_uneven, resting_poses
+from .resting_poses import DROPS, is_uneven, lowered_onto, resting_poses, spot_at_rest
 from .room_for_more import corner, roomiest, to_come
 
 FEW_YAWS = (0.0, 90.0, -45.0)  # away from the middle of a surface [deg]
@@ -160,26 +159,13 @@ def _no_room(kept: list[Refused], targets: list[Wanted], location: Location, con
 
 def _at_rest(wanted: Wanted, now: Pose) -> Iterator[Grounding | Refused]:
     """Placements in poses in which it stays on what is not level."""
-    wanted = _lowered(wanted)
+    down, rests = lowered_onto(wanted), False
     for found in resting_poses(wanted, now):
-        if isinstance(found, Refused):
-            yield found
-        else:
-            turn = PER_TURN * math.hypot(*(now.inverse() * found).rotvec)
-            placed = _from_above(wanted, partial(_rest_spot, wanted, found), "at rest", turn, attitude=True)
-            yield from (replace(a, passed=a.passed + len(CHEAP["on"])) if isinstance(a, Refused) else a for a in placed)
-
-
-def _rest_spot(wanted: Wanted, there: Pose, height: float, above: float) -> Spot:
-    """A resting pose, with the hand a little above it."""
-    from ..motion_planning.reach import shift
-
-    assert wanted.belief.held is not None
-    x, y, z = (1000 * v for v in there.position)
-    thing = shift(there, (0.0, 0.0, height))
-    pose = thing * wanted.belief.held.tcp_to_thing.inverse()
-    name = f"at rest at ({x:+.0f} {y:+.0f} {z:+.0f}) mm from the robot, lowest point {1000 * height:+.0f} mm from it"
-    return Spot(name, thing, pose, shift(pose, (0, 0, above)), height)
+        turn, rests = PER_TURN * math.hypot(*(now.inverse() * found).rotvec), True
+        placed = _from_above(down, partial(spot_at_rest, wanted, found), "at rest", turn, attitude=True)
+        yield from (replace(a, passed=a.passed + len(CHEAP["on"])) if isinstance(a, Refused) else a for a in placed)
+    if not rests:
+        yield Refused("anywhere", f"not at rest: it would slide or fall off '{wanted.entity}', let go of in any of {DROPS} ways", 0)
 
 
 def _turned(wanted: Wanted, now: Pose, offset: Offset, yaw: float, relation: str) -> Iterator[Grounding | Refused]:
@@ -310,17 +296,7 @@ def _uneven(first: Wanted, thing: Thing, pose: Pose) -> Wanted | None:
     hollow = thing.feature("cram:Cavity")
     x, y, _ = (pose * hollow.pose if hollow else first.target.pose).position
     middle = replace(first.target, pose=Pose((x, y, first.target.pose.position[2])))
-    return replace(_lowered(first), target=middle, obstacles=others, under=thing)
-
-
-def _lowered(wanted: Wanted) -> Wanted:
-    """With the scenes in which it has been let down onto what is not level: it may touch that, and the hand may not."""
-    from ..motion_planning.reach import make_scene
-
-    held, widest = wanted.belief.held, release_opening(wanted.belief, wanted.context)
-    wide = (wanted.belief.opening, widest, *(min(widest, held.opening + more) for more in (WIDE, SLACK) if held))
-    lowered, *opened = (make_scene(wanted.belief, wanted.context, (thing_of(wanted.entity),), w, 0.0, hand=False) for w in wide)
-    return replace(wanted, lowered=lowered, opened=tuple(opened))
+    return replace(lowered_onto(first), target=middle, obstacles=others, under=thing)
 
 
 def _fits(wanted: Wanted, location: Location) -> bool:

@@ -6,13 +6,17 @@ import itertools
 import math
 
 import pytest
+import shapely
 from msgspec.structs import replace
+from test_places import _belief, _wanted
 
 from cramlite import Engine
 from cramlite.model import Belief, Feature, Held, Location, Pose, RobotMount, Thing, World, initial_belief
 from cramlite.plugin import Context, Grounding, Unresolvable
-from cramlite_plugins.locations import set_down
+from cramlite_plugins.locations import place_filters, set_down
+from cramlite_plugins.locations.place_filters import Spot
 from cramlite_plugins.robots.ur5e import UR5E
+from cramlite_plugins.shapes.surfaces import Surface
 from cramlite_plugins.simulation.objects.products_and_fixtures import table
 from cramlite_plugins.simulation.objects.rack import rack
 from cramlite_plugins.simulation.objects.vessels import bottle
@@ -61,3 +65,14 @@ def test_a_region_that_leans_is_where_its_origin_comes_to_rest(x: float, reached
     else:
         with pytest.raises(Unresolvable):
             assert not _answers(below, "left")
+
+
+@pytest.mark.parametrize(("y", "beside"), [(0.0, ""), (0.02, "5 mm beside 'left'"), (-0.02, "5 mm beside 'left'")])
+def test_over_a_region_that_leans_it_is_where_it_rests_and_not_where_it_is_let_go(y: float, beside: str) -> None:
+    """20 mm above, a region of 60 deg would be passed by 17 mm."""
+    lean = Pose.from_rotvec((0.45, -0.3, 0.2), (math.radians(60), 0, 0))
+    there = lean * Pose((0.0, y, 0.01))
+    lifted = Pose((there.position[0], there.position[1], there.position[2] + 0.02))
+    wanted = replace(_wanted(_belief()), target=Surface(lean, shapely.box(-0.1, -0.015, 0.1, 0.015)), where={"region": "left"})
+    said = place_filters.over_region(Spot("here", lifted, lifted, lifted, 0.02), wanted)
+    assert beside in said and bool(said) is bool(beside)
