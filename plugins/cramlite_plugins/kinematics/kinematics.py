@@ -5,7 +5,7 @@ robot's base frame. Joint positions are tuples in the order of ``robot.joints`` 
 
 The model is the standard Denavit-Hartenberg table of the robot plugin (Denavit and
 Hartenberg 1955; Siciliano et al., Robotics, 2009, section 2.8.2):
-T_i = Rz(q_i) Tz(d_i) Tx(a_i) Rx(alpha_i).
+T_i = Rz(q_i) Tz(d_i) Tx(a_i) Rx(alpha_i), behind ``Robot.root``.
 """
 
 from __future__ import annotations
@@ -53,13 +53,13 @@ def table(robot: Robot) -> Table:
 
 
 def frames(robot: Robot, q: Sequence[float] | Floats) -> list[Floats]:
-    """Compute the (4, 4) frames 0 (base) to n (flange) in the base frame."""
+    """Compute the (4, 4) frames 0 (``Robot.root``) to n (flange) in the base frame."""
     still = _links(table(robot))
     x, y, links = still[:, 0], still[:, 1], still.copy()
     angles = np.asarray(q, dtype=float)[:, None]
     cos, sin = np.cos(angles), np.sin(angles)
     links[:, 0], links[:, 1] = cos * x - sin * y, sin * x + cos * y
-    result = [np.eye(4)]
+    result = [robot.root.matrix]
     for link in links:
         result.append(result[-1].dot(link))  # half the time of @
     return result
@@ -250,8 +250,13 @@ def _self_motion(robot: Robot, q: Joints, way: Floats) -> Floats:
     return np.asarray(np.linalg.solve(weighted @ null.T, weighted @ way) @ null)
 
 
+def _from_root(robot: Robot, target: Pose) -> Pose:
+    """The flange in frame 0 of the table where the tcp is at a pose in the base frame."""
+    return robot.root.inverse() * target * robot.gripper.tcp.inverse()
+
+
 def _analytic(robot: Robot, target: Pose) -> list[Joints]:
-    wrist = (target * robot.gripper.tcp.inverse()).matrix
+    wrist = _from_root(robot, target).matrix
     branches: list[Joints] = []
     for raw in np.atleast_2d(_solver(table(robot)).IK(wrist).Q):
         found = refine(robot, target, raw) if raw.size else None
@@ -282,7 +287,7 @@ def _well(robot: Robot, found: Iterable[Joints]) -> tuple[Joints, ...]:
 def _locked(robot: Robot, target: Pose, values: Iterable[float]) -> Iterator[Joints]:
     """All solutions inside the limits at each of some values of the last joint. What the solver says is only the nearest there is (least
     squares) is none: of 497 such, over 120 poses of a Panda, none was refined to one."""
-    wrist = (target * robot.gripper.tcp.inverse()).matrix
+    wrist = _from_root(robot, target).matrix
     for last in values:
         here: list[Joints] = []
         solved = _solver(table(robot), last).IK(wrist)
@@ -336,7 +341,7 @@ def reach_shortfall(robot: Robot, target: Pose) -> str:
     before it span around joint 2 (``numeric_inverse.span``).
     """
     rows = table(robot)
-    wrist = target * robot.gripper.tcp.inverse() * Pose((0.0, 0.0, -rows[-1][1]))
+    wrist = _from_root(robot, target) * Pose((0.0, 0.0, -rows[-1][1]))
     x, y, z = wrist.position
     if len(rows) != 6 or not _parallel(rows):
         out, most = math.hypot(x, y, z - rows[0][1]), abs(rows[0][0]) + numeric_inverse.span(robot)
