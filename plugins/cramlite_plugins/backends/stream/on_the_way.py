@@ -10,8 +10,9 @@ from cramlite.model import AnyStep, MoveJoints, Parallel, Program, SetGripper
 def opened_on_the_way(program: Program) -> Program:
     """Return a program in which empty fingers open during the transfer that follows, instead of before it.
 
-    The transfer was planned with open fingers, which are wider than those that still open. Fingers that close, or that may let go of
-    something, are waited for.
+    The transfer was planned with open fingers, which are wider than those that still open; whether those that a program begins with are
+    wider than its first order says is seen when the text runs in the proof. Fingers that close later, or that may let go of something, are
+    waited for.
     """
     steps: list[AnyStep] = []
     places, order, opens = list[int](), None, False
