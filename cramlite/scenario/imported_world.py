@@ -85,8 +85,8 @@ def _check_patterns(scenario: Scenario, spec: WorldFileSpec, file: str, scene: I
     for key, at, pattern in patterns:
         which, called = ("jointed ", jointed) if key == "joints" else ("", names)
         if not any(fnmatchcase(n, pattern) for n in called):
-            place = scenario.where("world", key, at)
-            raise UserError(f"{place}: no {which}thing of '{file}' is called '{pattern}'; {nearest(pattern, called)}.")
+            said = f"no {which}thing of '{file}' is called '{pattern}'; {nearest(pattern, called)}"
+            raise UserError(f"{scenario.where('world', key, at)}: {said}.")
 
 
 def _classed(thing: Thing, scene: ImportedScene, types: Mapping[str, str], taxonomy: Taxonomy) -> Thing:

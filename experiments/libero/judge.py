@@ -22,7 +22,9 @@ import mujoco
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+sys.path.insert(0, str(Path(__file__).resolve().parent))
 from judge_lines import Refused, serve
+from masses import with_masses
 
 RATE, IDLE = 20, 10
 """Actions in a second [Hz], and those that do nothing after a reset: LIBERO's evaluation."""
@@ -64,6 +66,7 @@ class Judge:
         path = os.path.join(get_libero_path("bddl_files"), found.problem_folder, found.bddl_file)
         if self.env is not None:
             self.env.close()
+        np.random.seed(state)  # LIBERO's states do not say where fixtures stand: each reset draws that anew, within 2 cm
         self.env = ControlEnv(
             bddl_file_name=path, has_offscreen_renderer=False, use_camera_obs=False, horizon=100_000, ignore_done=True, control_freq=RATE
         )
@@ -81,7 +84,8 @@ class Judge:
         base = sim.model.body_name2id("robot0_link0")
         things = {n: env.get_object(n) for n in (*env.objects_dict, *env.fixtures_dict)}
         return {
-            "xml": sim.model.get_xml(), "qpos": sim.data.qpos.tolist(), "goal": env.parsed_problem["goal_state"],
+            "xml": with_masses(sim.model.get_xml(), sim.model._model), "qpos": sim.data.qpos.tolist(),
+            "goal": env.parsed_problem["goal_state"],
             "bodies": {n: thing.root_body for n, thing in things.items() if hasattr(thing, "root_body")},
             "regions": {n: {"bodies": above(sim, n), "box": site_box(sim, n)} for n in env.object_sites_dict},
             "base": [*sim.data.body_xpos[base].tolist(), *sim.data.body_xquat[base].tolist()],
