@@ -21,7 +21,7 @@ from ..model.verdict import COSTS, Finding, Verdict
 from ..model.world import World
 from ..planning.choice_point import Conflict
 from ..planning.goal_literals import literals_of_plan
-from ..planning.refutation import InTask, as_they_are
+from ..planning.refutation import InTask, Later, as_they_are
 from ..planning.state import State
 from ..plugin.allowance import Allowance
 from ..plugin.catalogue import Knowledge
@@ -220,7 +220,8 @@ def conflict_of(verdict: Verdict, state: State) -> Conflict:
     They are objects, places and decompositions up to the task that failed.
 
     Another path between the same places would fail in the same way, so motions are left out; and so are places, where an
-    objection stands that no other place changes.
+    objection stands that no other place changes. One that is about things depends on what was done with them first, and on how high
+    or how far the hand went in between only later.
     """
     names = [name for name, _ in state.choices]
     tasks = [a.name for a in state.actions]
@@ -235,4 +236,15 @@ def conflict_of(verdict: Verdict, state: State) -> Conflict:
     if known and min(known) + 1 < len(tasks):
         names = names[: names.index(tasks[min(known) + 1])]
     places = {name for name, value in state.bindings.items() if isinstance(value, Place | Stand)} if anywhere else set()
-    return (frozenset(names) - state.motions - places) | beside
+    blamed = frozenset(names) - state.motions - places
+    later = _led_past(verdict, state) & blamed
+    return (blamed - later) | {Later(name) for name in later} | beside
+
+
+def _led_past(verdict: Verdict, state: State) -> frozenset[str]:
+    """Places that the arm was only led to, where an objection is about things, and none says that something was in the way there."""
+    if not any(f.things for f in verdict.objections):
+        return frozenset()
+    met = {task_of(f.origin) for f in verdict.objections if f.blocking}
+    places = {name for name, value in state.bindings.items() if isinstance(value, Place)} - state.used
+    return frozenset(name for name in places if task_of(name) not in met)

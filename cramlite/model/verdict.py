@@ -25,6 +25,8 @@ class Finding(Value):
         value, limit, unit: the measured number and what it was held against, where there is one.
         origin: the task or step that it is about.
         places: whether another place might have changed it; False where it follows from tasks, parameters and objects alone.
+        things: whether it is about where things are, or how they lie in the hand: places that the arm was only led to, such as the
+            height of a lift, are then varied after all others.
         blocking: of an objection: names of the things that were in the way, so that a task which changes one of them may help;
             () where it does not depend on other things, None where that is not known.
         advice: an objection of a validator that only advises (``JudgingLimits.advisory``).
@@ -38,6 +40,7 @@ class Finding(Value):
     unit: str = ""
     origin: str = ""
     places: bool = True
+    things: bool = False
     blocking: tuple[str, ...] | None = None
     advice: bool = False
 

@@ -19,13 +19,13 @@ from ..model.designator_name import is_part_of
 from ..model.designators import Action, Designator, Late, Location, Motion, Object, Place
 from ..model.entity_name import thing_of
 from ..plugin.grounding import Grounding, Refused
-from .refutation import AsItIs, Capped, InTask
+from .refutation import AsItIs, Capped, InTask, Later
 from .state import Effect, State, ground_roles
 from .trace import Kind, Outcome, Trace
 
-Conflict = frozenset[str | InTask | AsItIs | Capped]
-"""What a failure depends on: names of choices, by which the search goes back; tasks, and things as they are, which no choice of
-this plan changes; and whether alternatives were left out."""
+Conflict = frozenset[str | InTask | AsItIs | Capped | Later]
+"""What a failure depends on: names of choices, by which the search goes back, at once or later; tasks, and things as they are, which
+no choice of this plan changes; and whether alternatives were left out."""
 
 
 class Nogoods(Struct):
@@ -88,7 +88,7 @@ class ChoicePoint(Struct):
     trace: Trace
     node: int
     breadth: int = 1
-    conflict: set[str | InTask | AsItIs | Capped] = field(default_factory=set)
+    conflict: set[str | InTask | AsItIs | Capped | Later] = field(default_factory=set)
 
     def __post_init__(self) -> None:
         self.conflict |= {f.compound.name for f in self.state.frames}  # without them it would not be asked for

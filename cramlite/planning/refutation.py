@@ -27,6 +27,12 @@ class Capped(Value):
     """Part of a conflict set: alternatives were left out, so that a wider round may have more to say."""
 
 
+class Later(Value):
+    """Part of a conflict set: another choice here may change it, but those for the other choices are to be tried before."""
+
+    choice: str
+
+
 class Refutation(Value):
     """Failure of every grounding of a task sequence, as far as the budget and the caps let them be tried.
 

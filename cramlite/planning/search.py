@@ -23,7 +23,7 @@ from .answers import Answers
 from .budget import Budget, BudgetSpent, Stopped
 from .choice_point import ChoicePoint, Conflict, Nogoods, key_of
 from .control_steps import state_after_mark
-from .refutation import Capped, InTask, as_they_are
+from .refutation import Capped, InTask, Later, as_they_are
 from .state import Effect, State, renewed, state_after_action, state_after_choice
 from .trace import Trace
 
@@ -88,18 +88,24 @@ class Search(Struct, dict=True):
         self.refuted: Conflict | None = None
         """What it depends on that there is no further grounded state; None before that, and where a budget ended the search."""
         self._planned = 0
+        self._put_off: bool | None = False  # whether choices were gone past that may change a failure; None: none is
         self._nogoods = self.effort.nogoods
         self._alternatives = Alternatives(self.registry, self.tasks, self.owners, self.context, self.answers)
 
     def solve(self, state: State) -> Generator[State, Conflict | None, None]:
         """Generate fully grounded states lazily.
 
-        Send the conflict of one that could not be proven, or nothing to go on.
+        Send the conflict of one that could not be proven, or nothing to go on. Choices that it names for later are varied once all
+        others were.
         """
         self._planned = sum(isinstance(i, Action) for i in state.agenda)
         self.refuted = None
         try:
             self.refuted = yield from self._descend(state, 0)
+            if self._put_off:
+                self._put_off = None
+                self._nogoods = self.effort.nogoods = self._nogoods.lasting()
+                self.refuted = yield from self._descend(state, 0)
         except BudgetSpent as spent:
             self.trace.spent(spent.budget, getattr(self.budget, spent.budget), str(spent))
         except Stopped:
@@ -107,11 +113,7 @@ class Search(Struct, dict=True):
 
     def _descend(self, state: State, parent: int) -> Below:
         if not state.agenda:
-            everything = _everything(state)
-            conflict = yield state
-            found = everything if conflict is None else frozenset(c for c in conflict if c in everything or not isinstance(c, str))
-            self._nogoods.remember(found, state.choices)  # a wider round comes by here again
-            return found
+            return self._failed(state, (yield state))
         item, behind = renewed(state.agenda[0], state), replace(state, agenda=state.agenda[1:])
         if isinstance(item, Effect):
             return (yield from self._closed(behind, item, parent))
@@ -122,6 +124,19 @@ class Search(Struct, dict=True):
         if isinstance(item, Motion) and item.to and item.to.name not in state.bindings:
             return (yield from self._descend(replace(state, agenda=(item.to, *state.agenda)), parent))
         return (yield from self._choose(item, behind, parent))
+
+    def _failed(self, state: State, conflict: Conflict | None) -> Conflict:
+        """Remember that a grounded state could not be proven, or was not enough; return what it depends on, the choices for later
+        among it only if they are not put off any more."""
+        everything = _everything(state)
+        said = everything if conflict is None else conflict
+        later = frozenset(c.choice for c in said if isinstance(c, Later)) & everything
+        found = frozenset(c for c in said if not isinstance(c, Later) and (c in everything or not isinstance(c, str)))
+        self._nogoods.remember(found | later, state.choices)  # a later round comes by here again
+        if not later or self._put_off is None:
+            return found | later
+        self._put_off = True
+        return found | {Capped()}
 
     def _closed(self, state: State, effect: Effect, parent: int) -> Below:
         """Go on behind an action; a task type whose effects break is to blame for all that was chosen."""

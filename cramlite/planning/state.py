@@ -17,7 +17,7 @@ from ..model.control_flow import Compound, Mark
 from ..model.designator_name import task_of
 from ..model.designators import Action, Designator, Location, Motion, Place, Stand
 from ..model.program import Section
-from ..model.steps import SetGripper, walk
+from ..model.steps import MoveJoints, MoveLinear, SetGripper, walk
 
 if TYPE_CHECKING:
     from ..model.belief import Belief
@@ -55,6 +55,8 @@ class State(Value):
         parts: what the plan's actions were decomposed into, without what the run decides about.
         led: motions that moved the arm and changed nothing else.
         reached: places that the arm was led to since anything else was moved.
+        here: the place that the arm was led to last, by name; "" before the first.
+        used: places at which more was done than lead the arm to them and on, such as closing the fingers.
         passed: what of both came before the last motion that ends where it does from wherever the arm comes.
     """
 
@@ -76,6 +78,8 @@ class State(Value):
     led: frozenset[str] = frozenset()
     reached: frozenset[str] = frozenset()
     passed: frozenset[str] = frozenset()
+    here: str = ""
+    used: frozenset[str] = frozenset()
 
     @property
     def folding(self) -> bool:
@@ -130,7 +134,15 @@ def _state_led_on(state: State, motion: Motion, after: State, anew: bool) -> Sta
         passed |= state.led | state.reached
     reached = state.reached | place if moved else state.reached
     led = state.led | {motion.name} if only else state.led
+    after = _state_used_at(state, motion, after)
     return replace(after, led=led, reached=reached if _at_rest(state, after) else frozenset(), passed=passed - place)
+
+
+def _state_used_at(state: State, motion: Motion, after: State) -> State:
+    """The state after a motion, which says of its place whether more was done there than lead the arm to it."""
+    place = motion.to.name if motion.to is not None else state.here
+    leads = all(isinstance(s, MoveJoints | MoveLinear) for s in after.bindings[motion.name]) and _at_rest(state, after)
+    return replace(after, here=place, used=state.used if leads else state.used | {place})
 
 
 def _at_rest(state: State, after: State) -> bool:

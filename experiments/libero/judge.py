@@ -22,6 +22,7 @@ import mujoco
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+sys.path.insert(0, str(Path(__file__).resolve().parent))
 from judge_lines import Refused, serve
 from masses import with_masses
 
@@ -65,6 +66,7 @@ class Judge:
         path = os.path.join(get_libero_path("bddl_files"), found.problem_folder, found.bddl_file)
         if self.env is not None:
             self.env.close()
+        np.random.seed(state)  # LIBERO's states do not say where fixtures stand: each reset draws that anew, within 2 cm
         self.env = ControlEnv(
             bddl_file_name=path, has_offscreen_renderer=False, use_camera_obs=False, horizon=100_000, ignore_done=True, control_freq=RATE
         )

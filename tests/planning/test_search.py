@@ -14,6 +14,7 @@ from cramlite.base.seeds import derive_seed
 from cramlite.model import Action, Belief, Location, Object, RobotMount, World
 from cramlite.planning.budget import BudgetSpent
 from cramlite.planning.choice_point import CAPS
+from cramlite.planning.refutation import Later
 from cramlite.planning.search import Search
 from cramlite.planning.state import State
 from cramlite.plugin import Context, UserError
@@ -117,6 +118,20 @@ def test_a_combination_that_failed_is_not_tried_again(plugin: Plugin) -> None:
     except StopIteration:
         pass
     assert found == [{"tea": "tea_0", "basket": "basket_0"}, {"tea": "tea_0", "basket": "basket_1"}]
+
+
+def test_choices_for_later_are_varied_after_all_others_and_none_is_left_out(plugin: Plugin) -> None:
+    """As the height of a lift after a thing slipped: first the other grasps, then the other heights with each of them."""
+    trial = Trial(plugin("my_objects", _with(OBJECTS, 2)))
+    belief = Belief(World(()), {}, "arm", (), 0.0)
+    states = trial.search.solve(State((Object("grasp"), Object("lift")), belief))
+    found = [dict(next(states).bindings)]
+    try:
+        while True:
+            found.append(dict(states.send(frozenset({"grasp", Later("lift")})).bindings))
+    except StopIteration:
+        pass
+    assert [(b["grasp"][-1], b["lift"][-1]) for b in found] == [("0", "0"), ("1", "0"), ("0", "1"), ("1", "1")]
 
 
 def test_choice_points_are_capped(plugin: Plugin) -> None:

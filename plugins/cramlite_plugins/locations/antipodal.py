@@ -30,6 +30,7 @@ TIPS = 0.008  # of the pads, in a grasp by the tips [m]
 THIN = 0.6  # share of a thin thing's thickness that they overlap: hands stay off what it lies on
 BEFORE, INTO = 0.003, 0.004  # a shallow grasp: tips before the far side, pinch point behind the near one [m]
 DEEP = 0.004  # what stays between the palm and the near side [m]
+FACE = 0.001  # pads are pressed in by less, and lean by less [m]
 ANGLES = 8  # side grasps around a cylinder
 
 
@@ -124,6 +125,20 @@ def clear(shape: Body, hands: Hands, openings: Floats, gripper: Gripper) -> NDAr
     for row, geom in zip(*np.nonzero(met), strict=True):
         free[row] = free[row] and not _meets(shape.geoms[geom], palms, row, _palm(gripper))
     return free
+
+
+def caught(shape: Body, hands: Hands, widths: Floats, gripper: Gripper) -> NDArray[np.bool_]:
+    """Check in which hands (n,) a pad is below some of the shape, across a gap, by its very face (widths (n,) apart [m]).
+
+    What is let go in the air there falls onto the pad while that is still beside it, and comes along with a hand that withdraws.
+    """
+    inside, found = np.minimum(FACE, widths / 4), np.zeros(len(widths), bool)
+    for side, across in itertools.product((0.5, -0.5), (-0.4, 0.0, 0.4)):
+        edges = hands.moved(-gripper.pad[1] / 2, side * (widths - 2 * inside)).positions + across * gripper.pad[0] * hands.turns[:, :, 0]
+        low, high = intervals(shape, edges, -hands.approach)
+        behind, within = (low > SKIN) & (low < gripper.pad[1]), (low <= SKIN) & (high > SKIN)
+        found |= behind.any(axis=1) & ~within.any(axis=1)
+    return found
 
 
 def _meets(geom: Geom, hands: Hands, row: int, segments: tuple[Floats, Floats]) -> bool:

@@ -33,6 +33,7 @@ PARALLEL = math.radians(1)
 """Of contact normals: faces that lean no more are parallel, and need no friction to stay between the pads."""
 MARGIN = 0.004  # pads end this far inside a face's edge [m]
 AGAIN = 0.008  # [m]
+CAUGHT = 0.02  # more than the way round, another turn about the approach, and a further one of one likeness together [m]
 MANY = 3  # parts of a thing; more give many grasps that are alike, of which one is enough
 SHIFTS = (0.0, 0.5, 1.0, -0.5, -1.0)  # along a face, as fractions of what the pads leave
 LEAN = math.radians(30)
@@ -57,6 +58,7 @@ class Grip(Value):
         ahead: how far before the TCP the contact pair is [m].
         slack: wider than the contacts that the thing itself lets the fingers approach, both sides together, up to ``WIDE`` [m].
         lean: of the hand about the line between its pads [rad].
+        caught: whether a pad is below some of the thing that catches on it when it is let go.
     """
 
     pose: Pose
@@ -68,13 +70,15 @@ class Grip(Value):
     ahead: float = 0.0
     slack: float = WIDE
     lean: float = 0.0
+    caught: bool = False
 
     @property
     def cost(self) -> float:
-        """Return the cost [m]: the lever; a pad that is hardly covered, a slanted contact or fingers close to the thing on their way
-        count as some lever more."""
+        """Return the cost [m]: the lever; a pad that is hardly covered, a slanted contact, fingers close to the thing on their way, or
+        a pad that the thing catches on when it is let go, count as some lever more."""
         narrow = 0.03 * max(0.0, 0.6 - self.coverage) + 0.3 * max(0.0, ENOUGH - self.slack)
-        return self.lever + narrow + 0.02 * self.slant + PER_LEAN * abs(self.lean)
+        hooked = CAUGHT if self.caught else 0.0
+        return self.lever + narrow + hooked + 0.02 * self.slant + PER_LEAN * abs(self.lean)
 
     @property
     def likeness(self) -> tuple[float, ...]:
@@ -209,10 +213,11 @@ def _checked(shape: rays.Body, centre: Floats, grips: Sequence[Grip], gripper: G
     slacks = np.where(antipodal.clear(shape, hands, wide, gripper), wide, np.minimum(widths + SLACK, most)) - widths
     off = np.einsum("nij,ni->nj", hands.turns, centre - hands.positions)
     levers = np.abs(off[:, 0]) + 0.3 * np.maximum(0.0, np.abs(off[:, 1]) - widths / 2)
-    columns = (np.asarray(v).tolist() for v in (rows, widths, levers, covered, slacks))
+    hung = antipodal.caught(shape, hands, widths, gripper)
+    columns = (np.asarray(v).tolist() for v in (rows, widths, levers, covered, slacks, hung))
     return [
-        Grip(_at(grips[k].pose, p), width, lever, grips[k].name, float(found.slant[k]), cover, grips[k].ahead, slack, grips[k].lean)
-        for p, k, width, lever, cover, slack in zip(hands.positions, *columns, strict=True)
+        Grip(_at(grips[k].pose, p), width, lever, grips[k].name, float(found.slant[k]), cover, grips[k].ahead, slack, grips[k].lean, hangs)
+        for p, k, width, lever, cover, slack, hangs in zip(hands.positions, *columns, strict=True)
     ]
 
 

@@ -56,7 +56,7 @@ class Goal(Value):
             wrong = _unmet(literal, timeline, candidate.rollout) or _beside(literal, candidate) or _unsettled(literal, candidate.rollout)
             end = _measured(literal, candidate.rollout, candidate.episode)
             said = f"{_what(literal)} {f'is not reached: {wrong}' if wrong else f'holds for the last {LASTS:g} s'}"
-            yield Finding(self.name, not wrong, f"{said}; {end}" if end else said)
+            yield Finding(self.name, not wrong, f"{said}; {end}" if end else said, things=True)
 
 
 def _what(literal: GoalLiteral) -> str:

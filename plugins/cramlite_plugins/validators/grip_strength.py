@@ -36,7 +36,7 @@ class GripStrength(Value):
             carried, weight = 2 * grip.friction * step.force, GRAVITY * grip.mass
             if carried < weight:
                 said = f"'{found.thing}' slipped: {explained(grip, step.force)}"
-                yield Finding(self.name, False, said, carried, weight, "N", step.origin)
+                yield Finding(self.name, False, said, carried, weight, "N", step.origin, things=True)
 
 
 def explained(grip: Grip, force: float) -> str:

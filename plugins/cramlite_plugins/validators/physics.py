@@ -102,7 +102,7 @@ class GraspSlip(Value):
             k = grip.first + int(np.argmax(moved >= min(SLIP, moved.max())))  # what came loose then ends in the task that loosened it
             reason = f"'{grip.thing}' moved {1000 * moved.max():.1f} mm in the hand, limit {1000 * SLIP:.0f} mm"
             yield Finding(
-                self.name, bool(moved.max() <= SLIP), reason, float(moved.max()), SLIP, "m", task_at(candidate, k)
+                self.name, bool(moved.max() <= SLIP), reason, float(moved.max()), SLIP, "m", task_at(candidate, k), things=True
             )
 
 

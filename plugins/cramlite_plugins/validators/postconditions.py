@@ -59,7 +59,7 @@ class EndState(Value):
                 wrong = tests[predicate](rollout, subject, whole) or _unsettled(
                     rollout, subject, hanging=predicate == "hangs_on"
                 )
-                yield Finding(self.name, not wrong, wrong or _holds(relation), origin=_last_about(candidate, subject))
+                yield Finding(self.name, not wrong, wrong or _holds(relation), origin=_last_about(candidate, subject), things=True)
 
 
 def at_the_end(rollout: Rollout, name: str) -> Thing:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import sys
 from pathlib import Path
 
@@ -12,8 +13,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from properties import examples
 
-from cramlite.model import Geom, Pose, Thing
+from cramlite.model import Belief, Estimate, Geom, Pose, Thing, World
 from cramlite_plugins.locations import antipodal, grips
+from cramlite_plugins.locations.grasps import Grasp, _openings
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.shapes import ray_casting as rays
 from cramlite_plugins.simulation.objects.products_and_fixtures import block, product
@@ -74,6 +76,18 @@ def test_of_grasps_alike_of_many_parts_one_is_enough() -> None:
     assert len(np.unique(cells, axis=0)) == len(found) > 0
 
 
+@pytest.mark.parametrize(("beside", "sigma", "opening"), [(1.0, 0.0, 0.04), (1.0, 0.005, GRIPPER.opening[1]), (0.045, 0.005, 0.02)])
+def test_fingers_open_wide_around_what_was_only_seen_and_by_30_mm_around_what_is_known(
+    beside: float, sigma: float, opening: float
+) -> None:
+    walls = tuple(Geom("box", (0.01, 0.04, 0.04), Pose((s * beside, 0, 0))) for s in (1, -1))
+    thing = Thing("thing", "cram:Product", Pose(), (Geom("box", (0.005, 0.01, 0.04)), *walls), mass=0.1)
+    belief = Belief(World((thing,), ()), {"thing": Estimate(Pose(), sigma)}, "arm", (), 0.08)
+    grip = next(g for g in grips.ranked(thing, GRIPPER, 0.9) if g.width == pytest.approx(0.01))
+    found = next(_openings(Grasp(grip, grip.pose, 0.02, 0.0, ""), thing, belief, GRIPPER))
+    assert found == pytest.approx(opening)
+
+
 def test_too_wide_names_the_nearest_miss() -> None:
     big = block("crate", Pose(), (0.12, 0.2, 0.13))
     assert grips.ranked(big, GRIPPER, 0.9) == []
@@ -114,3 +128,25 @@ def test_a_flat_box_is_also_taken_by_a_hand_that_leans_but_upright_first() -> No
         ends = [grip.pose.apply((side * GRIPPER.pad[0] / 2, 0.0, GRIPPER.pad[1] / 2))[2] for side in (-1, 1)]
         assert -half[2] + 0.002 < min(ends) < half[2]  # off what it lies on
     assert {g.lean for g in grips.ranked(Thing("can", "cram:Product", Pose(), (Geom("cylinder", (0.03, 0.05)),)), GRIPPER, 0.9)} == {0.0}
+
+
+def under_a_bar(reach: float) -> dict[str, list[bool]]:
+    """Whether a box of 50 mm, 110 mm high, catches on the pads when it is let go, by the axis that it is gripped across from above, best
+    first; on a post over it is a bar that reaches so far from its middle along x [m]."""
+    parts = Geom("box", (0.004, 0.004, 0.015), Pose((0, 0, 0.069))), Geom("box", (reach, 0.01, 0.002), Pose((0, 0, 0.085)))
+    thing = Thing("carton", "cram:Product", Pose(), (Geom("box", (0.025, 0.025, 0.055)), *parts), mass=0.03)
+    found: dict[str, list[bool]] = {}
+    for grip in (g for g in grips.ranked(thing, GRIPPER, 0.9) if re.match(r"from \+z .* geom 0, by the tips", g.name)):
+        found.setdefault(re.findall("across (.)", grip.name)[0], []).append(grip.caught)
+    return found
+
+
+def test_what_catches_on_a_pad_when_it_is_let_go_is_gripped_another_way_first() -> None:
+    """The bar is right over the pads across x, flush with the faces, and not over those across y."""
+    found = under_a_bar(0.025)
+    assert next(iter(found)) == "y" and not any(found["y"]) and found["x"] and all(found["x"])
+
+
+def test_a_bar_that_ends_before_the_pads_does_not_catch() -> None:
+    found = under_a_bar(0.02)
+    assert next(iter(found)) == "x" and not any(found["x"] + found["y"])

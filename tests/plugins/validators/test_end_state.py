@@ -83,7 +83,7 @@ def test_both_are_asked() -> None:
 
 def test_what_the_plan_predicts_is_said_where_it_holds() -> None:
     found = only(EndState(), good())
-    assert (found.passed, found.reason, found.origin) == (True, "'block' rests on 'shelf'", "3.Placing")
+    assert (found.passed, found.reason, found.origin, found.things) == (True, "'block' rests on 'shelf'", "3.Placing", True)
 
 
 def test_what_plays_no_role_or_is_of_no_known_kind_is_not_asked() -> None:

@@ -223,7 +223,7 @@ def test_it_is_asked_between_the_moments_too_where_something_changes() -> None:
 
 def test_what_does_not_hold_at_the_end_is_said_so() -> None:
     (finding,) = judged(touching(settled(*TWO), FINGER, first=0.5, last=9.0), "tin on floor")
-    assert not finding.passed and "is not reached: at the end 'not touches" in finding.reason
+    assert not finding.passed and finding.things and "is not reached: at the end 'not touches" in finding.reason
 
 
 def test_where_it_is_is_said_in_the_frame_of_its_place() -> None:

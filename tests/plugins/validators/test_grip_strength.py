@@ -45,7 +45,7 @@ def lost(narrower: float, after: float) -> Candidate:
 
 def test_what_slipped_from_a_grip_that_was_too_weak_is_an_objection_with_numbers() -> None:
     found = only(JUDGE, closing(slipping(), close=JUST - 0.01))
-    assert not found.passed and found.origin == "1.Grasping/close" and found.unit == "N"
+    assert not found.passed and found.things and found.origin == "1.Grasping/close" and found.unit == "N"
     assert found.value == pytest.approx(WEIGHT - 0.01 * 2 * 0.72) and found.limit == pytest.approx(WEIGHT)
     assert "'block' slipped" in found.reason
 

@@ -111,6 +111,7 @@ def test_what_is_held_may_settle_and_not_slip(way: float, passes: bool) -> None:
     assert (found.passed, found.origin, found.unit) == (passes, "2.PickingUp", "m")
     assert found.reason == f"'block' moved {1000 * way:.1f} mm in the hand, limit 12 mm"
     assert found.value == pytest.approx(way) and found.limit == 0.012
+    assert found.things, "another grasp may change it, and hardly another height of the lift"
 
 
 def test_the_peak_of_commands_is_the_highest_share_of_its_own_limit() -> None:
