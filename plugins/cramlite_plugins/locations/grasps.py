@@ -1,12 +1,14 @@
 """Grasps of a thing where it is: its grips, either way round, in the order in which the first one tried should do.
 
-Those with room for the whole hand, there, before and when it lifts, which leave its holes open, come first. Among these decide the
+Those with room for the whole hand, there, before and when it lifts, which leave its holes open, come first; those of a hand that leans
+come after all others. Among these decide the
 lever and the part of the pads (``grips``), how far the hand turns to get there, and whether pads that cannot press harder keep the
 thing from turning between them. Inverse kinematics and collisions are looked at one by one.
 """
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterator, Sequence
 from functools import lru_cache
@@ -179,7 +181,8 @@ def _openings(grasp: Grasp, thing: Thing, belief: Belief, gripper: Gripper) -> I
 def _in_order(
     grips: Sequence[Grip], thing: Thing, belief: Belief, context: Context, room: HandRoom
 ) -> list[tuple[float, Grasp]]:
-    """All grasps with their cost [m], those without room for the hand last; those at which it would be in the thing itself are left out."""
+    """All grasps with their cost [m], those without room for the hand last, and after all others those at which it leans; those at
+    which it would be in the thing itself are left out."""
     from ..motion_planning.planning_scene import CLEARANCE
     from ..motion_planning.reach import tcp
 
@@ -198,8 +201,10 @@ def _in_order(
     others |= room.in_a_hole(hands, most)  # when it opens around what is threaded
     return [
         grasp
-        for blocked in (False, True)
-        for grasp in varied(f for f, no, it in zip(found, others, own, strict=True) if no == blocked and not it)
+        for leans, blocked in itertools.product((False, True), repeat=2)
+        for grasp in varied(
+            f for f, no, it in zip(found, others, own, strict=True) if no == blocked and bool(f[1].lean) == leans and not it
+        )
     ]
 
 

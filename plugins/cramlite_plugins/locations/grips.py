@@ -39,7 +39,7 @@ SHIFTS = (0.0, 0.5, 1.0, -0.5, -1.0)  # along a face, as fractions of what the p
 LEAN = math.radians(30)
 """How far a hand leans about the line between its pads, where it has no room over a box, or where the wrist would be too far away."""
 PER_LEAN = 0.06
-"""Cost of a radian of that [m]: who can grasp from above does."""
+"""Cost of a radian of that [m]."""
 
 
 T = TypeVar("T")
