@@ -68,6 +68,7 @@ class Judge:
         self.env = ControlEnv(
             bddl_file_name=path, has_offscreen_renderer=False, use_camera_obs=False, horizon=100_000, ignore_done=True, control_freq=RATE
         )
+        self.env.seed(state)  # initial states do not say where fixtures stand: a reset draws that
         self.env.reset()
         self.env.set_init_state(states[state])
         self.hand = 0.0
