@@ -37,7 +37,8 @@ def import_scene(arguments: argparse.Namespace) -> int:
     classes = {t.name: propose(t, scene, {}, knowledge.taxonomy) for t in scene.things}
     print("\n".join(_report(arguments.scene, scene, classes)))
     if out is not None:
-        out.write_text(_scenario(arguments, packages, robot + _stand(scene), classes), encoding="utf-8")
+        jointed = next((t.name for t in scene.things if t.joint), "")
+        out.write_text(_scenario(arguments, packages, robot + _stand(scene), classes, jointed), encoding="utf-8")
         print(f"Written: {out}. Put tasks into it, correct the classes, then 'cramlite check {out}'.")
     return 0
 
@@ -62,8 +63,10 @@ def _report(path: Path, scene: ImportedScene, classes: dict[str, Proposal]) -> l
     return [*lines, *(f"  not taken over: {note}" for note in scene.notes)]
 
 
-def _scenario(arguments: argparse.Namespace, packages: dict[str, Path], robot: str, classes: dict[str, Proposal]) -> str:
-    """The text of a scenario, its comments saying what is left to do."""
+def _scenario(
+    arguments: argparse.Namespace, packages: dict[str, Path], robot: str, classes: dict[str, Proposal], jointed: str
+) -> str:
+    """The text of a scenario, its comments saying what is left to do; ``jointed`` is the name of a thing with a joint."""
     folder = arguments.out.resolve().parent
     name = re.sub(r"\W", "_", arguments.out.stem, flags=re.ASCII)
     name = name if name[:1].isalpha() else f"scene_{name}"
@@ -76,6 +79,7 @@ def _scenario(arguments: argparse.Namespace, packages: dict[str, Path], robot: s
     lines += ["  packages:", *(f"    {n}: {_quoted(relative(p))}" for n, p in packages.items())] if packages else []
     lines += ["  # Proposed from names, else from how things move; the scenario has the last word.", "  types:"]
     lines += [f"    {n}: {c.type}  # {c.reason}" for n, c in classes.items()]
+    lines += [f"  # Where a joint's closed end or range is not as printed: joints: {{{jointed}: {{closed: upper}}}}"] if jointed else []
     lines += [f"robot: {{type: {robot}}}", "# What is to be done, such as {task: TASK, Patient: THING}; see 'cramlite tasks'.", "tasks: []"]
     return "\n".join(lines) + "\n"
 

@@ -84,8 +84,8 @@ def _relative(step: AnyStep, robot: Robot, program: Program, thing: str) -> list
 
 
 def flange(robot: Robot, q: tuple[float, ...]) -> Pose:
-    """Return the flange's pose in the base frame at joint angles [rad]: the product of Rz(q) Tz(d) Tx(a) Rx(alpha)."""
-    pose = Pose()
+    """Return the flange's pose in the base frame at joint angles [rad]: Rz(q) Tz(d) Tx(a) Rx(alpha) behind ``Robot.root``."""
+    pose = robot.root
     for (a, d, alpha), angle in zip(robot.dh or (), q, strict=True):
         turn = Pose((0, 0, d), (math.cos(angle / 2), 0, 0, math.sin(angle / 2)))
         pose = pose * turn * Pose((a, 0, 0), (math.cos(alpha / 2), math.sin(alpha / 2), 0, 0))

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from .friction import pair_friction
     from .geometry import Floats, Pose, Vector3, quaternion_product, rotvec_quaternion
     from .imported_robot import ImportedRobot
-    from .imported_scene import ImportedScene
+    from .imported_scene import ImportedScene, StatedJoint
     from .judging_limits import JudgingLimits
     from .linkage import Linkage
     from .plan import Plan
@@ -93,7 +93,7 @@ _HOMES = {
     ".friction": "pair_friction",
     ".geometry": "Floats Pose Vector3 quaternion_product rotvec_quaternion",
     ".imported_robot": "ImportedRobot",
-    ".imported_scene": "ImportedScene",
+    ".imported_scene": "ImportedScene StatedJoint",
     ".judging_limits": "JudgingLimits",
     ".linkage": "Linkage",
     ".plan": "Plan",
@@ -203,6 +203,7 @@ __all__ = [
     "SpiralSearch",
     "Stand",
     "Stated",
+    "StatedJoint",
     "Step",
     "Thing",
     "TimeSpan",

@@ -14,7 +14,6 @@ class ImportedRobot(Value):
         robot: joints count as its Denavit-Hartenberg table does; ``axis_zeros`` is where the file counts zero.
         found: what was found there, for people.
         notes: what is missing and was taken from elsewhere or changed, and what says another; one sentence each.
-        base: of the table's frame 0 in the file's base.
         tool: of the file's flange in the table's last frame.
         flange: kind and name, as the file has them, of what tools are bolted to: "site" or "body", and its name.
         root: body that carries the first joint, as the file calls it; "world" if it stands in the room.
@@ -23,7 +22,6 @@ class ImportedRobot(Value):
     robot: Robot
     found: tuple[str, ...]
     notes: tuple[str, ...]
-    base: Pose = Pose()
     tool: Pose = Pose()
     flange: tuple[str, str] = ("", "")
     root: str = "world"

@@ -2,11 +2,27 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 from msgspec import field
 
 from ..base.value import Value
 from .geometry import Pose
 from .world import Thing
+
+
+class StatedJoint(Value):
+    """Joint of a scene file as a user states it, in place of what its reader finds.
+
+    Args:
+        closed: at which end of its range it is closed, as the file counts; None where the reader is to find it.
+        kind: what the range is of.
+        ends: lower and upper end of its range, as the file counts [m, rad]; None for that of the file.
+    """
+
+    closed: Literal["lower", "upper"] | None = None
+    kind: Literal["slide", "hinge"] | None = None
+    ends: tuple[float, float] | None = None
 
 
 class ImportedScene(Value):

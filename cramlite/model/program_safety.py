@@ -118,7 +118,8 @@ def _speed(step: AnyStep, program: Program, robot: Robot) -> Iterator[str]:
 
 def _workspace(step: AnyStep, program: Program, robot: Robot) -> Iterator[str]:
     """No point is farther from the base than the arm and its tool are long: necessary, not sufficient."""
-    longest = robot.reach + math.hypot(*program.tcp.position) + (robot.dh[0][1] if robot.dh else 0.4)
+    high = math.hypot(*robot.root.position) + abs(robot.dh[0][1]) if robot.dh else 0.4
+    longest = robot.reach + math.hypot(*program.tcp.position) + high
     targets = [step.target] if isinstance(step, MoveLinear) else getattr(step, "waypoints", ())
     for target in targets:
         if (far := math.hypot(*target.position)) > longest:

@@ -106,6 +106,7 @@ class Robot(Value):
         conditioning: the smallest singular value of the Jacobian at the TCP, lengths in units of ``reach``, that it keeps where it stops
             and on straight lines. More than 0 for an arm whose controller leads the tool: it comes through a singularity, as with the arm
             stretched, with another posture than it was planned with.
+        root: frame 0 of ``dh`` in the base frame, which is level: not at its origin, or leaning, where the first axis is or does.
 
     Raises:
         ValueError: ``axis_zeros`` is not a finite angle for each joint, or ``force_limit``, ``pace`` or ``conditioning`` is out of its
@@ -133,6 +134,7 @@ class Robot(Value):
     pace: float = 1.0
     posture: tuple[float, ...] | None = None
     conditioning: float = 0.0
+    root: Pose = Pose()
 
     def __post_init__(self) -> None:
         zeros = self.axis_zeros

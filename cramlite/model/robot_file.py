@@ -17,6 +17,7 @@ class HandFile(Value):
         opening: smallest and largest distance between the pads that is used [m]; None for the whole stroke.
         force: lowest and highest grip force [N]; None for what the file's actuators exert.
         speed: lowest and highest speed of the pads towards each other [m/s]; None for 10 to 100 mm/s.
+        torsion: torsional friction of the pads, as a lever [m]; None for what the file says of their contacts.
     """
 
     path: str = ""
@@ -26,6 +27,7 @@ class HandFile(Value):
     opening: tuple[float, float] | None = None
     force: tuple[float, float] | None = None
     speed: tuple[float, float] | None = None
+    torsion: float | None = None
 
 
 class Stated(Value):

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from ..model.designators import Action, Late, Location, Motion, Object
     from ..model.episode import Episode
     from ..model.imported_robot import ImportedRobot
-    from ..model.imported_scene import ImportedScene
+    from ..model.imported_scene import ImportedScene, StatedJoint
     from ..model.robot import Robot
     from ..model.robot_file import RobotFile
     from ..model.rollout import Rollout
@@ -152,12 +152,15 @@ def read_view(path: Path) -> View | None:
 
 
 @hookspec(firstresult=True)
-def read_scene(path: Path, packages: Mapping[str, Path], keyframe: str) -> ImportedScene | None:
+def read_scene(
+    path: Path, packages: Mapping[str, Path], keyframe: str, joints: Mapping[str, StatedJoint]
+) -> ImportedScene | None:
     """Read the scene that another program wrote to a file; None if it is of another format. First answer wins.
 
     Args:
         packages: name in ``package://`` -> its folder, where the scenario says so.
         keyframe: name of the state that it starts in; empty for the one that its bodies say.
+        joints: pattern of names of jointed things -> what the scenario states of their joints; the first that fits.
 
     Raises:
         UserError: it is of this format and cannot be used; with file and line.

@@ -16,11 +16,11 @@ from ..ontology.taxonomy import words_of
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from ..model.imported_scene import ImportedScene
+    from ..model.imported_scene import ImportedScene, StatedJoint
     from ..model.world import Thing
     from ..ontology.taxonomy import Taxonomy
     from ..plugin.catalogue import Knowledge
-    from .scenario import Scenario
+    from .scenario import Scenario, WorldFileSpec
 
 
 class Proposal(Value):
@@ -35,14 +35,20 @@ class Proposal(Value):
     reason: str
 
 
-def read_scene_file(path: Path, packages: Mapping[str, Path], keyframe: str, knowledge: Knowledge) -> ImportedScene:
+def read_scene_file(
+    path: Path, packages: Mapping[str, Path], keyframe: str, knowledge: Knowledge, joints: Mapping[str, StatedJoint] | None = None
+) -> ImportedScene:
     """Read a scene file with the first plugin that knows its format.
+
+    Args:
+        joints: pattern of names of jointed things -> what is stated of their joints.
 
     Raises:
         UserError: no plugin does, or it cannot be used.
         PluginError: the one that should have read it failed.
     """
-    scene: ImportedScene | None = knowledge.registry.first("read_scene", path=path, packages=packages, keyframe=keyframe)
+    given = {"path": path, "packages": packages, "keyframe": keyframe, "joints": joints or {}}
+    scene: ImportedScene | None = knowledge.registry.first("read_scene", **given)
     if scene is None:
         nobody = f"'{path}' is in no format that a plugin reads as a scene (MJCF, URDF); see 'cramlite plugins'."
         failed = [str(f) for f in knowledge.registry.faults if f.hook == "read_scene"]
@@ -64,16 +70,23 @@ def imported_world(scenario: Scenario, knowledge: Knowledge) -> ImportedScene | 
         beside = [p.name for p in path.parent.glob("*.xml")] + [p.name for p in path.parent.glob("*.urdf")]
         raise UserError(f"{scenario.where('world', 'file')}: there is no scene file '{path}'; {nearest(path.name, beside)}.")
     packages = {name: scenario.resolve_path(folder) for name, folder in spec.packages.items()}
-    scene = read_scene_file(path, packages, spec.keyframe, knowledge)
-    names = [t.name for t in scene.things]
-    for key, patterns in (("types", tuple(spec.types)), ("leave_out", spec.leave_out)):
-        for k, pattern in enumerate(patterns):
-            if not any(fnmatchcase(n, pattern) for n in names):
-                place = scenario.where("world", key, *((pattern,) if key == "types" else (k,)))
-                raise UserError(f"{place}: no thing of '{path.name}' is called '{pattern}'; {nearest(pattern, names)}.")
+    scene = read_scene_file(path, packages, spec.keyframe, knowledge, {n: j.stated() for n, j in spec.joints.items()})
+    _check_patterns(scenario, spec, path.name, scene)
     types = {p: knowledge.taxonomy.known(c, scenario.where("world", "types", p)) for p, c in spec.types.items()}
     kept = [t for t in scene.things if not any(fnmatchcase(t.name, p) for p in spec.leave_out)]
     return replace(scene, things=tuple(_classed(t, scene, types, knowledge.taxonomy) for t in kept))
+
+
+def _check_patterns(scenario: Scenario, spec: WorldFileSpec, file: str, scene: ImportedScene) -> None:
+    """Each pattern of names is of something."""
+    names, jointed = [t.name for t in scene.things], [t.name for t in scene.things if t.joint is not None]
+    patterns: list[tuple[str, str | int, str]] = [("leave_out", k, p) for k, p in enumerate(spec.leave_out)]
+    patterns += [*(("types", p, p) for p in spec.types), *(("joints", p, p) for p in spec.joints)]
+    for key, at, pattern in patterns:
+        which, called = ("jointed ", jointed) if key == "joints" else ("", names)
+        if not any(fnmatchcase(n, pattern) for n in called):
+            said = f"no {which}thing of '{file}' is called '{pattern}'; {nearest(pattern, called)}"
+            raise UserError(f"{scenario.where('world', key, at)}: {said}.")
 
 
 def _classed(thing: Thing, scene: ImportedScene, types: Mapping[str, str], taxonomy: Taxonomy) -> Thing:

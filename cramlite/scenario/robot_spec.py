@@ -14,7 +14,7 @@ class GripperSpec(Spec):
     """Gripper from a file, its own or the arm's, and what the file does not say.
 
     ``at``: of the hand's root on the flange; ``pads``: geoms or bodies that grip, one of each finger; ``tcp``: site or body at the
-    pinch point; ``opening``, ``force`` and ``speed`` [m/s]: lowest and highest.
+    pinch point; ``opening``, ``force`` and ``speed`` [m/s]: lowest and highest; ``torsion``: lever of the pads' torsional friction.
     """
 
     file: str | None = None
@@ -24,6 +24,7 @@ class GripperSpec(Spec):
     opening: tuple[Length, Length] | None = None
     force: tuple[Force, Force] | None = None
     speed: tuple[float, float] | None = None
+    torsion: Length | None = Field(None, gt=0, le=0.1)
 
     @model_validator(mode="after")
     def _rises(self) -> GripperSpec:

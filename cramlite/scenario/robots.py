@@ -81,7 +81,7 @@ def _stated(scenario: Scenario, spec: RobotSpec) -> Stated:
 
 def _hand(scenario: Scenario, spec: GripperSpec) -> HandFile:
     path = _existing(scenario, spec.file, "gripper", "file") if spec.file else ""
-    return HandFile(path, spec.at.pose(), spec.pads, spec.tcp, spec.opening, spec.force, spec.speed)
+    return HandFile(path, spec.at.pose(), spec.pads, spec.tcp, spec.opening, spec.force, spec.speed, spec.torsion)
 
 
 def _existing(scenario: Scenario, name: str, *keys: str) -> str:

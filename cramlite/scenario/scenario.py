@@ -14,6 +14,7 @@ from ..base.errors import UserError, nearest
 from ..base.quantities import Angle, Force, Length
 from ..base.value import Value
 from ..base.yaml_file import explain_validation, line_of, load_yaml
+from ..model.imported_scene import StatedJoint
 from ..model.judging_limits import JudgingLimits
 from ..model.robot import HIGHEST_FORCE_LIMIT
 from ..model.view import D435, Intrinsics
@@ -168,10 +169,36 @@ class PhysicsSpec(Spec):
     pad_friction: Annotated[float, Field(ge=0, le=10)] = 0.9
 
 
+class JointSpec(Spec):
+    """Joint of a scene file, as the file counts: at which end it is closed, and the range of one that slides or turns."""
+
+    closed: Literal["lower", "upper"] | None = None
+    slides: tuple[Length, Length] | None = None
+    turns: tuple[Angle, Angle] | None = None
+
+    @model_validator(mode="after")
+    def _one_range(self) -> JointSpec:
+        if self.slides is not None and self.turns is not None:
+            raise ValueError("a joint either 'slides' or 'turns'; its range is one of the two")
+        for key in ("slides", "turns"):
+            pair = getattr(self, key)
+            if pair is not None and not pair[0] < pair[1]:
+                raise ValueError(f"'{key}' is the lower and the upper end, the lower one first")
+        if not self.model_fields_set:
+            raise ValueError("it says nothing; 'closed' is 'lower' or 'upper', 'slides' and 'turns' a range")
+        return self
+
+    def stated(self) -> StatedJoint:
+        """Return the joint as readers of scenes are told it."""
+        ends = self.slides or self.turns
+        return StatedJoint(self.closed, ("slide" if self.slides else "hinge") if ends else None, ends)
+
+
 class WorldFileSpec(Spec):
     """Scene file of another program, whose things are in the robot's world beside the scenario's own.
 
-    ``types``: pattern of names -> class; ``packages``: name in ``package://`` -> folder; ``leave_out``: patterns of names.
+    ``types``: pattern of names -> class; ``packages``: name in ``package://`` -> folder; ``leave_out``: patterns of names;
+    ``joints``: pattern of names of jointed things -> what is wrong in what was found of their joints.
     """
 
     file: str
@@ -179,6 +206,7 @@ class WorldFileSpec(Spec):
     packages: dict[str, str] = Field({})
     leave_out: tuple[str, ...] = ()
     keyframe: str = ""
+    joints: dict[str, JointSpec] = Field({})
 
 
 class LimitsSpec(Spec):
@@ -386,6 +414,7 @@ def _valid_keys(error: ValidationError) -> list[str]:
         "objects": ObjectSpec,
         "physics": PhysicsSpec,
         "world": WorldFileSpec,
+        "joints": JointSpec,
         "limits": LimitsSpec,
         "proof": ProofSpec,
         "errors": ErrorSpec,

@@ -15,7 +15,6 @@ import os
 import sys
 from pathlib import Path
 from typing import Any
-from xml.etree import ElementTree
 
 os.environ.setdefault("MUJOCO_GL", "egl")
 
@@ -23,7 +22,9 @@ import mujoco
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+sys.path.insert(0, str(Path(__file__).resolve().parent))
 from judge_lines import Refused, serve
+from masses import with_masses
 
 RATE, IDLE = 20, 10
 """Actions in a second [Hz], and those that do nothing after a reset: LIBERO's evaluation."""
@@ -65,10 +66,10 @@ class Judge:
         path = os.path.join(get_libero_path("bddl_files"), found.problem_folder, found.bddl_file)
         if self.env is not None:
             self.env.close()
+        np.random.seed(state)  # LIBERO's states do not say where fixtures stand: each reset draws that anew, within 2 cm
         self.env = ControlEnv(
             bddl_file_name=path, has_offscreen_renderer=False, use_camera_obs=False, horizon=100_000, ignore_done=True, control_freq=RATE
         )
-        self.env.seed(state)  # initial states do not say where fixtures stand: a reset draws that
         self.env.reset()
         self.env.set_init_state(states[state])
         self.hand = 0.0
@@ -83,7 +84,7 @@ class Judge:
         base = sim.model.body_name2id("robot0_link0")
         things = {n: env.get_object(n) for n in (*env.objects_dict, *env.fixtures_dict)}
         return {
-            "xml": with_inertia(sim.model.get_xml(), sim.model._model), "qpos": sim.data.qpos.tolist(),
+            "xml": with_masses(sim.model.get_xml(), sim.model._model), "qpos": sim.data.qpos.tolist(),
             "goal": env.parsed_problem["goal_state"],
             "bodies": {n: thing.root_body for n, thing in things.items() if hasattr(thing, "root_body")},
             "regions": {n: {"bodies": above(sim, n), "box": site_box(sim, n)} for n in env.object_sites_dict},
@@ -158,21 +159,6 @@ def above(sim: Any, name: str) -> list[str]:
         found.append(sim.model.body_id2name(body))
         body = int(sim.model.body_parentid[body])
     return found
-
-
-def with_inertia(xml: str, model: Any) -> str:
-    """Return MJCF text as MuJoCo saved it, with the mass and inertia that each body has in the compiled model.
-
-    The saved text leaves out which groups of geoms these were taken from (``inertiagrouprange``): read again, shapes that are only
-    drawn weigh too, and a bowl of 6 g has 46 g.
-    """
-    root = ElementTree.fromstring(xml)
-    for number, body in enumerate((body for top in root.iter("worldbody") for body in top.iter("body")), 1):  # in the model's order
-        if body.find("inertial") is None:
-            found = {"pos": model.body_ipos, "quat": model.body_iquat, "mass": model.body_mass[:, None], "diaginertia": model.body_inertia}
-            written = {name: " ".join(f"{v:.17g}" for v in values[number]) for name, values in found.items()}
-            body.insert(0, ElementTree.Element("inertial", written))
-    return ElementTree.tostring(root, encoding="unicode")
 
 
 def site_box(sim: Any, name: str) -> dict[str, Any]:

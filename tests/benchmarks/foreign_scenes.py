@@ -33,7 +33,7 @@ def read(path: Path) -> tuple[ImportedScene | None, float]:
     """The scene in a file, in its first named keyframe, and the CPU seconds of reading it."""
     key = re.search(r'<key\s[^>]*name="([^"]+)"', path.read_text(errors="replace"))
     before = time.process_time()
-    scene = read_scene(path, {}, key[1] if key else "")
+    scene = read_scene(path, {}, key[1] if key else "", {})
     return scene, time.process_time() - before
 
 

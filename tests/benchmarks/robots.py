@@ -36,9 +36,12 @@ HOME = "home: [2.8186, -1.7747, 1.5780, -1.3741, -1.5708, 1.2478]"
 FILES = {
     "menagerie": f"robot: {{file: MENAGERIE/universal_robots_ur5e/ur5e.xml, payload: 5 kg, sensor: flange, speed: 3.14159, {HOME},"
     " gripper: {file: MENAGERIE/robotiq_2f85/2f85.xml}}",
+    "menagerie_torsion": f"robot: {{file: MENAGERIE/universal_robots_ur5e/ur5e.xml, payload: 5 kg, sensor: flange, speed: 3.14159, {HOME},"
+    " gripper: {file: MENAGERIE/robotiq_2f85/2f85.xml, torsion: 5 mm}}",
     "menagerie_arm": f"robot: {{file: MENAGERIE/universal_robots_ur5e/ur5e.xml, payload: 5 kg, sensor: flange, speed: 3.14159, {HOME}}}",
 }
-"""Robots of Menagerie's files, its UR5e with its 2F-85 or with ours; ``--menagerie`` names the folder of its models."""
+"""Robots of Menagerie's files: its UR5e with its 2F-85, as the file has that or with pads that resist turning as ours do, or with
+ours; ``--menagerie`` names the folder of its models."""
 
 
 def ran(out: Path, *arguments: str) -> tuple[int, float]:

@@ -202,6 +202,7 @@ SPECS = {
     "record": scenario.RecordSpec,
     "physics": scenario.PhysicsSpec,
     "world": scenario.WorldFileSpec,
+    "joints": scenario.JointSpec,
     "limits": scenario.LimitsSpec,
     "proof": error_spec.ProofSpec,
     "errors": error_spec.ErrorSpec,

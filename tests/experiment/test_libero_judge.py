@@ -5,9 +5,12 @@ A judge's environment is played by a folder with a shell script for a Python.
 
 from __future__ import annotations
 
+import sys
+from itertools import pairwise
 from pathlib import Path
-from types import ModuleType
+from types import ModuleType, SimpleNamespace
 
+import numpy as np
 import pytest
 from conftest import ROOT
 
@@ -101,3 +104,71 @@ def test_a_judge_that_is_none_is_explained(module: ModuleType, tmp_path: Path, s
     with module.Libero(environment(tmp_path, script), patience=0.1) as judge, pytest.raises(UserError) as caught:
         judge.reset("libero_90", 0, 0)
     assert said in str(caught.value) and "\n" not in str(caught.value)
+
+
+WEIGHED = """
+<mujoco>
+  <compiler inertiagrouprange="0 0"/>
+  <worldbody>
+    <geom type="plane" size="1 1 0.1"/>
+    <body name="bowl" pos="0 0 0.1"><freejoint/>
+      <geom type="box" size="0.02 0.03 0.01" pos="0.01 0 0" density="100"/>
+      <geom type="sphere" size="0.05" group="1" contype="0" conaffinity="0" density="100"/>
+      <body pos="0 0 0.1"><geom type="sphere" size="0.05" group="1" contype="0" conaffinity="0"/></body>
+    </body>
+    <body name="tin" pos="0.3 0 0.1"><freejoint/><inertial pos="0 0 0.01" mass="0.4" diaginertia="0.001 0.002 0.0025"/>
+      <geom type="box" size="0.02 0.03 0.01"/></body>
+  </worldbody>
+</mujoco>
+"""
+
+
+def test_what_is_only_drawn_does_not_weigh_in_the_scene_that_the_judge_hands_out() -> None:
+    import mujoco
+
+    spec = mujoco.MjSpec.from_string(WEIGHED)
+    model = spec.compile()
+    saved = spec.to_xml().replace('inertiagrouprange="0 0"', "")  # as older versions of MuJoCo save it
+    stated = module_of(LIBERO / "masses.py").with_masses(saved, model)
+    again, own = (mujoco.MjModel.from_xml_string(text) for text in (stated, saved))
+    for name in ("body_mass", "body_ipos", "body_inertia"):
+        assert np.allclose(getattr(again, name)[1:], getattr(model, name)[1:], rtol=1e-9, atol=1e-15), name
+    assert own.body("bowl").mass[0] > 10 * model.body("bowl").mass[0], "without it the bowl is another one"
+
+
+def test_the_hand_is_as_thick_as_its_mesh_at_the_flange_and_thinner_at_the_fingers() -> None:
+    import mujoco
+
+    model = mujoco.MjModel.from_xml_string(module_of(LIBERO / "panda.py").mjcf())
+    hand = model.body("gripper").id
+    boxes = sorted((float(model.geom_pos[g][2]), *model.geom_size[g]) for g in range(model.ngeom) if model.geom_bodyid[g] == hand)
+    bounds = [(z - half, z + half, x, y) for z, x, y, half in boxes]
+    assert bounds[0][0] == pytest.approx(0.0) and bounds[-1][1] == pytest.approx(0.066)
+    assert all(one[1] == pytest.approx(other[0]) for one, other in pairwise(bounds))
+    mesh = {0.006: 0.0316, 0.018: 0.0286, 0.030: 0.0256, 0.042: 0.0226, 0.054: 0.0196, 0.060: 0.0181}  # half its thickness, measured
+    for height, half in mesh.items():
+        x = next(b[2] for b in bounds if b[0] <= height < b[1])
+        assert half <= x < half + 0.006
+
+
+def test_an_episode_begins_alike_whatever_was_played_before(monkeypatch: pytest.MonkeyPatch) -> None:
+    """LIBERO's states do not say where fixtures stand: a reset draws that from NumPy's generator."""
+    drawn: list[float] = []
+
+    class Env(SimpleNamespace):
+        def __init__(self, **_: object) -> None:
+            reset = lambda: drawn.append(float(np.random.uniform()))  # noqa: E731
+            super().__init__(reset=reset, set_init_state=id, step=id, close=lambda: None, language_instruction="")
+
+    found = SimpleNamespace(problem_folder="", bddl_file="", name="")
+    tasks = SimpleNamespace(get_num_tasks=lambda: 1, get_task=lambda _: found, get_task_init_states=lambda _: [0, 1])
+    there = {"libero.libero.benchmark": {}, "libero.libero.envs": {}, "libero.libero.envs.env_wrapper": {"ControlEnv": Env}, "libero": {}}
+    there["libero.libero"] = {
+        "benchmark": SimpleNamespace(get_benchmark_dict=lambda: {"suite": lambda: tasks}), "get_libero_path": lambda _: "",
+    }  # fmt: skip
+    for name, members in there.items():
+        monkeypatch.setitem(sys.modules, name, SimpleNamespace(__path__=[], **members))
+    judge = module_of(LIBERO / "judge.py").Judge()
+    for state in (0, 1, 0):
+        judge.reset("suite", 0, state)
+    assert drawn[0] == drawn[2] != drawn[1]

@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 
 from cramlite import Engine, NoSolution, Trace, read_scenario
-from cramlite.model import ImportedScene
+from cramlite.cli.main import main
+from cramlite.model import ImportedScene, StatedJoint, Thing
 from cramlite.planning.diagnosis import failure_text
 from cramlite_plugins.simulation.scenes.reader import read_scene
 
@@ -15,7 +16,7 @@ SCENE = Path(__file__).parents[1] / "plugins" / "simulation" / "scenes_data" / "
 
 
 def _read(keyframe: str) -> ImportedScene:
-    scene = read_scene(SCENE, {}, keyframe)
+    scene = read_scene(SCENE, {}, keyframe, {})
     assert scene is not None
     return scene
 
@@ -31,6 +32,51 @@ def test_the_closed_end_is_found_wherever_a_joint_starts(keyframe: str) -> None:
     assert all(t.feature("cram:Handle") for t in things.values() if t.joint)
     assert any("'top_level' is closed at its upper end" in n and "least room" in n for n in things["cabinet_top"].notes)
     assert any("'button' is closed at its lower end: its zero is there" in n for n in things["stove_button"].notes)
+
+
+def _stated(joints: dict[str, StatedJoint], keyframe: str = "closed") -> dict[str, Thing]:
+    scene = read_scene(SCENE, {}, keyframe, joints)
+    assert scene is not None
+    return {t.name: t for t in scene.things}
+
+
+def test_the_scenario_says_which_end_is_closed_and_what_the_range_is() -> None:
+    found = {t.name: t for t in _read("closed").things}
+    things = _stated({"cabinet_top": StatedJoint("lower"), "stove*": StatedJoint("upper", "hinge", (0.0, 1.5))})
+    drawer, knob, own = (things["cabinet_top"].joint, things["stove_button"].joint, found["cabinet_top"].joint)
+    assert drawer is not None and knob is not None and own is not None
+    assert (drawer.lower, drawer.upper, drawer.value) == (-own.upper, -own.lower, -own.value)
+    assert drawer.pose.rotate((0, 0, 1)) == pytest.approx(-own.pose.rotate((0, 0, 1)))
+    assert (knob.lower, knob.upper) == (-1.5, 0.0)
+    assert "joint 'top_level' is closed at its lower end: the scenario says so" in things["cabinet_top"].notes
+    assert "joint 'button' goes from 0 to 1.5 rad: the scenario says so, the file -0.005 to 2.1" in things["stove_button"].notes
+    assert things["cabinet_bottom"].joint == found["cabinet_bottom"].joint
+
+
+WRONG = {
+    "drawer*: {closed: upper}": "no jointed thing of 'joints.xml' is called 'drawer*'",
+    "cabinet_top: {closed: shut}": "'lower' or 'upper'",
+    "cabinet_top: {turns: [0, 1]}": "'top_level' slides, and 'slides' says its range in m",
+    "cabinet_top: {slides: [200 mm, 100 mm]}": "the lower one first",
+    "cabinet_top: {slides: [0, 90 deg]}": "'deg' is not a unit of length",
+    "cabinet_top: {slides: [-100 mm, -50 mm]}": "it starts at",
+    "cabinet_top: {}": "it says nothing",
+    "cabinet_top: {slides: [0, 1], turns: [0, 1]}": "one of the two",
+    "cabinet_top: {open: upper}": "unknown key 'open'",
+}
+
+
+@pytest.mark.parametrize("joint", WRONG)
+def test_what_is_wrong_in_a_stated_joint_is_said_where_it_stands(
+    joint: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "wrong.yaml"
+    world = f"world:\n  file: {SCENE}\n  keyframe: closed\n  joints:\n    {joint}\n"
+    path.write_text(f"scenario: wrong\nrobot: {{type: ur5e}}\ntasks: [ParkingArms]\n{world}")
+    assert main(["check", str(path)]) == 2
+    said = capsys.readouterr().err
+    assert WRONG[joint] in said and "Traceback" not in said, said
+    assert "wrong.yaml:" in said or "joints.xml:1" in said, said
 
 
 def _attempt(goal: str, keyframe: str, scene: Path = SCENE, proofs: int = 3) -> str:

@@ -67,6 +67,23 @@ def test_the_box_comes_into_nothing_that_has_no_opening(kitchen: Path, capsys: p
     assert code != 0 and "kitchen_counter" in said, said
 
 
+def test_the_box_comes_into_no_bowl_that_is_too_small_for_it(kitchen: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = kitchen / "scene" / "kitchen.xml"
+    file.write_text(file.read_text().replace('scale="0.002 0.002 0.0012"', 'scale="0.0006 0.0006 0.0012"'))
+    code, said = _resolve(kitchen, INTO.replace("RELATUM", "akita_white_bowl_1"), capsys)
+    assert code == 1 and "akita_white_bowl_1" in said, said
+
+
+@pytest.mark.heavy
+def test_the_box_comes_into_no_bowl_that_is_full(kitchen: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    full = "things:\n  - {name: filler, model: block, at: {position: [0.45, -0.3, 0.068]}, with: {size: [95 mm, 95 mm, 120 mm]}}\n"
+    few = "budget: {proofs: 1, sequences: 1}\n"
+    scenario = kitchen / "kitchen.yaml"
+    scenario.write_text(scenario.read_text() + full + few)
+    code, said = _resolve(kitchen, INTO.replace("RELATUM", "akita_white_bowl_1"), capsys)
+    assert code == 1 and "middle of the opening of 'akita_white_bowl_1'" in said, said
+
+
 @pytest.mark.heavy
 def test_its_drawer_opens(kitchen: Path, capsys: pytest.CaptureFixture[str]) -> None:
     code, said = _resolve(kitchen, "  - {task: Opening, Patient: drawer_1}", capsys)

@@ -125,7 +125,7 @@ def test_a_hole_of_7_mm_jams_on_the_bent_tip(tmp_path: Path) -> None:
     run = resolve(tight, tmp_path / "run", "--seed", FAR)
     assert run.returncode == 1, run.stderr
     assert "is not reached: at the end 'touches(Locatum, Relatum)' does not hold" in run.stderr
-    assert "execution: halted" in run.stderr and "/attempt_5: no contact" in run.stderr
+    assert "execution: halted" in run.stderr and re.search(r"/attempt_5: (no contact|only 0\.00\d+ m deep)", run.stderr)
 
 
 def test_the_error_is_drawn_from_the_seed_and_moves_what_hangs_there() -> None:

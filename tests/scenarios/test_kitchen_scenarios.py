@@ -12,6 +12,7 @@ from cramlite.engine.scenario_doubts import doubts
 
 REFUSED = {
     "bottle_from_drawer": "'bottle', which no task moved then, got",
+    "bottle_on_rack": "not at rest: it would slide or fall off 'rack'",
     "each_onto_tray_camera": "its centre of mass would be only 4 mm from the edge of 'tray'; 5 mm inside is needed",
     "into_drawer": "'tin' is 0",
     "lid_on_pot": "1.PickAndPlace/Placing/PuttingDown/lower: no contact within 0.03 m",

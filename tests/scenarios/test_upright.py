@@ -12,9 +12,12 @@ from hypothesis import strategies as st
 from properties import examples
 
 from cramlite import Budget, Engine, read_scenario
-from cramlite.model import Pose, Rollout
+from cramlite.model import Pose, RobotMount, Rollout, World
+from cramlite_plugins.kinematics.kinematics import forward
 from cramlite_plugins.motion_planning.cartesian import sampled
-from cramlite_plugins.motion_planning.upright import Load, waypoints_over
+from cramlite_plugins.motion_planning.planning_scene import scene
+from cramlite_plugins.motion_planning.upright import Load, UprightScene, waypoints_over
+from cramlite_plugins.robots.ur5e import UR5E
 
 SCENARIO = """
 scenario: carry_cup
@@ -53,12 +56,20 @@ def most_tilted(rollout: Rollout) -> float:
 def test_a_cup_stays_within_its_tolerance_while_the_text_runs(tmp_path: Path) -> None:
     rollout, text = carried("soma:Cup", tmp_path)
     assert most_tilted(rollout) < 15.0
-    assert "movel" in text.split("PuttingDown/transfer")[1].split("PuttingDown/lower")[0]
+    transfer = text.split("PuttingDown/transfer")[1].split("PuttingDown/lower")[0]
+    assert ", r=0." in transfer and "movel" not in transfer, "up, over and down, and nowhere a stop"
 
 
-def test_the_same_shape_that_is_no_vessel_is_tilted_on_the_quickest_way(tmp_path: Path) -> None:
-    rollout, _ = carried("cram:Product", tmp_path)
-    assert most_tilted(rollout) > 15.0
+def test_a_line_that_turns_the_arm_over_is_free_and_tilts_what_it_carries() -> None:
+    world = World((), (RobotMount("arm", "ur5e", Pose()),))
+    free = scene(world, {"ur5e": UR5E}, "arm")
+    up, wrist = (-0.5, -1.6, 1.8, -1.77, -math.pi / 2, 0.0), (0.3, -1.6, 1.8, -1.77, -math.pi / 2, 0.0)
+    over = (-0.5, -1.6, 1.8, -1.27, -math.pi / 2, 0.0)  # the wrist 0.5 rad further
+    for limit, keeps in ((math.radians(14.5), False), (0.6, True)):
+        in_tcp = forward(UR5E, up).inverse() * Pose(forward(UR5E, up).position)
+        carried = UprightScene(free, Load("cup", limit, in_tcp, (0.0, 0.0, 1.0)))
+        assert carried.line_free(up, wrist)
+        assert free.line_free(up, over) and carried.line_free(up, over) == keeps
 
 
 @examples(40)

@@ -184,14 +184,15 @@ def shallow(pose: Pose, near: float, far: float, gripper: Gripper) -> Pose | Non
     return pose * Pose((0.0, 0.0, -min(back, least))) if back > 0 and least > 0 else None
 
 
-def by_tips(pose: Pose, near: float, far: float, gripper: Gripper) -> tuple[Pose, float] | None:
+def by_tips(pose: Pose, near: float, far: float, gripper: Gripper, corner: float = 0.0) -> tuple[Pose, float] | None:
     """The pose drawn back until the pads overlap a geom by twice ``TIPS``, of a thin one by ``THIN`` of its thickness, and how far
     before it the contacts then are; None where it is as far back already. A rim above a floor, or a box that lies flat, is gripped so.
 
     Args:
         near, far: of the geom along the approach, from the TCP [m].
+        corner: of a pad that leans, how much further ahead it is than the pad's middle [m].
     """
-    overlap = min(TIPS, THIN / 2 * (far - near))
+    overlap = min(TIPS, (THIN * (far - near) - corner) / 2)
     ahead = gripper.pad[1] / 2 - overlap
     back = near + overlap - ahead
     return (pose * Pose((0.0, 0.0, back)), ahead) if back < -0.002 else None

@@ -1,4 +1,5 @@
-"""Ways from above and aside, at 45 deg: to and from what something hangs over, such as a thing under the handle of an open drawer."""
+"""Ways from above and aside, at 45 deg or steeper: to and from what something hangs over, such as a thing under the handle of an open
+drawer, or one in a drawer that is half under what it comes out of."""
 
 from __future__ import annotations
 
@@ -18,10 +19,10 @@ ANGLES = (180.0, 90.0, -90.0, 0.0)
 """Sides, in the base frame, the robot's own first [deg]."""
 
 
-def slants(rise: float) -> Iterator[tuple[str, Floats]]:
-    """Generate ways that lead up by ``rise`` [m] and as far aside, with what they are called."""
+def slants(rise: float, share: float = 1.0) -> Iterator[tuple[str, Floats]]:
+    """Generate ways that lead up by ``rise`` [m] and a share of that aside, with what they are called."""
     for angle in ANGLES:
-        way: Floats = rise * np.array([math.cos(math.radians(angle)), math.sin(math.radians(angle)), 1.0])
+        way: Floats = rise * np.array([share * math.cos(math.radians(angle)), share * math.sin(math.radians(angle)), 1.0])
         yield f"aside at {angle:.0f} deg", way
 
 

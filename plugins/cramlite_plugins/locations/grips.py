@@ -36,6 +36,10 @@ AGAIN = 0.008  # [m]
 CAUGHT = 0.02  # more than the way round, another turn about the approach, and a further one of one likeness together [m]
 MANY = 3  # parts of a thing; more give many grasps that are alike, of which one is enough
 SHIFTS = (0.0, 0.5, 1.0, -0.5, -1.0)  # along a face, as fractions of what the pads leave
+LEAN = math.radians(30)
+"""How far a hand leans about the line between its pads, where it has no room over a box, or where the wrist would be too far away."""
+PER_LEAN = 0.06
+"""Cost of a radian of that [m]: who can grasp from above does."""
 
 
 T = TypeVar("T")
@@ -53,6 +57,7 @@ class Grip(Value):
         coverage: share of the pad that the shape fills.
         ahead: how far before the TCP the contact pair is [m].
         slack: wider than the contacts that the thing itself lets the fingers approach, both sides together, up to ``WIDE`` [m].
+        lean: of the hand about the line between its pads [rad].
         caught: whether a pad is below some of the thing that catches on it when it is let go.
     """
 
@@ -64,14 +69,16 @@ class Grip(Value):
     coverage: float = 1.0
     ahead: float = 0.0
     slack: float = WIDE
+    lean: float = 0.0
     caught: bool = False
 
     @property
     def cost(self) -> float:
         """Return the cost [m]: the lever; a pad that is hardly covered, a slanted contact, fingers close to the thing on their way, or
         a pad that the thing catches on when it is let go, count as some lever more."""
+        narrow = 0.03 * max(0.0, 0.6 - self.coverage) + 0.3 * max(0.0, ENOUGH - self.slack)
         hooked = CAUGHT if self.caught else 0.0
-        return hooked + self.lever + 0.03 * max(0.0, 0.6 - self.coverage) + 0.02 * self.slant + 0.3 * max(0.0, ENOUGH - self.slack)
+        return self.lever + narrow + hooked + 0.02 * self.slant + PER_LEAN * abs(self.lean)
 
     @property
     def likeness(self) -> tuple[float, ...]:
@@ -126,7 +133,15 @@ def candidates(geoms: Sequence[Geom], gripper: Gripper) -> Iterator[Grip]:
 
 
 def _drawn_back(grip: Grip, near: float, far: float, gripper: Gripper) -> Iterator[Grip]:
-    """A grasp of a geom, and the same with less of the pads on it; the geom is so near and far along the approach [m]."""
+    """A grasp of a geom, and the same with less of the pads on it; the geom is so near and far along the approach [m].
+
+    Of a hand that leans a corner of the pads is ahead of their middle.
+    """
+    if grip.lean:
+        corner = gripper.pad[0] / 2 * math.tan(abs(grip.lean))
+        if (tips := antipodal.by_tips(grip.pose, near, far, gripper, corner)) is not None:
+            yield replace(grip, pose=tips[0], name=f"{grip.name}, by the tips", ahead=tips[1])
+        return
     yield grip
     drawn = antipodal.shallow(grip.pose, near, far, gripper)
     if drawn is not None:
@@ -201,7 +216,7 @@ def _checked(shape: rays.Body, centre: Floats, grips: Sequence[Grip], gripper: G
     hung = antipodal.caught(shape, hands, widths, gripper)
     columns = (np.asarray(v).tolist() for v in (rows, widths, levers, covered, slacks, hung))
     return [
-        Grip(_at(grips[k].pose, p), width, lever, grips[k].name, float(found.slant[k]), cover, grips[k].ahead, slack, hangs)
+        Grip(_at(grips[k].pose, p), width, lever, grips[k].name, float(found.slant[k]), cover, grips[k].ahead, slack, grips[k].lean, hangs)
         for p, k, width, lever, cover, slack, hangs in zip(hands.positions, *columns, strict=True)
     ]
 
@@ -225,7 +240,14 @@ def _of_box(geom: Geom, gripper: Gripper) -> Iterator[Grip]:
         along = 3 - closing - approach
         room = max(geom.size[along] - gripper.pad[0] / 2 - MARGIN, 0.0)
         for sign, shift in itertools.product((1.0, -1.0), SHIFTS if room > 0.002 else (0.0,)):
-            yield _grip(geom, closing, approach, sign, along, shift * room, width, gripper.depth)
+            straight = _grip(geom, closing, approach, sign, along, shift * room, width, gripper.depth)
+            yield straight
+            yield from (_leaning(straight, lean) for lean in (LEAN, -LEAN))
+
+
+def _leaning(grip: Grip, lean: float) -> Grip:
+    turn = Pose.from_rotvec((0.0, 0.0, 0.0), (0.0, lean, 0.0))
+    return replace(grip, pose=grip.pose * turn, name=f"{grip.name}, leaning {math.degrees(lean):+.0f} deg", lean=lean)
 
 
 def _grip(

@@ -20,6 +20,8 @@ TIPS = 0.006  # how much farther out the pads also take it, where their ends com
 ROOM = 0.006  # about the hand, without which a grip comes last [m]: streamed arms come to rest within 4 mm
 TILTS = (0.0, 30.0, -30.0, 45.0, -45.0, 60.0, -60.0)
 """Turns of the hand about the bar [deg]: a low drawer is reached from above, a door beside a wall from its free side."""
+LEANS = (15.0, -15.0, 30.0, -30.0)
+"""Turns along the bar [deg], by the tips, as the palm comes near to it: last, for arms that straight on to it are folded or stretched."""
 CHORD = 0.001  # between a corner and the next a path is off the arc of a hinge by so much at most [m]: the arm gives way sideways
 TURN = math.radians(45)  # and turns no further [rad]
 CLOSED, AJAR = 0.005, 0.08
@@ -39,7 +41,7 @@ def resolve_location(location: Location, belief: Belief, context: Context) -> An
 
 
 def _grasps(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
-    """Straight onto the handle, the fingers across its bar; turned half way round, and tilted about the bar, as well."""
+    """Straight onto the handle, the fingers across its bar; turned half way round, and tilted about the bar or along it, as well."""
     from ..motion_planning.reach import bound
     from .hand_around import HandAround
 
@@ -48,13 +50,15 @@ def _grasps(location: Location, belief: Belief, context: Context) -> Iterator[Gr
     if handle is None or thing.joint is None:
         lacks = "cram:Handle to hold it by" if handle is None else "joint to open it by"
         raise Unresolvable(f"'{entity}' has no {lacks}", (location.of or "",), blocking=())
-    hand, ways = HandAround(belief, context, thing), list(itertools.product(TILTS, (0.0, 180.0), (0.0, TIPS)))
-    late = list[Grounding | Refused]()
-    for k, (tilt, turn, back) in enumerate(ways):
-        across = _across(thing.joint, handle, tilt, turn)
+    check_way(location, thing, belief, context)
+    hand, late = HandAround(belief, context, thing), list[Grounding | Refused]()
+    tilted = itertools.product(TILTS, (0.0, 180.0), (0.0,), (0.0, TIPS))
+    ways = [*tilted, *itertools.product((0.0,), (0.0, 180.0), LEANS, (TIPS,))]
+    for k, (tilt, turn, lean, back) in enumerate(ways):
+        across = _across(thing.joint, handle, tilt, turn, lean)
         width = 2 * handle.size["radius"] if tilt == 0.0 else _thickness(thing, across)
-        tilted, tips = f", tilted {tilt:+.0f} deg" if tilt else "", ", by the tips" if back else ""
-        name, at = f"across the handle, turned {turn:.0f} deg{tilted}{tips}", belief.pose(thing.name) * across * Pose((0, 0, -back))
+        said = (f", tilted {tilt:+.0f} deg" if tilt else "", f", leaning {lean:+.0f} deg" if lean else "", ", by the tips" if back else "")
+        name, at = f"across the handle, turned {turn:.0f} deg{''.join(said)}", belief.pose(thing.name) * across * Pose((0, 0, -back))
         found = hand.around(at, width, ROOM)
         if isinstance(found, Place):
             yield _held(name, found, 0.1 * k)
@@ -64,19 +68,37 @@ def _grasps(location: Location, belief: Belief, context: Context) -> Iterator[Gr
     yield from late
 
 
+def check_way(location: Location, thing: Thing, belief: Belief, context: Context) -> None:
+    """Check that a thing gets as far along its joint as a location says in "least" (a share of the range), before any hand is tried.
+
+    Raises:
+        Unresolvable: something is in its way; whatever hand moves it, it meets that.
+    """
+    from .joint_way import met_on_its_way
+
+    if (joint := thing.joint) is None or (least := location.parameters.get("least")) is None:
+        return
+    value = joint_value(belief, thing.name, belief.base() * belief.pose(thing.name))
+    goal = joint.lower + least * (joint.upper - joint.lower)
+    if goal > value and (met := met_on_its_way(thing, value, goal, belief, context)):
+        raise Unresolvable(met.reason, (location.of or "",), blocking=met.blocking)
+
+
 def _held(name: str, place: Place, cost: float) -> Grounding:
     said = f"{name}: {1000 * place.values['width_m']:.0f} mm wide, open {1000 * (place.opening or 0.0):.0f} mm"
     return Grounding(place, said, cost, key=name)
 
 
-def _across(joint: Joint, handle: Feature, tilt: float, turn: float) -> Pose:
-    """The TCP at a handle, in its thing's frame: z into it, y across its bar, tilted about the bar and turned about z [deg]."""
+def _across(joint: Joint, handle: Feature, tilt: float, turn: float, lean: float) -> Pose:
+    """The TCP at a handle, in its thing's frame: z into it, y across its bar; tilted about the bar, turned, leaning about y [deg]."""
     # the handle's z comes out, and its x is along the bar of a door, across that of a drawer
     across = handle.pose.rotate((0, 1, 0) if joint.kind == "hinge" else (1, 0, 0))
     into = handle.pose.rotate((0, 0, -1))
     straight = Pose.from_axes(handle.pose.position, into, np.cross(across, into))
-    turns = Pose.from_rotvec((0, 0, 0), (math.radians(tilt), 0, 0)) * Pose.from_rotvec((0, 0, 0), (0, 0, math.radians(turn)))
-    return straight * turns
+    for degrees, (x, y, z) in ((tilt, (1, 0, 0)), (turn, (0, 0, 1)), (lean, (0, 1, 0))):
+        angle = math.radians(degrees)
+        straight *= Pose.from_rotvec((0, 0, 0), (angle * x, angle * y, angle * z))
+    return straight
 
 
 def _thickness(thing: Thing, across: Pose) -> float:

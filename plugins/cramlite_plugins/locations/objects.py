@@ -41,7 +41,7 @@ def _judge(entity: str, wanted: Object, belief: Belief, context: Context) -> Gro
     fit = _fit(entity, wanted, belief, context)
     if isinstance(fit, Refused):
         return fit
-    gap, reach = _gap(belief.thing(entity), belief), context.robot.reach + context.robot.gripper.tcp.position[2]
+    gap, reach = _gap(belief.thing(entity), belief), context.robot.reach + math.hypot(*context.robot.gripper.tcp.position)
     if gap > reach:
         reason = f"nearest point at {gap:.2f} m > {reach:.2f} m reach of arm '{context.robot.type}' with gripper"
         return Refused(entity, reason, 4, numbers={"gap_m": gap, "limit_m": reach})

@@ -77,6 +77,7 @@ class Wanted(Value):
         covers: what is over its opening.
         under: what it comes to rest on in its middle, where that is not level.
     lowered: the scene in which the held thing may touch that, and the hand may not.
+        uneven: nothing of the target is level: what is put there has to come to rest of itself.
     """
 
     thing: Thing
@@ -92,6 +93,7 @@ class Wanted(Value):
     opened: tuple[Any, ...] = ()
     under: Thing | None = None
     lowered: Any = None
+    uneven: bool = False
 
 
 Filter = Callable[[Spot, Wanted], "str | Refusal"]
@@ -195,6 +197,17 @@ def in_region(spot: Spot, wanted: Wanted) -> str:
         return ""
     said = f"{-1000 * by:.0f} mm beside" if by < 0 else f"only {1000 * by:.0f} mm from the edge of"
     return f"its origin would be {said} '{wanted.where['region']}'; {1000 * WELL_IN:.0f} mm inside is needed"
+
+
+def over_region(spot: Spot, wanted: Wanted) -> str:
+    """Check that its origin is over the region that is asked for, which may lean: what comes to rest of itself shifts no more."""
+    import shapely
+
+    resting = np.asarray(spot.thing.position) - (0.0, 0.0, spot.height)
+    at = shapely.Point(*wanted.target.pose.inverse().apply(resting)[:2])
+    if not wanted.where.get("region") or wanted.target.area.covers(at):
+        return ""
+    return f"its origin would be {1000 * wanted.target.area.distance(at):.0f} mm beside '{wanted.where['region']}'"
 
 
 def near(spot: Spot, wanted: Wanted) -> str:
@@ -343,9 +356,10 @@ def hidden_by(points: Floats, eye: Floats, belief: Belief, others: Iterable[Thin
 
 CHEAP: Mapping[str, Mapping[str, Filter]] = {
     "on": {"supported": supported, "clear": clear, "near": near, "beside": beside, "in its region": in_region},
+    "at rest": {"near": near, "beside": beside, "over its region": over_region},
     "in": {"inside": inside, "falls": falls, "near": near, "beside": beside, "in its region": in_region},
 }
-"""Asked of the shapes alone, by relation."""
+"""Asked of the shapes alone, by relation; "at rest" on what is not level physics have said already what supports it."""
 DEAR: Mapping[str, Filter] = {
     "free to fall": falls_in, "collision-free": room, "reachable": reachable, "visible": visible,
     "collision-free with the arm": collision_free, "free to open": room_to_open,

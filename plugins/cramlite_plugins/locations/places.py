@@ -11,11 +11,14 @@ from msgspec.structs import replace
 from cramlite.model import Belief, Collision, Location, Place, Pose
 from cramlite.plugin import Answers, Context, Grounding, Refused, Unresolvable, hookimpl
 
-from .from_aside import slants
+from .from_aside import is_free, slants
 
 Found = Iterator[Grounding | Refused]
 BACK = (0.12, 0.08, 0.05)  # retreat distances that are tried [m]: the longest frees the pads of a 2F-85, 38 mm long
 DIRECTIONS = (0.0, 180.0, 90.0, -90.0)  # of a slide, in the base frame [deg]
+SHARES = (1.0, 0.7, 0.4)  # of its height that a lift leads aside, where straight up something is in the way
+ALONG = (0.1, 0.2, 0.3, 0.45, 0.65, 1.0)
+"""Parts of a lift at which all must be free: before the first the thing may touch what it stands on."""
 
 
 @hookimpl
@@ -53,11 +56,23 @@ def _lift(location: Location, belief: Belief, context: Context) -> Found:
     height, here = float(location.parameters["height_m"]), tcp(belief, context)
     heights = (height, 0.6 * height)  # a lower lift, where the full one is out of reach
     ways = [(f"{h * 1000:.0f} mm up", shift(here, (0, 0, h))) for h in heights]
-    straight = list(_reachable(ways, belief, context))
-    yield from straight
-    if height > 0 and any(isinstance(one, Refused) for one in straight):  # out from under what hangs over it
-        aside = [(f"{height * 1000:.0f} mm up, and as much {side}", shift(here, way)) for side, way in slants(height)]
-        yield from _reachable(aside, belief, context, len(ways))
+    yield from _reachable(ways, belief, context)
+    if height > 0:  # out from under what hangs over it
+        yield from _out_from_under(here, height, belief, context, len(ways))
+
+
+def _out_from_under(here: Pose, height: float, belief: Belief, context: Context, first: int) -> Found:
+    """Lifts that lead aside as well, free all the way; those that keep a distance before those that just pass."""
+    from ..motion_planning.reach import make_scene, shift
+
+    ways = [(f"{height * 1000:.0f} mm up, and {1000 * s * height:.0f} mm {side}", w) for s in SHARES for side, w in slants(height, s)]
+    done: set[str] = set()
+    for scene in (make_scene(belief, context), make_scene(belief, context, clearance=0.0)):
+        for name, way in ways:
+            if name not in done and is_free(scene, context, here, way, ALONG, belief.joints):
+                done.add(name)
+                place = shift(here, way)
+                yield Grounding(Place(place, place), name, 0.1 * (first + len(done) - 1), key=name)
 
 
 def _reachable(options: list[tuple[str, Pose]], belief: Belief, context: Context, first: int = 0) -> Found:

@@ -14,6 +14,7 @@ from cramlite.plugin import Answers, Context, Grounding, Refused, Unresolvable, 
 from ..shapes.bounds import support
 from ..shapes.ray_casting import body, spans
 from .antipodal import FINGER
+from .handles import check_way
 
 BEHIND, ALMOST = 0.05, 0.003  # from the face to the fingers at the stand-off, and where feeling begins [m]
 LOW, UNDER_PALM = 0.015, 0.010  # finger tips above what carries the thing; the palm above the thing [m]
@@ -124,6 +125,7 @@ def _atop_handle(location: Location, belief: Belief, context: Context) -> Iterat
     out = belief.pose(thing.name).rotate(handle.pose.rotate((0.0, 0.0, 1.0))) if handle is not None else (0.0, 0.0, 1.0)
     if handle is None or thing.joint is None or thing.joint.kind != "slide" or abs(out[2]) > 1.0 - UPRIGHT:
         raise Unresolvable(f"'{entity}' has no handle of a drawer that could be pressed on from above", (location.of or "",), blocking=())
+    check_way(location, thing, belief, context)
     free, near = make_scene(belief, context, (), shut), make_scene(belief, context, [thing.name], shut)
     for k, (tilt, turn) in enumerate(itertools.product(DOWN, (90.0, -90.0))):
         at = _upon(thing, handle, belief.pose(thing.name), (tilt, turn), context.robot.gripper)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,16 +14,16 @@ from cramlite.model import Belief, Feature, Floats, Gripper, Held, Location, Pla
 from cramlite.plugin import Answers, Context, Grounding, Refused, Unresolvable, hookimpl
 
 from ..shapes.bounds import support
-from ..shapes.carried_along import PUSHED, carried_along, pushed_along
+from ..shapes.carried_along import PUSHED, carried_along
 from ..shapes.ray_casting import body, intervals
 from .antipodal import FINGER
 
 if TYPE_CHECKING:
     from ..motion_planning.space import Refusal
+    from .push_way import Left, Spot
 
 ABOVE, GAP = 0.06, 0.01  # over the place behind a thing at the stand-off, and from there to the thing [m]
 LOW = 1 / 3  # finger tips over what carries a thing, as a share of its height: under a plate's rim, that they meet
-LIFT, CLEAR = 0.003, 0.002  # while its way is checked, above what it slides along, and from all else [m]
 SHARES = (0.0, 0.35, 0.6)
 """Of a region's half sides, towards the thing, from its middle: ends of the way; the rest is left for how far it slips."""
 TURNS = (0.0, 180.0)
@@ -32,20 +32,19 @@ EIGHTHS = (0.0, 180.0, 90.0, 270.0, 45.0, 225.0, 135.0, 315.0)
 """The same of closed fingers in a thing."""
 SPOTS = ((0.0, 0.0), (0.02, 0.0), (0.0, 0.02), (0.0, -0.02), (-0.02, 0.0))
 """For these, from its middle, ahead and to the left [m]: where the hand is beside what stands beside the thing."""
-ASIDE = (0.05, -0.05, 0.09, -0.09, 0.13, -0.13)
-"""Corners of a way around something, beside the straight one, to the left [m]."""
-OVER, DEEP = 0.002, 0.006  # finger tips in a thing, over its floor; the least that its rim stands up from that [m]
+INNER = 0.6
+"""Of a region's half sides, from its middle: where ways around something end."""
+OVER, DEEP, PLAY = 0.0005, 0.006, 0.001  # finger tips in a thing, over its floor; the least that its rim stands up; before it [m]
 SHORT = 1e-6  # [m]: no way at all
 UP = np.array([0.0, 0.0, 1.0])
-Spot = tuple[float, float]
 Hand = tuple[Floats, Pose, float, str]
 """The level way (3,) of a thing, the TCP from where it begins, how far the fingers are open [m], and how the hand is held."""
 
 
 @hookimpl
 def resolve_location(location: Location, belief: Belief, context: Context) -> Answers:
-    """Resolve locations "behind", "pushed_to" and "pushed_around"; None for other relations."""
-    finders = {"behind": _behind, "pushed_to": _pushed_to, "pushed_around": _pushed_around}
+    """Resolve locations "behind" and "pushed_to"; None for other relations."""
+    finders = {"behind": _behind, "pushed_to": _pushed_to}
     finder = finders.get(location.relation)
     return finder(location, belief, context) if finder else None
 
@@ -63,8 +62,11 @@ def _behind(location: Location, belief: Belief, context: Context) -> Iterator[Gr
     if not thing.movable:
         raise Unresolvable(f"'{entity}' is fixed and cannot be pushed", (location.of or "",))
     area, frame = _region(thing, pose, str(location.parameters["region"]), belief)
-    hands = _hands_in if inside else _hands_behind
-    for k, (way, at, opening, turn) in enumerate(hands(thing, pose, location, context.robot.gripper, area, frame)):
+    last = _last(location, belief, context, entity, area, frame) if inside else None
+    hands = _hands_behind(thing, pose, location, context.robot.gripper, area, frame)
+    if last is not None:
+        hands = _hands_in(thing, pose, context.robot.gripper, _towards(pose, area, frame, 0.0), last)
+    for k, (way, at, opening, turn) in enumerate(hands):
         name = f"by ({1000 * way[0]:+.0f} {1000 * way[1]:+.0f}) mm, hand {turn}"
         free = make_scene(belief, context, (), opening)
         near, before = make_scene(belief, context, [entity], opening) if inside else free, shift(at, ABOVE * UP)
@@ -79,72 +81,102 @@ def _behind(location: Location, belief: Belief, context: Context) -> Iterator[Gr
 
 
 def _pushed_to(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
-    """Straight on from where a piece of its way ended or begins until a thing is in its region; nothing may be in its way."""
-    from ..motion_planning.reach import bound, causes
-    from ..motion_planning.space import Refusal
-
-    entity = bound(context, location.of)
-    begun: Place = context.bindings[str(location.parameters["begin"])]
-    leg = _leg(belief, context, entity, (begun.values["x_m"], begun.values["y_m"]), begun.opening or 0.0)
-    if isinstance(leg, Refusal):
-        said = f"'{entity}' cannot be pushed on: {leg.reason}"
-        raise Unresolvable(said, causes(location, context), blocking=leg.blocking, collision=leg.collision)
-    yield Grounding(leg[0], f"{1000 * leg[0].values[PUSHED]:.0f} mm straight on", key="on")
-
-
-def _pushed_around(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
-    """To a corner beside the straight way, from which a thing goes straight on into its region: around what is in its way."""
+    """From where its way begins until a thing is in its region: straight, where nothing may be in its way, or with "around" by corners
+    around what is."""
     from ..motion_planning.reach import bound
     from ..motion_planning.space import Refusal
 
     entity = bound(context, location.of)
-    pose, begun = belief.pose(entity), context.bindings[str(location.parameters["begin"])]
-    area, frame = _region(belief.thing(entity), pose, str(location.parameters["region"]), belief)
-    for k, (corner, end) in enumerate(_corners(np.asarray(pose.position), area, frame)):
-        name = f"by way of ({1000 * corner[0]:+.0f} {1000 * corner[1]:+.0f}) mm"
-        leg = _leg(belief, context, entity, corner, begun.opening)
-        after = leg if isinstance(leg, Refusal) else _leg(pushed_along(leg[1], leg[0]), context, entity, end, begun.opening)
-        if isinstance(after, Refusal):
-            yield after.refused(name)
-        elif not isinstance(leg, Refusal):
-            values = {**leg[0].values, "x_m": end[0], "y_m": end[1]}
-            yield Grounding(replace(leg[0], opening=begun.opening, values=values), name, 0.1 * k, key=name)
+    begun: Place = context.bindings[str(location.parameters["begin"])]
+    if location.parameters.get("around"):
+        yield from _around(location, belief, context, entity)
+        return
+    to = begun.values["x_m"], begun.values["y_m"]
+    there = _along(belief, context, entity, [to], _gap(belief, context, entity, to, begun.opening or 0.0))
+    if isinstance(there, Refusal):
+        raise _stopped(there, location, context, entity)
+    yield Grounding(there, f"{1000 * there.values[PUSHED]:.0f} mm straight on", key="on")
 
 
-def _leg(belief: Belief, context: Context, entity: str, to: Spot, opening: float) -> tuple[Place, Belief] | Refusal:
-    """A straight piece of way on which fingers bring a thing's origin to a point of the base's x-y plane, and the arm at its end."""
+def _stopped(no: Refusal, location: Location, context: Context, entity: str) -> Unresolvable:
+    from ..motion_planning.reach import causes
+
+    said = f"'{entity}' cannot be pushed on: {no.reason}"
+    return Unresolvable(said, causes(location, context), blocking=no.blocking, collision=no.collision)
+
+
+def _around(location: Location, belief: Belief, context: Context, entity: str) -> Iterator[Grounding | Refused]:
+    """Ways around what is in the way that the arm can follow."""
+    from ..motion_planning.reach import tcp
+    from ..motion_planning.space import Refusal
+    from .push_way import STEP, met_alone, met_with_hand, ways_around
+
+    pose, thing = belief.pose(entity), belief.thing(entity)
+    left = _left(*_region(thing, pose, str(location.parameters["region"]), belief))
+    hand, (x, y, _) = met_with_hand(belief, context, entity, tcp(belief, context)), pose.position
+    ways = ways_around((x, y), left, met_alone(belief, context, entity), hand)
+    if isinstance(ways, Refusal):
+        raise _stopped(ways, location, context, entity)
+    for k, (steps, corners) in enumerate(ways):
+        there, key = _along(belief, context, entity, corners), f"{1000 * steps * STEP:.0f} mm aside"
+        if isinstance(there, Refusal):
+            yield there.refused(key)
+        else:
+            yield Grounding(there, f"{len(corners) - 1} corners, room for {key}", 0.1 * k, key=key)
+
+
+def _last(location: Location, belief: Belief, context: Context, entity: str, area: Feature, frame: Pose) -> Floats:
+    """The last leg (3,) of the way of a thing that fingers in it take along.
+
+    Raises:
+        Unresolvable: something is in the way of the thing alone, so that looking for hands is of no use.
+    """
+    from ..motion_planning.space import Refusal
+    from .push_way import met_alone, way_around, way_straight
+
+    pose, met = belief.pose(entity), met_alone(belief, context, entity)
+    (x, y, _), way = pose.position, _towards(pose, area, frame, 0.0)
+    if float(np.linalg.norm(way)) < SHORT:
+        raise Unresolvable(f"'{entity}' is in the middle of its region already", (), blocking=())
+    around = bool(location.parameters.get("around"))
+    found = way_around((x, y), _left(area, frame), met) if around else way_straight((x, y), (x + way[0], y + way[1]), met)
+    if isinstance(found, Refusal):
+        said = f"'{entity}' cannot be pushed there, whatever holds it: {found.reason}"
+        raise Unresolvable(said, (), blocking=found.blocking, collision=found.collision)
+    (a, b), (c, d) = ((x, y), *found)[-2:]
+    return np.array([c - a, d - b, 0.0])
+
+
+def _left(area: Feature, frame: Pose) -> Left:
+    """How far points of the base's x-y plane are from the middle part of an area [m]."""
+    half, back = INNER * np.array(_sides(area)) / 2, frame.inverse()
+    height = frame.position[2]
+    return lambda spot: float(np.linalg.norm(np.maximum(np.abs(back.apply((*spot, height))[:2]) - half, 0.0)))
+
+
+def _along(belief: Belief, context: Context, entity: str, corners: Sequence[Spot], gap: float = 0.0) -> Place | Refusal:
+    """Straight legs on which fingers bring a thing's origin to points of the base's x-y plane, one after the other.
+
+    Args:
+        gap: how far they go straight ahead first until they meet the thing [m].
+    """
     from ..motion_planning.cartesian import plan_straight_line
     from ..motion_planning.reach import make_scene, shift, tcp
     from ..motion_planning.space import Refusal
+    from .push_way import CLEAR, LIFT
 
-    here, pose, thing = tcp(belief, context), belief.pose(entity), belief.thing(entity)
-    way = np.array([to[0] - pose.position[0], to[1] - pose.position[1], 0.0])
-    length = float(np.linalg.norm(way))
-    ahead = way / max(length, SHORT)
-    gap = _gap(thing, pose, here, ahead, opening, context.robot.gripper)
-    end, over = shift(here, way + gap * ahead), shift(pose, LIFT * UP - gap * ahead)
-    held = Held(entity, here.inverse() * over, 0.0, carries=carried_along(belief, entity))
+    here, pose = tcp(belief, context), belief.pose(entity)
+    ways = [np.array([x - pose.position[0], y - pose.position[1], 0.0]) for x, y in corners]
+    ahead = ways[0] / max(float(np.linalg.norm(ways[0])), SHORT)
+    held = Held(entity, here.inverse() * shift(pose, LIFT - gap * ahead), 0.0, carries=carried_along(belief, entity))
     scene = make_scene(belief.grasped(held), context, [entity], clearance=CLEAR)
-    found = plan_straight_line(scene, context.robot, belief.joints, [end])
+    path = tuple(shift(here, way + gap * ahead) for way in ways)
+    found = plan_straight_line(scene, context.robot, belief.joints, path)
     if isinstance(found, Refusal):
         return found
-    x, y, _ = (float(v) for v in ahead)
-    return Place(end, end, approach=(x, y, 0.0), thing=entity, values={PUSHED: length}), belief.moved(found.points[-1])
-
-
-def _corners(start: Floats, area: Feature, frame: Pose) -> Iterator[tuple[Spot, Spot]]:
-    """Corners beside the way to an area, and ends in it, the shortest ways first."""
-    half = 0.6 * np.array(_sides(area)) / 2
-    spots = [frame.apply((*(half * share), 0.0)) for share in itertools.product((0.0, 1.0, -1.0), repeat=2)]
-    found = []
-    for x, y, _ in (np.asarray(s) for s in spots):
-        way = np.array([x, y]) - start[:2]
-        left = np.array([-way[1], way[0]]) / max(float(np.linalg.norm(way)), SHORT)
-        for share, aside in itertools.product((0.5, 1.0), ASIDE):
-            corner = start[:2] + share * way + aside * left
-            length = math.dist(corner, start[:2]) + math.dist(corner, (x, y))
-            found.append((length, (float(corner[0]), float(corner[1])), (float(x), float(y))))
-    yield from ((corner, end) for _, corner, end in sorted(found))
+    length = float(np.linalg.norm(ways[-1]))
+    x, y, _ = (float(v) for v in ways[-1] / max(length, SHORT))
+    return Place(path[-1], path[-1], approach=(x, y, 0.0), path=path, thing=entity, values={PUSHED: length})
 
 
 def _region(thing: Thing, pose: Pose, name: str, belief: Belief) -> tuple[Feature, Pose]:
@@ -187,22 +219,25 @@ def _hands_behind(thing: Thing, pose: Pose, location: Location, gripper: Gripper
         yield way, replace(hand, position=(x, y, z)), opening, f"turned {turn:.0f} deg"
 
 
-def _hands_in(thing: Thing, pose: Pose, location: Location, gripper: Gripper, area: Feature, frame: Pose) -> Iterator[Hand]:
-    """Hands whose closed fingers are in a thing, over its floor.
+def _hands_in(thing: Thing, pose: Pose, gripper: Gripper, way: Floats, last: Floats) -> Iterator[Hand]:
+    """Hands whose closed fingers are in a thing, over its floor and behind the side of its rim that is ahead on the last leg (3,).
+
+    They stay there where they take it along by friction, and else come there in the end, where the rim stops them.
 
     Raises:
         Unresolvable: it has no rim there that fingers could take it along at.
     """
-    way, rim = _towards(pose, area, frame, 0.0), False
+    rim, closed = False, gripper.opening[0]
     for spot, turn in itertools.product(SPOTS, EIGHTHS):
-        ahead, across, hand = _axes(way, turn)
+        ahead, across, hand = _axes(last, turn)
         left, right, front, back = (support(thing, pose, v) for v in (across, -across, ahead, -ahead))
         x, y, _ = (float(v) for v in ((left - right) / 2 + spot[1]) * across + ((front - back) / 2 + spot[0]) * ahead)
         floor = _floor(thing, pose, replace(hand, position=(x, y, support(thing, pose, UP))), gripper)
         if floor is not None:
             rim, aside = True, f", {1000 * spot[0]:+.0f} {1000 * spot[1]:+.0f} mm from its middle" if any(spot) else ""
             at = replace(hand, position=(x, y, floor + OVER + gripper.pad[1] / 2))
-            yield way, at, gripper.opening[0], f"turned {turn:.0f} deg{aside}"
+            x, y, z = (float(v) for v in np.asarray(at.position) + max(_free(thing, pose, at, ahead, closed, gripper) - PLAY, 0.0) * ahead)
+            yield way, replace(at, position=(x, y, z)), closed, f"turned {turn:.0f} deg{aside}"
     if not rim:
         raise Unresolvable(f"'{thing.name}' has no rim around its middle that fingers in it could push it at", (), blocking=())
 
@@ -227,7 +262,17 @@ def _floor(thing: Thing, pose: Pose, over: Pose, gripper: Gripper) -> float | No
     return over.position[2] - float(met) if math.isfinite(met) and met >= DEEP else None
 
 
-def _gap(thing: Thing, pose: Pose, hand: Pose, ahead: Floats, opening: float, gripper: Gripper) -> float:
+def _gap(belief: Belief, context: Context, entity: str, to: Spot, opening: float) -> float:
+    """How far fingers go ahead, towards where a thing's origin shall come, until they meet it [m]."""
+    from ..motion_planning.reach import tcp
+
+    pose = belief.pose(entity)
+    way = np.array([to[0] - pose.position[0], to[1] - pose.position[1], 0.0])
+    ahead = way / max(float(np.linalg.norm(way)), SHORT)
+    return _free(belief.thing(entity), pose, tcp(belief, context), ahead, opening, context.robot.gripper)
+
+
+def _free(thing: Thing, pose: Pose, hand: Pose, ahead: Floats, opening: float, gripper: Gripper) -> float:
     """How far fingers at a TCP pose go straight ahead until they meet a thing [m]; ``GAP`` where they would miss it."""
     reach, long = gripper.pad[0] / 2, gripper.pad[1]
     tips = [(x, s * y, long / 2 - z) for x in (reach, -reach) for s in (-1.0, 1.0)

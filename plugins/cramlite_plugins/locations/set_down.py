@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -26,6 +27,7 @@ from .free_area import Offset, beside, free_area, positions
 from .from_aside import is_free, slants
 from .grips import SLACK, WIDE
 from .place_filters import ABOVE_IT, ASIDE, CHEAP, DEAR, OFF_WALLS, SIDES, Filter, Obstacle, Spot, Wanted, clear, opened
+from .resting_poses import is_uneven, resting_poses
 from .room_for_more import corner, roomiest, to_come
 
 FEW_YAWS = (0.0, 90.0, -45.0)  # away from the middle of a surface [deg]
@@ -90,7 +92,11 @@ def _spots(location: Location, belief: Belief, context: Context) -> Iterator[Gro
 
 
 def _answers(targets: list[Wanted], now: Pose, location: Location) -> Iterator[tuple[int, Grounding | Refused]]:
-    """Each placement with the number of its position."""
+    """Each placement with the number of its position; first of all where it comes to rest on what is not level."""
+    if location.relation == "on" and is_uneven(targets[0]):
+        yield from ((0, answer) for answer in _at_rest(targets[0], now))
+        if targets[0].uneven:
+            return
     for k, (wanted, offset) in enumerate(_interleaved(targets, now, location)):
         few = YAWS if k < len(targets) else FEW_YAWS
         yaws = (*_turns(wanted, now, offset, few), *((GOLDEN * k % 360,) if k else ()))
@@ -152,23 +158,57 @@ def _no_room(kept: list[Refused], targets: list[Wanted], location: Location, con
     return Unresolvable(f"none of {len(kept)} placements fits; {said}", because, blocking=tuple(sorted(there)))
 
 
+def _at_rest(wanted: Wanted, now: Pose) -> Iterator[Grounding | Refused]:
+    """Placements in poses in which it stays on what is not level."""
+    wanted = _lowered(wanted)
+    for found in resting_poses(wanted, now):
+        if isinstance(found, Refused):
+            yield found
+        else:
+            turn = PER_TURN * math.hypot(*(now.inverse() * found).rotvec)
+            placed = _from_above(wanted, partial(_rest_spot, wanted, found), "at rest", turn, attitude=True)
+            yield from (replace(a, passed=a.passed + len(CHEAP["on"])) if isinstance(a, Refused) else a for a in placed)
+
+
+def _rest_spot(wanted: Wanted, there: Pose, height: float, above: float) -> Spot:
+    """A resting pose, with the hand a little above it."""
+    from ..motion_planning.reach import shift
+
+    assert wanted.belief.held is not None
+    x, y, z = (1000 * v for v in there.position)
+    thing = shift(there, (0.0, 0.0, height))
+    pose = thing * wanted.belief.held.tcp_to_thing.inverse()
+    name = f"at rest at ({x:+.0f} {y:+.0f} {z:+.0f}) mm from the robot, lowest point {1000 * height:+.0f} mm from it"
+    return Spot(name, thing, pose, shift(pose, (0, 0, above)), height)
+
+
 def _turned(wanted: Wanted, now: Pose, offset: Offset, yaw: float, relation: str) -> Iterator[Grounding | Refused]:
+    """The lowest height at which all is free, of a thing that is turned so over a position."""
+    wanted = _settled(wanted, now, yaw)
+    turn = PER_TURN * abs(math.radians(math.remainder(yaw, 360.0)))
+    at, asked = partial(_spot, wanted, now, offset, yaw), bool(wanted.where.get("attitude"))
+    return _from_above(wanted, at, relation, turn, _heights(wanted, now, relation), asked)
+
+
+def _from_above(
+    wanted: Wanted, at: Callable[[float, float], Spot], relation: str, cost: float, heights: Sequence[tuple[float, float]] = ONTO,
+    attitude: bool = False,
+) -> Iterator[Grounding | Refused]:
     """The lowest height at which all is free; from a stand-off that is blocked no other height is tried, but from aside."""
-    cheap, blocked, wanted = len(CHEAP[relation]), None, _settled(wanted, now, yaw)
+    cheap, blocked = len(CHEAP[relation]), None
     reason: Refused | None = None
-    for k, (height, above) in enumerate(_heights(wanted, now, relation)):
-        spot = _spot(wanted, now, offset, yaw, height, above)
+    for k, (height, above) in enumerate(heights):
+        spot = at(height, above)
         again = blocked is not None and blocked.distance(spot.before)[0] < SAME
         reason = reason if again else _refusal(spot, wanted, {**CHEAP[relation], **DEAR})
         if relation == "in" and reason is not None and ABOVE_IT in reason.reason and (aside := _from_aside(spot, wanted, above)):
             spot, reason = aside, None
         if reason is None:
-            values = {"height_m": height, TURNED: float(bool(wanted.where.get("attitude")))}
-            if wanted.under:
+            values = {"height_m": height, TURNED: float(attitude)}
+            if wanted.lowered:
                 values[OPEN] = opened(spot, wanted)[0].opening
             place = Place(spot.pose, spot.before, approach=(0, 0, -1), thing=wanted.thing.name, values=values)
-            cost = PER_TURN * abs(math.radians(math.remainder(yaw, 360.0))) + PER_HEIGHT * k
-            yield Grounding(place, f"'{wanted.entity}', {spot.name}", cost, key=spot.name, anew=True)
+            yield Grounding(place, f"'{wanted.entity}', {spot.name}", cost + PER_HEIGHT * k, key=spot.name, anew=True)
             return
         if not again:
             yield replace(reason, value=spot.name)
@@ -230,7 +270,7 @@ def _targets(location: Location, belief: Belief, context: Context) -> list[Wante
         Unresolvable: there is none, or nothing is held.
     """
     from ..motion_planning.reach import bound, make_scene, reference_pose
-    from ..shapes.surfaces import surfaces
+    from ..shapes.surfaces import outline, stated_surface, surfaces
 
     entity = bound(context, location.of)
     if belief.held is None:
@@ -238,6 +278,9 @@ def _targets(location: Location, belief: Belief, context: Context) -> list[Wante
     thing, pose = belief.thing(entity), reference_pose(belief, location, context)
     into, region = location.relation == "in", str(location.parameters.get("region") or EntityName.parse(entity).part)
     found = _opening(thing, pose, region) if into else [(s, 0.0) for s in surfaces(thing, pose, region)]
+    uneven = not into and not found and thing.furniture
+    if uneven and (whole := stated_surface(thing, pose, region) if region else outline(thing, pose)):
+        found = [(whole, 0.0)]
     if not found:
         what = "cavity to put anything in" if into else "level face that looks upwards, to put anything on"
         raise Unresolvable(f"'{entity}' has no {what}{f', called {region!r}' if region else ''}", (location.of or "",), blocking=())
@@ -245,6 +288,8 @@ def _targets(location: Location, belief: Belief, context: Context) -> list[Wante
     opened = make_scene(belief, context, () if into else (entity,), release_opening(belief, context), 0.0)
     bare = [Wanted(held, entity, s, belief, context, scene, location.parameters, depth=d, opened=(opened,)) for s, d in found]
     if not into:
+        if uneven:
+            return [replace(bare[0], uneven=True)]
         level = [replace(w, obstacles=_obstacles(w, context)) for w in bare]
         middle = _uneven(level[0], thing, pose)
         return [middle, *(w for w in level[:1] if _fits(w, location))] if middle else level
@@ -259,18 +304,23 @@ def _targets(location: Location, belief: Belief, context: Context) -> list[Wante
 
 def _uneven(first: Wanted, thing: Thing, pose: Pose) -> Wanted | None:
     """The middle of what can be moved itself and whose own shape, such as a plate's rim, stands about its largest surface; else None."""
-    from ..motion_planning.reach import make_scene
-
     if thing.furniture or first.where.get("region") or not any(o.name == thing.name for o in first.obstacles):
         return None
     others = tuple(o for o in first.obstacles if o.name != thing.name)
     hollow = thing.feature("cram:Cavity")
     x, y, _ = (pose * hollow.pose if hollow else first.target.pose).position
     middle = replace(first.target, pose=Pose((x, y, first.target.pose.position[2])))
-    held, widest = first.belief.held, release_opening(first.belief, first.context)
-    wide = (first.belief.opening, widest, *(min(widest, held.opening + more) for more in (WIDE, SLACK) if held))
-    lowered, *opened = (make_scene(first.belief, first.context, (first.entity,), w, 0.0, hand=False) for w in wide)
-    return replace(first, target=middle, obstacles=others, under=thing, lowered=lowered, opened=tuple(opened))
+    return replace(_lowered(first), target=middle, obstacles=others, under=thing)
+
+
+def _lowered(wanted: Wanted) -> Wanted:
+    """With the scenes in which it has been let down onto what is not level: it may touch that, and the hand may not."""
+    from ..motion_planning.reach import make_scene
+
+    held, widest = wanted.belief.held, release_opening(wanted.belief, wanted.context)
+    wide = (wanted.belief.opening, widest, *(min(widest, held.opening + more) for more in (WIDE, SLACK) if held))
+    lowered, *opened = (make_scene(wanted.belief, wanted.context, (thing_of(wanted.entity),), w, 0.0, hand=False) for w in wide)
+    return replace(wanted, lowered=lowered, opened=tuple(opened))
 
 
 def _fits(wanted: Wanted, location: Location) -> bool:
@@ -355,10 +405,10 @@ def _radius(wanted: Wanted, now: Pose, top: float = math.inf) -> float:
     0 where that is beside it."""
     import shapely
 
-    from ..shapes.surfaces import footprint
+    from ..shapes.surfaces import filled, footprint
 
     low = -support(wanted.thing, now, (0.0, 0.0, -1.0))
-    outline, middle = footprint(wanted.thing, now, high=low + top), shapely.Point(*_middle(wanted, now))
+    outline, middle = filled(footprint(wanted.thing, now, high=low + top)), shapely.Point(*_middle(wanted, now))
     return float(outline.boundary.distance(middle)) if outline.covers(middle) else 0.0
 
 

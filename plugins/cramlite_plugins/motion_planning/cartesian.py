@@ -15,7 +15,18 @@ from typing import TYPE_CHECKING, Any
 
 from msgspec.structs import replace
 
-from cramlite.model import Belief, Motion, Place, Pose, Robot, Value, thing_of
+from cramlite.model import (
+    Belief,
+    Motion,
+    Place,
+    Pose,
+    Robot,
+    Value,
+    Vector3,
+    quaternion_product,
+    rotvec_quaternion,
+    thing_of,
+)
 from cramlite.plugin import Context, Unresolvable
 
 from ..kinematics.kinematics import (
@@ -111,11 +122,12 @@ class JointPath(Value):
 
 def interpolate(a: Pose, b: Pose, part: float) -> Pose:
     """Interpolate two poses at a fraction of the way: straight line and even rotation the short way round."""
-    position = tuple(x + part * (y - x) for x, y in zip(a.position, b.position, strict=True))
-    turn = (Pose((0, 0, 0), a.quaternion).inverse() * Pose((0, 0, 0), b.quaternion)).rotvec
-    local = Pose.from_rotvec((0.0, 0.0, 0.0), [part * v for v in turn])
-    rotated = Pose((0, 0, 0), a.quaternion) * local
-    return Pose((position[0], position[1], position[2]), rotated.quaternion)
+    return _between(a, b, (a.inverse() * b).rotvec, part)
+
+
+def _between(a: Pose, b: Pose, turn: Vector3, part: float) -> Pose:
+    x, y, z = (v + part * (w - v) for v, w in zip(a.position, b.position, strict=True))
+    return Pose((x, y, z), quaternion_product(a.quaternion, rotvec_quaternion([part * v for v in turn])))
 
 
 def sampled(start: Pose, targets: Sequence[Pose], step_m: float, step_rad: float) -> list[Pose]:
@@ -124,7 +136,8 @@ def sampled(start: Pose, targets: Sequence[Pose], step_m: float, step_rad: float
     for a, b in pairwise((start, *targets)):
         metres, radians = a.distance(b)
         count = max(1, math.ceil(metres / step_m - 1e-9), math.ceil(radians / step_rad - 1e-9))
-        result.extend(b if k == count else interpolate(a, b, k / count) for k in range(1, count + 1))
+        turn = (a.inverse() * b).rotvec
+        result.extend(b if k == count else _between(a, b, turn, k / count) for k in range(1, count + 1))
     return result
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 
 import numpy as np
@@ -39,18 +39,22 @@ def required_distances(
     Args:
         wider: thing -> what its pairs must keep beyond the clearance [m]; of two the larger counts.
     """
-    apart = (moved[:, None, :] != moved[None, :, :]).any(axis=2)
+    alike = moved @ 2.0 ** np.arange(moved.shape[1])  # the same number for geoms that the same joints move
+    apart = alike[:, None] != alike[None, :]
     more = np.array([wider.get(o.name, 0.0) if o.kind == "thing" else 0.0 for o in compiled.owners])
     need = np.where(apart, clearance + np.maximum(more[:, None], more[None, :]), -np.inf)
+    named = _named(compiled.owners)
     for pair in allowed:
         one, other = (tuple(pair) * 2)[:2]
-        first = np.array([_is(o, one) for o in compiled.owners])
-        second = np.array([_is(o, other) for o in compiled.owners])
-        both = np.outer(first, second)
-        need[both | both.T] = -np.inf
+        first, second = named.get(one, []), named.get(other, [])
+        need[np.ix_(first, second)] = need[np.ix_(second, first)] = -np.inf
     return need
 
 
-def _is(owner: Owner, name: str) -> bool:
-    """Whether a geom's owner is what an allowed pair names."""
-    return name in (owner.name, owner.touch, owner.kind) and name != "thing"
+def _named(owners: Sequence[Owner]) -> Mapping[str, list[int]]:
+    """The geoms of each name that an allowed pair may have."""
+    found: dict[str, list[int]] = {}
+    for g, owner in enumerate(owners):
+        for name in {owner.name, owner.touch, owner.kind} - {"thing"}:
+            found.setdefault(name, []).append(g)
+    return found

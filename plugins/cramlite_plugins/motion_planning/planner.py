@@ -29,11 +29,18 @@ from .space import Joints, Refusal, Space
 RANGE = 1.0  # longest tree extension [rad], with which 200 of 200 shelf problems were solved, in 3.3 ms (median)
 GOALS = 16  # nearest free inverse solutions that are used as goals
 DIRECT = 6  # nearest of them that a straight line is tried to
+FARTHER = 2.0
+"""A straight line that takes so many times as long as one to a nearer goal would, were it free, is compared with ways around what is
+there: with an arm that turns over where a peg is beside the straight way."""
 MARGINS = (1.0, math.pi, 2 * math.pi)  # how far beyond start and goals each round samples [rad]
 AWAY, AWAYS = 0.05, 500
 """Length of a short way [rad, largest joint difference], and in how many directions one is looked for. Where none is free no tree can
 grow: 4,000 extensions then took 2 s, and 500 ways take 15 ms (a drawer at its walls, in which a thing is held by mistake)."""
 SAFETY_S = 120.0  # wall time after which a query is cut and marked truncated
+
+
+Goals = Sequence[tuple[int, Joints]]
+"""Joint positions, each with its index among those that were asked for."""
 
 
 class Path(Value):
@@ -87,18 +94,36 @@ def plan(
     if not chosen:
         return _blocked_goals(scene, goals)
     eased = scene.relaxed([origin, *(q for _, q in chosen)])
-    for index, goal in chosen[:DIRECT]:
-        if eased.line_free(origin, goal):
+    straight = _straight(eased, origin, chosen, law)
+    if straight is not None:
+        most = straight.duration / FARTHER
+        nearer = [(k, q) for k, q in chosen if duration((origin, q), *law) < most]
+        around = _around(eased, origin, nearer, law, seed, samples // len(MARGINS), attempts) if nearer else straight
+        return around if isinstance(around, Path) and around.duration < straight.duration else straight
+    return _around(eased, origin, chosen, law, seed, samples, attempts)
+
+
+def _straight(scene: Space, origin: Joints, goals: Goals, law: tuple[float, float]) -> Path | None:
+    """The straight line to the nearest goal to which there is one."""
+    for index, goal in goals[:DIRECT]:
+        if scene.line_free(origin, goal):
             time_s = duration((origin, goal), *law)
             return Path((origin, goal), index, 0, time_s, time_s)
-    if no := _enclosed(eased, origin, [q for _, q in chosen]):
+    return None
+
+
+def _around(
+    scene: Space, origin: Joints, goals: Goals, law: tuple[float, float], seed: int, samples: int, attempts: int
+) -> Path | Refusal:
+    """A path to any of the goals by way of other positions."""
+    if no := _enclosed(scene, origin, [q for _, q in goals]):
         return no
-    points, spent, truncated = _search(eased, origin, [q for _, q in chosen], seed, samples)
+    points, spent, truncated = _search(scene, origin, [q for _, q in goals], seed, samples)
     if points is None:
-        return _no_path(eased, origin, chosen[0][1], spent, truncated)
-    short = shortened(eased, points, *law, seed=seed, attempts=attempts)
-    index = next(i for i, q in chosen if q == points[-1])
-    radii, time_s = blend_radii(eased, short, *law)
+        return _no_path(scene, origin, goals[0][1], spent, truncated)
+    short = shortened(scene, points, *law, seed=seed, attempts=attempts)
+    index = next(i for i, q in goals if q == points[-1])
+    radii, time_s = blend_radii(scene, short, *law)
     return Path(short, index, spent, time_s, duration(points, *law), radii)
 
 

@@ -132,15 +132,20 @@ class PlanningScene(Value):
         """Check whether the joints are inside their limits and every pair keeps the distance that it needs."""
         return self._inside(q) and all(d >= self._needed(q, g, h) for g, h, d in self._look(q, self.levels[0]))
 
-    def met(self, tcp: Pose) -> Refusal | None:
+    def met(self, tcp: Pose, hand: bool = True) -> Refusal | None:
         """Return what is too near to the hand, or to what it holds, with the tcp at a pose in the world; None if nothing is.
 
         Then no joint position for the pose is free, which is known without one: there is no state to draw.
+
+        Args:
+            hand: whether the hand is there; without it what it holds is, whoever may hold it.
         """
         data, model, address = self.data, self.compiled.model, self.index.joints[0]
         data.qpos[address : address + len(self.index.joints)] = self.robot.home
         mujoco.mj_kinematics(model, data)
         rigid, still = self.moved[:, -1] > 0, self.moved.sum(axis=1) == 0
+        if not hand:
+            rigid = rigid & np.array([o.kind == "thing" for o in self.compiled.owners])
         way = (tcp * self.index.pose(data).inverse()).matrix
         data.geom_xpos[rigid] = data.geom_xpos[rigid] @ way[:3, :3].T + way[:3, 3]
         data.geom_xmat[rigid] = (way[:3, :3] @ data.geom_xmat[rigid].reshape(-1, 3, 3)).reshape(-1, 9)

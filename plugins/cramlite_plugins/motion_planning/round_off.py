@@ -14,7 +14,7 @@ from cramlite.model import Floats
 from ..kinematics.blends import LARGEST, Corner, rounded, zone
 
 if TYPE_CHECKING:
-    from .space import Space
+    from .space import FreeLines
 
 Joints = tuple[float, ...]
 SHARES = (LARGEST, 0.25, 0.12, 0.05)  # of the lines at a corner, what its blend may take; tried in this order
@@ -28,7 +28,7 @@ ELSEWHERE = 0.015
 
 
 def blend_radii(
-    scene: Space, points: Sequence[Joints], speed: float, acceleration: float
+    scene: FreeLines, points: Sequence[Joints], speed: float, acceleration: float
 ) -> tuple[tuple[float, ...], float]:
     """Return the blend radius at each inner point, 0 for a stop [m], and the duration of the path [s].
 
@@ -44,7 +44,7 @@ def blend_radii(
 
 
 def _largest(
-    scene: Space, before: Floats, corner: Floats, after: Floats, slack: float
+    scene: FreeLines, before: Floats, corner: Floats, after: Floats, slack: float
 ) -> tuple[float, tuple[float, float]]:
     """The largest radius that is free, and the fractions of both lines that it takes.
 

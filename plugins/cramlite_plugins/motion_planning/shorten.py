@@ -12,7 +12,7 @@ import numpy as np
 from ..kinematics.timing import duration, segment_times
 
 if TYPE_CHECKING:
-    from .space import Space
+    from .space import FreeLines
 
 Joints = tuple[float, ...]
 Points = tuple[Joints, ...]
@@ -21,7 +21,7 @@ STALE = 40  # attempts without a gain after which it ends
 
 
 def shortened(
-    scene: Space, points: Points, speed: float, acceleration: float, *, seed: int, attempts: int
+    scene: FreeLines, points: Points, speed: float, acceleration: float, *, seed: int, attempts: int
 ) -> Points:
     """Shorten a path by random shortcuts and corner moves that lower its duration with stops at corners.
 
@@ -47,7 +47,7 @@ def shortened(
     return path
 
 
-def _skip_corners(scene: Space, path: Points, speed: float, acceleration: float) -> Points:
+def _skip_corners(scene: FreeLines, path: Points, speed: float, acceleration: float) -> Points:
     """From each point straight to the furthest later point that can be reached and is worth it."""
     result, i = [path[0]], 0
     while i < len(path) - 1:

@@ -11,7 +11,17 @@ from cramlite.plugin import InTheWay, Refused
 Joints = tuple[float, ...]
 
 
-class Space(Protocol):
+class FreeLines(Protocol):
+    """Protocol of what a path is shortened and rounded off in."""
+
+    def line_free(self, a: Sequence[float] | Floats, b: Sequence[float] | Floats) -> bool:
+        """Check whether the straight joint-space line from a free position is free."""
+
+    def tip(self, q: Sequence[float] | Floats) -> Floats:
+        """Return the position (3,) of the tcp [m]."""
+
+
+class Space(FreeLines, Protocol):
     """Protocol of a planner's state space (``planning_scene.PlanningScene`` is one)."""
 
     @property
@@ -21,9 +31,6 @@ class Space(Protocol):
     def free(self, q: Sequence[float] | Floats) -> bool:
         """Check whether the arm is inside its limits and keeps its clearance at a joint position [rad]."""
 
-    def line_free(self, a: Sequence[float] | Floats, b: Sequence[float] | Floats) -> bool:
-        """Check whether the straight joint-space line from a free position is free."""
-
     def blocked(self, a: Sequence[float], b: Sequence[float]) -> float | None:
         """Return the fraction of the straight joint-space line where it is first blocked; None when it is free."""
 
@@ -32,9 +39,6 @@ class Space(Protocol):
 
     def blocking(self, q: Sequence[float]) -> tuple[str, ...]:
         """Return the things, sorted, all of which must be moved before a joint position can be free; none where that is no help."""
-
-    def tip(self, q: Sequence[float] | Floats) -> Floats:
-        """Return the position (3,) of the tcp [m]."""
 
     def collision(self, q: Sequence[float]) -> Collision | None:
         """Return the deepest collision at a joint position; None where there is none, or where it is beyond a limit."""

@@ -2,35 +2,43 @@
 
 How far a load may tilt is knowledge (``cram:tiltLimitDeg`` of its class). A sampling planner hardly ever stays in so
 thin a set; straight lines between upright poses stay in it by themselves, on the branch that the arm is on. They lead
-up, over and down: straight over, or around the robot's base, as high as it takes.
+up, over and down: straight over, or around the robot's base, as high as it takes. Joint-space lines between points of such a way
+are shortened and rounded off as other transfers are, as far as they keep the load upright, too: they stop nowhere.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from functools import lru_cache, partial
 from itertools import pairwise
 
 import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import Belief, Motion, MoveJoints, MoveLinear, Place, Pose, Value
+from cramlite.model import Belief, Floats, Motion, MoveJoints, MoveLinear, Place, Pose, Robot, Value
 from cramlite.plugin import Context, Grounding, Unresolvable
 
-from ..kinematics.kinematics import forward
+from ..kinematics.kinematics import forward, well_conditioned
 from ..kinematics.timing import duration, trapezoid
-from .cartesian import interpolate, plan_straight_line, sampled, why_no_straight_line
+from .cartesian import JointPath, interpolate, plan_straight_line, sampled, why_no_straight_line
 from .planner import resampled, start_blocked
 from .planning_scene import PlanningScene
-from .space import Refusal
+from .round_off import blend_radii
+from .shorten import shortened
+from .space import Joints, Refusal
 
-Joints = tuple[float, ...]
 PROPERTY = "cram:tiltLimitDeg"
 LIFTS = (0.0, 0.1, 0.2, 0.3)  # how far above the higher end the load is carried [m], tried in this order
 ARC = 0.5  # between two corners of a way around the base, about its axis [rad]
 STEP = 0.02, 0.05  # of the look at the tilt along a way [m, rad]; of a joint-space line the second
 SPEED, ACCELERATION = 0.2, 0.5  # of the tcp [m/s, m/s2]: a level surface then tilts by atan(0.5 / 9.81) = 3 degrees
 SLACK = math.radians(0.5)  # how far an executed tilt may be from a planned one: the servo's lag is below 7 mrad
+
+
+QUICK = 0.0125, 0.05  # steps of the quick look whether a line can be followed [m, rad]
+SHORTEST = 4  # samples of a straight line that one in joint space is tried beside: 20 mm
+ATTEMPTS = 120  # tries to shorten a way in joint space
 
 
 class Load(Value):
@@ -51,6 +59,30 @@ class Load(Value):
     def tilt(self, tcp: Pose) -> float:
         """Angle between the load's z axis and the vertical [rad]."""
         return float(math.acos(np.clip((tcp * self.in_tcp).rotate((0.0, 0.0, 1.0)) @ self.up, -1.0, 1.0)))
+
+
+class UprightScene(Value):
+    """Planner's space in which a load stays upright, and the arm away from singularities if it must.
+
+    Args:
+        scene: in which collisions are looked for.
+        carry: the load.
+    """
+
+    scene: PlanningScene
+    carry: Load
+
+    def line_free(self, a: Sequence[float] | Floats, b: Sequence[float] | Floats) -> bool:
+        """Check whether the straight joint-space line from a free position is free, and the load upright all along it."""
+        return all(map(self._keeps, resampled((tuple(a), tuple(b)), STEP[1]).tolist())) and self.scene.line_free(a, b)
+
+    def tip(self, q: Sequence[float] | Floats) -> Floats:
+        """Return the position (3,) of the tcp [m]."""
+        return self.scene.tip(q)
+
+    def _keeps(self, q: Sequence[float]) -> bool:
+        robot = self.scene.robot
+        return self.carry.tilt(forward(robot, q)) <= self.carry.limit and well_conditioned(robot, q)
 
 
 def load(belief: Belief, context: Context) -> Load | None:
@@ -89,19 +121,19 @@ def carried(
         raise Unresolvable(f"no path to {motion.to}: {no.reason}", blocking=no.blocking, collision=no.collision)
     for goal in goals:
         eased = scene.relaxed([belief.joints, goal])
-        if _line_upright(context, carry, belief.joints, goal) and eased.line_free(belief.joints, goal):
+        if UprightScene(eased, carry).line_free(belief.joints, goal):
             seconds = duration((belief.joints, goal), *pace)
             step = MoveJoints((goal,), *pace, origin=motion.name, comment=motion.reason)
             yield Grounding((step,), f"one line, {seconds:.1f} s, {about}", seconds / 100, belief.moved(goal), key=f"{goal}")
             break
-    yield from _over(motion, place, belief, context, carry, scene, (here, there), about)
+    yield from _over(motion, place, belief, context, carry, scene, (here, there), about, pace)
 
 
 def _over(
     motion: Motion, place: Place, belief: Belief, context: Context, carry: Load, scene: PlanningScene, ends: tuple[Pose, Pose],
-    about: str,
+    about: str, pace: tuple[float, float],
 ) -> Iterator[Grounding]:  # fmt: skip
-    """Straight lines of the tcp, the first way that is free."""
+    """The first way up, over and down that is free: rounded off, and as straight lines of the tcp."""
     nearest, blocking = Refusal("none"), dict[str | tuple[str, ...], None]()
     for lift in LIFTS:
         for around in (False, True):
@@ -110,17 +142,62 @@ def _over(
             if isinstance(found, Refusal):
                 nearest, blocking = found, blocking | dict.fromkeys(found.blocking or ())
                 continue
+            yield from _rounded_off(motion, belief, context, carry, scene, found, about, pace)
             steps = tuple(
-                MoveLinear(pose, SPEED, ACCELERATION, q, origin=motion.name, comment=motion.reason)
-                for pose, q in zip(corners, found, strict=True)
+                MoveLinear(pose, SPEED, ACCELERATION, line[-1], origin=motion.name, comment=motion.reason)
+                for pose, line in zip(corners, found, strict=True)
             )
             lengths = [a.distance(b)[0] for a, b in pairwise((ends[0], *corners))]
             seconds = sum(trapezoid(v, SPEED, ACCELERATION) for v in lengths)
             reason = f"{len(steps)} straight lines, {seconds:.1f} s, {about}"
-            yield Grounding(steps, reason, 0.05 + seconds / 100, belief.moved(found[-1]), key=f"over {lift} {around}")
+            yield Grounding(steps, reason, 0.05 + seconds / 100, belief.moved(found[-1][-1]), key=f"over {lift} {around}")
             return
     reason = f"no way to {motion.to} keeps {about}; the last one tried: {nearest.reason}"
     raise Unresolvable(reason, _causes(motion, context), blocking=tuple(blocking), collision=nearest.collision)
+
+
+@lru_cache(maxsize=256)
+def _quickly(robot: Robot, q: Joints, corner: Pose) -> JointPath | Refusal:
+    """Whether the arm can follow a line; remembered: ways to many places begin alike."""
+    return plan_straight_line(None, robot, q, [corner], speed=SPEED, step_m=QUICK[0], step_rad=QUICK[1])
+
+
+def _closely(scene: PlanningScene, robot: Robot, q: Joints, corner: Pose) -> JointPath | Refusal:
+    return plan_straight_line(scene, robot, q, [corner], speed=SPEED)
+
+
+def _rounded_off(
+    motion: Motion, belief: Belief, context: Context, carry: Load, scene: PlanningScene, lines: Sequence[Sequence[Joints]],
+    about: str, pace: tuple[float, float],
+) -> Iterator[Grounding]:  # fmt: skip
+    """One motion in joint space near straight lines of the tcp, if there is one that keeps the load upright.
+
+    Args:
+        lines: joint positions along each of them.
+    """
+    space = UprightScene(scene.relaxed([belief.joints, lines[-1][-1]]), carry)
+    points: list[Joints] = [belief.joints]
+    for line in lines:
+        chords = _chords(space, line)
+        if chords is None:
+            return
+        points += chords
+    path = shortened(space, tuple(points), *pace, seed=context.seed, attempts=ATTEMPTS)
+    radii, seconds = blend_radii(space, path, *pace)
+    step = MoveJoints(path[1:], *pace, radii, origin=motion.name, comment=motion.reason)
+    reason = f"{len(radii)} corners, {sum(r == 0 for r in radii)} of them stops, {seconds:.1f} s, {about}"
+    yield Grounding((step,), reason, 0.02 + seconds / 100, belief.moved(path[-1]), key="rounded off")
+
+
+def _chords(space: UprightScene, line: Sequence[Joints]) -> list[Joints] | None:
+    """Points of a line that straight lines in joint space lead through, halved where one does not do; None if it takes too many."""
+    if space.line_free(line[0], line[-1]):
+        return [line[-1]]
+    middle = len(line) // 2
+    if middle < SHORTEST:
+        return None
+    halves = _chords(space, line[: middle + 1]), _chords(space, line[middle:])
+    return None if halves[0] is None or halves[1] is None else [*halves[0], *halves[1]]
 
 
 def waypoints_over(here: Pose, there: Pose, up: Sequence[float], lift: float, around: bool) -> list[Pose]:
@@ -159,25 +236,21 @@ def _arc(a: Pose, b: Pose) -> list[Pose]:
 
 def _followed(
     corners: list[Pose], place: Place, belief: Belief, context: Context, carry: Load, scene: PlanningScene
-) -> list[Joints] | Refusal:
-    """The joint position at each corner, or why the way cannot be gone, or does not lead straight on to the place."""
+) -> list[Sequence[Joints]] | Refusal:
+    """The joint positions along the line to each corner, or why the way cannot be gone, or does not lead straight on to the place."""
     here = forward(context.robot, belief.joints)
     worst = max(carry.tilt(p) for p in sampled(here, corners, *STEP))
     if worst > carry.limit:
         return Refusal(_tilted(carry, worst))
-    for checked in (None, scene):  # whether the arm can follow is known sooner than whether it is free
-        q, result = belief.joints, []
+    for follow in (_quickly, partial(_closely, scene)):  # whether the arm can follow is known sooner than whether it is free
+        q, result = belief.joints, list[Sequence[Joints]]()
         for corner in corners:
-            found = plan_straight_line(checked, context.robot, q, [corner], speed=SPEED)
+            found = follow(context.robot, q, corner)
             if isinstance(found, Refusal):
                 return found
             q = found.points[-1]
-            result.append(q)
-    return why_no_straight_line(result[-1], place, context, None) or result
-
-
-def _line_upright(context: Context, carry: Load, start: Joints, goal: Joints) -> bool:
-    return all(carry.tilt(forward(context.robot, q)) <= carry.limit for q in resampled((start, goal), STEP[1]).tolist())
+            result.append(found.points)
+    return why_no_straight_line(q, place, context, None) or result
 
 
 def _tilted(carry: Load, angle: float) -> str:

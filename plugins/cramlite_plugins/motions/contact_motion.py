@@ -29,7 +29,7 @@ from cramlite.model import (
 from cramlite.plugin import Answers, Context, Grounding, Unresolvable, hookimpl
 
 from ..kinematics.timing import steady_speed
-from ..shapes.carried_along import carried_along
+from ..shapes.carried_along import carried_along, pushed_along
 from .motion_kinds import KINDS, value
 from .ontology_limits import adapted, known, noted
 
@@ -39,7 +39,8 @@ DEEPER = 0.01  # than the surface below a place it goes, where that is more than
 GUARDED = 0.015  # before it expects to touch something a motion is slow [m]: three sigma of a 5 mm estimate
 COMPLIANT_SPEED = 0.02  # of compliant axes [m/s]; faster oscillates against a stiff peg in simulation
 STIFF = 0.15, 0.35  # deviation limits of the other axes [m, rad]: documented, the controller stops beyond them
-ON_THE_SPOT = 0.001  # [m]: what goes no further only turns
+ON_THE_SPOT = 0.03  # [m]: about what is no farther away the hand only turns, and gives way across that axis
+STRAIGHT = 0.01  # [rad]: of a path that turns less the hand goes straight, and forces do not grow with speed as on a hinge's arc
 TURN = 0.25  # way of a radian [m]: at a speed given in m/s, controllers turn by so much for each metre
 PATIENCE = 2.0, 3.0  # a time-out is the nominal time times the first plus the second [s]
 GRAVITY = 9.81
@@ -92,11 +93,13 @@ def _force_path(motion: Motion, belief: Belief, context: Context) -> Found:
     corners = np.array([here.position, *(p.position for p in path)])
     legs = np.diff(corners, axis=0)
     lengths = np.linalg.norm(legs, axis=1)
-    turns = [math.hypot(*(a.inverse() * b).rotvec) for a, b in pairwise((here, *path))]
-    ways = np.maximum(lengths, TURN * np.array(turns))
-    longest = legs[int(np.argmax(lengths))]
-    frame = frame_along(longest if lengths.max() > ON_THE_SPOT else here.rotate((0.0, 0.0, 1.0)))
-    speed, limit = value(motion, "speed_m_s"), value(motion, "force_limit_n")
+    turned = np.array([a.rotate((a.inverse() * b).rotvec) for a, b in pairwise((here, *path))])
+    turns = np.linalg.norm(turned, axis=1)
+    ways = np.maximum(lengths, TURN * turns)
+    straight = lengths.max() > ON_THE_SPOT * turns.max()
+    frame = frame_along(legs[int(np.argmax(lengths))] if straight else turned[int(np.argmax(turns))])
+    pace = context.robot.pace if value(motion, "paced") and turns.max() < STRAIGHT else 1.0
+    speed, limit = pace * value(motion, "speed_m_s"), value(motion, "force_limit_n")
     x, y, _ = frame.inverse().rotate((0.0, 0.0, carried(motion, belief)))
     step = ForceMove(
         path, frame, (True, True, False, False, False, False), (float(x), float(y), 0.0, 0.0, 0.0, 0.0),
@@ -159,7 +162,7 @@ def _slide(motion: Motion, belief: Belief, context: Context) -> Found:
         value(motion, "force_limit_n"), timeout(length, speed), points[-1], origin=motion.name, comment=motion.reason,
     )  # fmt: skip
     reason = f"{1000 * length:.0f} mm at {1000 * speed:.0f} mm/s, pressing with {press:.0f} N, abort over {step.force_limit:.0f} N"
-    yield Grounding((step,), reason, 0.0, belief.moved(points[-1]), key="slide")
+    yield Grounding((step,), reason, 0.0, pushed_along(belief, place).moved(points[-1]), key="slide")
 
 
 def _until_contact(motion: Motion, belief: Belief, context: Context) -> Found:

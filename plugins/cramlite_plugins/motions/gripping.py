@@ -122,7 +122,8 @@ def _let_go(motion: Motion, belief: Belief, context: Context, opening: float) ->
     into = motion.to.of if motion.to is not None and motion.to.relation == "in" else None
     if into or belief.relates("on", belief.held.thing):
         pose = _fallen(belief, pose)
-    sigma = math.hypot(DROPPED if into else LET_GO, belief.held.sigma)
+    on_rails = belief.world.thing(belief.held.thing).joint is not None  # or on hinges: it neither falls nor shifts
+    sigma = math.hypot(DROPPED if into else 0.0 if on_rails else LET_GO, belief.held.sigma)
     return belief.released(Estimate(pose, sigma, f"predicted: let go by {motion.name}"), opening)
 
 

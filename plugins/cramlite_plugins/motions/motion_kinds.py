@@ -62,6 +62,7 @@ KINDS: Mapping[str, MotionKind] = {
             (
                 Parameter("speed_m_s", 0.04, "half of what kept forces under 12 N on bent tips in simulation"),
                 Parameter("press_n", 0.0, "nothing is pressed"), LIMIT,
+                Parameter("paced", 0.0, "a speed that is said is kept; 1: times the robot's pace, where the path does not turn"),
             ),
             (FORCE, LATE), SHIFT_SLIDE,
         ),

@@ -53,8 +53,10 @@ def known(class_: str, property_: str, context: Context, of: str = "") -> Known 
 
 
 def classes(thing: Thing, context: Context) -> Iterator[str]:
-    """Yield the class of a thing, and those that it belongs to by its mass."""
+    """Yield the class of a thing, and those that it belongs to by its mass: what is on rails or a hinge is carried by them."""
     yield thing.type
+    if thing.joint is not None:
+        return
     for name in sorted(context.taxonomy.restrictions):
         heavy = known(name, MASS, context) if any(r.property == MASS for r in context.taxonomy.restrictions[name]) else None
         if heavy is not None and (thing.mass or 0.0) >= heavy.value:

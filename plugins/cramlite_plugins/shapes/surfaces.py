@@ -76,6 +76,27 @@ def surfaces(thing: Thing, pose: Pose, part: str = "") -> tuple[Surface, ...]:
     return tuple(Surface(pose * s.pose, s.area) for s in found)
 
 
+def stated_surface(thing: Thing, pose: Pose, part: str) -> Surface | None:
+    """Return the surface that a feature of a thing states, which may lean as the back of a rack does; None if no surface is called so.
+
+    Args:
+        pose: of the thing in a frame whose z is up.
+    """
+    own = next((_stated(f) for f in thing.features if f.name == part and f.type == SURFACE), None)
+    return Surface(pose * own.pose, own.area) if own else None
+
+
+def outline(thing: Thing, pose: Pose) -> Surface:
+    """Return the outline of a thing from above, as high as it reaches, of one that has no level surface.
+
+    Args:
+        pose: of the thing in a frame whose z is up.
+    """
+    area, top = footprint(thing, pose), float(corners(thing, pose)[:, 2].max())
+    x, y = (float(v) for v in np.reshape(area.bounds, (2, 2)).mean(axis=0))
+    return Surface(Pose((x, y, top)), shapely.transform(area, lambda points: points - np.asarray((x, y))))
+
+
 def _stated(feature: Feature) -> Surface:
     size = feature.size
     if "radius" in size:
@@ -160,6 +181,11 @@ def footprint(thing: Thing, pose: Pose, low: float = -math.inf, high: float = ma
     up, z = _up(pose), pose.position[2]
     outline = _leaning_footprint(Itself(thing.geoms), up, round(low - z, HEIGHT), round(high - z, HEIGHT))
     return _turned(outline, pose, up)
+
+
+def filled(outline: Area) -> Area:
+    """Fill the holes of an outline: from above there are gaps between the boxes of a bowl, and nothing else fits in there."""
+    return shapely.union_all([shapely.Polygon(part.exterior) for part in getattr(outline, "geoms", (outline,))])
 
 
 def _footprint(geoms: tuple[Geom, ...], pose: Pose, low: float, high: float) -> Area:

@@ -35,7 +35,7 @@ class ByHandle(TaskType):
     def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
         empty_hand(belief)
         patient, handle, way = action.roles["Patient"], self.begins_at(action), self.way(action)
-        limits = {k: self.parameter(action, k) for k in ("speed_m_s", "force_limit_n")}
+        limits = {k: self.parameter(action, k) for k in ("speed_m_s", "force_limit_n")} | {"paced": 1.0}
         close = {"to": "closed", "expect": "object", "force_n": self.parameter(action, "force_n")}
         touch, back = (patient.name,), Location(action.inside("away"), "retreat", None, {"straight": True})
         steps = (

@@ -11,9 +11,11 @@ from cramlite.plugin import Decomposition, Parameter, TaskType, hookimpl
 
 from ..task_kit.bases import FORCES, SPEED, ByHandle
 
-LEAST = 0.8
-"""Share of the range that something is opened to by its handle where no grip of that opens it further."""
-TOUCH = {"speed_m_s": 0.02, "force_n": 3.0, "beyond_m": 0.03}
+LESS = (0.85, 0.8)
+"""Shares of the range that something is opened to by its handle where no grip of that opens it further, or what is done next needs room
+before it."""
+TOUCH = {"speed_m_s": 0.01, "free_m_s": 0.1, "force_n": 3.0, "beyond_m": 0.03}
+"""As things are put down: through the air as fast as they are lifted, the last 15 mm slowly."""
 
 
 class Opening(ByHandle):
@@ -21,7 +23,7 @@ class Opening(ByHandle):
     aliases = ("Open", "OpenContainer")
     summary = "open a drawer or a door by its handle, or draw a drawer out by pressing on it"
     parameters = (
-        SPEED, Parameter("share", 0.0, "of the joint's range; 0: 0.95 or 0.9, and 0.8 where neither is free"), *FORCES,
+        SPEED, Parameter("share", 0.0, "of the joint's range; 0: 0.95 or 0.9, and 0.85 or 0.8 where neither is free"), *FORCES,
         Parameter("press_n", 12.0, "friction of 0.5 then draws 6 N, what damping of 50 N s/m takes at 0.12 m/s"),
     )  # fmt: skip
     stroke = "pull"
@@ -30,14 +32,15 @@ class Opening(ByHandle):
     def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
         yield from super().decompose(action, belief)
         if not self.parameter(action, "share"):  # what others count as open is more than this, so that no other grip shall do before
-            less = replace(action, parameters={**action.parameters, "share": LEAST})
-            for way in super().decompose(less, belief):
-                yield replace(way, reason=f"{way.reason}; to {LEAST:g} of the range alone", cost=0.5)
+            for k, share in enumerate(LESS):
+                less = replace(action, parameters={**action.parameters, "share": share})
+                for way in super().decompose(less, belief):
+                    yield replace(way, reason=f"{way.reason}; to {share:g} of the range alone", cost=0.5 + 0.1 * k)
         yield self._pressing(action)
 
     def _pressing(self, action: Action) -> Decomposition:
         patient, touch, way = action.roles["Patient"], (action.roles["Patient"].name,), self.way(action)
-        atop, back = Location(action.inside("atop"), "atop", patient.name), Location(action.inside("away"), "retreat")
+        atop, back = Location(action.inside("atop"), "atop", patient.name, self._least(action)), Location(action.inside("away"), "retreat")
         limits = {k: self.parameter(action, k) for k in ("speed_m_s", "force_limit_n", "press_n")}
         steps = (
             atop,
@@ -51,6 +54,13 @@ class Opening(ByHandle):
             Motion(action.inside("back"), "linear", back, {"stage": "pose"}, touch, "clear of the handle"),
         )
         return Decomposition(steps, "press on the handle from above and draw it along", 1.0)
+
+    def begins_at(self, action: Action) -> Location:
+        return replace(super().begins_at(action), parameters=self._least(action))
+
+    def _least(self, action: Action) -> dict[str, float]:
+        """How far it must get, whatever hand opens it."""
+        return {"least": self.parameter(action, "share") or LESS[-1]}
 
     def way(self, action: Action) -> Location:
         patient = action.roles["Patient"].name

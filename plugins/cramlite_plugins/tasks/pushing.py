@@ -15,6 +15,10 @@ PRESSED = 0.6
 """Friction of a thing [N] from which two open fingers that push it look as if they held it: it presses on each with more than 0.3 N,
 and lasting 0.6 N count as a grip (episodes/detection/grasped.py). Closed fingers push that."""
 GRAVITY = 9.81
+DOWN = {"speed_m_s": 0.02, "free_m_s": 0.1, "force_n": 2.0, "beyond_m": 0.01}
+"""To the floor of a thing."""
+LOST = 2.0
+"""How long fingers in a thing may go without pressing on it [s]: at its rim they take it along all the same."""
 SLIPS = 0.005
 """Of a thing on the fingers that push it to a region [m]."""
 
@@ -29,6 +33,8 @@ class Pushing(TaskType):
     parameters = (
         Parameter("distance_m", 0.06, "five times what rules call displaced, and more than the play at the start"),
         Parameter("speed_m_s", 0.02, "at 30 mm/s a pushed block runs ahead of the fingers in simulation"),
+        Parameter("slide_m_s", 0.06, "fingers pressed into a thing hold it back, too, so that it does not run ahead"),
+        Parameter("press_n", 10.0, "on the floor of a thing that fingers push from inside: with 3 N they tip a plate up at its rim"),
         Parameter("touch_force_n", 1.0, "0.2 kg on wood slides at 1.2 N; less is noise of the sensor"),
     )
 
@@ -68,32 +74,41 @@ class Pushing(TaskType):
         behind = self.begins_at(action)
         behind = replace(behind, parameters={**behind.parameters, "apart": apart})
         says = "with open fingers" if apart else "with closed fingers"
-        far = Location(action.inside("far"), "pushed_to", action.roles["Patient"].name, {"begin": behind.name})
-        steps = (*self._there(action, behind, says, "place" if apart else "shut"), *self._on(action, far, "push"))
+        patient, push = action.roles["Patient"], {"stage": "pose", "speed_m_s": self.parameter(action, "speed_m_s")}
+        far = Location(action.inside("far"), "pushed_to", patient.name, {"begin": behind.name})
+        steps = (
+            *self._over(action, behind, says, "place" if apart else "shut"),
+            Motion(action.inside("down"), "linear", behind, {"stage": "pose"}, (patient.name,), f"to {patient.entity}"),
+            far,
+            Motion(action.inside("push"), "linear", far, push, (patient.name,), f"{patient.entity} moves along"),
+        )
         return Decomposition(steps, f"from behind {says}, straight to its region", cost)
 
     def _from_inside(self, action: Action, around: bool, cost: float) -> Decomposition:
-        name, begin = action.roles["Patient"].name, self.begins_at(action)
-        inside = Location(action.inside("amid" if around else "inside"), "behind", name, {**begin.parameters, "inside": True})
-        corner = Location(action.inside("corner"), "pushed_around", name, {**begin.parameters, "begin": inside.name})
-        far = Location(action.inside("far"), "pushed_to", name, {"begin": corner.name if around else inside.name})
-        first = self._on(action, corner, "aside") if around else ()
-        steps = (*self._there(action, inside, "with closed fingers in it", "shut"), *first, *self._on(action, far, "push"))
+        patient, begin = action.roles["Patient"], self.begins_at(action)
+        where, touch = {**begin.parameters, "around": around}, (patient.name,)
+        inside = Location(action.inside("amid" if around else "inside"), "behind", patient.name, {**where, "inside": True})
+        far = Location(action.inside("far"), "pushed_to", patient.name, {**where, "begin": inside.name})
+        slide = {
+            "press_n": self.parameter(action, "press_n"), "speed_m_s": self.parameter(action, "slide_m_s"), "lost_s": LOST,
+        }  # fmt: skip
+        steps = (
+            *self._over(action, inside, "with closed fingers in it", "shut"),
+            Motion(action.inside("tare"), "zero_sensor", reason="what the sensor reads here is no contact force"),
+            Motion(action.inside("down"), "until_contact", inside, DOWN, touch, f"to the floor of {patient.entity}"),
+            far,
+            Motion(action.inside("push"), "compliant_slide", far, slide, touch, f"{patient.entity} comes along"),
+        )
         return Decomposition(steps, f"at its rim from inside, {'around what is in its way' if around else 'straight'}", cost)
 
     @staticmethod
-    def _there(action: Action, begin: Location, says: str, fingers: str) -> tuple[Location | Motion, ...]:
-        entity, touch = action.roles["Patient"].entity, (action.roles["Patient"].name,)
+    def _over(action: Action, begin: Location, says: str, fingers: str) -> tuple[Location | Motion, ...]:
+        entity = action.roles["Patient"].entity
         return (
             begin,
             Motion(action.inside("fingers"), "gripper", begin, {"to": fingers, "expect": "none"}, reason=says),
             Motion(action.inside("transfer"), "transfer", begin, reason=f"over the place where {entity} is pushed"),
-            Motion(action.inside("down"), "linear", begin, {"stage": "pose"}, touch, f"to {entity}"),
         )
-
-    def _on(self, action: Action, there: Location, name: str) -> tuple[Location, Motion]:
-        patient, push = action.roles["Patient"], {"stage": "pose", "speed_m_s": self.parameter(action, "speed_m_s")}
-        return there, Motion(action.inside(name), "linear", there, push, (patient.name,), f"{patient.entity} moves along")
 
     def effects(self, action: Action, belief: Belief) -> Belief:
         """Return the belief with the thing somewhere within the stroke; to a region it stays before the fingers."""

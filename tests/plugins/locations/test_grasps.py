@@ -13,8 +13,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from properties import examples
 
-from cramlite.model import Geom, Pose, Thing
+from cramlite.model import Belief, Estimate, Geom, Pose, Thing, World
 from cramlite_plugins.locations import antipodal, grips
+from cramlite_plugins.locations.grasps import Grasp, _openings
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.shapes import ray_casting as rays
 from cramlite_plugins.simulation.objects.products_and_fixtures import block, product
@@ -75,6 +76,18 @@ def test_of_grasps_alike_of_many_parts_one_is_enough() -> None:
     assert len(np.unique(cells, axis=0)) == len(found) > 0
 
 
+@pytest.mark.parametrize(("beside", "sigma", "opening"), [(1.0, 0.0, 0.04), (1.0, 0.005, GRIPPER.opening[1]), (0.045, 0.005, 0.02)])
+def test_fingers_open_wide_around_what_was_only_seen_and_by_30_mm_around_what_is_known(
+    beside: float, sigma: float, opening: float
+) -> None:
+    walls = tuple(Geom("box", (0.01, 0.04, 0.04), Pose((s * beside, 0, 0))) for s in (1, -1))
+    thing = Thing("thing", "cram:Product", Pose(), (Geom("box", (0.005, 0.01, 0.04)), *walls), mass=0.1)
+    belief = Belief(World((thing,), ()), {"thing": Estimate(Pose(), sigma)}, "arm", (), 0.08)
+    grip = next(g for g in grips.ranked(thing, GRIPPER, 0.9) if g.width == pytest.approx(0.01))
+    found = next(_openings(Grasp(grip, grip.pose, 0.02, 0.0, ""), thing, belief, GRIPPER))
+    assert found == pytest.approx(opening)
+
+
 def test_too_wide_names_the_nearest_miss() -> None:
     big = block("crate", Pose(), (0.12, 0.2, 0.13))
     assert grips.ranked(big, GRIPPER, 0.9) == []
@@ -101,6 +114,20 @@ def test_a_bottle_is_also_gripped_by_its_neck() -> None:
     widths = np.array([g.width for g in grips.ranked(bottle("b", Pose()), GRIPPER, 0.9)])
     assert np.isclose(widths, 0.028).any()
     assert np.isclose(widths, 0.068).any()
+
+
+def test_a_flat_box_is_also_taken_by_a_hand_that_leans_but_upright_first() -> None:
+    half = (0.04, 0.021, 0.009)
+    found = grips.ranked(Thing("box", "cram:Product", Pose(), (Geom("box", half),), mass=0.1), GRIPPER, 0.9)
+    above = [g for g in found if g.pose.rotate((0, 0, 1))[2] < -0.8]
+    leaning = [g for g in above if g.lean]
+    assert leaning and not above[0].lean
+    for grip in leaning:
+        assert abs(math.degrees(math.acos(-grip.pose.rotate((0, 0, 1))[2])) - 30) < 0.1
+        assert abs(grip.pose.rotate((0, 1, 0))[2]) < 1e-6  # the pads stay along the faces
+        ends = [grip.pose.apply((side * GRIPPER.pad[0] / 2, 0.0, GRIPPER.pad[1] / 2))[2] for side in (-1, 1)]
+        assert -half[2] + 0.002 < min(ends) < half[2]  # off what it lies on
+    assert {g.lean for g in grips.ranked(Thing("can", "cram:Product", Pose(), (Geom("cylinder", (0.03, 0.05)),)), GRIPPER, 0.9)} == {0.0}
 
 
 def under_a_bar(reach: float) -> dict[str, list[bool]]:

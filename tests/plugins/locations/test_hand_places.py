@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from cramlite import Engine
-from cramlite.model import Location, Place, Pose, RobotMount, World, initial_belief
+from cramlite.model import Geom, Held, Location, Place, Pose, RobotMount, Thing, World, initial_belief
 from cramlite.plugin import Context, Grounding, Refused
+from cramlite_plugins.kinematics.kinematics import inverse
 from cramlite_plugins.locations.places import resolve_location
 from cramlite_plugins.robots.ur5e import UR5E
+from cramlite_plugins.simulation.objects.products_and_fixtures import block
 
 MOUNT = RobotMount("arm", "ur5e")
 
@@ -18,3 +20,24 @@ def test_a_lift_that_is_out_of_reach_blames_the_places_that_led_there() -> None:
     answers = {h: list(resolve_location(Location("up", "lift", None, {"height_m": h}), belief, context) or ()) for h in (0.02, 2.0)}
     assert all(isinstance(a, Grounding) for a in answers[0.02])
     assert answers[2.0] and all(isinstance(a, Refused) and a.because == ("grasp(tea)",) for a in answers[2.0])
+
+
+def _asides(*around: Thing) -> list[str]:
+    """The lifts that lead aside of a block of 120 mm that is held at its middle, the hand down."""
+    it = block("it", Pose((0.45, -0.3, 0.37)), (0.12, 0.04, 0.03))
+    down = Pose.from_axes((0.45, -0.3, 0.4), (0, 0, -1), (1, 0, 0))
+    start = initial_belief(World((*around, it), (MOUNT,)), "arm", UR5E.home, 0.085)
+    hold = Held("it", down.inverse() * it.pose, 0.04)
+    context = Context(UR5E, MOUNT, {"it": "it"}, Engine().knowledge.taxonomy, seed=0)
+    belief = start.grasped(hold).moved(inverse(UR5E, down, seed=UR5E.home)[0])
+    found = list(resolve_location(Location("up", "lift", None, {"height_m": 0.1}), belief, context) or ())
+    assert [f.key for f in found if isinstance(f, Grounding)][:2] == ["100 mm up", "60 mm up"]  # their ends are free
+    return [f.key for f in found if isinstance(f, Grounding) and "aside" in f.key]
+
+
+def test_out_from_under_what_hangs_over_a_thing_lifts_lead_away_from_that() -> None:
+    roof = Thing("roof", "soma:DesignedFurniture", Pose((0.6, -0.3, 0.399)), (Geom("box", (0.096, 0.15, 0.002)),))
+    found = _asides(roof)  # 12 mm over the block's end, and 6 mm of it
+    assert found and all(name.endswith("180 deg") for name in found)
+    assert found[0] == "100 mm up, and 100 mm aside at 180 deg"  # which keeps the distance of paths
+    assert {name.rsplit(" at ", 1)[1] for name in _asides()} == {"180 deg", "90 deg", "-90 deg", "0 deg"}

@@ -26,6 +26,9 @@ from cramlite_plugins.simulation.objects.products_and_fixtures import basket, bl
 LARGE = table("box", Pose((0.45, 0.35, 0.15)), (1.2, 1.2, 0.02))
 TIN = block("tin", Pose((0.45, -0.45, 0.19)), (0.05, 0.05, 0.08))
 Answer = Grounding | Refused
+SIDES = (((0.05, 0.0), (0.005, 0.05)), ((-0.05, 0.0), (0.005, 0.05)), ((0.0, 0.05), (0.055, 0.005)), ((0.0, -0.05), (0.055, 0.005)))
+RING = tuple(Geom("box", (*half, 0.02), Pose((*at, 0.0))) for at, half in SIDES)
+"""Walls around a square of 90 mm."""
 
 
 def on(thing: str, **where: Any) -> Location:
@@ -187,10 +190,11 @@ def test_off_its_middle_the_centre_of_mass_counts() -> None:
         ((Geom("box", (0.02, 0.03, 0.05)),), 0.02),
         ((Geom("cylinder", (0.03, 0.05)),), 0.03),
         ((Geom("box", (0.05, 0.005, 0.05), Pose((0, 0.05, 0))), Geom("box", (0.005, 0.05, 0.05), Pose((0.05, 0, 0)))), 0.0),
+        ((Geom("box", (0.02, 0.02, 0.002)), *RING), 0.055),
     ],
 )
 def test_the_largest_disc_in_its_outline(geoms: tuple[Geom, ...], radius: float) -> None:
-    """Of an angle the centre of mass is outside."""
+    """Of an angle the centre of mass is outside; a bowl of boxes is as wide as its rim, though there are gaps between them."""
     wanted = replace(_wanted(_belief()), thing=Thing("it", "cram:Product", Pose(), geoms, mass=0.1))
     assert set_down._radius(wanted, Pose()) == pytest.approx(radius, rel=0.01)
 
@@ -338,11 +342,13 @@ def test_an_opening_is_round_or_has_a_width_and_a_depth(size: dict[str, float], 
 
 
 def test_what_has_no_place_is_said_so() -> None:
-    ball = Thing("box", "cram:Product", Pose((0.4, 0.3, 0.1)), (Geom("sphere", (0.05,)),))
+    ball = Thing("box", "cram:Product", Pose((0.4, 0.3, 0.1)), (Geom("sphere", (0.05,)),), mass=1.0)
     level = "no level face that looks upwards, to put anything on"
     for location, said in ((on("box"), level), (into("box"), "no cavity to put anything in")):
         found, ended = answers(location, _belief(ball))
         assert found == [] and ended is not None and ended.reason == f"'box' has {said}" and ended.because == ("box",)
+    _, ended = answers(on("box"), _belief(replace(ball, mass=None)))  # it stays where it is, so that it might be a rack
+    assert ended is not None and "not at rest: it would slide or fall off 'box'" in ended.reason
     empty = replace(_belief(), held=None)
     with pytest.raises(Unresolvable, match="nothing is held that could be brought there"):
         list(set_down.resolve_location(on("shelf"), empty, _context(empty)) or ())

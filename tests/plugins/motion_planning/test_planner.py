@@ -69,6 +69,15 @@ def test_a_straight_line_is_tried_first() -> None:
     assert len(path.points) == 2
 
 
+def test_around_a_wall_is_nearer_than_straight_on_with_the_arm_turned_over() -> None:
+    place, start, near = wall_query(1)
+    goals = inverse(UR5E, down(0.5, 0.25, 0.2), seed=start)
+    assert any(place.line_free(start, q) for q in goals)
+    path = plan(place, start, goals, seed=1)
+    assert isinstance(path, Path) and isinstance(near, Path)
+    assert path.samples > 0 and path.duration < 1.2 * near.duration
+
+
 def in_a_sleeve(*sides: int) -> Path | Refusal:
     """A rod in the hand, its lower end between walls that are 0.2 mm farther away than they must be; to be turned in the air."""
     gap, rod = 0.02 + 0.0052 + 0.01, box("rod", (0.02, 0.02, 0.08), (0.5, -0.25, 0.09), 0.2)

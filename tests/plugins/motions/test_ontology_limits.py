@@ -5,11 +5,14 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
 from cramlite import Engine, Solution, Trace, read_scenario
+from cramlite.model import Joint, Pose, Thing
 from cramlite.ontology.taxonomy import load_taxonomy
+from cramlite_plugins.motions.ontology_limits import classes
 
 ROOT = Path(__file__).parents[3]
 # The URScript backend, whose text is not run here: these tests are about the text.
@@ -118,6 +121,13 @@ def test_heavy_things_are_moved_at_half_the_speed_and_acceleration(tmp_path: Pat
     assert set(rates[1]) == {("1.4", "1.05"), ("0.7", "0.525")}, "only while it is held"
     assert "speed_rad_s 0.525 instead of 1.05, block" in heavy.reasons
     assert "a quarter of the kinetic energy" in heavy.text
+
+
+@pytest.mark.parametrize(("joint", "heavy"), [(None, True), (Joint("slide", Pose(), 0.0, 0.2), False)])
+def test_what_rails_carry_is_no_heavy_load(joint: Joint | None, heavy: bool) -> None:
+    context = SimpleNamespace(taxonomy=Engine().knowledge.taxonomy)
+    drawer = Thing("drawer", "soma:Drawer", Pose(), (), mass=4.0, joint=joint)
+    assert ("cram:HeavyObject" in classes(drawer, context)) == heavy  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(("diameter", "radius", "pitch"), [(8, 0.007, 0.00075), (9, 0.0065, 0.001125), (12, 0.005, 0.0015)])

@@ -118,6 +118,27 @@ def test_without_friction_it_holds_nothing(linked: ImportedRobot) -> None:
     assert squeezed(linked, 40.0, friction=0.0)[2] > 0.05
 
 
+def resisted(read: ImportedRobot) -> set[tuple[int, float]]:
+    """condim and torsional friction [m] between the pads and a block."""
+    block = Thing("block", "cram:Product", Pose((1.0, 0.0, 0.5)), (Geom("box", (0.02, 0.02, 0.015)),), mass=0.3, friction=0.5)
+    model = world_of(read, block).model
+    pads = [p for p in range(model.npair) if "_pad" in model.pair(p).name]
+    return {(int(model.pair_dim[p]), float(model.pair_friction[p][2])) for p in pads}
+
+
+def test_what_the_file_says_of_turning_in_the_pads_is_kept(tmp_path: Path) -> None:
+    hand, text = tmp_path / "hand.xml", LINKED.read_text()
+    hand.write_text(text.replace("0.8 0.005", "0.8 0.02"))
+    assert resisted(arm_with(HandFile(str(hand)))) == {(4, 0.02)}
+    hand.write_text(text.replace('condim="4"', 'condim="3"'))
+    sliding = arm_with(HandFile(str(hand)))
+    assert {condim for condim, _ in resisted(sliding)} == {3}
+    assert any("no torsional friction (condim 3)" in n for n in sliding.notes)
+    stated = arm_with(HandFile(str(hand), torsion=0.01))
+    assert resisted(stated) == {(4, 0.01)}
+    assert not any("torsional" in n for n in stated.notes)
+
+
 def test_a_stated_force_is_exerted() -> None:
     read = arm_with(HandFile(str(LINKED), force=(10.0, 100.0)))
     assert read.robot.gripper.force == (10.0, 100.0)

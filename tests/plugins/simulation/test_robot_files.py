@@ -23,6 +23,7 @@ from cramlite.plugin import UserError
 from cramlite.testing.plugin_checks import check_robot
 from cramlite_plugins.kinematics.kinematics import flange, forward, inverse
 from cramlite_plugins.robots.dh_arm import forward as dh_forward
+from cramlite_plugins.simulation.controller.nominal_arm import NominalArm
 from cramlite_plugins.simulation.robot_files.agreement import largest_error
 from cramlite_plugins.simulation.robot_files.chain import Chain, find_chain, pose_of
 from cramlite_plugins.simulation.robot_files.dh_table import table_of
@@ -71,6 +72,28 @@ def test_so_are_those_of_a_published_model() -> None:
     assert agree(*menagerie(), 1000) < 1e-6
 
 
+FIRST = {"down": 'axis="0 0 -1"', "leaning": 'axis="0 0.6 0.8"', "level, beside the base": 'axis="1 0 0" pos="0.1 0.05 0.02"'}
+
+
+@pytest.mark.parametrize("first", FIRST)
+@pytest.mark.parametrize("path", [SEVEN, SIX], ids=lambda p: p.name)
+def test_the_first_axis_may_point_anywhere(path: Path, first: str, tmp_path: Path) -> None:
+    turned = tmp_path / path.name
+    urdf = {"down": "0 0 -1", "leaning": "0 0.6 0.8", "level, beside the base": "1 0 0"}[first]
+    text = path.read_text().replace('<joint name="j1"', f'<joint name="j1" {FIRST[first]}')
+    turned.write_text(text.replace('<axis xyz="0 0 1"/>', f'<axis xyz="{urdf}"/>', 1))
+    stated = replace(WITH[path], apart=(("base_link", "l3"),)) if path == SEVEN else WITH[path]
+    assert agree(turned, stated, 300) < 1e-6
+    read = read_robot(turned, "mine", stated)
+    check_robot(read.robot)
+    assert any("turns about" in n for n in read.notes)
+    posture = tuple(float(v) for v in np.array(read.robot.home) + 0.2)
+    found = inverse(read.robot, forward(read.robot, posture), seed=posture)
+    assert np.abs(np.array(found[0]) - np.array(posture)).max() < 1e-5
+    nominal = NominalArm(read.robot)
+    assert max(nominal.forward(np.array(posture)).distance(forward(read.robot, posture))) < 1e-6
+
+
 def test_an_error_of_a_millimetre_would_be_seen(tmp_path: Path) -> None:
     moved = tmp_path / "moved.xml"
     moved.write_text(SEVEN.read_text().replace('pos="0 -0.316 0"', 'pos="0 -0.317 0"'))
@@ -112,6 +135,19 @@ def test_what_is_missing_is_said_with_what_says_it() -> None:
     said = "; ".join((*read.found, *read.notes))
     assert "no speed is stated for j1, j2, j3, j4, j5, j6, j7: 2 rad/s; 'speed' says another" in said
     assert "home is the file's keyframe 'home'" in said
+
+
+def test_what_is_kept_of_the_arms_own_actuators_is_said(tmp_path: Path) -> None:
+    path, stated = tmp_path / "arm.xml", replace(WITH[SEVEN], torques=())
+    servos = "".join(f'<general joint="j{k}" gainprm="900" biastype="affine" biasprm="0 -900" forcerange="-40 40"/>' for k in range(1, 8))
+    path.write_text(SEVEN.read_text().replace("<worldbody>", f"<actuator>{servos}</actuator><worldbody>"))
+    read = read_robot(path, "mine", stated)
+    (said,) = [n for n in read.notes if "actuators" in n]
+    assert "the file's 7 actuators of the arm, position or velocity servos, the highest torques are kept, gains and damping are not" in said
+    model = mujoco.MjModel.from_xml_string(read.robot.mjcf())
+    assert model.actuator("j1").forcerange[1] == 40.0 and f"to {model.actuator_gainprm[:7, 0].max():.0f} Nm/rad" in said
+    assert "nothing is kept" in "; ".join(read_robot(path, "mine", WITH[SEVEN]).notes)
+    assert not any("actuators" in n for n in read_robot(SEVEN, "mine", WITH[SEVEN]).notes)
 
 
 def test_masses_are_the_files_and_a_hand_of_its_own_is_left_out(tmp_path: Path) -> None:
@@ -194,6 +230,18 @@ def test_a_program_is_proven(gripper: str, run: Callable[..., Any], tmp_path: Pa
     assert run("check", tmp_path / "run" / "program.json").code == 0
 
 
+def test_an_arm_whose_first_and_last_axes_point_down_reaches_as_far(run: Callable[..., Any], tmp_path: Path) -> None:
+    own, scenario = tmp_path / "own.urdf", tmp_path / "place.yaml"
+    first, *between, last = SIX.read_text().split('<axis xyz="0 0 1"/>')
+    down = '<axis xyz="0 0 -1"/>'
+    own.write_text(first + down + '<axis xyz="0 0 1"/>'.join(between) + down + last)
+    line = SAID["ours"].replace(str(SIX), str(own)).replace("robot: {", "robot: {at: {position: [BACK, 0, 0]}, ")
+    for back, code in (("-380 mm", 0), ("-900 mm", 1)):
+        scenario.write_text(SCENARIO.read_text().replace(LINE, line.replace("BACK", back)))
+        done = run("resolve", scenario, "--out", tmp_path / back, "--no-report", "--twins", "0")
+        assert done.code == code and ("nearest point" in done.err) == bool(code), done.err
+
+
 def test_a_robot_process_is_driven_by_a_program_of_a_robot_from_a_file(run: Callable[..., Any], tmp_path: Path) -> None:
     scenario, parking = tmp_path / "park.yaml", SCENARIO.parent / "tasks" / "parking_arms.yaml"
     scenario.write_text(parking.read_text().replace(LINE, SAID["ours"]))
@@ -229,6 +277,7 @@ WRONG = {
     f"robot: {{file: {SIX}, payload: 4 kg, gripper: {{file: nowhere.xml}}}}": "there is no robot file",
     f"robot: {{file: {SIX}, payload: 4 kg, gripper: {{}}}}": "nothing moves behind the arm's last joint",
     f"robot: {{file: {SIX}, payload: 4 kg, gripper: {{file: {HAND}, force: [20 N, 10 N]}}}}": "'force' is the lowest and the highest",
+    f"robot: {{file: {SIX}, payload: 4 kg, gripper: {{file: {HAND}, torsion: 0 mm}}}}": "torsion",
     f"robot: {{file: {SIX}, payload: 4 kg, griper: robotiq_2f85}}": "gripper",
     f"robot: {{file: {DATA / 'seven.xml'}, payload: 3 kg}}": "'torques' says them",
     f"robot: {{file: {__file__}, payload: 3 kg}}": "no format that a plugin reads as a robot",
@@ -270,7 +319,6 @@ BAD: dict[str, tuple[str, Stated, str]] = {
     "not a number": (WHOLE.replace('pos="0 0 0.333"', 'pos="0 0 nan"'), WITH[SEVEN], "finite|nan"),
     "missing mesh": (WHOLE.replace("<worldbody>", '<asset><mesh name="a" file="no.stl"/></asset><worldbody>'), WITH[SEVEN], "no.stl"),
     "millimetres": (WHOLE.replace("0.316", "31.6").replace("0.333", "33.3"), WITH[SEVEN], "metres"),
-    "axis down": (WHOLE.replace('<joint name="j1"', '<joint name="j1" axis="0 0 -1"'), WITH[SEVEN], "negate it"),
     "broken XML": (WHOLE.replace("</worldbody>", ""), WITH[SEVEN], "correct the XML"),
 }  # fmt: skip
 

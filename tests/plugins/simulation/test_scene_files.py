@@ -21,7 +21,7 @@ DATA = Path(__file__).with_name("scenes_data")
 
 
 def _read(path: Path) -> ImportedScene:
-    scene = read_scene(path, {}, "")
+    scene = read_scene(path, {}, "", {})
     assert scene is not None
     return scene
 
@@ -130,10 +130,10 @@ def test_a_keyframe_is_where_it_starts(tmp_path: Path) -> None:
     path = tmp_path / "scene.xml"
     body = '<body name="ball" pos="0 0 1"><freejoint/><geom size=".1"/></body>'
     path.write_text(f'<mujoco><worldbody>{body}</worldbody><keyframe><key name="low" qpos="1 2 3 1 0 0 0"/></keyframe></mujoco>')
-    scene = read_scene(path, {}, "low")
+    scene = read_scene(path, {}, "low", {})
     assert scene is not None and scene.things[0].pose.position == (1, 2, 3)
     with pytest.raises(UserError, match=r"scene.xml:1: there is no keyframe 'lower'; did you mean 'low'"):
-        read_scene(path, {}, "lower")
+        read_scene(path, {}, "lower", {})
 
 
 FAR = '<mujoco><worldbody>\n<body name="b" pos="{} 0 0"><geom size=".1"/></body></worldbody></mujoco>'
@@ -161,13 +161,13 @@ def test_bad_files_are_refused_with_file_and_line(kind: str, tmp_path: Path) -> 
     path = tmp_path / "scene.xml"
     path.write_text(text)
     with pytest.raises(UserError, match=said) as refused:
-        Engine().registry.first("read_scene", path=path, packages={}, keyframe="")
+        Engine().registry.first("read_scene", path=path, packages={}, keyframe="", joints={})
     assert "\n" not in str(refused.value)
 
 
 def test_other_files_are_left_to_others(tmp_path: Path) -> None:
     shutil.copy(DATA / "kitchen.xml", tmp_path / "kitchen.usd")
-    assert read_scene(tmp_path / "kitchen.usd", {}, "") is None
+    assert read_scene(tmp_path / "kitchen.usd", {}, "", {}) is None
 
 
 # The same as MuJoCo's own

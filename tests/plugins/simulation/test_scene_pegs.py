@@ -22,7 +22,7 @@ TABLE = '<body name="desk"><geom type="box" size=".4 .4 .02"/></body>'
 def _scene(tmp_path: Path, text: str) -> ImportedScene:
     path = tmp_path / "scene.xml"
     path.write_text(text)
-    scene = read_scene(path, {}, "")
+    scene = read_scene(path, {}, "", {})
     assert scene is not None
     return scene
 

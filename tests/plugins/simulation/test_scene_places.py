@@ -31,7 +31,7 @@ CABINET = """
 def _scene(tmp_path: Path, body: str, rest: str = "") -> ImportedScene:
     path = tmp_path / "scene.xml"
     path.write_text(f"<mujoco>{rest}<worldbody>{body}</worldbody></mujoco>")
-    scene = read_scene(path, {}, "")
+    scene = read_scene(path, {}, "", {})
     assert scene is not None
     return scene
 
@@ -134,7 +134,7 @@ def test_two_worlds_are_one_and_an_inverted_mesh_is_turned(tmp_path: Path) -> No
     mesh = '<asset><mesh name="box" file="box.stl" inertia="shell"/></asset>'
     one = '<worldbody><body name="a"><freejoint/><geom type="mesh" mesh="box" mass="1"/></body></worldbody>'
     path.write_text(f'<mujoco>{mesh}{one}<worldbody><geom name="b" size=".1" pos="1 0 0"/></worldbody></mujoco>')
-    scene = read_scene(path, {}, "")
+    scene = read_scene(path, {}, "", {})
     assert scene is not None and {t.name for t in scene.things} == {"a", "b"}
     assert any("turned outwards" in n for t in scene.things for n in t.notes)
 
@@ -145,7 +145,7 @@ def test_a_million_triangles_are_refused_with_what_to_do(tmp_path: Path) -> None
     mesh = '<mesh name="hill" file="hill.stl" inertia="shell"/>'
     path.write_text(f'<mujoco><asset>\n{mesh}</asset><worldbody><geom type="mesh" mesh="hill"/></worldbody></mujoco>')
     with pytest.raises(UserError, match=r"scene.xml:2: .*faces.*simplify") as refused:
-        read_scene(path, {}, "")
+        read_scene(path, {}, "", {})
     assert "\n" not in str(refused.value)
 
 
@@ -176,3 +176,21 @@ def test_a_hollow_without_a_level_face_carries_on_its_floor(tmp_path: Path) -> N
     cavity, floor = bowl.feature("cram:Cavity"), bowl.feature("vrps:SurfaceFeature")
     assert cavity is not None and floor is not None and floor.name == "floor"
     assert floor.pose.position[2] == pytest.approx(cavity.pose.position[2] - cavity.size["height"], abs=1e-6)
+
+
+CRADLE = """
+<geom type="box" size=".1 .005 .06" pos="0 .05 .1" euler="-60 0 0"/>
+<geom type="box" size=".1 .005 .03" pos="0 -.03 .09" euler="30 0 0"/>
+<site name="rack_top_region" type="box" size=".09 .03 .002" pos="0 .03 .1" euler="{lean} 0 0"/>"""
+
+
+def test_a_flat_site_that_leans_is_an_area_that_faces_as_it_does(tmp_path: Path) -> None:
+    rack = _thing(_scene(tmp_path, f'<body name="rack">{CRADLE.format(lean=30)}</body>'), "rack")
+    area = next(f for f in rack.features if f.name == "top_region")
+    assert area.type == "vrps:SurfaceFeature" and area.size == {"width": 0.18, "depth": 0.06}
+    assert area.pose.rotate((0, 0, 1)) == pytest.approx((0, -0.5, 0.8660254), abs=1e-6)
+
+
+def test_a_site_as_steep_as_a_wall_is_none(tmp_path: Path) -> None:
+    rack = _thing(_scene(tmp_path, f'<body name="rack">{CRADLE.format(lean=80)}</body>'), "rack")
+    assert "top_region" not in {f.name for f in rack.features}

@@ -242,7 +242,7 @@ class Controller(CommandedArm):
     def _physics(self, before: Floats) -> None:
         """Interpolated commands, with what velocity and payload need fed forward, and the sensor's mean."""
         model, data, ctrl, servos, platform = self.model, self.data, self.ctrl, self.servos, self.platform
-        readings, wrist = self.readings, self.wrist
+        readings, wrist, mj_step = self.readings, self.wrist, mujoco.mj_step
         forward_fed = self.lag * self.rate + self._payload()
         goal = self.q
         if self.errors is not None:
@@ -253,7 +253,7 @@ class Controller(CommandedArm):
             ctrl[servos] = command
             if platform is not None:
                 platform.apply(k / self.steps)
-            mujoco.mj_step(model, data)
+            mj_step(model, data)
             reading += readings[wrist]
         reading /= self.steps
         if self.errors is not None:

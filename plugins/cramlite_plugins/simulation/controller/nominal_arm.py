@@ -22,6 +22,7 @@ DAMPING = 1e-8  # squared: keeps the step finite at a singularity, far below wha
 CLOSE = 1e-8  # a target is reached below this error [m, rad]
 ROUNDS = 12
 FLANGE, TCP = 0, 1  # ids of the sites
+IDENTITY = np.eye(4)
 
 
 class NominalArm:
@@ -36,7 +37,7 @@ class NominalArm:
 
     def __init__(self, robot: Robot) -> None:
         rows = table(robot)
-        self.model = mujoco.MjModel.from_xml_string(_mjcf(rows, robot.gripper.tcp))
+        self.model = mujoco.MjModel.from_xml_string(_mjcf(rows, robot.root, robot.gripper.tcp))
         self.data = mujoco.MjData(self.model)
         # MuJoCo's own memory, looked up once
         self.joints, self.places, turns = self.data.qpos, self.data.site_xpos, self.data.site_xmat
@@ -93,7 +94,7 @@ class NominalArm:
 
     def _frame(self, q: Floats, site: int) -> Floats:
         self._put(q)
-        out = np.eye(4)
+        out = IDENTITY.copy()  # numpy.eye takes seven times as long
         out[:3, :3], out[:3, 3] = self.turns[site], self.places[site]
         return out
 
@@ -103,15 +104,15 @@ class NominalArm:
         mujoco.mj_jac(self.model, self.data, self.linear, self.angular, point, self.last)
 
 
-def _mjcf(rows: Sequence[tuple[float, float, float]], tcp: Pose) -> str:
+def _mjcf(rows: Sequence[tuple[float, float, float]], root: Pose, tcp: Pose) -> str:
     """A model with the joints of a table and sites at the flange and the tool centre point; masses are there to be a model at all."""
     a, d, alpha = rows[-1]
     flange = Pose((a, 0.0, d), (math.cos(alpha / 2), math.sin(alpha / 2), 0.0, 0.0))
     inner = "".join(f'<site pos="{_line(p.position)}" quat="{_line(p.quaternion)}"/>' for p in (flange, flange * tcp))
-    for a, d, alpha in (*reversed(rows[:-1]), (0.0, 0.0, 0.0)):
-        turn = _line((math.cos(alpha / 2), math.sin(alpha / 2), 0.0, 0.0))
+    frames = [Pose((a, 0.0, d), (math.cos(alpha / 2), math.sin(alpha / 2), 0.0, 0.0)) for a, d, alpha in reversed(rows[:-1])]
+    for place in (*frames, root):
         own = '<joint axis="0 0 1"/><inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/>'
-        inner = f'<body pos="{_line((a, 0.0, d))}" quat="{turn}">{own}{inner}</body>'
+        inner = f'<body pos="{_line(place.position)}" quat="{_line(place.quaternion)}">{own}{inner}</body>'
     return f"<mujoco><worldbody>{inner}</worldbody></mujoco>"
 
 

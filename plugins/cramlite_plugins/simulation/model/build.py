@@ -137,11 +137,11 @@ def attach(spec: Any, mjcf: str, mount: RobotMount) -> None:
 
 
 def mask_robots(spec: Any, pad_friction: float) -> None:
-    """Set contact bits and pad friction of all robots and hands; before any thing is added."""
+    """Set contact bits of all robots and hands, and sliding friction of their pads; before any thing is added."""
     for geom in spec.geoms:
         geom.contype, geom.conaffinity = ROBOT
         if is_pad(geom.name):
-            geom.friction = [pad_friction, 0.005, 0.0001]
+            geom.friction = [pad_friction, *geom.friction[1:]]
 
 
 def is_pad(name: str) -> bool:

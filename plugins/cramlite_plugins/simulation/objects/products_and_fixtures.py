@@ -17,6 +17,7 @@ from cramlite.plugin import Length, Mass, UserError, nearest
 from .controls import knob, switch
 from .furniture import cabinet, door, drawer
 from .mesh_thing import mesh_thing
+from .rack import rack
 from .vessels import bottle, bowl, can, jug, lid, mug
 
 Size = tuple[Length, Length, Length]
@@ -224,6 +225,7 @@ MODELS: Mapping[str, Callable[..., Thing]] = {
     "knob": knob,
     "switch": switch,
     "door": door,
+    "rack": rack,
 }
 
 

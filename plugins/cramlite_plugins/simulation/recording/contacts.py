@@ -28,27 +28,24 @@ class Contacts:
 
     def __init__(self, compiled: Compiled, effector: str) -> None:
         self._model, self._owners, self._effector = compiled.model, compiled.owners, effector
-        self._known: dict[tuple[int, int], Named | None] = {}  # each pair is named once: a contact lasts for many samples
+        self._known: dict[bytes, tuple[list[int], list[Named]]] = {}  # contacts last: most samples have those of one before
         self._named: list[list[Named]] = []
         self._axes: list[Floats] = []
         self._forces: list[Floats] = []
 
     def see(self, data: Data) -> None:
         """Record the contacts of a state as one sample."""
-        contact, known = data.contact, self._known
-        rows, named = [], []
-        for row, (first, second) in enumerate(contact.geom.tolist()):
-            pair = known.get((first, second), ...)
-            if pair is ...:
-                pair = known[first, second] = self._name(first, second)
-            if pair is not None:
-                rows.append(row)
-                named.append(pair)
+        contact = data.contact
+        geoms = contact.geom
+        key = geoms.tobytes()
+        if key not in self._known:
+            self._known[key] = self._listed(geoms.tolist())
+        rows, named = self._known[key]
         forces = np.empty((len(rows), 6))
         for row, force in zip(rows, forces, strict=True):
             mujoco.mj_contactForce(self._model, data, row, force)
         self._named.append(named)
-        self._axes.append(contact.frame[rows])
+        self._axes.append(contact.frame.take(rows, axis=0))
         self._forces.append(forces)
 
     def touches(self) -> tuple[tuple[Touch, ...], ...]:
@@ -63,6 +60,11 @@ class Contacts:
         up = np.concatenate(self._axes)[:, None, 2::3] @ forces[:, :3, None]
         points = iter(zip(forces[:, 0].tolist(), up.ravel().tolist(), strict=True))
         return tuple(_summed([(pair, *next(points)) for pair in named]) for named in self._named)
+
+    def _listed(self, pairs: list[list[int]]) -> tuple[list[int], list[Named]]:
+        """Which of the contacts of these pairs of geoms are kept, and the names of each."""
+        found = [(row, named) for row, pair in enumerate(pairs) if (named := self._name(*pair)) is not None]
+        return [row for row, _ in found], [named for _, named in found]
 
     def _name(self, first: int, second: int) -> Named | None:
         """The names of two geoms; None for contacts that are left out."""

@@ -50,8 +50,8 @@ class Recorder:
         self.compiled, self._wrench = compiled, wrench
         self.index = effector_of(compiled, effector)
         self._tools = {"effector": self.index, **{h.name: h for h in compiled.hands if h.name != self.index.name}}
-        self._bodies = _recorded_bodies(compiled, self.index)
-        self._pads = [pad for tool in self._tools.values() for pad in (*tool.left, *tool.right)]
+        self._bodies = np.array(_recorded_bodies(compiled, self.index), dtype=int)
+        self._pads = np.array([pad for tool in self._tools.values() for pad in (*tool.left, *tool.right)], dtype=int)
         self._contacts = Contacts(compiled, self.index.name)
         self.period = 1.0 / rate
         self.messages: list[Message] = []
@@ -74,7 +74,7 @@ class Recorder:
         """Return everything so far as a rollout. Times are those of the samples' due dates."""
         samples, index, things = self._samples, self.index, self.compiled.things
         count, qpos = len(samples), self._stacked("qpos", self.compiled.model.nq)
-        bodies, column = self._tracks(), {body: k for k, body in enumerate(self._bodies)}
+        bodies, column = self._tracks(), {body: k for k, body in enumerate(self._bodies.tolist())}
         grains = {name: [column[body] for body, _ in i.grains] for name, i in things.items() if i.grains}
         platform = index.platform if isinstance(index, RobotIndex) else None
         base = {str(EntityName(index.name, "base")): bodies[:, column[platform.body]]} if platform else {}

@@ -39,7 +39,7 @@ def largest_error(file: RobotFile, read: ImportedRobot, count: int = 1000, seed:
         mujoco.mj_kinematics(model, ours)
         root = theirs.body(read.root)
         real = pose_of(root.xpos, root.xmat).inverse() * pose_of(place.xpos, place.xmat)
-        pairs: list[tuple[Pose, Pose]] = [(read.base * flange(robot, own) * read.tool, real)]
+        pairs: list[tuple[Pose, Pose]] = [(flange(robot, own) * read.tool, real)]
         pairs += [(flange(robot, own), _site(ours, "flange")), (forward(robot, own), _site(ours, "tcp"))]
         worst = max(worst, *(v for a, b in pairs for v in a.distance(b)))
     return worst

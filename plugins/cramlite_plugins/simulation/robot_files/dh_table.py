@@ -15,6 +15,7 @@ from cramlite.model import Floats, Pose, Value
 
 from ...robots.dh_arm import forward
 
+ROOTED = 1e-9  # a frame 0 nearer than this to the base is the base [m, rad]
 PARALLEL = 1e-7  # sine of the angle between two axes below which they are parallel
 
 
@@ -45,11 +46,13 @@ def table_of(axes: tuple[tuple[Floats, Floats], ...], flange: Pose) -> Table:
     steps = [_row(a, b) for a, b in pairwise(frames)]
     rows, zeros = tuple(s[:3] for s in steps), tuple(s[3] for s in steps)
     last = _pose(frames[-1])
-    return Table(rows, zeros, _pose(frames[0]), last, last.inverse() * flange)
+    base = _pose(frames[0])
+    base = Pose() if max(base.distance(Pose())) < ROOTED else base
+    return Table(rows, zeros, base, last, last.inverse() * flange)
 
 
 def reach_of(table: Table, limits: tuple[tuple[float, float], ...]) -> float:
-    """Return the largest distance of the flange from the first axis within the joints' limits [m], as the file counts them."""
+    """Return the largest distance of the flange from the base's z axis within the joints' limits [m], as the file counts them."""
     from scipy.optimize import minimize
 
     bounds = [(low + zero, high + zero) for (low, high), zero in zip(limits, table.zeros, strict=True)]
@@ -57,7 +60,7 @@ def reach_of(table: Table, limits: tuple[tuple[float, float], ...]) -> float:
     low, high = np.array(bounds).T
 
     def nearer(q: Floats) -> float:
-        place = forward(table.rows, tuple(float(v) for v in q)) * table.tool
+        place = table.base * forward(table.rows, tuple(float(v) for v in q)) * table.tool
         return -math.hypot(*place.position[:2])
 
     starts = np.random.default_rng(0).uniform(low, high, (200, len(bounds)))

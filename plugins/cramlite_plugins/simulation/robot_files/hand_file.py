@@ -25,6 +25,7 @@ SPEED = (0.010, 0.100)
 WEAKEST = 0.1
 """Lowest grip force as a share of the highest, where nobody states it."""
 STALLED = 0.03  # within such an angle or 2.5 mm of its goal a servo that is to exert a stated force does [rad]
+TURNING = 4  # condim of contacts with torsional friction
 SECTIONS = ("default", "asset", "tendon", "equality", "actuator")
 Mjcf = Callable[[str], tuple[str, str]]
 
@@ -68,15 +69,35 @@ def read_hand(source: Source, stated: HandFile, last: int | None = None, link: P
     linkage = _within(where, linkage, stated.opening)
     force, more = _force(where, spec, hand, linkage, stated)
     friction = float(hand.model.geom_friction[pads.left[0], 0])
-    for side, geoms in (("left", pads.left), ("right", pads.right)):
-        for k, g in enumerate(geoms, 1):
-            next(x for x in spec.geoms if int(x.id) == g).name = f"{side}_pad{k}"
+    own = _name_pads(spec, pads)
+    turning = _resist_turning(own, stated.torsion)
     gripper = Gripper(
         where.name, (linkage.openings[-1], linkage.openings[0]), pads.size, pads.depth, float(hand.model.body_mass.sum()), pads.tcp,
         force, stated.speed or SPEED, linkage, friction,
     )  # fmt: skip
     text = spec.to_xml()
-    return Hand(gripper, lambda wrist: _texts(text, gripper.tcp, wrist), _found(where, hand, gripper, pads), (*notes, *more))
+    found = _found(where, hand, gripper, pads)
+    return Hand(gripper, lambda wrist: _texts(text, gripper.tcp, wrist), found, (*notes, *more, *turning))
+
+
+def _name_pads(spec: Any, pads: Pads) -> list[Any]:
+    """The geoms of the pads, which are named as those of every gripper."""
+    geoms, found = {int(g.id): g for g in spec.geoms}, []
+    for side, ids in (("left", pads.left), ("right", pads.right)):
+        for k, g in enumerate(ids, 1):
+            geoms[g].name = f"{side}_pad{k}"
+            found.append(geoms[g])
+    return found
+
+
+def _resist_turning(pads: Sequence[Any], torsion: float | None) -> tuple[str, ...]:
+    """Give the pads the torsional friction that is stated; else say that the file gives them none."""
+    for pad in pads if torsion is not None else ():
+        pad.condim, pad.friction = max(int(pad.condim), TURNING), [pad.friction[0], torsion, pad.friction[2]]
+    if all(int(pad.condim) >= TURNING for pad in pads):
+        return ()
+    said = "what touches each of them at one point turns in the hand; 'torsion' of 'gripper' states it"
+    return (f"its pads have no torsional friction (condim 3): {said}",)
 
 
 def _named(where: Path, spec: Any, stated: HandFile) -> list[list[int]] | None:

@@ -63,12 +63,12 @@ def posed(source: Source, chain: Chain) -> Posed:
     return Posed(source.urdf, source.model, data)
 
 
-def parts_of(at_zero: Posed, chain: Chain, table: Table) -> tuple[Part, ...]:
-    """Return the base and the links; the base's place is in frame 0 of the table."""
+def parts_of(at_zero: Posed, chain: Chain) -> tuple[Part, ...]:
+    """Return the base and the links; the model stands where the file's base does."""
     model, first = at_zero.model, (chain.base, *chain.bodies)
     found = []
     for k, b in enumerate(first):
-        before = at_zero.body(chain.base) * table.base if k == 0 else at_zero.body(first[k - 1])
+        before = at_zero.body(first[max(k - 1, 0)])
         fixed = [b] if b == chain.bodies[-1] or b == 0 else [b, *_fixed(model, b)]
         found.append(Part(("base_link", *chain.links)[k], tuple(fixed), before.inverse() * at_zero.body(b)))
     return tuple(found)
@@ -94,7 +94,7 @@ def write_model(
     Returns:
         the text, and what is said of shapes that overlap by construction.
     """
-    parts = parts_of(at_zero, chain, table)
+    parts = parts_of(at_zero, chain)
     known = {*apart, *_excluded(at_zero.model, parts)}
     pairs = _overlapping(_text(name, at_zero, chain, table, parts, tool, sorted(known)), {p.name for p in parts}, table, chain)
     said = tuple(f"'{a}' and '{b}' overlap in the file in almost every posture: contacts between them are left out" for a, b in pairs)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -26,7 +27,8 @@ GRIPPERS: Mapping[str, tuple[Gripper, Mjcf]] = {
     "robotiq_2f85": (robotiq_2f85.GRIPPER, robotiq_2f85.gripper_mjcf),
 }
 ACCELERATION = 5.0  # no file states it: as for the UR5e [rad/s2]
-UPRIGHT = 1e-6  # how far the first axis may lean
+JOINT = int(mujoco.mjtTrn.mjTRN_JOINT)
+UPRIGHT = 1e-6  # how far the first axis may lean before that is said
 
 
 def read_robot(path: Path | str, name: str, stated: Stated) -> ImportedRobot:
@@ -48,7 +50,6 @@ def read_robot(path: Path | str, name: str, stated: Stated) -> ImportedRobot:
     own = find_chain(source, stated.flange, stated.limits)
     chain = replace(own, torques=_torques(path, own, stated.torques))
     table = table_of(chain.axes, chain.flange)
-    _check_upright(path, chain.joints[0], table.base)
     at_zero = posed(source, chain)
     tip = at_zero.body(chain.bodies[-1])
     flange = tip.inverse() * at_zero.body(chain.base) * chain.flange
@@ -64,9 +65,10 @@ def read_robot(path: Path | str, name: str, stated: Stated) -> ImportedRobot:
     gripper = replace(hand.gripper, tcp=table.tool * hand.gripper.tcp)
     robot = _robot(name, chain, table, gripper, stated, parked, reach, sensor, text)
     found = (*_found(path, chain, robot, where), *hand.found)
-    notes = (*_missing(chain, robot, stated, where), *hand.notes, *overlaps)
+    servos = _servos(source.model, chain, text, bool(stated.torques))
+    notes = (*_leaning(chain, table.base), *servos, *_missing(chain, robot, stated, where), *hand.notes, *overlaps)
     root = source.model.body(chain.base).name or "world"
-    return ImportedRobot(robot, found, notes, table.base, table.tool, chain.place, root)
+    return ImportedRobot(robot, found, notes, table.tool, chain.place, root)
 
 
 def _hand(path: Path, source: Source, stated: Stated, chain: Chain, flange: Pose) -> Hand:
@@ -121,6 +123,7 @@ def _robot(
         backend="typed_json",
         mjcf=lambda: text,
         axis_zeros=table.zeros,
+        root=table.base,
     )
 
 
@@ -145,13 +148,27 @@ def _known(path: Path, chain: Chain, apart: tuple[tuple[str, str], ...]) -> tupl
     return apart
 
 
-def _check_upright(path: Path, joint: str, base: Pose) -> None:
-    x, y, z = base.rotate((0.0, 0.0, 1.0))
-    if z < 1.0 - UPRIGHT:
-        raise UserError(
-            f"{path}: joint '{joint}' turns about ({x:.3g}, {y:.3g}, {z:.3g}) of its base; the first axis must be the base's z, "
-            "upwards. Turn the base in the file; if the axis only points down, negate it, and swap and negate the joint's range."
-        )
+def _leaning(chain: Chain, root: Pose) -> tuple[str, ...]:
+    """What is said of a first axis that is not the base's z, which stands upwards where the scenario puts the robot."""
+    x, y, z = root.rotate((0.0, 0.0, 1.0))
+    if z > 1.0 - UPRIGHT:
+        return ()
+    about = f"({x:.3g}, {y:.3g}, {z:.3g})"
+    return (f"joint '{chain.joints[0]}' turns about {about} of its base, whose z is taken for upwards; 'at' turns the base",)
+
+
+def _servos(model: Any, chain: Chain, text: str, stated: bool) -> tuple[str, ...]:
+    """What is said of the actuators that the file gives the arm."""
+    driven = [a for a in range(model.nu) if int(model.actuator_trntype[a]) == JOINT]
+    own = [a for a in driven if model.joint(model.actuator_trnid[a][0]).name in chain.joints]
+    if not own:
+        return ()
+    servos = sum(int(model.actuator_biastype[a]) != 0 for a in own)
+    kind = "position or velocity servos" if servos == len(own) else "motors" if not servos else "servos and motors"
+    gains = [float(v) for v in re.findall(r'<position [^>]*kp="([^"]+)"', text)[: len(chain.joints)]]
+    kept = "nothing is kept, as 'torques' says the highest" if stated else "the highest torques are kept, gains and damping are not"
+    ours = f"{min(gains):.0f} to {max(gains):.0f} Nm/rad"
+    return (f"of the file's {len(own)} actuators of the arm, {kind}, {kept}: its position servos are cramlite's, of {ours}",)
 
 
 def _bolted(tool: tuple[str, str], place: Pose, on_flange: Pose) -> tuple[str, str]:
@@ -200,7 +217,7 @@ def _has_force_sensor(model: Any) -> bool:
 
 def _found(path: Path, chain: Chain, robot: Robot, home: str) -> tuple[str, ...]:
     return (
-        f"{path.name}: {len(chain.joints)} joints: {', '.join(chain.joints)}; the flange reaches {robot.reach:g} m from the first axis",
+        f"{path.name}: {len(chain.joints)} joints: {', '.join(chain.joints)}; the flange reaches {robot.reach:g} m from the base's axis",
         f"tools are bolted to {chain.said.split(':')[0]}; home is {home}",
     )
 

@@ -9,18 +9,20 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from cramlite.model import Floats, Joint, Pose
+from cramlite.model import Floats, Joint, Pose, StatedJoint
+from cramlite.plugin import UserError
 
 from .bodies import SLIDE, Group, joints
 
 COMPACT = 0.95
 """Where the box around a jointed thing and what it is mounted in has at most this share of its volume at the other end, it is closed."""
 
+STARTS = 1e-3  # a joint may start so far outside of the range that is stated [m, rad]
 MODELLED = 0.1
 """A joint whose zero is within this share of its range of an end was modelled in that state: knobs off, switches up."""
 
 
-def joint_of(source: Any, group: Group, parent: str, meets: bool) -> tuple[Joint, list[str]]:
+def joint_of(source: Any, group: Group, parent: str, meets: bool, stated: StatedJoint) -> tuple[Joint, list[str]]:
     """Return the joint of a group with its closed end at the lower value, and what was found and changed in it.
 
     Closed is where it and its carrier take the least room: a drawer that starts open is still drawn out of its cabinet. Where
@@ -31,17 +33,18 @@ def joint_of(source: Any, group: Group, parent: str, meets: bool) -> tuple[Joint
         source: a ``Source``.
         parent: name of the thing that it is mounted in.
         meets: whether it collides with that.
+        stated: what the user says of it.
+
+    Raises:
+        UserError: what is stated does not fit the joint.
     """
     model, data = source.model, source.data
     j = joints(model, group.root)[0]
     slide, dof = int(model.jnt_type[j]) == SLIDE, int(model.jnt_dofadr[j])
-    name, value, notes = model.joint(j).name or model.body(group.root).name, float(data.qpos[model.jnt_qposadr[j]]), []
-    low, high = (float(v) for v in model.jnt_range[j])
-    if not model.jnt_limited[j]:
-        low, high = (value - 1.0, value + 1.0) if slide else (value - math.pi, value + math.pi)
-        notes.append(f"joint '{name}' has no limits; it is taken for {low:.2f} to {high:.2f} {'m' if slide else 'rad'}")
+    name, value, notes = model.joint(j).name or model.body(group.root).name, float(data.qpos[model.jnt_qposadr[j]]), list[str]()
+    low, high = _range(model, j, value, name, stated, notes)
     axis = np.asarray(model.jnt_axis[j], dtype=float)
-    above, why = _closed_above(source, group, j, (low, high))
+    above, why = (stated.closed == "upper", "the scenario says so") if stated.closed else _closed_above(source, group, j, (low, high))
     notes.append(f"joint '{name}' is closed at its {'upper' if above else 'lower'} end{'; its axis is turned round' * above}: {why}")
     if above:
         axis = -axis
@@ -52,6 +55,33 @@ def joint_of(source: Any, group: Group, parent: str, meets: bool) -> tuple[Joint
     kind: Any = "slide" if slide else "hinge"
     damping, friction = float(np.max(model.dof_damping[dof])), float(model.dof_frictionloss[dof])
     return Joint(kind, pose, low, high, min(max(value, low), high), parent, damping, friction, meets), notes
+
+
+def _range(model: Any, joint: int, value: float, name: str, stated: StatedJoint, notes: list[str]) -> tuple[float, float]:
+    """The range of a joint as the file counts [m, rad]: as stated, else the file's; and notes of what is not the file's."""
+    slide = int(model.jnt_type[joint]) == SLIDE
+    unit, low, high = "m" if slide else "rad", *(float(v) for v in model.jnt_range[joint])
+    if stated.ends is not None:
+        _check_stated(name, slide, value, stated, unit)
+        own = f", the file {low:.3g} to {high:.3g}" if model.jnt_limited[joint] else ", the file no limits"
+        low, high = stated.ends
+        notes.append(f"joint '{name}' goes from {low:.3g} to {high:.3g} {unit}: the scenario says so{own}")
+    elif not model.jnt_limited[joint]:
+        low, high = (value - 1.0, value + 1.0) if slide else (value - math.pi, value + math.pi)
+        notes.append(f"joint '{name}' has no limits; it is taken for {low:.2f} to {high:.2f} {unit}")
+    return low, high
+
+
+def _check_stated(name: str, slide: bool, value: float, stated: StatedJoint, unit: str) -> None:
+    if (stated.kind == "slide") != slide:
+        does, key = ("slides", "slides") if slide else ("turns", "turns")
+        raise UserError(f"'joints' states the range of another kind of joint: '{name}' {does}, and '{key}' says its range in {unit}")
+    low, high = stated.ends or (value, value)
+    if not low - STARTS <= value <= high + STARTS:
+        raise UserError(
+            f"'joints' says that '{name}' goes from {low:.3g} to {high:.3g} {unit}, and it starts at {value:.3g}; widen the range, or take "
+            "a 'keyframe' that lies in it"
+        )
 
 
 def _left_out(model: Any, joint: int, dof: int, name: str) -> list[str]:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping
+from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from msgspec.structs import replace
 
-from cramlite.model import ImportedScene
+from cramlite.model import ImportedScene, StatedJoint
 from cramlite.plugin import UserError, hookimpl
 
 if TYPE_CHECKING:
@@ -24,7 +25,9 @@ LONGEST_STEP = 0.005
 
 
 @hookimpl
-def read_scene(path: Path, packages: Mapping[str, Path], keyframe: str) -> ImportedScene | None:
+def read_scene(
+    path: Path, packages: Mapping[str, Path], keyframe: str, joints: Mapping[str, StatedJoint]
+) -> ImportedScene | None:
     """Read the scene in an MJCF or URDF file; None if it is no such file."""
     if path.suffix.lower() not in TAGS:
         return None
@@ -35,10 +38,10 @@ def read_scene(path: Path, packages: Mapping[str, Path], keyframe: str) -> Impor
     tag = root_tag(path)
     if tag not in TAGS[path.suffix.lower()]:
         raise UserError(f"{path}:1: a scene begins with <mujoco> (MJCF) or <robot> (URDF), this file with <{tag or 'nothing'}>.")
-    return _read(path, packages, keyframe)
+    return _read(path, packages, keyframe, joints)
 
 
-def _read(path: Path, packages: Mapping[str, Path], keyframe: str) -> ImportedScene:
+def _read(path: Path, packages: Mapping[str, Path], keyframe: str, joints: Mapping[str, StatedJoint]) -> ImportedScene:
     from ..model.no_window import import_mujoco
 
     import_mujoco()
@@ -51,7 +54,7 @@ def _read(path: Path, packages: Mapping[str, Path], keyframe: str) -> ImportedSc
     groups = grouped(source.model)
     notes = [*groups.notes, *_not_kept(source.model)]
     try:
-        made, said = _things(source, groups.groups)
+        made, said = _things(source, groups.groups, joints)
     except UserError as error:
         raise UserError(f"{path}:1: {error}.") from error
     if not made:
@@ -66,7 +69,7 @@ def _read(path: Path, packages: Mapping[str, Path], keyframe: str) -> ImportedSc
     )  # fmt: skip
 
 
-def _things(source: Any, groups: tuple[Group, ...]) -> tuple[list[Made], list[str]]:
+def _things(source: Any, groups: tuple[Group, ...], joints: Mapping[str, StatedJoint]) -> tuple[list[Made], list[str]]:
     """All things, and what is said of those that are none."""
     from .geoms import collides
     from .things import make, make_of_world
@@ -80,7 +83,8 @@ def _things(source: Any, groups: tuple[Group, ...]) -> tuple[list[Made], list[st
     names = {g.root: _named(called[g.root], taken, notes) for g in solid}
     for group in solid:
         parent = names.get(group.parent, "") if group.kind == "joint" and kinds.get(group.parent) != "free" else ""
-        found = make(source, group, names[group.root], parent, bool(parent) and not _apart(source, group))
+        stated = next((j for pattern, j in joints.items() if fnmatchcase(names[group.root], pattern)), StatedJoint())
+        found = make(source, group, names[group.root], parent, bool(parent) and not _apart(source, group), stated)
         if found is not None and group.kind == "joint":
             found = replace(found, carrier=names.get(group.parent, ""))
         if found is None:

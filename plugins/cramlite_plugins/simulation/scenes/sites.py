@@ -14,6 +14,7 @@ from cramlite.model import Feature, Floats, Pose, Thing
 from ...shapes import ray_casting as rays
 from ...shapes.bounds import box_around
 from ...shapes.cavities import DEEP
+from ...shapes.surfaces import surfaces
 from .geoms import pose_of
 
 PLACES = re.compile(r"contain|inside|cavity|interior|_in$|region|side$|area|zone|compartment|slot|shelf|level", re.IGNORECASE)
@@ -21,6 +22,10 @@ PLACES = re.compile(r"contain|inside|cavity|interior|_in$|region|side$|area|zone
 BOX_SITE = 6
 UPRIGHT = math.cos(math.radians(5.0))
 """A site that leans more is no level place."""
+STEEP = math.cos(math.radians(75.0))
+"""One that leans more still is no place that things could be put on."""
+THIN = 0.5
+"""Of the next longer side of a box at most, so that it is flat: then it shows which way it faces."""
 OVER = 0.01
 """A cavity reaches above its walls by no more [m]."""
 UPON = 0.05
@@ -37,7 +42,9 @@ def places(model: Any, data: Any, bodies: Iterable[int], thing: Thing) -> tuple[
     inside = set(bodies)
     sites = [s for s in range(model.nsite) if int(model.site_bodyid[s]) in inside and int(model.site_type[s]) == BOX_SITE]
     named = [s for s in sites if PLACES.search(model.site(s).name)]
-    found = (_place(thing, _upright(thing, model, data, s), _own_name(model, s)) for s in named)
+    found = (
+        _place(thing, _upright(thing, model, data, s), _own_name(model, s)) or _leaning(thing, model, data, s) for s in named
+    )
     return tuple(f for f in found if f is not None)
 
 
@@ -52,6 +59,32 @@ def _upright(thing: Thing, model: Any, data: Any, site: int) -> tuple[Pose, Floa
     z, x = math.copysign(1.0, heights[up]) * turned.rotation[:, up], turned.rotation[:, across]
     pose = thing.pose.inverse() * Pose.from_axes(turned.position, z, x)
     return pose, half[[across, 3 - up - across, up]]
+
+
+def _leaning(thing: Thing, model: Any, data: Any, site: int) -> Feature | None:
+    """The area that a flat site marks on what is not level, such as a rack, with what it faces as z; None if it is level, or on nothing."""
+    turned = pose_of(data.site_xpos[site], data.site_xmat[site])
+    half = np.asarray(model.site_size[site], dtype=float)
+    thin, second, long = np.argsort(half, kind="stable").tolist()
+    up = float(turned.rotation[2, thin])
+    if half[thin] > THIN * half[second] or not STEEP <= abs(up) < UPRIGHT:
+        return None
+    pose = thing.pose.inverse() * Pose.from_axes(
+        turned.position, math.copysign(1.0, up) * turned.rotation[:, thin], turned.rotation[:, long]
+    )
+    size = {"width": round(2 * float(half[long]), 5), "depth": round(2 * float(half[second]), 5)}
+    enough = size["width"] * size["depth"] >= LARGE and size["depth"] >= NARROW
+    on_it = enough and _upon(thing, pose, float(half[thin]), "", size) is not None and not _over_level(thing, pose)
+    return Feature(_own_name(model, site), "vrps:SurfaceFeature", pose, size) if on_it else None
+
+
+def _over_level(thing: Thing, pose: Pose) -> bool:
+    """Whether a level surface of a thing is near below a pose in its frame: then nothing comes to rest aslant there."""
+    import shapely
+
+    middle = thing.pose.apply(pose.position)
+    there = ((s, s.pose.inverse().apply(middle)) for s in surfaces(thing, thing.pose))
+    return any(abs(p[2]) < UPON and s.area.covers(shapely.Point(p[:2])) for s, p in there)
 
 
 def _place(thing: Thing, site: tuple[Pose, Floats] | None, name: str) -> Feature | None:

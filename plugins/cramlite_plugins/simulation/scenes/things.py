@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import Feature, Floats, Inertia, Pose, Thing, Value
+from cramlite.model import Feature, Floats, Inertia, Pose, StatedJoint, Thing, Value
 
 from .bodies import Group
 from .geoms import Shaped, collides, pose_of, shaped
@@ -43,7 +43,7 @@ class Made(Value):
     carrier: str = ""
 
 
-def make(source: Any, group: Group, name: str, parent: str, meets: bool) -> Made | None:
+def make(source: Any, group: Group, name: str, parent: str, meets: bool, stated: StatedJoint) -> Made | None:
     """Make the thing of a group; None if it has no shape that collides.
 
     Args:
@@ -51,6 +51,7 @@ def make(source: Any, group: Group, name: str, parent: str, meets: bool) -> Made
         name: of the thing.
         parent: name of the fixed thing that it is mounted in; "" for none.
         meets: whether the two collide.
+        stated: what the user says of its joint.
     """
     model, data = source.model, source.data
     frame = pose_of(data.xpos[group.root], data.xmat[group.root])
@@ -64,7 +65,7 @@ def make(source: Any, group: Group, name: str, parent: str, meets: bool) -> Made
         mass, inertia = _inertia(model, data, group.bodies, frame)
         thing = replace(thing, mass=mass, inertia=inertia)
     if group.kind == "joint":
-        joint, said = joint_of(source, group, parent, meets)
+        joint, said = joint_of(source, group, parent, meets, stated)
         thing = replace(thing, joint=joint, type=CLASSES[joint.kind])
         notes += said
     names = (*(model.body(b).name for b in group.bodies), *(s.name for s in shapes))

@@ -1,0 +1,124 @@
+"""Poses in which a thing comes to rest on another that is not flat: a bottle in the trough of a rack, a book in a slot.
+
+The two are simulated in a world of their own. A thing is let go of where it first touches the other, or beside that; what only
+friction would hold slides off, since there is little of it.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+from itertools import product
+
+import mujoco
+import numpy as np
+from msgspec.structs import replace
+
+from cramlite.model import Floats, Pose, Thing, World
+
+from ..shapes.bounds import corners
+from ..shapes.itself import Itself
+from .model.compile import Compiled, compile_world, unstable
+from .model.index import Data
+
+FRICTION = 0.2
+"""At most: wood on wood slides at 11 deg, as in ``shapes.surfaces``. A bottle on a board of 31 deg stays with a friction of .95."""
+SECONDS, LOOK = 2.0, 0.1
+"""How long a thing may take to come to rest, and how often it is looked at [s]."""
+STILL = 0.02, 0.2
+"""What moves and turns no faster is at rest [m/s, rad/s]..."""
+LOOKS = 4
+"""...as often as it is looked at, one time after the other: what falls over from an edge begins slowly."""
+ASIDE = 0.005
+"""How far beside its place a thing may be let go of [m]: a streamed arm is up to 5 mm off its path."""
+LEANING = math.radians(3.0)
+"""How far it may lean as it is let go of there, so that what only stands on an edge, as no hand could put it, falls over."""
+AGAIN = 0.015, math.radians(15.0)
+"""What comes to rest within this of a pose has come to the same one [m, rad]."""
+STEP = 0.003  # in which a thing is let down until it touches [m]
+
+
+def resting_pose(thing: Thing, start: Pose, below: Thing, at: Pose) -> Pose | None:
+    """Find the pose in which a thing comes to rest on another when it is let down straight and let go of.
+
+    Args:
+        start: of the thing in a frame whose z is up: its height does not matter.
+        below: what it is let down onto.
+        at: its pose in the same frame.
+
+    Returns:
+        The pose, to which the thing also comes when it is let go of 5 mm aside on both axes and leans by 3 deg about each; None if
+        it falls off or goes elsewhere.
+    """
+    return _firm(Itself(thing), start, Itself(below), at)
+
+
+@lru_cache(maxsize=2048)
+def _firm(thing: Itself[Thing], start: Pose, below: Itself[Thing], at: Pose) -> Pose | None:
+    """Where a thing comes to rest, also from beside that and leaning."""
+    found = _dropped(thing, start, below, at)
+    if found is None:
+        return None
+    ends = (_dropped(thing, _beside(found, *way), below, at) for way in product((-1.0, 1.0), repeat=2))
+    return found if all(end is not None and _same(end, found) for end in ends) else None
+
+
+def _beside(pose: Pose, x: float, y: float) -> Pose:
+    """A pose shifted to a side, leaning over to there."""
+    turn = Pose.from_rotvec((0.0, 0.0, 0.0), (-y * LEANING, x * LEANING, 0.0))
+    there = np.add(pose.position, (x * ASIDE, y * ASIDE, 0.0))
+    return Pose(tuple(there.tolist()), (turn * Pose((0.0, 0.0, 0.0), pose.quaternion)).quaternion)
+
+
+def _same(one: Pose, other: Pose) -> bool:
+    way, turn = one.distance(other)
+    return way <= AGAIN[0] and turn <= AGAIN[1]
+
+
+def _dropped(thing: Itself[Thing], start: Pose, below: Itself[Thing], at: Pose) -> Pose | None:
+    """Where a thing comes to rest that is let go of where it first touches; None where it falls off."""
+    compiled = _alone(thing, below, at)
+    data = compiled.data()
+    if not _let_down(compiled, data, thing.it, start, corners(below.it, at)):
+        return None
+    bottom, quiet = float(corners(below.it, at)[:, 2].min()), 0
+    for _ in range(round(SECONDS / LOOK)):
+        mujoco.mj_step(compiled.model, data, round(LOOK / compiled.model.opt.timestep))
+        pose = compiled.pose(data, thing.it.name)
+        if unstable(data) or float(corners(thing.it, pose)[:, 2].min()) < bottom - ASIDE:
+            return None
+        quiet = quiet + 1 if _rests(compiled, data) else 0
+        if quiet == LOOKS:
+            return pose
+    return None
+
+
+def _let_down(compiled: Compiled, data: Data, thing: Thing, start: Pose, below: Floats) -> bool:
+    """Put a thing some ``STEP`` over where it touches what has these corners (n, 3); False where it would pass beside that."""
+    lowest = float(corners(thing, start)[:, 2].min())
+    bottom, top = (float(v) for v in (below[:, 2].min(), below[:, 2].max()))
+    for drop in np.arange(0.0, top - bottom, STEP):
+        x, y, z = start.position
+        compiled.place(data, thing.name, Pose((x, y, z - lowest + top + STEP - float(drop)), start.quaternion))
+        mujoco.mj_fwdPosition(compiled.model, data)
+        if data.ncon > 0:
+            compiled.place(data, thing.name, Pose((x, y, z - lowest + top + 2 * STEP - float(drop)), start.quaternion))
+            return True
+    return False
+
+
+def _rests(compiled: Compiled, data: Data) -> bool:
+    """Whether the thing is still, and touches what is below."""
+    return data.ncon > 0 and float(np.linalg.norm(data.qvel[:3])) < STILL[0] and float(np.linalg.norm(data.qvel[3:])) < STILL[1]
+
+
+@lru_cache(maxsize=16)
+def _alone(thing: Itself[Thing], below: Itself[Thing], at: Pose) -> Compiled:
+    """A world of a thing that can be moved and of one that cannot, with little friction."""
+    under = replace(below.it, pose=at, mass=None, joint=None, filling=None, inertia=None)
+    compiled = compile_world(World((under, replace(thing.it, filling=None))), {})
+    model = compiled.model
+    model.geom_friction[:, 0] = np.minimum(model.geom_friction[:, 0], FRICTION)
+    model.pair_friction[:, :2] = np.minimum(model.pair_friction[:, :2], FRICTION)
+    model.geom_friction[:, 1:] = model.pair_friction[:, 2:] = 0.0  # that against turning would hold up what stands on two points
+    return compiled

@@ -1,0 +1,57 @@
+"""Ways of pushed things: around what stands there, not through it, and what is to blame where there is none."""
+
+from __future__ import annotations
+
+import math
+
+from hypothesis import assume, given
+from hypothesis import strategies as st
+
+from cramlite_plugins.locations.push_way import STEP, Met, Refusal, Spot, way_around, way_straight, ways_around
+
+START, END = (0.0, 0.0), (0.3, 0.0)
+
+
+def _left(spot: Spot) -> float:
+    return max(math.dist(spot, END) - STEP, 0.0)
+
+
+def _disc(x: float, y: float, radius: float) -> Met:
+    no = Refusal("it meets a disc")
+    return lambda spot: no if math.dist(spot, (x, y)) < radius else None
+
+
+def _nothing(_: Spot) -> Refusal | None:
+    return None
+
+
+@given(st.floats(0.08, 0.22), st.floats(-0.1, 0.1), st.floats(0.01, 0.07))
+def test_it_ends_in_the_area_and_meets_nothing(x: float, y: float, radius: float) -> None:
+    met = _disc(x, y, radius)
+    assume(met(START) is None)
+    way = way_around(START, _left, met)
+    assert not isinstance(way, Refusal)
+    assert _left(way[-1]) == 0.0
+    legs = zip([START, *way], way, strict=False)
+    assert not any(met((a[0] + k / 20 * (b[0] - a[0]), a[1] + k / 20 * (b[1] - a[1]))) for a, b in legs for k in (0, 20))
+
+
+def test_a_free_way_has_no_corner() -> None:
+    assert way_around(START, _left, _nothing) == [(14 * STEP, 0.0)]
+    assert way_straight(START, END, _nothing) == [END]
+
+
+def test_a_wider_way_is_further_from_a_disc() -> None:
+    met = _disc(0.15, 0.0, 0.05)
+    ways = ways_around(START, _left, met, _nothing)
+    assert not isinstance(ways, Refusal)
+    found = {steps: min(math.dist(c, (0.15, 0.0)) for c in corners[:-1]) for steps, corners in ways}
+    assert found[2] > found[1] > found[0] >= 0.05
+
+
+def test_a_short_way_through_what_is_loose_blames_it_and_a_fence_nothing() -> None:
+    board = Refusal("board", blocking=(("board",),))
+    no = way_around(START, _left, lambda spot: board if 0.1 < spot[0] < 0.14 and abs(spot[1]) < 0.3 else None)
+    assert isinstance(no, Refusal) and no.blocking == (("board",),)
+    fenced = way_around(START, _left, lambda spot: Refusal("fence") if 0.1 < spot[0] < 0.14 else None)
+    assert isinstance(fenced, Refusal) and not fenced.blocking
