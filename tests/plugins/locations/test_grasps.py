@@ -136,7 +136,8 @@ def under_a_bar(reach: float) -> dict[str, list[bool]]:
     parts = Geom("box", (0.004, 0.004, 0.015), Pose((0, 0, 0.069))), Geom("box", (reach, 0.01, 0.002), Pose((0, 0, 0.085)))
     thing = Thing("carton", "cram:Product", Pose(), (Geom("box", (0.025, 0.025, 0.055)), *parts), mass=0.03)
     found: dict[str, list[bool]] = {}
-    for grip in (g for g in grips.ranked(thing, GRIPPER, 0.9) if re.match(r"from \+z .* geom 0, by the tips", g.name)):
+    upright = (g for g in grips.ranked(thing, GRIPPER, 0.9) if not g.lean)
+    for grip in (g for g in upright if re.match(r"from \+z .* geom 0, by the tips", g.name)):
         found.setdefault(re.findall("across (.)", grip.name)[0], []).append(grip.caught)
     return found
 
