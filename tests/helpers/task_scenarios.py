@@ -50,7 +50,7 @@ REFUSED = {
 
 MORE = {
     "opening_door": "soma:Opening", "closing_drawer": "soma:Closing", "looking_at_mobile": "soma:LookingAt",
-    "turning_on_switch": "cram:TurningOn",
+    "turning_on_switch": "cram:TurningOn", "pushing_around": "soma:Pushing",
 }  # fmt: skip
 """Further scenarios that are proven, with the task that they are about."""
 BLOCKED = {
@@ -59,6 +59,7 @@ BLOCKED = {
     "looking_at_mobile_stays": "m > 0.917 m of arm 'ur5e_mobile'",
     "navigating_blocked": "from the start, 1272 places were looked at",
     "opening_blocked": "mm inside 'post'",
+    "pushing_around_fails": "inside 'fence'",
     "pouring_full": "'bowl' would overflow: it holds 80 of",
 }
 """Further scenarios that are refused."""

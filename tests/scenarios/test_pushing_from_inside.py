@@ -70,14 +70,6 @@ def test_fingers_press_on_a_light_plate_and_slip_out_of_it_where_they_hardly_do(
     assert not ways and "'touches(Gripper, Patient)' does not hold" in reasons
 
 
-@pytest.mark.heavy
-def test_they_push_it_around_a_post_and_not_around_a_fence(engine: Engine) -> None:
-    _, verdict, reasons = attempt(engine, "pushing_around")
-    assert verdict is not None and verdict.passed, reasons
-    _, verdict, reasons = attempt(engine, "pushing_around_fails")
-    assert verdict is None and "inside 'fence'" in reasons
-
-
 def test_a_board_without_a_rim_is_refused_there(engine: Engine, tmp_path: Path) -> None:
     ways, reasons = _pushed(engine, tmp_path, BASE)
     assert not ways

@@ -79,13 +79,21 @@ def _open(motion: Motion, belief: Belief, context: Context) -> Found:
     ("place")."""
     gripper = context.robot.gripper
     opening = _opening(motion, belief, context)
-    if belief.held is None and abs(belief.opening - opening) < 1e-6:
-        yield Grounding((), f"{1000 * opening:.0f} mm open already", key="there")
+    if belief.held is None and (abs(belief.opening - opening) < 1e-6 or motion.parameters["to"] == "open" and _is_open(belief, gripper)):
+        yield Grounding((), f"{1000 * belief.opening:.0f} mm open already", key="there")
         return
     expect = motion.parameters.get("expect", "any")
     after = _let_go(motion, belief, context, opening) if belief.held else replace(belief, opening=opening)
     step = SetGripper(opening, _speed(gripper), gripper.force[0], expect, origin=motion.name, comment=motion.reason)
     yield Grounding((step,), f"open to {1000 * opening:.0f} mm", 0.0, after, key="open")
+
+
+def _is_open(belief: Belief, gripper: Gripper) -> bool:
+    """Whether the predicate ``gripper_open`` holds: a task that opens fingers would then find its work done."""
+    from ..predicates.motion import OPENED
+
+    low, high = gripper.opening
+    return (belief.opening - low) / (high - low) > OPENED
 
 
 def _speed(gripper: Gripper) -> float:
