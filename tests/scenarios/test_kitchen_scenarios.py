@@ -16,7 +16,7 @@ REFUSED = {
     "each_onto_tray_camera": "its centre of mass would be only 4 mm from the edge of 'tray'; 5 mm inside is needed",
     "into_drawer": "'tin' is 0",
     "lid_on_pot": "1.PickAndPlace/Placing/PuttingDown/lower: no contact within 0.03 m",
-    "mug_upside_down": "'effector/body' is 42.0 mm inside 'floor'",
+    "mug_upside_down": "'effector/body' is 19.8 mm inside 'floor'",
     "one_of_two_into_basket_camera": "58 mm of it would stick out by 15 mm over the 28 mm depth of 'basket'",
     "product_onto_tray_camera": "its centre of mass would be only 4 mm from the edge of 'tray'; 5 mm inside is needed",
     "sample_off_hanger": "from the middle of the opening of 'basket'",
