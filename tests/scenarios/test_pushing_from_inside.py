@@ -6,7 +6,6 @@ import math
 from pathlib import Path
 
 import pytest
-from task_scenarios import attempt
 
 from cramlite import Budget, Engine, Trace, failure_text, read_scenario
 

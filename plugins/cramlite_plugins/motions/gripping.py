@@ -79,7 +79,7 @@ def _open(motion: Motion, belief: Belief, context: Context) -> Found:
     ("place")."""
     gripper = context.robot.gripper
     opening = _opening(motion, belief, context)
-    if belief.held is None and (abs(belief.opening - opening) < 1e-6 or motion.parameters["to"] == "open" and _is_open(belief, gripper)):
+    if belief.held is None and (abs(belief.opening - opening) < 1e-6 or (motion.parameters["to"] == "open" and _is_open(belief, gripper))):
         yield Grounding((), f"{1000 * belief.opening:.0f} mm open already", key="there")
         return
     expect = motion.parameters.get("expect", "any")
