@@ -95,7 +95,7 @@ def messages(rollout: Path) -> list[dict[str, str]]:
 
 NO_FORCE = """
 from cramlite.plugin import Grounding, hookimpl
-from cramlite.model import MoveLinear
+from cramlite.model import MoveLinear, Pose
 from cramlite_plugins.motions import free_motion
 
 @hookimpl
@@ -105,6 +105,7 @@ def resolve_motion(motion, belief, context):
     if motion.kind != "force_insert":
         return None
     corners = free_motion.place_of(motion, context).path[:3]
+    corners = (*corners[:-1], Pose((0.0, 0.0, -0.001)) * corners[-1])  # 1 mm deeper, since it does not go on until it feels the peg
     points = free_motion.line(motion, belief, context, list(corners))
     steps = tuple(MoveLinear(c, 0.02, 0.25, origin=motion.name) for c in corners)
     return [Grounding(steps, "plain", 0.0, belief.moved(points[-1]), key="plain")]

@@ -81,7 +81,7 @@ def check_way(location: Location, thing: Thing, belief: Belief, context: Context
     value = joint_value(belief, thing.name, belief.base() * belief.pose(thing.name))
     goal = joint.lower + least * (joint.upper - joint.lower)
     if goal > value and (met := met_on_its_way(thing, value, goal, belief, context)):
-        raise Unresolvable(met.reason, (location.of or "",), blocking=met.blocking)
+        raise Unresolvable(met.reason, (location.of or "",), blocking=met.blocking, collision=met.collision)
 
 
 def _held(name: str, place: Place, cost: float) -> Grounding:

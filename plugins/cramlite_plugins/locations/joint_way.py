@@ -14,8 +14,6 @@ from ..motion_planning.space import Refusal
 from ..shapes.carried_along import carried_along
 
 STEPS = 0.005, math.radians(1.0)  # between the values of a joint that are looked at [m, rad]
-AWAY = Pose((0.0, 0.0, 10.0))
-"""Of the thing in the frame of a hand that is nowhere near."""
 
 
 def met_on_its_way(thing: Thing, value: float, goal: float, belief: Belief, context: Context) -> Refusal | None:
@@ -23,12 +21,12 @@ def met_on_its_way(thing: Thing, value: float, goal: float, belief: Belief, cont
     where something touches it already, of which planned paths know more."""
     assert thing.joint is not None
     with_it = carried_along(belief, thing.name)
-    scene = make_scene(belief.grasped(Held(thing.name, AWAY, 0.0, carries=with_it)), context, clearance=0.0)
+    scene = make_scene(belief.grasped(Held(thing.name, Pose(), 0.0, carries=with_it)), context, clearance=0.0)
     now, way, step = belief.pose(thing.name), goal - value, STEPS[thing.joint.kind == "hinge"]
     count = max(1, math.ceil(abs(way) / step))
     for k in range(count + 1):
         there = belief.base() * thing.joint.moved(now, way * k / count)
-        if met := scene.met(there * AWAY.inverse()):
+        if met := scene.met(there, hand=False):
             if k == 0:
                 return None
             gone = abs(way) * k / count

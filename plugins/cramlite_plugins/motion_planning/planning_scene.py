@@ -135,7 +135,7 @@ class PlanningScene(Value):
     def met(self, tcp: Pose, hand: bool = True) -> Refusal | None:
         """Return what is too near to the hand, or to what it holds, with the tcp at a pose in the world; None if nothing is.
 
-        Then no joint position for the pose is free, which is known without one: there is no state to draw.
+        Then no joint position for the pose is free, which is known without one: of the hand there is no state to draw.
 
         Args:
             hand: whether the hand is there; without it what it holds is, whoever may hold it.
@@ -158,7 +158,9 @@ class PlanningScene(Value):
         said = {pair[:2]: str(self._state(self.robot.home, *pair)) for pair in reversed(touch)}  # of each pair the deepest
         loose = {self._loose(g, h) for _, g, h in close}
         reason = ", ".join(said[pair] for pair in list(dict.fromkeys(t[:2] for t in touch))[:2])
-        return Refusal(reason, blocking=() if "" in loose else (tuple(sorted(loose)),))
+        there = {name: tcp * pose for name, pose in self.held.items()}
+        drawn = None if hand else replace(self._state(self.robot.home, *touch[0]), held={}, moved={**self.displaced, **there})
+        return Refusal(reason, blocking=() if "" in loose else (tuple(sorted(loose)),), collision=drawn)
 
     def line_free(self, a: Position, b: Position) -> bool:
         """Check whether the straight joint-space line from a free position is free; its end, long intervals first."""
