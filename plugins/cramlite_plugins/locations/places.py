@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 
 import numpy as np
 from msgspec.structs import replace
@@ -57,17 +57,20 @@ def _lift(location: Location, belief: Belief, context: Context) -> Found:
     heights = (height, 0.6 * height)  # a lower lift, where the full one is out of reach
     ways = [(f"{h * 1000:.0f} mm up", shift(here, (0, 0, h))) for h in heights]
     yield from _reachable(ways, belief, context)
-    if height > 0:  # out from under what hangs over it
-        yield from _out_from_under(here, height, belief, context, len(ways))
+    if height > 0:
+        yield from _out_from_under(here, heights, belief, context)
 
 
-def _out_from_under(here: Pose, height: float, belief: Belief, context: Context, first: int) -> Found:
-    """Lifts that lead aside as well, free all the way; those that keep a distance before those that just pass."""
+def _out_from_under(here: Pose, heights: Sequence[float], belief: Belief, context: Context) -> Found:
+    """Lifts that lead aside as well, free all the way, where none straight up is; those that keep a distance come first."""
     from ..motion_planning.reach import make_scene, shift
 
+    height, first, touching = heights[0], len(heights), make_scene(belief, context, clearance=0.0)
+    if any(is_free(touching, context, here, np.array([0.0, 0.0, h]), ALONG, belief.joints) for h in heights):
+        return
     ways = [(f"{height * 1000:.0f} mm up, and {1000 * s * height:.0f} mm {side}", w) for s in SHARES for side, w in slants(height, s)]
     done: set[str] = set()
-    for scene in (make_scene(belief, context), make_scene(belief, context, clearance=0.0)):
+    for scene in (make_scene(belief, context), touching):
         for name, way in ways:
             if name not in done and is_free(scene, context, here, way, ALONG, belief.joints):
                 done.add(name)
