@@ -62,13 +62,16 @@ def _lift(location: Location, belief: Belief, context: Context) -> Found:
 
 
 def _out_from_under(here: Pose, heights: Sequence[float], belief: Belief, context: Context) -> Found:
-    """Lifts that lead aside as well, free all the way, where none straight up is; those that keep a distance come first."""
+    """Lifts that lead aside as well, free all the way, those that keep a distance first.
+
+    Few where one straight up is free: what comes next fails for them as for that, unless that ends too near to something.
+    """
     from ..motion_planning.reach import make_scene, shift
 
     height, first, touching = heights[0], len(heights), make_scene(belief, context, clearance=0.0)
-    if any(is_free(touching, context, here, np.array([0.0, 0.0, h]), ALONG, belief.joints) for h in heights):
-        return
-    ways = [(f"{height * 1000:.0f} mm up, and {1000 * s * height:.0f} mm {side}", w) for s in SHARES for side, w in slants(height, s)]
+    straight = any(is_free(touching, context, here, np.array([0.0, 0.0, h]), ALONG, belief.joints) for h in heights)
+    shares = SHARES[:1] if straight else SHARES
+    ways = [(f"{height * 1000:.0f} mm up, and {1000 * s * height:.0f} mm {side}", w) for s in shares for side, w in slants(height, s)]
     done: set[str] = set()
     for scene in (make_scene(belief, context), touching):
         for name, way in ways:
