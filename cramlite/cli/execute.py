@@ -18,7 +18,7 @@ from ..plugin.catalogue import pick
 from ..plugin.selection import INSTALLED, PluginChoice
 from ..scenario.scenario import read_scenario
 from ..scenario.worlds import read_world
-from .arguments import Add, plugin_choice
+from .arguments import Add, duration, plugin_choice
 from .judge import add_purpose, judged_json, judged_text, naming, purpose_of, read_text, refuse, robots_world
 from .texts import findings_text, rollout_json, rollout_text, warn_of
 
@@ -365,7 +365,7 @@ def add_commands(add: Add) -> None:
     )
     controller.add_argument("--host", default="127.0.0.1", help="a loopback address (default 127.0.0.1)")
     controller.add_argument(
-        "--seconds", type=float, default=0.0, help="close after this time; 0 (default) for no limit"
+        "--seconds", type=duration, default=0.0, help="close after this time; 0 (default) for no limit"
     )
-    controller.add_argument("--idle", type=float, default=600.0, help="close after this time without a client")
+    controller.add_argument("--idle", type=duration, default=600.0, help="close after this time without a client")
     controller.add_argument("--seed", type=int, default=0)
