@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import shlex
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -195,13 +196,8 @@ def execute_and_replan(
     scene, engine = _who_replans(scenario, rounds, plugins)
     first = _first_attempt(program, scene, engine, world, seed)
     said: list[str] = []
-
-    def say(text: str) -> None:
-        said.append(text)
-        if not json_output:
-            print(text, flush=True)
-
-    done = []
+    done: list[Round] = []
+    say = partial(_say, said, aloud=not json_output)
     try:
         for number, one in enumerate(replanning.rounds(first, scene, engine, seed=seed, most=rounds, say=say), 1):
             done.append(one)
@@ -215,6 +211,13 @@ def execute_and_replan(
     if not json_output:
         print("Came to its end " + ("at the first execution" if len(done) == 1 else f"after {len(done)} executions"))
     return 0
+
+
+def _say(said: list[str], text: str, *, aloud: bool) -> None:
+    """Keep what is said between rounds, and print it unless all is printed at the end."""
+    said.append(text)
+    if aloud:
+        print(text, flush=True)
 
 
 def _who_replans(name: str, rounds: int, plugins: PluginChoice) -> tuple[Scenario, Engine]:
