@@ -35,6 +35,10 @@ if TYPE_CHECKING:
     from .task_goals import Goal
 
 
+ASIDE = 5
+"""Tasks that are rather done than one that moves something out of the way without holding it: nobody knows as well where that ends."""
+
+
 class Scope(Value):
     """What plans may use.
 
@@ -114,15 +118,17 @@ class PlanningProblem(Value, eq=False):
     def _here(self, schema: ActionSchema, scope: Scope) -> ActionSchema:
         """A schema with what it makes as the goal asks for it, and with the fillers that a scope allows."""
         change, task = schema.change, self.knowledge.tasks[schema.task]
-        change = replace(change, adds=change.adds | constraint_facts(self.wanted, schema, task))
-        return replace(schema, change=change, tables=tuple(self._allowed(schema, t, scope) for t in schema.tables))
+        asked = constraint_facts(self.wanted, schema, task)
+        cost = schema.cost if asked or not (self.blocked and change.moves) else ASIDE * schema.cost
+        change = replace(change, adds=change.adds | asked)
+        return replace(schema, change=change, cost=cost, tables=tuple(self._allowed(schema, t, scope) for t in schema.tables))
 
     def _allowed(self, schema: ActionSchema, table: Table, scope: Scope) -> Table:
         """A table of fillers without what can be moved, where the goal does not ask for it there. What a task alone is about, such as
-        the drawer that it opens, is no place."""
+        the drawer that it opens, or what it pushes, is no place."""
         new = [f for f in schema.change.adds - schema.change.needs if len(f) > 2]
         made = [(f[0], k) for f in new for k, t in enumerate(f) if (t,) == table.terms]
-        if not scope.on_fixed or not made or table.terms[0] in schema.in_hand:
+        if not scope.on_fixed or not made or table.terms[0] in schema.in_hand | schema.change.moves:
             return table
         wanted = {(f[0], k, e) for f in self.wanted.needs for k, e in enumerate(f)}
         fixed = {n for n, t in self.grounder.things.items() if not t.movable}
@@ -255,10 +261,10 @@ def _may_make(schema: ActionSchema, added: Fact, fact: Fact) -> bool:
 
 def _relevant(goal: GoalFacts, schemas: Sequence[ActionSchema], fluents: Fluents, blocked: bool) -> list[ActionSchema]:
     """Schemas that change something which the goal, or a relevant schema, asks about; where tasks are blocked, also those that move what
-    is not in the hand, such as a drawer and with it what stands in it."""
+    is not in the hand, such as a drawer and with it what stands in it, or what is pushed aside."""
     asked = {p[0] for p in (*goal.needs, *goal.without)}
     changing = [s for s in schemas if _changes(s, fluents)]
-    moving = [s for s in changing if blocked and _moves_joint(s, fluents)]
+    moving = [s for s in changing if blocked and _moves_freely(s, fluents)]
     while True:
         found = [s for s in changing if asked & _changed(s) or any(s is m for m in moving)]
         more = asked | {n for s in found for n in _asked(s)}
@@ -274,9 +280,9 @@ def _changes(schema: ActionSchema, fluents: Fluents) -> bool:
     return bool(ends or schema.after or change.adds - fluents.implied(change.needs, schema.in_hand))
 
 
-def _moves_joint(schema: ActionSchema, fluents: Fluents) -> bool:
+def _moves_freely(schema: ActionSchema, fluents: Fluents) -> bool:
     change = schema.change
-    return any(h.displaces and not h.holds for h in handled(change.needs, change.adds, change.removes, fluents).values())
+    return any(h.displaces and not h.holds for h in handled(change.needs, change.adds, change.removes, fluents, change.moves).values())
 
 
 def _changed(schema: ActionSchema) -> set[str]:
