@@ -213,7 +213,7 @@ def _checked(shape: rays.Body, centre: Floats, grips: Sequence[Grip], gripper: G
     rows = np.flatnonzero(fits)
     hands, widths = proposed.of(rows).moved(0.0, found.low[rows] + found.width[rows] / 2), found.width[rows]
     if len(shape.geoms) > MANY:
-        kinds = [grips[k].ends for k in rows]  # those by the ends of the pads are less than a cell behind others
+        kinds = [grips[k].ends for k in rows.tolist()]  # those by the ends of the pads are less than a cell behind others
         _, first = np.unique(np.column_stack([_cells(hands), kinds]), axis=0, return_index=True)
         first.sort()
         rows, hands, widths = rows[first], hands.of(first), widths[first]
