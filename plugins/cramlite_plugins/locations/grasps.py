@@ -1,7 +1,7 @@
 """Grasps of a thing where it is: its grips, either way round, in the order in which the first one tried should do.
 
 Those with room for the whole hand, there, before and when it lifts, which leave its holes open, come first; those of a hand that leans
-come after all others. Among these decide the
+come after all others, and those by the ends of the pads after these. Among these decide the
 lever and the part of the pads (``grips``), how far the hand turns to get there, and whether pads that cannot press harder keep the
 thing from turning between them. Inverse kinematics and collisions are looked at one by one.
 """
@@ -181,7 +181,7 @@ def _openings(grasp: Grasp, thing: Thing, belief: Belief, gripper: Gripper) -> I
 def _in_order(
     grips: Sequence[Grip], thing: Thing, belief: Belief, context: Context, room: HandRoom
 ) -> list[tuple[float, Grasp]]:
-    """All grasps with their cost [m], those without room for the hand last, and after all others those at which it leans; those at
+    """All grasps with their cost [m], those without room for the hand last, and after all others the late kinds of grips; those at
     which it would be in the thing itself are left out."""
     from ..motion_planning.planning_scene import CLEARANCE
     from ..motion_planning.reach import tcp
@@ -201,9 +201,9 @@ def _in_order(
     others |= room.in_a_hole(hands, most)  # when it opens around what is threaded
     return [
         grasp
-        for leans, blocked in itertools.product((False, True), repeat=2)
+        for late, blocked in itertools.product(range(3), (False, True))
         for grasp in varied(
-            f for f, no, it in zip(found, others, own, strict=True) if no == blocked and bool(f[1].lean) == leans and not it
+            f for f, no, it in zip(found, others, own, strict=True) if no == blocked and f[1].late == late and not it
         )
     ]
 
