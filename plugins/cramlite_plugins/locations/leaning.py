@@ -11,37 +11,41 @@ from msgspec.structs import replace
 
 from cramlite.model import Floats, Pose, thing_of
 
+from ..predicates.places import RIM
 from ..shapes.bounds import corners, support
 from .place_filters import Wanted
 
 SURE = 0.002
 """Of an origin at rest from each side of its region [m]: contacts give way by some 0.5 mm, one simulator's by more than another's."""
-OVER_RIM = 0.05
-"""Above its opening what is in a cavity still is in it [m]: as the relation in_region has it."""
 LEANS = (16.0, 20.0, 24.0, 12.0)  # from upright [deg]
-PITCH = 0.004  # between positions across a cavity [m]
+PITCH = 0.002  # between positions across a cavity [m]
 OFF_PATH = 0.003
 """How far beside its place what is let go may be [m]: 4 mm is where an arm has arrived, and it is nearer than that mostly."""
 NEAR_FLOOR = 0.03
 """How high its lowest point may be over the floor where it is let go of [m]: what would lie on the walls is higher."""
-DROPS = 24
-"""Positions and attitudes that are let go of: ten times each, of some 20 ms."""
+DROPS = 60
+"""Positions and attitudes that are let go of: up to ten times each, of some 10 ms."""
+LET_GO = 0.004
+"""Over the 3 to 6 mm above where it first touches [m]: where it is let go of."""
 CLOSE = 0.001
-"""What is kept where it is let go of between walls [m]: it leans against them then."""
+"""What is kept from the walls there [m]: it leans against them then."""
 
 
 def must_lean(wanted: Wanted, now: Pose) -> str:
-    """Return why a thing on the floor of its region, turned as at a pose in the base frame, is not in that; "" where it is.
+    """Return why a thing on the floor of its region, turned as at a pose in the base frame, is below that; "" where it is not.
 
-    What is asked for is where its origin is, and that of a book may be at its foot, or below.
+    What counts is where its origin is, and that may be below its foot.
     """
+    from ..shapes.surfaces import resting_height
+
     if not wanted.depth or not wanted.where.get("region"):
         return ""
-    at = support(wanted.thing, Pose((0.0, 0.0, 0.0), now.quaternion), (0.0, 0.0, -1.0))
-    if at >= SURE and at - wanted.depth <= OVER_RIM - SURE:
+    below, (x, y, top) = wanted.belief.thing(thing_of(wanted.entity)), wanted.target.pose.position
+    height, _ = resting_height(wanted.thing, Pose((x, y, top), now.quaternion), [(below, wanted.belief.pose(below.name))])
+    by = height + support(wanted.thing, Pose((0.0, 0.0, 0.0), now.quaternion), (0.0, 0.0, -1.0)) - top + wanted.depth
+    if by >= 0 or not math.isfinite(by):
         return ""
-    said = f"{1000 * at:+.0f} mm from its floor" if at < SURE else f"{1000 * (at - wanted.depth):.0f} mm over its opening"
-    return f"upright its origin would be at rest {said}, which is not in '{wanted.where['region']}'"
+    return f"its origin would be {-1000 * by:.0f} mm below '{wanted.where['region']}' of '{below.name}', where it stands as it is turned"
 
 
 def leaning(wanted: Wanted, now: Pose) -> Iterator[Pose]:
@@ -57,8 +61,7 @@ def leaning(wanted: Wanted, now: Pose) -> Iterator[Pose]:
     at = wanted.belief.pose(below.name)
     let_go = (let_down(wanted.thing, start, below, at) for start in _starts(wanted, now))
     for pose in islice((p for p in let_go if p is not None and _stands(wanted, p)), DROPS):
-        ends = rests(wanted.thing, pose, below, at, OFF_PATH)
-        if ends and all(_inside(wanted, end) for end in ends):
+        if all(end is not None and _inside(wanted, end) for end in rests(wanted.thing, pose, below, at, OFF_PATH)):
             yield pose
 
 
@@ -86,7 +89,7 @@ def _starts(wanted: Wanted, now: Pose) -> Iterator[Pose]:
 
 
 def _along_walls(wanted: Wanted, now: Pose) -> list[Pose]:
-    """Attitudes, turned about the vertical so that the sides of an outline are along the walls and between them, the nearest to now first."""
+    """Attitudes, turned about the vertical so that the sides of an outline are along the walls and between them, the nearest first."""
     import shapely
 
     from ..shapes.surfaces import footprint
@@ -118,7 +121,5 @@ def _inside(wanted: Wanted, end: Pose) -> bool:
     """Whether an origin at rest is in the region by ``SURE``."""
     import shapely
 
-    x, y, z = wanted.target.pose.inverse().apply(end.position)
-    return bool(
-        SURE - wanted.depth <= z <= OVER_RIM - SURE and wanted.target.area.buffer(-SURE).covers(shapely.Point(float(x), float(y)))
-    )
+    x, y, z = map(float, wanted.target.pose.inverse().apply(end.position))
+    return SURE - wanted.depth <= z <= RIM - SURE and bool(wanted.target.area.buffer(-SURE).covers(shapely.Point(x, y)))

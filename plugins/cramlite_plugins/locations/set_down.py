@@ -25,7 +25,7 @@ from .attitude import check_turn, held_now, put_down
 from .covers import closed_in, covers
 from .free_area import Offset, beside, free_area, positions
 from .from_aside import is_free, slants
-from .leaning import close_by, leaning, must_lean
+from .leaning import LET_GO, close_by, leaning, must_lean
 from .place_filters import ABOVE_IT, ASIDE, CHEAP, DEAR, OFF_WALLS, SIDES, Filter, Obstacle, Spot, Wanted, clear, opened
 from .resting_poses import DROPS, is_uneven, lowered_onto, resting_poses, spot_at_rest
 from .room_for_more import corner, roomiest, to_come
@@ -178,7 +178,7 @@ def _leaning(wanted: Wanted, now: Pose, why: str) -> Iterator[Grounding | Refuse
     for found in leaning(wanted, now):
         turn, rests = PER_TURN * math.hypot(*(now.inverse() * found).rotvec), True
         at = partial(spot_at_rest, near, found)
-        placed = _from_above(near, at, "at rest", turn, ((0.0, wanted.depth + ABOVE),), attitude=True)
+        placed = _from_above(near, at, "at rest", turn, ((LET_GO, wanted.depth + ABOVE),), attitude=True)
         yield from (replace(a, passed=a.passed + len(CHEAP["in"])) if isinstance(a, Refused) else a for a in placed)
     if not rests:
         yield Refused("leaning", f"not at rest: {why}; nor would it be, leaning against a wall", 0)

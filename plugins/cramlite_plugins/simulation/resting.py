@@ -7,6 +7,7 @@ friction would hold slides off, since there is little of it.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from functools import lru_cache
 from itertools import product
 
@@ -65,26 +66,18 @@ def let_down(thing: Thing, start: Pose, below: Thing, at: Pose) -> Pose | None:
     return _let_down(compiled, compiled.data(), thing, start, corners(below, at))
 
 
-def rests(thing: Thing, start: Pose, below: Thing, at: Pose, aside: float) -> tuple[Pose, ...]:
-    """Find where a thing may come to rest that is let go of where it first touches another, near a pose.
+def rests(thing: Thing, start: Pose, below: Thing, at: Pose, aside: float) -> Iterator[Pose | None]:
+    """Generate where a thing may come to rest that is let go of where it first touches another, near a pose.
+
+    Let go of there and to each side, each with little friction and with the friction of the two; None where it falls off.
 
     Args:
         start: as for ``let_down``.
         aside: how far off it may be on either axis [m].
-
-    Returns:
-        The poses, let go of there and to each side, each with little friction and with the friction of the two; none if it falls off
-        once, or does not come to rest.
     """
-    ways = ((0.0, 0.0), *product((-aside, aside), repeat=2))
-    starts = [Pose(tuple(np.add(start.position, (x, y, 0.0)).tolist()), start.quaternion) for x, y in ways]
-    found: list[Pose] = []
-    for there, friction in product(starts, (FRICTION, math.inf)):
-        end = _dropped(Itself(thing), there, Itself(below), at, friction)
-        if end is None:
-            return ()
-        found.append(end)
-    return tuple(found)
+    for (x, y), friction in product(((0.0, 0.0), *product((-aside, aside), repeat=2)), (FRICTION, math.inf)):
+        there = Pose(tuple(np.add(start.position, (x, y, 0.0)).tolist()), start.quaternion)
+        yield _dropped(Itself(thing), there, Itself(below), at, friction)
 
 
 @lru_cache(maxsize=2048)
