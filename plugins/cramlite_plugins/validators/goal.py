@@ -90,7 +90,7 @@ def _doubtful(literal: GoalLiteral, timeline: Timeline, rollout: Rollout) -> str
     """A region that an origin is in by less than simulators differ by; empty where there is none."""
     from cramlite.plugin import atoms
 
-    binding = {v: _recorded(e, timeline.episode) for v, e in literal.binding.items()}
+    binding: dict[str, str | float] = {v: _recorded(e, timeline.episode) for v, e in literal.binding.items()}
     end = timeline.instant(float(rollout.times[-1]))
     for clause in literal.clauses:
         for atom in atoms(clause.condition) if not clause.text.startswith("not ") else ():
