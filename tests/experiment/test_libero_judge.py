@@ -172,3 +172,16 @@ def test_an_episode_begins_alike_whatever_was_played_before(monkeypatch: pytest.
     for state in (0, 1, 0):
         judge.reset("suite", 0, state)
     assert drawn[0] == drawn[2] != drawn[1]
+
+
+@pytest.mark.parametrize(("speed", "said"), [(1.0, ""), (1e12, "The judge's simulation became unstable")])
+def test_a_simulation_that_mujoco_resets_by_itself_is_told(speed: float, said: str) -> None:
+    """Else the arm is elsewhere all of a sudden, and nobody knows why."""
+    import mujoco
+
+    model = mujoco.MjModel.from_xml_string('<mujoco><worldbody><body><freejoint/><geom size=".1"/></body></worldbody></mujoco>')
+    data = mujoco.MjData(model)
+    data.qvel[0] = speed
+    mujoco.mj_step(model, data)
+    assert module_of(LIBERO / "instability.py").instability(data).startswith(said)
+    assert bool(said) == bool(module_of(LIBERO / "instability.py").instability(data))
