@@ -9,7 +9,6 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from robosuite.utils.observables import Observable, sensor
 
 
 class WristForce:
@@ -25,9 +24,11 @@ class WristForce:
     """
 
     def __init__(self, env: Any, read: Callable[[], Any]) -> None:
+        from robosuite.utils.observables import Observable, sensor
+
         self.felt = [np.array(read())]
 
-        @sensor(modality="wrist_force")  # type: ignore[untyped-decorator]
+        @sensor(modality="wrist_force")
         def wrist_force(_: Any) -> Any:
             self.felt.append(np.array(read()))
             return self.felt[-1]
