@@ -45,7 +45,13 @@ def test_empty_fingers_close_on_nothing_on_the_way_there(before: tuple[AnyStep, 
     assert made.steps[len(before) :] == (Parallel(((ON_NOTHING,), (GO,)), origin=GO.origin, comment="; "), BACK)
 
 
-@pytest.mark.parametrize("waited", [(GO, CLOSE), (CLOSE, GO, ON_NOTHING), (GO, SHUT), (GO, LET_GO), (GO, OTHERS), (ON_NOTHING, GO), (CLOSE, OPEN, GO), (SHUT, GO), (LET_GO, GO), (SHUT, OPEN, GO), (OPEN, CLOSE, GO), (GO, OPEN)])
+@pytest.mark.parametrize(
+    "waited",
+    [
+        (GO, CLOSE), (CLOSE, GO, ON_NOTHING), (GO, SHUT), (GO, LET_GO), (GO, OTHERS), (ON_NOTHING, GO),
+        (CLOSE, OPEN, GO), (SHUT, GO), (LET_GO, GO), (SHUT, OPEN, GO), (OPEN, CLOSE, GO), (GO, OPEN),
+    ],
+)  # fmt: skip
 def test_fingers_that_hold_let_go_or_close_are_waited_for(waited: tuple[AnyStep, ...]) -> None:
     whole = program(*waited, BACK) if waited[-1] is not OPEN else program(*waited)
     assert opened_on_the_way(whole) == whole

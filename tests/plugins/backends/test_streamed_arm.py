@@ -61,7 +61,7 @@ def test_a_tool_that_only_passes_its_target_has_not_arrived(before: float, more:
 def test_a_motion_between_joint_positions_ends_where_a_line_leads_on_and_a_program_does_not(
     off: float, awaited: tuple[int, int]
 ) -> None:
-    """Three periods after its time the tool is where it should be, and rests there in the fourth; until then it is ``off`` [m]. 5 mm do in the open, 2 mm at the end."""
+    """The tool is ``off`` [m] until the fourth period after the motion's time; 5 mm do in the open, 2 mm at the end."""
     nominal, over = NominalArm(UR5E), [0]
     q = np.array(UR5E.home)
 

@@ -176,7 +176,7 @@ class StreamedArm(CommandedArm):
             raise ProtectiveStop(f"the tool is {1000 * off:.0f} mm off its path, more than {1000 * ASTRAY:.0f} mm: the arm does not follow")
 
     def _arrived(self, share: float = 1.0) -> bool:
-        """Whether the tool is where its motion ends, within a share of its tolerance, and will still be after the next period as it moves now.
+        """Whether the tool is where its motion ends, to so many times its tolerance, and will still be a period later as it moves now.
 
         Raises:
             ProtectiveStop: it is not, and had the time.
