@@ -15,7 +15,7 @@ class WristForce:
     """Mean force of an action's physics steps.
 
     robosuite's own value is that of the last physics step. An impact on something hard lasts for one of them: a drawer that met its stop at
-    15 mm/s was felt with 63 N for 2 ms, which one sample in 25 sees, and for which a program stopped that had pressed with 2 N. The sensors of
+    15 mm/s was felt with 63 N for 2 ms, which one sample in 25 sees: a program stopped for it that had pressed with 2 N. The sensors of
     arms are filtered, and so is that of the proof: at 10 Hz, about as a mean over 50 ms.
 
     Args:
