@@ -134,7 +134,9 @@ def _shares(location: Location, held: bool) -> tuple[float, ...]:
         return (said,)
     if location.relation == "opened":
         return TURNED if location.parameters.get("turned") else OPENED
-    return (0.0 if location.relation == "stop" else CLOSED if held else AJAR,)
+    if location.relation == "stop" or location.parameters.get("turned"):  # a knob is off at its stop, where others may want it exactly
+        return (0.0,)
+    return (CLOSED if held else AJAR,)
 
 
 def _led(thing: Thing, joint: Joint, belief: Belief, context: Context, now: Pose, share: float, cost: float) -> Grounding:
