@@ -137,13 +137,26 @@ def _led(thing: Thing, joint: Joint, belief: Belief, context: Context, now: Pose
 
     goal = joint.lower + share * (joint.upper - joint.lower)
     value = joint_value(belief, thing.name, belief.base() * now)
-    hand, way = now.inverse() * tcp(belief, context), goal - value
+    path, way = _corners(joint, now, tcp(belief, context), goal - value), goal - value
+    said = f"'{thing.name}' from {value:.3f} to {goal:.3f} {'m' if joint.kind == 'slide' else 'rad'}"
+    return Grounding(Place(path[-1], path[-1], path=path, thing=thing.name, values={"moved": way}), said, cost, key=f"to {share:g}")
+
+
+def along_joint(thing: Thing, belief: Belief, hand: Pose, share: float) -> tuple[Pose, ...]:
+    """Return the TCP poses in the base frame that keep a hand at a thing while its joint goes to a share of its range."""
+    assert thing.joint is not None
+    joint, now = thing.joint, belief.pose(thing.name)
+    goal = joint.lower + share * (joint.upper - joint.lower)
+    return _corners(joint, now, hand, goal - joint_value(belief, thing.name, belief.base() * now))
+
+
+def _corners(joint: Joint, now: Pose, tcp: Pose, way: float) -> tuple[Pose, ...]:
+    """The TCP at a thing, from a pose on, while its joint moves on by so much [m, rad]: a line, or the chords of an arc."""
+    hand = now.inverse() * tcp
     radius = float(np.linalg.norm((joint.pose.inverse() * hand).position[:2]))
     most = min(TURN, 2 * math.acos(max(0.0, 1.0 - CHORD / max(radius, CHORD))))
     count = max(1, math.ceil(abs(way) / most)) if joint.kind == "hinge" else 1
-    path = tuple(joint.moved(now, way * k / count) * hand for k in range(1, count + 1))
-    said = f"'{thing.name}' from {value:.3f} to {goal:.3f} {'m' if joint.kind == 'slide' else 'rad'}"
-    return Grounding(Place(path[-1], path[-1], path=path, thing=thing.name, values={"moved": way}), said, cost, key=f"to {share:g}")
+    return tuple(joint.moved(now, way * k / count) * hand for k in range(1, count + 1))
 
 
 def joint_value(belief: Belief, thing: str, pose: Pose) -> float:
