@@ -28,6 +28,7 @@ from .from_aside import is_free, slants
 from .place_filters import ABOVE_IT, ASIDE, CHEAP, DEAR, OFF_WALLS, SIDES, Filter, Obstacle, Spot, Wanted, clear, opened
 from .resting_poses import DROPS, is_uneven, lowered_onto, resting_poses, spot_at_rest
 from .room_for_more import corner, roomiest, to_come
+from .through_side import places_through_a_side
 
 FEW_YAWS = (0.0, 90.0, -45.0)  # away from the middle of a surface [deg]
 GOLDEN = 137.5077640500378  # of one further turn, another one everywhere: the golden angle [deg]
@@ -58,7 +59,9 @@ in the same time."""
 
 @hookimpl
 def resolve_location(location: Location, belief: Belief, context: Context) -> Answers:
-    """Resolve locations "on" and "in"; None for other relations."""
+    """Resolve locations "on" and "in", from above, and "through", on a surface that is reached from its side; None for other relations."""
+    if location.relation == "through":
+        return places_through_a_side(location, belief, context)
     return _spots(location, belief, context) if location.relation in ("on", "in") else None
 
 
