@@ -15,7 +15,7 @@ from cramlite.plugin import Answers, Context, Grounding, Refused, Unresolvable, 
 from ..shapes.bounds import support
 from ..shapes.ray_casting import body, spans
 from .antipodal import FINGER
-from .handles import AJAR, along_joint, check_way
+from .handles import ajar, along_joint, check_way
 
 if TYPE_CHECKING:
     from ..motion_planning.space import Refusal
@@ -92,8 +92,8 @@ def _before_front(location: Location, belief: Belief, context: Context) -> Itera
         name = f"before its front at {aside:+.0f} % of its width, {up:+.0f} % of its height, tilted {tilt:+.0f} deg, turned {turn:.0f} deg"
         there = collision_free_ik(near, context, at, belief.joints)
         before = shift(at, BEHIND * out)
-        off = there if isinstance(there, Refusal) else _follows(thing, at, there, belief, context)
-        off = off or collision_free_ik(free, context, before, there)
+        stops = there if isinstance(there, Refusal) else _follows(thing, at, there, belief, context)
+        off = stops or collision_free_ik(free, context, before, belief.joints if isinstance(there, Refusal) else there)
         if isinstance(off, Refusal):
             yield off.refused(name)
         else:
@@ -106,7 +106,8 @@ def _follows(thing: Thing, at: Pose, joints: Joints, belief: Belief, context: Co
     from ..motion_planning.cartesian import COARSE, plan_straight_line
     from ..motion_planning.space import Refusal
 
-    path = along_joint(thing, belief, at, AJAR)
+    assert thing.joint is not None
+    path = along_joint(thing, belief, at, ajar(thing.joint, belief.pose(thing.name).inverse() * at))
     line = plan_straight_line(None, context.robot, joints, path, step_m=COARSE[0], step_rad=COARSE[1])
     return line if isinstance(line, Refusal) else None
 

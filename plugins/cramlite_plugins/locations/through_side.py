@@ -47,7 +47,7 @@ def places_through_a_side(location: Location, belief: Belief, context: Context) 
             continue
         for out in open_sides(thing, belief.pose(thing.name), wanted.target, tall / 2):
             for spot in _spots(wanted, out, now):
-                no = _refusal(spot, wanted, out)
+                no = _refusal(spot, wanted)
                 if no is not None:
                     yield replace(no, because=grasps)
                     continue
@@ -63,12 +63,15 @@ def places_through_a_side(location: Location, belief: Belief, context: Context) 
 def goes_under_a_roof(thing: str, belief: Belief, context: Context) -> bool:
     """Check whether a later task brings a thing onto a surface that nothing is put on from above."""
     for item in context.agenda:
-        roles = item.roles if isinstance(item, Action) else {}
-        named = {k: str(context.bindings.get(o.name, o.entity or "")) for k, o in roles.items()}
-        if isinstance(item, Action) and named.get("Locatum") == thing and (onto := EntityName.parse(named.get("Relatum", ""))).thing in belief.poses:
-            region = str(item.parameters.get("where", {}).get("region") or onto.part)
-            if any(roofed(belief.thing(onto.thing), belief.pose(onto.thing), region)):
-                return True
+        if not isinstance(item, Action):
+            continue
+        named = {k: EntityName.parse(str(context.bindings.get(o.name, o.entity or ""))) for k, o in item.roles.items()}
+        what, onto = named.get("Locatum"), named.get("Relatum")
+        if what is None or onto is None or what.thing != thing or onto.thing not in belief.poses:
+            continue
+        region = str(item.parameters.get("where", {}).get("region") or onto.part)
+        if any(roofed(belief.thing(onto.thing), belief.pose(onto.thing), region)):
+            return True
     return False
 
 
@@ -135,7 +138,7 @@ def _stand_off(wanted: Wanted, thing: Pose, out: Floats) -> float:
     return support(into, wanted.belief.pose(into.name), out) + support(wanted.thing, thing, -out) + OUT
 
 
-def _refusal(spot: Spot, wanted: Wanted, out: Floats) -> Refused | None:
+def _refusal(spot: Spot, wanted: Wanted) -> Refused | None:
     """Which filter objects and why, and how many passed before it; the way in comes last."""
     from ..motion_planning.space import Refusal
 
@@ -150,11 +153,14 @@ def _refusal(spot: Spot, wanted: Wanted, out: Floats) -> Refused | None:
 def _room(spot: Spot, wanted: Wanted) -> str | Refusal:
     """Check that hand and thing have room there and on the way out, wherever the arm is."""
     from ..motion_planning.reach import shift
+    from ..motion_planning.space import Refusal
 
     base, way = wanted.belief.base(), np.subtract(spot.before.position, spot.pose.position)
     for part in (0.0, *PARTS):
-        if (no := wanted.scene.met(base * shift(spot.pose, part * way))) is not None:
-            return replace(no, reason=f"{1000 * part * float(np.linalg.norm(way)):.0f} mm before it: {no.reason}" if part else no.reason)
+        no: Refusal | None = wanted.scene.met(base * shift(spot.pose, part * way))
+        if no is not None:
+            gone = 1000 * part * float(np.linalg.norm(way))
+            return Refusal(f"{gone:.0f} mm before it: {no.reason}" if part else no.reason, blocking=no.blocking, collision=no.collision)
     return ""
 
 

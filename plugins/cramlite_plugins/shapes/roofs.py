@@ -29,7 +29,7 @@ def roofed(thing: Thing, pose: Pose, part: str = "") -> Iterator[tuple[Surface, 
 
 
 def open_sides(thing: Thing, pose: Pose, surface: Surface, height: float) -> list[Floats]:
-    """Return the level ways out (3,) of a surface on which nothing of its thing is before its middle at a height [m], the shortest first."""
+    """Return the level ways out (3,) of a surface on which its thing has nothing before its middle at a height [m], the shortest first."""
     middle = np.asarray(surface.pose.apply((0.0, 0.0, height)))
     ways = (surface.pose.rotate(axis) for axis in AXES)
     free = [way for way in ways if _first(thing, pose, middle, way) == np.inf]
