@@ -27,9 +27,9 @@ SPOTS = ((0.0, 0.0), (0.8, 0.0), (-0.8, 0.0), (0.0, 0.6), (0.8, 0.6), (-0.8, 0.6
 """On a front: at its handle, towards its edges, and higher."""
 TILTS, TURNS = (0.0, -30.0, -45.0, -60.0), (90.0, -90.0, 0.0, 180.0)
 """Of the hand before a front about the level line across it, from above, and about its own axis, its slim side up first [deg]."""
-FROM_ABOVE = (((0.8, 0.8), (0.6, 0.8), (0.0, 0.8), (0.4, 0.8)), (-70.0, -80.0))
-"""Spots and tilts of a hand over the upper edge of a front, its fingers alone before it: last, for what turns so far that no hand before it
-comes along."""
+FROM_ABOVE = ((0.8, 0.8), (0.4, 0.8), (0.0, 0.8)), (-70.0, -90.0), tuple(45.0 * k for k in range(8))
+"""Spots, tilts and turns of a hand over the upper edge of a front, its fingers alone before it: last, for what turns so far that no hand
+before it comes along."""
 DOWN = (-45.0, -35.0, -30.0)
 """The same of a hand that presses on a bar from above."""
 UPRIGHT = 0.9
@@ -85,7 +85,7 @@ def _before_front(location: Location, belief: Belief, context: Context) -> Itera
     if handle is None or thing.joint is None:
         raise Unresolvable(f"'{entity}' has no handle and joint: nobody knows where its front is", (location.of or "",), blocking=())
     free, near = make_scene(belief, context, (), shut), make_scene(belief, context, [thing.name], shut)
-    every = itertools.chain(itertools.product(SPOTS, TILTS, TURNS), itertools.product(*FROM_ABOVE, TURNS))
+    every = itertools.chain(itertools.product(SPOTS, TILTS, TURNS), itertools.product(*FROM_ABOVE))
     for k, (spot, tilt, turn) in enumerate(every):
         at, out = _against(thing, handle, belief.pose(thing.name), spot, (tilt, turn), context.robot.gripper)
         aside, up = (100 * share for share in spot)

@@ -31,33 +31,60 @@ OUT = 0.02  # between what is held and the thing that it goes into, where the wa
 STEP = 0.01  # between positions, from the middle of a surface outwards [m]
 ASIDE = (0.0, 0.3, -0.3)  # positions across the way in, as shares of half the width
 TURNS = (0.0, 10.0, -10.0, 20.0, -20.0)  # of the hand from pointing straight inwards [deg]
-PARTS = (0.5, 1.0)  # of the way out that are looked at before the arm is
+PARTS = (0.0, 0.33, 0.67, 1.0)  # of the way out that are looked at before the arm is
 STEEP = 0.85  # of the hand's approach, downwards, from which on it points nowhere: it would be as high as it is long
 
 
 def places_through_a_side(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
-    """Generate placements of what is held on surfaces under a roof, best first."""
-    found, grasps = 0, _grasps(belief, context)
-    for wanted, height in _targets(location, belief, context):
-        thing, now = belief.thing(wanted.entity), held_now(belief, context)
-        tall = support(wanted.thing, now, (0, 0, 1)) + support(wanted.thing, now, (0, 0, -1))
-        if tall + 2 * HIGH > height:
-            said = f"'{wanted.thing.name}' is {1000 * tall:.0f} mm high, and the room on '{wanted.entity}' {1000 * height:.0f} mm"
-            yield Refused("any position", said, because=grasps, blocking=())
-            continue
-        for out in open_sides(thing, belief.pose(thing.name), wanted.target, tall / 2):
-            for spot in _spots(wanted, out, now):
-                no = _refusal(spot, wanted)
-                if no is not None:
-                    yield replace(no, because=grasps)
-                    continue
-                low = Pose((*spot.pose.position[:2], spot.pose.position[2] - HIGH), spot.pose.quaternion)
-                inwards = (-float(out[0]), -float(out[1]), 0.0)
-                place = Place(spot.pose, spot.before, approach=inwards, path=(low,), thing=wanted.thing.name)
-                yield Grounding(place, f"'{wanted.entity}', {spot.name}", 0.1 * found, key=spot.name, anew=True)
+    """Generate placements of what is held on surfaces under a roof, best first.
+
+    Raises:
+        Unresolvable: there is none. Where what is held has no way in itself, no other grasp helps.
+    """
+    found, fits, kept = 0, False, list[Refused]()
+    for wanted, out, now in _ways(location, belief, context):
+        for spot in _spots(wanted, out, now):
+            no = _refusal(spot, wanted)
+            fits = fits or no is None or no.passed > ALONE
+            if no is None:
+                yield Grounding(_place(spot, wanted, out), f"'{wanted.entity}', {spot.name}", 0.1 * found, key=spot.name, anew=True)
                 found += 1
+            elif fits:
+                yield replace(no, because=_grasps(belief, context))
+            else:
+                kept.append(no)
+    yield from kept if found else ()
     if not found:
-        raise Unresolvable(f"nothing is brought onto '{location.of}' through a side", (location.of or "", *grasps))
+        said = max(kept, key=lambda no: no.passed).reason if kept and not fits else "the hand has no way in"
+        because = (location.of or "", *(_grasps(belief, context) if fits or not kept else ()))
+        in_the_way = dict.fromkeys(name for no in kept for name in no.blocking or ())
+        raise Unresolvable(f"through its sides: {said}", because, blocking=tuple(in_the_way))
+
+
+def _ways(location: Location, belief: Belief, context: Context) -> Iterator[tuple[Wanted, Floats, Pose]]:
+    """Surfaces with ways out of them on which what is held has room, and where it is now.
+
+    Raises:
+        Unresolvable: it is too high for each of them, or no side is open.
+    """
+    now, low, none = held_now(belief, context), math.inf, True
+    for wanted, height in _targets(location, belief, context):
+        tall = support(wanted.thing, now, (0, 0, 1)) + support(wanted.thing, now, (0, 0, -1))
+        thing = belief.thing(wanted.entity)
+        for out in open_sides(thing, belief.pose(thing.name), wanted.target, tall / 2) if tall + 2 * HIGH <= height else ():
+            yield wanted, out, now
+            none = False
+        low = min(low, height - tall)
+    if none:
+        room = f"{1000 * low:.0f} mm higher than '{belief.held.thing if belief.held else ''}', {2000 * HIGH:.0f} mm is needed"
+        said = f"the room under the roof of '{location.of}' is {room}" if low < 2 * HIGH else f"no side of '{location.of}' is open"
+        raise Unresolvable(said, (location.of or "",), blocking=())
+
+
+def _place(spot: Spot, wanted: Wanted, out: Floats) -> Place:
+    x, y, z = spot.pose.position
+    low, inwards = Pose((x, y, z - HIGH), spot.pose.quaternion), (-float(out[0]), -float(out[1]), 0.0)
+    return Place(spot.pose, spot.before, approach=inwards, path=(low,), thing=wanted.thing.name)
 
 
 def goes_under_a_roof(thing: str, belief: Belief, context: Context) -> bool:
@@ -150,14 +177,23 @@ def _refusal(spot: Spot, wanted: Wanted) -> Refused | None:
     return None
 
 
+def _let_in(spot: Spot, wanted: Wanted) -> str | Refusal:
+    """Check that what is held has room there and on the way out, whatever holds it."""
+    return _met(spot, wanted, hand=False)
+
+
 def _room(spot: Spot, wanted: Wanted) -> str | Refusal:
-    """Check that hand and thing have room there and on the way out, wherever the arm is."""
+    """Check that the hand has, too, wherever the arm is."""
+    return _met(spot, wanted, hand=True)
+
+
+def _met(spot: Spot, wanted: Wanted, hand: bool) -> str | Refusal:
     from ..motion_planning.reach import shift
     from ..motion_planning.space import Refusal
 
     base, way = wanted.belief.base(), np.subtract(spot.before.position, spot.pose.position)
-    for part in (0.0, *PARTS):
-        no: Refusal | None = wanted.scene.met(base * shift(spot.pose, part * way))
+    for part in PARTS:
+        no: Refusal | None = wanted.scene.met(base * shift(spot.pose, part * way), hand)
         if no is not None:
             gone = 1000 * part * float(np.linalg.norm(way))
             return Refusal(f"{gone:.0f} mm before it: {no.reason}" if part else no.reason, blocking=no.blocking, collision=no.collision)
@@ -178,6 +214,8 @@ def _way_in(spot: Spot, wanted: Wanted) -> str | Refusal:
 
 
 FILTERS: Mapping[str, Filter] = {
-    "supported": supported, "near": near, "beside": beside, "in its region": in_region, "collision-free": _room, "reachable": reachable,
-    "visible": visible, "let in by the arm": _way_in, "free to open": room_to_open,
+    "supported": supported, "near": near, "beside": beside, "in its region": in_region, "let in": _let_in, "collision-free": _room,
+    "reachable": reachable, "visible": visible, "led in by the arm": _way_in, "free to open": room_to_open,
 }  # fmt: skip
+ALONE = tuple(FILTERS).index("let in")
+"""What passes more than this has room itself, and the hand may not."""
