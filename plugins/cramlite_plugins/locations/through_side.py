@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import Action, Belief, EntityName, Floats, Location, Place, Pose
+from cramlite.model import Action, Belief, EntityName, Floats, Location, Motion, Place, Pose
 from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 
 from ..motions.gripping import release_opening
@@ -56,7 +56,8 @@ def places_through_a_side(location: Location, belief: Belief, context: Context) 
     yield from kept if found else ()
     if not found:
         said = max(kept, key=lambda no: no.passed).reason if kept and not fits else "the hand has no way in"
-        because = (location.of or "", *(_grasps(belief, context) if fits or not kept else ()))
+        grasps = _grasps(belief, context) if fits or not kept else ()
+        because = (location.of or "", *grasps, *brought_there_by(location, belief, context))
         in_the_way = dict.fromkeys(name for no in kept for name in no.blocking or ())
         raise Unresolvable(f"through its sides: {said}", because, blocking=tuple(in_the_way))
 
@@ -78,7 +79,7 @@ def _ways(location: Location, belief: Belief, context: Context) -> Iterator[tupl
     if none:
         room = f"{1000 * low:.0f} mm higher than '{belief.held.thing if belief.held else ''}', {2000 * HIGH:.0f} mm is needed"
         said = f"the room under the roof of '{location.of}' is {room}" if low < 2 * HIGH else f"no side of '{location.of}' is open"
-        raise Unresolvable(said, (location.of or "",), blocking=())
+        raise Unresolvable(said, (location.of or "", *brought_there_by(location, belief, context)), blocking=())
 
 
 def _place(spot: Spot, wanted: Wanted, out: Floats) -> Place:
@@ -100,6 +101,16 @@ def goes_under_a_roof(thing: str, belief: Belief, context: Context) -> bool:
         if any(roofed(belief.thing(onto.thing), belief.pose(onto.thing), region)):
             return True
     return False
+
+
+def brought_there_by(location: Location, belief: Belief, context: Context) -> tuple[str, ...]:
+    """Return the names of the tasks that lead to a location under a roof: what refuses one way there may let in another."""
+    entity = EntityName.parse(str(context.bindings.get(location.of or "", "")))
+    region = str(location.parameters.get("region") or entity.part)
+    if entity.thing not in belief.poses or not any(roofed(belief.thing(entity.thing), belief.pose(entity.thing), region)):
+        return ()
+    leading = (m for m in context.agenda if isinstance(m, Motion) and m.to is not None and m.to.name == location.name)
+    return tuple(dict.fromkeys(m.name.rpartition("/")[0] for m in leading))
 
 
 def _grasps(belief: Belief, context: Context) -> tuple[str, ...]:
@@ -127,7 +138,7 @@ def _targets(location: Location, belief: Belief, context: Context) -> list[tuple
     down = -float(tcp(belief, context).rotate((0.0, 0.0, 1.0))[2])
     if down > STEEP:
         said = f"the hand points down by {math.degrees(math.asin(min(down, 1.0))):.0f} deg, and would be higher than what it brings"
-        raise Unresolvable(said, _grasps(belief, context), blocking=())
+        raise Unresolvable(said, (*_grasps(belief, context), *brought_there_by(location, belief, context)), blocking=())
     held, scene = belief.world.thing(belief.held.thing), make_scene(belief, context)
     opened = (make_scene(belief, context, (entity,), release_opening(belief, context), 0.0),)
     return [(Wanted(held, entity, s, belief, context, scene, location.parameters, opened=opened), h) for s, h in found]

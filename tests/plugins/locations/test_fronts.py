@@ -42,7 +42,8 @@ def test_over_the_upper_edge_of_a_wide_open_door_the_hand_points_down() -> None:
     led = replace(FR3, conditioning=0.08, posture=(0.0, -0.161, 0.0, -2.445, 0.0, 2.227, 0.785))
     found, _, _ = _fronts(led, Pose.from_rotvec((0.65, -0.25, 0.15), (0, 0, math.pi / 2)), 1.85)
     far = [a for a in found if "+80 % of its width" in a.key]  # where the hinge gives way
-    assert far and all(a.value.pose.rotate((0.0, 0.0, 1.0))[2] < -0.9 for a in far)
+    over = [a for a in far if a.value.pose.rotate((0.0, 0.0, 1.0))[2] < -0.99]
+    assert over
 
 
 def test_as_little_is_left_to_be_felt_of_a_door_as_of_a_drawer() -> None:
