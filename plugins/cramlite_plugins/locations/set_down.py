@@ -29,6 +29,7 @@ from .leaning import LET_GO, close_by, leaning, must_lean
 from .place_filters import ABOVE_IT, ASIDE, CHEAP, DEAR, OFF_WALLS, SIDES, Filter, Obstacle, Spot, Wanted, clear, opened
 from .resting_poses import DROPS, is_uneven, lowered_onto, resting_poses, spot_at_rest
 from .room_for_more import corner, roomiest, to_come
+from .through_side import brought_there_by, places_through_a_side
 
 FEW_YAWS = (0.0, 90.0, -45.0)  # away from the middle of a surface [deg]
 GOLDEN = 137.5077640500378  # of one further turn, another one everywhere: the golden angle [deg]
@@ -59,7 +60,9 @@ in the same time."""
 
 @hookimpl
 def resolve_location(location: Location, belief: Belief, context: Context) -> Answers:
-    """Resolve locations "on" and "in"; None for other relations."""
+    """Resolve locations "on" and "in", from above, and "through", on a surface that is reached from its side; None for other relations."""
+    if location.relation == "through":
+        return places_through_a_side(location, belief, context)
     return _spots(location, belief, context) if location.relation in ("on", "in") else None
 
 
@@ -84,7 +87,8 @@ def _spots(location: Location, belief: Belief, context: Context) -> Iterator[Gro
             yield replace(answer, cost=answer.cost + PER_PLACE * k) if isinstance(answer, Grounding) else answer
         if work <= 0 and passed:
             said = f"{k + 1} positions were looked at, as many as the {context.samples} samples of a query allow"
-            raise Unresolvable(said, (location.of or "",), blocking=tuple(n for t in targets for n in standing_there(t)))
+            because = (location.of or "", *brought_there_by(location, belief, context))
+            raise Unresolvable(said, because, blocking=tuple(n for t in targets for n in standing_there(t)))
         if work <= 0:
             break
     if not passed:
@@ -157,7 +161,7 @@ def _no_room(kept: list[Refused], targets: list[Wanted], location: Location, con
     said = "; ".join(first[passed] for passed in sorted(first, reverse=True))
     turned = any(r.reason.startswith("not falls") for r in kept)  # another grip turns the hand another way
     grips = (n for n, v in context.bindings.items() if turned and isinstance(v, Place) and v.thing == targets[0].thing.name)
-    because = (location.of or "", *put, *about, *grips)
+    because = (location.of or "", *put, *about, *grips, *brought_there_by(location, targets[0].belief, context))
     return Unresolvable(f"none of {len(kept)} placements fits; {said}", because, blocking=tuple(sorted(there)))
 
 
