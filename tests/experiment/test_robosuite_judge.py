@@ -106,7 +106,7 @@ def test_the_first_action_that_is_true_is_kept(judge: Any) -> None:
 
 
 def test_every_suite_is_one_of_the_script(script: ModuleType) -> None:
-    named = {f"{suite}_{robot}" for suite in script.SUITES for robot in script.ROBOTS}
+    named = {f"{suite}_{robot}" for suite in script.TASKS for robot in script.ROBOTS}
     assert set(read_judged(ROBOSUITE / "experiment.yaml").spec.suites) == named
 
 
