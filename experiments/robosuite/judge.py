@@ -34,6 +34,8 @@ PickPlaceCan parks the products that it does not ask for 10 m up and aside, from
 WALL = 0.02
 """Thickness of the walls of robosuite's bins [m]."""
 PIXELS = 256
+
+
 class Task(NamedTuple):
     """Task of robosuite.
 
@@ -77,6 +79,7 @@ class Robot(NamedTuple):
         turned: whether cramlite's base of it is turned by 180 deg about the vertical.
         opening: between the pads with the hand's command at 1 and at -1 [m].
         quantum: what an action changes of that command: ``speed`` of robosuite's grippers.
+        give: by how much the command must be ahead of the fingers to press with a newton [m/N]; 0: it presses with what robosuite has.
     """
 
     there: str
@@ -86,11 +89,12 @@ class Robot(NamedTuple):
     turned: bool
     opening: tuple[float, float]
     quantum: float = 0.2
+    give: float = 0.0
 
 
 ROBOTS = {
     "panda": Robot("Panda", "libero_panda", 7, "robot0_link0", False, (0.0, 0.08)),
-    "ur5e": Robot("UR5e", "robosuite_ur5e", 6, "robot0_base", True, (0.0126, 0.108)),
+    "ur5e": Robot("UR5e", "robosuite_ur5e", 6, "robot0_base", True, (0.0126, 0.108), give=0.0006),
 }
 
 
@@ -141,7 +145,7 @@ class Judge:
         }  # fmt: skip
 
     def _model(self) -> str:
-        """The model as MJCF, with the compartment that its check asks for, between the walls of its bin, 20 mm thick, and up to their tops."""
+        """The model as MJCF, with the compartment that its check asks for: between the walls of its bin, up to their tops."""
         text: str = self.env.sim.model.get_xml()
         if not self.task.compartment:
             return text
@@ -162,9 +166,9 @@ class Judge:
         } | self.feel()  # fmt: skip
 
     def step(self, delta: list[float], opening: float, grip: float) -> dict[str, Any]:
-        """Take an action; what the hand may press with is robosuite's own."""
-        del grip
+        """Take an action; what a hand presses with, its command being a position, is what that is ahead of its fingers."""
         robot = self.robot
+        opening = max(opening, self._opening() - grip * robot.give) if robot.give else opening
         most = self.env.robots[0].part_controllers["right"].output_max
         action = np.clip(self._turned(np.array(delta)) / most, -1.0, 1.0)
         closed, opened = robot.opening
