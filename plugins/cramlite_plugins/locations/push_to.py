@@ -1,4 +1,5 @@
-"""Pushing to a region: fingers low behind a flat thing, seen from there, or in it behind its rim, and the way that brings it there."""
+"""Pushing to a region, or out of the way: fingers low behind a flat thing, seen from there, or in it behind its rim, and the way that
+brings it there."""
 
 from __future__ import annotations
 
@@ -10,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import Belief, Feature, Floats, Gripper, Held, Location, Place, Pose, Thing
+from cramlite.model import Action, Belief, Feature, Floats, Gripper, Held, Location, Place, Pose, Thing, thing_of
 from cramlite.plugin import Answers, Context, Grounding, Refused, Unresolvable, hookimpl
 
 from ..shapes.bounds import support
@@ -34,8 +35,13 @@ SPOTS = ((0.0, 0.0), (0.02, 0.0), (0.0, 0.02), (0.0, -0.02), (-0.02, 0.0))
 """For these, from its middle, ahead and to the left [m]: where the hand is beside what stands beside the thing."""
 INNER = 0.6
 """Of a region's half sides, from its middle: where ways around something end."""
+FARTHER = (1.0, 0.7, 1.5)
+"""Times as far as asked that something is pushed aside: it may be in the way by more, and there may be less room."""
+DIRECTIONS = 16
+"""In which it is pushed aside."""
 OVER, DEEP, PLAY = 0.0005, 0.006, 0.001  # finger tips in a thing, over its floor; the least that its rim stands up; before it [m]
 SHORT = 1e-6  # [m]: no way at all
+SPOT = Feature("spot", "vrps:SurfaceFeature", size={"radius": 0.0})  # a region that is a point
 UP = np.array([0.0, 0.0, 1.0])
 Hand = tuple[Floats, Pose, float, str]
 """The level way (3,) of a thing, the TCP from where it begins, how far the fingers are open [m], and how the hand is held."""
@@ -52,7 +58,8 @@ def resolve_location(location: Location, belief: Belief, context: Context) -> An
 def _behind(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
     """Fingers on the side of a thing that is opposite to the region that it shall go to; to the region's middle first.
 
-    With "inside" they are in the thing, low, and take it along at the inner side of its rim.
+    With "inside" they are in the thing, low, and take it along at the inner side of its rim. With "aside_m" in the place of a region it
+    shall go about as far as that, in any direction.
     """
     from ..motion_planning.reach import bound, collision_free_ik, make_scene, reference_pose, shift
     from ..motion_planning.space import Refusal
@@ -61,12 +68,13 @@ def _behind(location: Location, belief: Belief, context: Context) -> Iterator[Gr
     thing, pose = belief.thing(entity), reference_pose(belief, location, context)
     if not thing.movable:
         raise Unresolvable(f"'{entity}' is fixed and cannot be pushed", (location.of or "",))
-    area, frame = _region(thing, pose, str(location.parameters["region"]), belief)
-    last = _last(location, belief, context, entity, area, frame) if inside else None
-    hands = _hands_behind(thing, pose, location, context.robot.gripper, area, frame)
-    if last is not None:
-        hands = _hands_in(thing, pose, context.robot.gripper, _towards(pose, area, frame, 0.0), last)
-    for k, (way, at, opening, turn) in enumerate(hands):
+    aside = "aside_m" in location.parameters
+    hands = (_aside if aside else _to_region)(thing, pose, location, belief, context)
+    for k, hand in enumerate(hands):
+        if isinstance(hand, Refused):
+            yield hand
+            continue
+        way, at, opening, turn = hand
         name = f"by ({1000 * way[0]:+.0f} {1000 * way[1]:+.0f}) mm, hand {turn}"
         free = make_scene(belief, context, (), opening)
         near, before = make_scene(belief, context, [entity], opening) if inside else free, shift(at, ABOVE * UP)
@@ -78,6 +86,54 @@ def _behind(location: Location, belief: Belief, context: Context) -> Iterator[Gr
             x, y, _ = (float(v) for v in way + pose.position)
             place = Place(at, before, opening, (0.0, 0.0, -1.0), thing=thing.name, values={"x_m": x, "y_m": y})
             yield Grounding(place, f"'{entity}' {name}", 0.1 * k, key=name)
+
+
+def _to_region(thing: Thing, pose: Pose, location: Location, belief: Belief, context: Context) -> Iterator[Hand]:
+    """Hands that bring a thing to its region.
+
+    Raises:
+        Unresolvable: fingers in it cannot.
+    """
+    from ..motion_planning.space import Refusal
+
+    area, frame = _region(thing, pose, str(location.parameters["region"]), belief)
+    if not location.parameters.get("inside"):
+        yield from _hands_behind(thing, pose, location, context.robot.gripper, area, frame)
+        return
+    last = _last(location, belief, context, thing.name, area, frame)
+    if isinstance(last, Refusal):
+        raise Unresolvable(last.reason, (), blocking=last.blocking, collision=last.collision)
+    yield from _hands_in(thing, pose, context.robot.gripper, _towards(pose, area, frame, 0.0), last)
+
+
+def _aside(thing: Thing, pose: Pose, location: Location, belief: Belief, context: Context) -> Iterator[Hand | Refused]:
+    """Hands that push a thing out of the way, one for each way on which it meets nothing, then another one for each: first away from what
+    later tasks are about, last towards that."""
+    from ..motion_planning.space import Refusal
+    from .push_way import met_alone, way_straight
+
+    (x, y, z), gripper, met = pose.position, context.robot.gripper, met_alone(belief, context, thing.name)
+    found = list[Iterator[Hand]]()
+    for farther, (cos, sin) in itertools.product(FARTHER, _directions(pose, belief, context)):
+        far = farther * float(location.parameters["aside_m"])
+        way = np.array([far * cos, far * sin, 0.0])
+        to = x + far * cos, y + far * sin
+        if isinstance(no := way_straight((x, y), to, met), Refusal):
+            yield no.refused(f"by ({1000 * way[0]:+.0f} {1000 * way[1]:+.0f}) mm")
+        elif location.parameters.get("inside"):
+            found.append(_hands_in(thing, pose, gripper, way, way))
+        else:
+            found.append(_hands_behind(thing, pose, location, gripper, SPOT, Pose((*to, z)), (0.0,)))
+    yield from (hand for row in itertools.zip_longest(*found) for hand in row if hand is not None)
+
+
+def _directions(pose: Pose, belief: Belief, context: Context) -> list[Spot]:
+    """Level unit vectors all around, those first that lead away from what later tasks are about."""
+    named = (str(context.bindings.get(o.name, o.entity or "")) for a in context.agenda if isinstance(a, Action) for o in a.roles.values())
+    about = [belief.pose(n).position[:2] for n in dict.fromkeys(map(thing_of, named)) if n in belief.poses]
+    off = np.asarray(pose.position[:2]) - np.mean(about, axis=0) if about else np.array([1.0, 0.0])
+    ways = [(math.cos(angle), math.sin(angle)) for angle in np.linspace(0.0, math.tau, DIRECTIONS, endpoint=False).tolist()]
+    return sorted(ways, key=lambda way: -round(float(np.dot(way, off)), 6))
 
 
 def _pushed_to(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
@@ -125,11 +181,12 @@ def _around(location: Location, belief: Belief, context: Context, entity: str) -
             yield Grounding(there, f"{len(corners) - 1} corners, room for {key}", 0.1 * k, key=key)
 
 
-def _last(location: Location, belief: Belief, context: Context, entity: str, area: Feature, frame: Pose) -> Floats:
-    """The last leg (3,) of the way of a thing that fingers in it take along.
+def _last(location: Location, belief: Belief, context: Context, entity: str, area: Feature, frame: Pose) -> Floats | Refusal:
+    """The last leg (3,) of the way of a thing that fingers in it take along; or what is in the way of the thing alone, so that looking for
+    hands is of no use.
 
     Raises:
-        Unresolvable: something is in the way of the thing alone, so that looking for hands is of no use.
+        Unresolvable: it is there already.
     """
     from ..motion_planning.space import Refusal
     from .push_way import met_alone, way_around, way_straight
@@ -141,8 +198,7 @@ def _last(location: Location, belief: Belief, context: Context, entity: str, are
     around = bool(location.parameters.get("around"))
     found = way_around((x, y), _left(area, frame), met) if around else way_straight((x, y), (x + way[0], y + way[1]), met)
     if isinstance(found, Refusal):
-        said = f"'{entity}' cannot be pushed there, whatever holds it: {found.reason}"
-        raise Unresolvable(said, (), blocking=found.blocking, collision=found.collision)
+        return replace(found, reason=f"'{entity}' cannot be pushed there, whatever holds it: {found.reason}")
     (a, b), (c, d) = ((x, y), *found)[-2:]
     return np.array([c - a, d - b, 0.0])
 
@@ -205,11 +261,13 @@ def _towards(pose: Pose, area: Feature, frame: Pose, share: float) -> Floats:
     return np.array([*(target - np.asarray(pose.position))[:2], 0.0])
 
 
-def _hands_behind(thing: Thing, pose: Pose, location: Location, gripper: Gripper, area: Feature, frame: Pose) -> Iterator[Hand]:
+def _hands_behind(
+    thing: Thing, pose: Pose, location: Location, gripper: Gripper, area: Feature, frame: Pose, shares: Sequence[float] = SHARES
+) -> Iterator[Hand]:
     """Hands whose fingers are behind a thing, as far open as the location says, as a share of the thing's width."""
     low, top = -support(thing, pose, -UP), support(thing, pose, UP)
     apart = float(location.parameters.get("apart", 0.0))
-    for share, turn in itertools.product(SHARES, TURNS):
+    for share, turn in itertools.product(shares, TURNS):
         way = _towards(pose, area, frame, share)
         ahead, across, hand = _axes(way, turn)
         back, left, right = (support(thing, pose, v) for v in (-ahead, across, -across))
