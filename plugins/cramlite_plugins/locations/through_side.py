@@ -90,6 +90,8 @@ def _place(spot: Spot, wanted: Wanted, out: Floats) -> Place:
 
 def goes_under_a_roof(thing: str, belief: Belief, context: Context) -> bool:
     """Check whether a later task brings a thing onto a surface that nothing is put on from above."""
+    if not any(_has_a_roof(other, belief) for other in belief.poses if other != thing):
+        return False  # later tasks are not looked at, so that what follows from this holds whatever they are
     for item in context.agenda:
         if not isinstance(item, Action):
             continue
@@ -101,6 +103,13 @@ def goes_under_a_roof(thing: str, belief: Belief, context: Context) -> bool:
         if any(roofed(belief.thing(onto.thing), belief.pose(onto.thing), region)):
             return True
     return False
+
+
+def _has_a_roof(name: str, belief: Belief) -> bool:
+    """Whether some surface of a thing, or of one of its regions, is under a part of the thing."""
+    thing, pose = belief.thing(name), belief.pose(name)
+    parts = ("", *(f.name for f in thing.features if f.name)) if len(thing.geoms) > 1 else ()
+    return any(any(True for _ in roofed(thing, pose, part)) for part in parts)
 
 
 def brought_there_by(location: Location, belief: Belief, context: Context) -> tuple[str, ...]:
