@@ -186,12 +186,20 @@ def _within(point: Vector3, size: Mapping[str, float]) -> bool:
 
 def in_region(phase: Phase, name: str | None, region: str | None) -> Iterator[Row]:
     """Evaluate in_region(Thing, Region): in which of the cavities and areas of a thing another is, by that one's origin."""
+    yield from in_region_by(phase, name, region, 0.0)
+
+
+def in_region_by(phase: Phase, name: str | None, region: str | None, margin: float) -> Iterator[Row]:
+    """Generate the rows of in_region(Thing, Region) that would hold as well with the origin so far aside on each axis of the region [m]."""
+    moved = margin * np.vstack([np.zeros(3), np.eye(3), -np.eye(3)])
     for type_ in fluents.REGIONS:
         for place in phase.timeline.entities_of(type_):
             size, whole = phase.timeline.entities[place].properties, phase.timeline.wholes[place][-1]
             for one in [name] if name is not None else things(phase):
                 point = relative_position(phase, place, one, phase.end)
-                if region in (None, place) and one != whole and point is not None and fluents.in_extent(type_, size, np.asarray(point)):
+                if region not in (None, place) or one == whole or point is None:
+                    continue
+                if all(fluents.in_extent(type_, size, np.asarray(point) + by) for by in moved):
                     yield one, place
 
 
