@@ -25,6 +25,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from judge_lines import Refused, serve
+from wrist_force import WristForce
 
 RATE = 20
 """Actions in a second [Hz]: robosuite's default."""
@@ -105,6 +106,7 @@ class Judge:
         self.env: Any = None
         self.robot, self.task = ROBOTS["panda"], TASKS["lift"]
         self.steps, self.first, self.hand = 0, None, 0.0
+        self.force: Any = None
 
     def reset(self, suite: str, task: int, state: int) -> dict[str, Any]:
         """Begin an episode, and wait until its things are at rest."""
@@ -128,6 +130,8 @@ class Judge:
             ignore_done=True, seed=state, **self.task.options,
         )  # fmt: skip
         self.env.reset()
+        arm = self.env.robots[0]
+        self.force = WristForce(self.env, lambda: arm.ee_force["right"])
         for k in range(LONGEST):
             self.env.step(np.zeros(self.env.action_dim))
             if k and np.abs(self.env.sim.data.qvel).max() < SETTLED:
@@ -175,6 +179,7 @@ class Judge:
         wanted = 1.0 - 2.0 * (opening - closed) / (opened - closed)
         turn = 0.0 if abs(wanted - self.hand) <= robot.quantum / 2 else float(np.sign(wanted - self.hand))
         self.hand = float(np.clip(self.hand + robot.quantum * turn, -1.0, 1.0))
+        self.force.begin()
         self.env.step(np.array([*action, turn]))
         self.steps += 1
         if self.first is None and self.env._check_success():
@@ -191,7 +196,7 @@ class Judge:
         body = sim.model.body_name2id(robot.gripper["right"].root_body)
         turn = sim.data.get_site_xmat("gripper0_right_ft_frame")
         weight = np.array([0.0, 0.0, -9.81 * float(sim.model.body_subtreemass[body])])
-        force = -(turn @ np.array(robot.ee_force["right"]) + weight)
+        force = -(turn @ self.force.mean() + weight)
         return {
             "joints": np.array(robot._joint_positions).tolist(), "opening": self._opening(),
             "wrench": self._turned(np.array([*force, 0.0, 0.0, 0.0])).tolist(),
