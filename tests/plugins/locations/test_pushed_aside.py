@@ -42,6 +42,13 @@ def test_it_goes_away_from_what_a_later_task_is_about(y: float, to: float) -> No
 
 
 def test_it_goes_no_way_on_which_something_is() -> None:
+    """However the hand comes over that."""
+    bar = table("bar", Pose((AT[0], -0.13, 0.01)), (0.4, 0.02, 0.01))
+    (free, near) = ([way(a)[1] for a in asked(*more) if isinstance(a, Grounding)] for more in ((), (bar,)))
+    assert min(free) < -FAR and min(near) > -0.06 and max(near) > FAR
+
+
+def test_between_four_fences_there_is_no_way() -> None:
     sides = [Pose.from_rotvec((0.0, 0.0, 0.0), (0.0, 0.0, k * math.pi / 2)) * Pose((0.1, 0.0, 0.03)) for k in range(4)]
     fence = [table(f"fence_{k}", Pose((AT[0], 0.0, 0.0)) * at, (0.02, 0.24, 0.05)) for k, at in enumerate(sides)]
     free, shut = asked(), asked(*fence)
