@@ -109,7 +109,7 @@ class PlanningProblem(Value, eq=False):
         schemas = [self._here(s, scope) for s in action_schemas(grounder, self.knowledge.goal_rules, self.knowledge.tasks)]
         facts = [f for f in self.facts if here.issuperset(map(thing_of, f[1:]))]
         entities = [*grounder.scene.entities, *grounder.contents]
-        relevant = _relevant(self.wanted, schemas, grounder.fluents, self._in_the_way)
+        relevant = _relevant(self.wanted, schemas, grounder.fluents, bool(self.blocked))
         return write_pddl(
             " and ".join(self.says), relevant, grounder.fluents, entities, facts,
             self.wanted.needs, self.wanted.without, earlier=earlier, refused=refused, blocked=self.blocked,
@@ -264,12 +264,12 @@ def _may_make(schema: ActionSchema, added: Fact, fact: Fact) -> bool:
     )
 
 
-def _relevant(goal: GoalFacts, schemas: Sequence[ActionSchema], fluents: Fluents, blocked: frozenset[str]) -> list[ActionSchema]:
+def _relevant(goal: GoalFacts, schemas: Sequence[ActionSchema], fluents: Fluents, blocked: bool) -> list[ActionSchema]:
     """Schemas that change something which the goal, or a relevant schema, asks about; where tasks are blocked, also those that move what
-    is not in the hand, such as a drawer and with it what stands in it, or what is pushed aside."""
+    is not in the hand, such as a drawer and with it what stands in it."""
     asked = {p[0] for p in (*goal.needs, *goal.without)}
     changing = [s for s in schemas if _changes(s, fluents)]
-    moving = [s for s in changing if blocked and (_moves_joint(s, fluents) or _may_push(s, blocked, fluents))]
+    moving = [s for s in changing if blocked and _moves_joint(s, fluents)]
     while True:
         found = [s for s in changing if asked & _changed(s) or any(s is m for m in moving)]
         more = asked | {n for s in found for n in _asked(s)}
