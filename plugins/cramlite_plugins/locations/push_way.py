@@ -25,7 +25,7 @@ SIDES = ((1, 0), (0, 1), (-1, 0), (0, -1), (1, 1), (-1, 1), (-1, -1), (1, -1))
 ASIDE = (1, 2)  # steps of the lattice
 MOST = 1500  # places that are looked at: a square of 0.7 m
 SHOVED = 0.3  # longer ways around are rather gone than something movable is counted on to be elsewhere by then [m]
-TAKEN_ASIDE = 0.6  # pushed in the same time as one thing is put elsewhere: 10 s at the 60 mm/s of fingers in a thing [m]
+TAKEN_ASIDE = 0.3  # longer ways take at least half as long as to put one thing elsewhere, 10 s at 60 mm/s being 0.6 [m]
 LIFT, CLEAR = np.array([0.0, 0.0, 0.003]), 0.002  # while its way is checked, above what it slides along, and from all else [m]
 
 Spot = tuple[float, float]
