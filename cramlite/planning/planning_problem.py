@@ -262,10 +262,10 @@ def _may_make(schema: ActionSchema, added: Fact, fact: Fact) -> bool:
 
 def _relevant(goal: GoalFacts, schemas: Sequence[ActionSchema], fluents: Fluents, blocked: bool) -> list[ActionSchema]:
     """Schemas that change something which the goal, or a relevant schema, asks about; where tasks are blocked, also those that move what
-    is not in the hand, such as a drawer and with it what stands in it."""
+    is not in the hand, such as a drawer and with it what stands in it, or a plate that is pushed."""
     asked = {p[0] for p in (*goal.needs, *goal.without)}
     changing = [s for s in schemas if _changes(s, fluents)]
-    moving = [s for s in changing if blocked and _moves_joint(s, fluents)]
+    moving = [s for s in changing if blocked and _moves_unheld(s, fluents)]
     while True:
         found = [s for s in changing if asked & _changed(s) or any(s is m for m in moving)]
         more = asked | {n for s in found for n in _asked(s)}
@@ -281,9 +281,10 @@ def _changes(schema: ActionSchema, fluents: Fluents) -> bool:
     return bool(ends or schema.after or change.adds - fluents.implied(change.needs, schema.in_hand))
 
 
-def _moves_joint(schema: ActionSchema, fluents: Fluents) -> bool:
+def _moves_unheld(schema: ActionSchema, fluents: Fluents) -> bool:
     change = schema.change
-    return any(h.displaces and not h.holds for h in handled(change.needs, change.adds, change.removes, fluents).values())
+    found = handled(change.needs, change.adds, change.removes, fluents, change.moved)
+    return any(h.displaces and not h.holds for h in found.values())
 
 
 def _changed(schema: ActionSchema) -> set[str]:

@@ -1,4 +1,5 @@
-"""Pushing to a region: fingers low behind a flat thing, seen from there, or in it behind its rim, and the way that brings it there."""
+"""Pushing to a region, or aside: fingers low behind a flat thing, seen from there, or in it behind its rim, and the way that brings it
+there."""
 
 from __future__ import annotations
 
@@ -20,7 +21,7 @@ from .antipodal import FINGER
 
 if TYPE_CHECKING:
     from ..motion_planning.space import Refusal
-    from .push_way import Left, Spot
+    from .push_way import Left, Met, Spot
 
 ABOVE, GAP = 0.06, 0.01  # over the place behind a thing at the stand-off, and from there to the thing [m]
 LOW = 1 / 3  # finger tips over what carries a thing, as a share of its height: under a plate's rim, that they meet
@@ -32,6 +33,11 @@ EIGHTHS = (0.0, 180.0, 90.0, 270.0, 45.0, 225.0, 135.0, 315.0)
 """The same of closed fingers in a thing."""
 SPOTS = ((0.0, 0.0), (0.02, 0.0), (0.0, 0.02), (0.0, -0.02), (-0.02, 0.0))
 """For these, from its middle, ahead and to the left [m]: where the hand is beside what stands beside the thing."""
+WIDTHS = ((0.6, 0.45, 0.3), (1.1,))
+"""By which a thing is pushed aside, as shares of its own: in the first round as far as there is room, in the second to where nothing of it
+is where it was."""
+ASIDE = (90.0, -90.0, 180.0, 0.0, 135.0, -135.0, 45.0, -45.0)
+"""Ways aside from the way that leads away from the robot, about the vertical [deg]."""
 INNER = 0.6
 """Of a region's half sides, from its middle: where ways around something end."""
 OVER, DEEP, PLAY = 0.0005, 0.006, 0.001  # finger tips in a thing, over its floor; the least that its rim stands up; before it [m]
@@ -43,8 +49,8 @@ Hand = tuple[Floats, Pose, float, str]
 
 @hookimpl
 def resolve_location(location: Location, belief: Belief, context: Context) -> Answers:
-    """Resolve locations "behind" and "pushed_to"; None for other relations."""
-    finders = {"behind": _behind, "pushed_to": _pushed_to}
+    """Resolve locations "behind", "aside" and "pushed_to"; None for other relations."""
+    finders = {"behind": _behind, "aside": _aside, "pushed_to": _pushed_to}
     finder = finders.get(location.relation)
     return finder(location, belief, context) if finder else None
 
@@ -54,8 +60,7 @@ def _behind(location: Location, belief: Belief, context: Context) -> Iterator[Gr
 
     With "inside" they are in the thing, low, and take it along at the inner side of its rim.
     """
-    from ..motion_planning.reach import bound, collision_free_ik, make_scene, reference_pose, shift
-    from ..motion_planning.space import Refusal
+    from ..motion_planning.reach import bound, reference_pose
 
     entity, inside = bound(context, location.of), bool(location.parameters.get("inside"))
     thing, pose = belief.thing(entity), reference_pose(belief, location, context)
@@ -66,18 +71,68 @@ def _behind(location: Location, belief: Belief, context: Context) -> Iterator[Gr
     hands = _hands_behind(thing, pose, location, context.robot.gripper, area, frame)
     if last is not None:
         hands = _hands_in(thing, pose, context.robot.gripper, _towards(pose, area, frame, 0.0), last)
-    for k, (way, at, opening, turn) in enumerate(hands):
-        name = f"by ({1000 * way[0]:+.0f} {1000 * way[1]:+.0f}) mm, hand {turn}"
-        free = make_scene(belief, context, (), opening)
-        near, before = make_scene(belief, context, [entity], opening) if inside else free, shift(at, ABOVE * UP)
-        off = collision_free_ik(free, context, before, belief.joints)
-        there = off if isinstance(off, Refusal) else collision_free_ik(near, context, at, off)
-        if isinstance(there, Refusal):
-            yield there.refused(name)
-        else:
-            x, y, _ = (float(v) for v in way + pose.position)
-            place = Place(at, before, opening, (0.0, 0.0, -1.0), thing=thing.name, values={"x_m": x, "y_m": y})
-            yield Grounding(place, f"'{entity}' {name}", 0.1 * k, key=name)
+    yield from (_offered(hand, entity, inside, belief, context, 0.1 * k) for k, hand in enumerate(hands))
+
+
+def _offered(hand: Hand, entity: str, inside: bool, belief: Belief, context: Context, cost: float) -> Grounding | Refused:
+    """Where a hand begins to push, if the arm gets there."""
+    from ..motion_planning.reach import collision_free_ik, make_scene, shift
+    from ..motion_planning.space import Refusal
+
+    way, at, opening, turn = hand
+    name = f"by ({1000 * way[0]:+.0f} {1000 * way[1]:+.0f}) mm, hand {turn}"
+    free = make_scene(belief, context, (), opening)
+    near, before = make_scene(belief, context, [entity], opening) if inside else free, shift(at, ABOVE * UP)
+    off = collision_free_ik(free, context, before, belief.joints)
+    there = off if isinstance(off, Refusal) else collision_free_ik(near, context, at, off)
+    if isinstance(there, Refusal):
+        return there.refused(name)
+    x, y, _ = (float(v) for v in way + belief.pose(entity).position)
+    place = Place(at, before, opening, (0.0, 0.0, -1.0), thing=entity, values={"x_m": x, "y_m": y})
+    return Grounding(place, f"'{entity}' {name}", cost, key=name)
+
+
+def _aside(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
+    """Fingers in a thing that take it out of the way of something: to each side where nothing is, first by less than its width.
+
+    Of each way one hand is offered: what else fails of it is more likely where it ends.
+    """
+    from ..motion_planning.reach import bound, reference_pose
+    from ..motion_planning.space import Refusal
+    from .push_way import met_alone
+
+    entity = bound(context, location.of)
+    thing, pose = belief.thing(entity), reference_pose(belief, location, context)
+    if not thing.movable:
+        raise Unresolvable(f"'{entity}' is fixed and cannot be pushed", (location.of or "",))
+    met = met_alone(belief, context, entity)
+    for k, (shares, turn) in enumerate(itertools.product(WIDTHS, ASIDE)):
+        way = _free_aside(thing, pose, turn, shares, met)
+        if isinstance(way, Refusal):
+            yield way.refused(f"{turn:+.0f} deg aside")
+            continue
+        for hand in _hands_in(thing, pose, context.robot.gripper, way, way):
+            found = _offered(hand, entity, True, belief, context, 0.1 * k)
+            yield found
+            if isinstance(found, Grounding):
+                break
+
+
+def _free_aside(thing: Thing, pose: Pose, turn: float, shares: Sequence[float], met: Met) -> Floats | Refusal:
+    """The first level way (3,) [m] that is free, by shares of a thing's width, turned from the way that leads away from the robot [deg]."""
+    from ..motion_planning.space import Refusal
+    from .push_way import way_straight
+
+    (x, y, _), angle = pose.position, math.atan2(pose.position[1], pose.position[0]) + math.radians(turn)
+    ahead = np.array([math.cos(angle), math.sin(angle), 0.0])
+    ways = [share * (support(thing, pose, ahead) + support(thing, pose, -ahead)) * ahead for share in shares]
+    found: Floats | Refusal = Refusal("no way")
+    for way in ways:
+        no = way_straight((x, y), (x + way[0], y + way[1]), met)
+        if not isinstance(no, Refusal):
+            return way
+        found = no
+    return found
 
 
 def _pushed_to(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:

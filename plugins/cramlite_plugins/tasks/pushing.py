@@ -1,4 +1,5 @@
-"""soma:Pushing: closed fingers touch a thing and move it along its support, or open fingers push a flat thing to a region of that."""
+"""soma:Pushing: closed fingers touch a thing and move it along its support, or take it aside at its rim; open fingers push a flat thing to
+a region of that."""
 
 from __future__ import annotations
 
@@ -8,6 +9,8 @@ from msgspec.structs import replace
 
 from cramlite.model import Action, Belief, Location, Motion
 from cramlite.plugin import Decomposition, Parameter, Role, TaskType, Unresolvable, hookimpl
+
+from ..shapes.carried_along import PUSHED_ALONG
 
 APART = 0.6
 """Between open fingers, as a share of the thing's width: two that touch it keep it from turning away."""
@@ -45,10 +48,12 @@ class Pushing(TaskType):
             heavy = _resists(belief, action.roles["Patient"].entity or "") > PRESSED
             yield self._to_region(action, 0.0 if heavy else APART, 0.0)
             yield self._to_region(action, APART if heavy else 0.0, 1.0)
-            yield self._from_inside(action, around=False, cost=2.0)
-            yield self._from_inside(action, around=True, cost=3.0)
+            yield self._from_inside(action, self._within(action, "inside", "behind", around=False), "straight", 2.0)
+            yield self._from_inside(action, self._within(action, "amid", "behind", around=True), "around what is in its way", 3.0)
         else:
-            yield self._along(action)
+            aside = self._from_inside(action, self._within(action, "within", "aside"), "aside", 1.0)
+            felt = _resists(belief, action.roles["Patient"].entity or "") > self.parameter(action, "touch_force_n")
+            yield from (self._along(action), aside) if felt else (replace(aside, cost=0.0), replace(self._along(action), cost=1.0))
 
     def _along(self, action: Action) -> Decomposition:
         patient, beside = action.roles["Patient"], self.begins_at(action)
@@ -84,11 +89,14 @@ class Pushing(TaskType):
         )
         return Decomposition(steps, f"from behind {says}, straight to its region", cost)
 
-    def _from_inside(self, action: Action, around: bool, cost: float) -> Decomposition:
-        patient, begin = action.roles["Patient"], self.begins_at(action)
-        where, touch = {**begin.parameters, "around": around}, (patient.name,)
-        inside = Location(action.inside("amid" if around else "inside"), "behind", patient.name, {**where, "inside": True})
-        far = Location(action.inside("far"), "pushed_to", patient.name, {**where, "begin": inside.name})
+    def _within(self, action: Action, name: str, relation: str, **more: bool) -> Location:
+        where = action.parameters.get("where") and self.begins_at(action).parameters
+        return Location(action.inside(name), relation, action.roles["Patient"].name, {**(where or {}), **more, "inside": True})
+
+    def _from_inside(self, action: Action, inside: Location, says: str, cost: float) -> Decomposition:
+        patient = action.roles["Patient"]
+        touch = (patient.name,)
+        far = Location(action.inside("far"), "pushed_to", patient.name, {**inside.parameters, "begin": inside.name})
         slide = {
             "press_n": self.parameter(action, "press_n"), "speed_m_s": self.parameter(action, "slide_m_s"), "lost_s": LOST,
         }  # fmt: skip
@@ -99,7 +107,7 @@ class Pushing(TaskType):
             far,
             Motion(action.inside("push"), "compliant_slide", far, slide, touch, f"{patient.entity} comes along"),
         )
-        return Decomposition(steps, f"at its rim from inside, {'around what is in its way' if around else 'straight'}", cost)
+        return Decomposition(steps, f"at its rim from inside, {says}", cost)
 
     @staticmethod
     def _over(action: Action, begin: Location, says: str, fingers: str) -> tuple[Location | Motion, ...]:
@@ -111,10 +119,10 @@ class Pushing(TaskType):
         )
 
     def effects(self, action: Action, belief: Belief) -> Belief:
-        """Return the belief with the thing somewhere within the stroke; to a region it stays before the fingers."""
+        """Return the belief with the thing somewhere within the stroke, or before the fingers that took it along to a place."""
         thing = action.roles["Patient"].entity or ""
         known = belief.poses[thing]
-        spread = known.sigma + (SLIPS if action.parameters.get("where") else self.parameter(action, "distance_m"))
+        spread = known.sigma + (SLIPS if known.source == PUSHED_ALONG else self.parameter(action, "distance_m"))
         return replace(belief, poses={**belief.poses, thing: replace(known, sigma=spread, source="predicted: pushed")})
 
     def begins_at(self, action: Action) -> Location:

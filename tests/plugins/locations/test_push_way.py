@@ -7,7 +7,16 @@ import math
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from cramlite_plugins.locations.push_way import STEP, Met, Refusal, Spot, on_a_shorter_way, way_around, way_straight, ways_around
+from cramlite_plugins.locations.push_way import (
+    STEP,
+    Met,
+    Refusal,
+    Spot,
+    on_a_shorter_way,
+    way_around,
+    way_straight,
+    ways_around,
+)
 
 START, END = (0.0, 0.0), (0.3, 0.0)
 
