@@ -25,7 +25,8 @@ def _slab(turn: float) -> str:
 SCENE = """
 <mujoco><worldbody>
 <body name="table"><geom name="top" type="box" size=".6 .6 .02" pos=".2 0 -.02" friction=".6 .005 .0001"/></body>{fence}
-<body name="cabinet" pos=".73 0 .09"><geom type="box" size=".09 .11 .005" pos="0 0 .085"/><geom type="box" size=".09 .005 .08" pos="0 .1 0"/>
+<body name="cabinet" pos=".73 0 .09"><geom type="box" size=".09 .11 .005" pos="0 0 .085"/>
+<geom type="box" size=".09 .005 .08" pos="0 .1 0"/>
 <geom type="box" size=".09 .005 .08" pos="0 -.1 0"/>
 <body name="drawer"><joint name="rail" type="slide" axis="-1 0 0" range="0 .16" damping="5"/>
 <geom type="box" size=".005 .09 .07" pos="-.1 0 .002" mass=".2"/><geom type="box" size=".08 .08 .004" pos="-.01 0 -.05" mass=".2"/>
