@@ -80,7 +80,7 @@ class BlockingText:
     def effects(self, schema: ActionSchema, fluents: Fluents) -> Iterator[str]:
         """Generate how an action leads things along their tracks, or off them."""
         change = schema.change
-        for term, how in handled(change.needs, change.adds, change.removes, fluents, change.moved).items():
+        for term, how in handled(change.needs, change.adds, change.removes, fluents, change.moves).items():
             for track in self.tracks if term.startswith("?") else ():
                 if track.thing in self.entities:
                     yield from (e for stage in track.stages() for e in self._step(schema, term, how, track, stage))

@@ -36,15 +36,12 @@ class Handling(Value):
 
 
 def handled(
-    needs: Iterable[Fact], adds: Iterable[Fact], removes: Iterable[Pattern], fluents: Fluents, moved_along: Iterable[str] = ()
+    needs: Iterable[Fact], adds: Iterable[Fact], removes: Iterable[Pattern], fluents: Fluents, moves: Iterable[str] = ()
 ) -> dict[str, Handling]:
     """Return what a task does to each thing, or parameter, by its preconditions and effects.
 
     Held is what a fluent ``in_hand`` is about; it is displaced where a relation to anything but the hand begins or ends. What is
-    not held is where a state of it alone ends, such as that a joint is closed, or where the task type says that it is.
-
-    Args:
-        moved_along: what the task type moves without holding it (``TaskType.moves``).
+    not held is where a state of it alone ends, such as that a joint is closed, and what a task says that it moves, such as what is pushed.
     """
     needs, adds, removes = frozenset(needs), frozenset(adds), frozenset(removes)
     grips = {f for f in needs | adds | removes if fluents[f[0]].in_hand}
@@ -53,8 +50,7 @@ def handled(
     ends = {f[-1] for f in grips & removes}
     lets_go = (holds - takes) & {h for h in holds if h in ends or None in ends}
     new = [p for p in removes | (adds - fluents.implied(needs, holds)) if p not in grips and EFFECTOR not in p]
-    alone = {str(p[1]) for p in new if len(p) == 2 and p[1] is not None and (p in removes or fluents[p[0]].excludes)}
-    alone |= set(moved_along) - holds
+    alone = {str(p[1]) for p in new if len(p) == 2 and p[1] is not None and (p in removes or fluents[p[0]].excludes)} | set(moves)
     moved = alone | {str(e) for p in new for e in p[1:] if e in holds}
     return {e: Handling(e in takes, e in lets_go, e in moved, e in holds) for e in sorted(holds | alone)}
 
@@ -73,7 +69,7 @@ def history(steps: Iterable[Operator], thing: str) -> tuple[Done, ...]:
     """Return the tasks that made a thing what it is, in order; () while it is as it was at the start."""
     past, taken = list[Done](), list[Done]()
     for step in steps:
-        how = handled(step.needs, step.adds, step.removes, step.fluents, step.moved).get(thing)
+        how = handled(step.needs, step.adds, step.removes, step.fluents, step.moves).get(thing)
         if how is None:
             continue
         taken = [done(step)] if how.takes else taken

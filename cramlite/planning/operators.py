@@ -49,7 +49,7 @@ class Operator(Value):
         removes: patterns; what matches does not hold afterwards.
         fluents: what follows from a change.
         never: pairs of facts that may not both hold of one entity, which stands in both as ``OTHER``.
-        moved: things that it moves without holding them.
+        moves: entities that it moves without holding them.
     """
 
     task: str
@@ -60,7 +60,7 @@ class Operator(Value):
     removes: frozenset[Pattern]
     fluents: Fluents
     never: frozenset[tuple[Fact, Fact]] = frozenset()
-    moved: frozenset[str] = frozenset()
+    moves: frozenset[str] = frozenset()
 
     def __str__(self) -> str:
         return f"{self.task.split(':')[-1]}({', '.join(f'{r}={e}' for r, e in self.roles.items() if e != EFFECTOR)})"
@@ -104,10 +104,10 @@ def _with(pattern: Fact, entity: str) -> Fact:
 
 
 class Change(Value):
-    """Preconditions and effects of a task as facts: the four sets of an operator.
+    """Preconditions and effects of a task as facts, and what it moves: the sets of an operator.
 
     Args:
-        needs, without, adds, removes, never, moved: as ``Operator`` has them.
+        needs, without, adds, removes, never, moves: as ``Operator`` has them.
     """
 
     needs: frozenset[Fact]
@@ -115,7 +115,7 @@ class Change(Value):
     adds: frozenset[Fact]
     removes: frozenset[Pattern]
     never: frozenset[tuple[Fact, Fact]]
-    moved: frozenset[str]
+    moves: frozenset[str] = frozenset()
 
 
 class Grounder:
@@ -192,7 +192,7 @@ class Grounder:
             return None
         without, removes = change.without | every["pre"], change.removes | every["post"]
         roles = {r: binding[r] for r in rule.roles}
-        return Operator(rule.task, roles, change.needs, without, change.adds, removes, self.fluents, change.never, change.moved)
+        return Operator(rule.task, roles, change.needs, without, change.adds, removes, self.fluents, change.never, change.moves)
 
     def can_be_held(self, name: str) -> bool:
         """Check whether a thing may be in the hand: it is one that can move."""
@@ -214,8 +214,8 @@ class Grounder:
             needs |= {f for f in adds if self.fluents[f[0]].by_moving}
         adds = self.fluents.implied(adds, held_in(clauses, binding))
         never = frozenset(_pair(given, then, binding) for p, given, then in universal(clauses) if p == "pre" and not is_static(then))
-        moved = frozenset(binding[role] for role in task.moves if role in binding)
-        return Change(needs, without, adds, removes, never, moved) if adds - needs or removes or ends else None
+        moves = frozenset(binding[r] for r in task.moves if r in binding)
+        return Change(needs, without, adds, removes, never, moves) if adds - needs or removes or ends else None
 
     def _facts(
         self, clauses: Iterable[tuple[str, Condition]], phase: str, binding: Mapping[str, str]

@@ -35,6 +35,10 @@ if TYPE_CHECKING:
     from .task_goals import Goal
 
 
+ASIDE = 5
+"""Tasks that are rather done than one that moves something out of the way without holding it: nobody knows as well where that ends."""
+
+
 class Scope(Value):
     """What plans may use.
 
@@ -110,7 +114,7 @@ class PlanningProblem(Value, eq=False):
         schemas = [s for s in schemas if s.in_hand or not (scope.carried and tasks[s.task].places)]
         facts = [f for f in self.facts if here.issuperset(map(thing_of, f[1:]))]
         entities = [*grounder.scene.entities, *grounder.contents]
-        relevant = _relevant(self.wanted, schemas, grounder.fluents, bool(self.blocked))
+        relevant = _relevant(self.wanted, schemas, grounder.fluents, self._in_the_way)
         return write_pddl(
             " and ".join(self.says), relevant, grounder.fluents, entities, facts,
             self.wanted.needs, self.wanted.without, earlier=earlier, refused=refused, blocked=self.blocked,
@@ -119,17 +123,22 @@ class PlanningProblem(Value, eq=False):
     def _here(self, schema: ActionSchema, scope: Scope) -> ActionSchema:
         """A schema with what it makes as the goal asks for it, and with the fillers that a scope allows."""
         change, task = schema.change, self.knowledge.tasks[schema.task]
-        change = replace(change, adds=change.adds | constraint_facts(self.wanted, schema, task))
-        return replace(schema, change=change, tables=tuple(self._allowed(schema, t, scope) for t in schema.tables))
+        asked = constraint_facts(self.wanted, schema, task)
+        cost = ASIDE * schema.cost if not asked and _may_push(schema, self._in_the_way, self.grounder.fluents) else schema.cost
+        change = replace(change, adds=change.adds | asked)
+        return replace(schema, change=change, cost=cost, tables=tuple(self._allowed(schema, t, scope) for t in schema.tables))
+
+    @property
+    def _in_the_way(self) -> frozenset[str]:
+        """Things that some task was refused with."""
+        return frozenset(t.thing for b in self.blocked for t in b.tracks)
 
     def _allowed(self, schema: ActionSchema, table: Table, scope: Scope) -> Table:
         """A table of fillers without what can be moved, where the goal does not ask for it there. What a task alone is about, such as
-        the drawer that it opens, is no place; nor is what the hand then touches, such as the plate that it pushes along a table."""
-        needs = schema.change.needs
-        before = needs | self.grounder.fluents.implied(needs, schema.in_hand)
-        new = [f for f in schema.change.adds - before if len(f) > 2 and EFFECTOR not in f]
+        the drawer that it opens, or what it pushes, is no place."""
+        new = [f for f in schema.change.adds - schema.change.needs if len(f) > 2]
         made = [(f[0], k) for f in new for k, t in enumerate(f) if (t,) == table.terms]
-        if not scope.on_fixed or not made or table.terms[0] in schema.in_hand:
+        if not scope.on_fixed or not made or table.terms[0] in schema.in_hand | _pushed(schema, self.grounder.fluents):
             return table
         wanted = {(f[0], k, e) for f in self.wanted.needs for k, e in enumerate(f)}
         fixed = {n for n, t in self.grounder.things.items() if not t.movable}
@@ -260,12 +269,12 @@ def _may_make(schema: ActionSchema, added: Fact, fact: Fact) -> bool:
     )
 
 
-def _relevant(goal: GoalFacts, schemas: Sequence[ActionSchema], fluents: Fluents, blocked: bool) -> list[ActionSchema]:
+def _relevant(goal: GoalFacts, schemas: Sequence[ActionSchema], fluents: Fluents, blocked: frozenset[str]) -> list[ActionSchema]:
     """Schemas that change something which the goal, or a relevant schema, asks about; where tasks are blocked, also those that move what
-    is not in the hand, such as a drawer and with it what stands in it, or a plate that is pushed."""
+    is not in the hand, such as a drawer and with it what stands in it, or what is pushed aside."""
     asked = {p[0] for p in (*goal.needs, *goal.without)}
     changing = [s for s in schemas if _changes(s, fluents)]
-    moving = [s for s in changing if blocked and _moves_unheld(s, fluents)]
+    moving = [s for s in changing if blocked and (_moves_joint(s, fluents) or _may_push(s, blocked, fluents))]
     while True:
         found = [s for s in changing if asked & _changed(s) or any(s is m for m in moving)]
         more = asked | {n for s in found for n in _asked(s)}
@@ -281,10 +290,23 @@ def _changes(schema: ActionSchema, fluents: Fluents) -> bool:
     return bool(ends or schema.after or change.adds - fluents.implied(change.needs, schema.in_hand))
 
 
-def _moves_unheld(schema: ActionSchema, fluents: Fluents) -> bool:
+def _moves_joint(schema: ActionSchema, fluents: Fluents) -> bool:
     change = schema.change
-    found = handled(change.needs, change.adds, change.removes, fluents, change.moved)
-    return any(h.displaces and not h.holds for h in found.values())
+    return any(h.displaces and not h.holds for h in handled(change.needs, change.adds, change.removes, fluents).values())
+
+
+def _pushed(schema: ActionSchema, fluents: Fluents) -> frozenset[str]:
+    """Terms of what a schema moves without holding it, and of which no fact tells: not of what is on a joint, which is open or closed."""
+    change = schema.change
+    told = handled(change.needs, change.adds, change.removes, fluents)
+    return frozenset(t for t in change.moves if t not in told or not told[t].displaces)
+
+
+def _may_push(schema: ActionSchema, things: frozenset[str], fluents: Fluents) -> bool:
+    """Whether a schema may push one of some things, by what may fill its parameters."""
+    pushed = _pushed(schema, fluents)
+    tables = [t.rows for t in schema.tables if not t.denied and len(t.terms) == 1 and t.terms[0] in pushed]
+    return bool(pushed) and any(all((thing,) in rows for rows in tables) for thing in things)
 
 
 def _changed(schema: ActionSchema) -> set[str]:

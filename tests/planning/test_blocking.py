@@ -43,19 +43,6 @@ things:
   - {name: tin, model: block, at: {position: [0.45, -0.35, 0.181]}, with: {size: [40 mm, 40 mm, 60 mm]}}
 """
 
-OTHER_ASIDE = "Grasping(Patient=other) PickingUp(Locatum=other, Relatum=floor) Placing(Locatum=other, Relatum=floor)"
-BOARD = """
-scenario: board
-goal: [drawer open]
-robot: {type: ur5e}
-things:
-  - {name: floor, model: table, at: {position: [0.2, 0, -5 mm]}, with: {size: [1.6 m, 1.6 m, 20 mm]}}
-  - {name: cabinet, model: cabinet, at: {position: [0.65, 0.1, 0.35], yaw: 180 deg}}
-  - {name: drawer, model: drawer, at: {position: [0.65, 0.1, 0.35], yaw: 180 deg}, with: {parent: cabinet}}
-  - {name: board, model: block, at: {position: [0.4, 0.1, 10 mm]}, with: {size: [0.2 m, 0.2 m, 10 mm]}}
-  - {name: other, model: block, at: {position: [0.4, 0.3, 31 mm]}}
-"""
-
 
 @pytest.fixture(scope="module")
 def problem(tmp_path_factory: pytest.TempPathFactory) -> PlanningProblem:
@@ -123,17 +110,6 @@ def test_what_stands_in_a_closed_drawer_is_reached_by_opening_that(tmp_path: Pat
     assert "Opening" not in first and second == f"Opening(Patient=drawer) {first}"
     others, _ = replanned(inside, Refutation((1,), ()), Refutation((1,), ()))
     assert not any("Opening" in plan for plan in others)
-
-
-def test_what_is_flat_is_pushed_aside_where_it_cannot_be_carried_and_what_is_in_its_way_is_put_on_what_stays(tmp_path: Path) -> None:
-    (path := tmp_path / "board.yaml").write_text(BOARD)
-    setting = ENGINE.setting(read_scenario(path))
-    goal = planning_problem(Goal(("drawer open",)), setting.symbolic(ENGINE.knowledge.taxonomy), ENGINE.knowledge)
-    refuted = (Refutation((1,), (("board",),)), Refutation((1,), ()), Refutation((1,), (("other",),)))
-    plans, _ = replanned(goal, *refuted)
-    pushed = "Pushing(Patient=board) Retracting(Relatum=board) Opening(Patient=drawer)"
-    assert plans[0] == "Opening(Patient=drawer)" and plans[1].startswith("Grasping(Patient=board)")
-    assert plans[2:] == [pushed, pushed.replace("Pushing", f"{OTHER_ASIDE} Pushing")]
 
 
 def test_with_one_that_stays_in_each_set_nothing_helps(problem: PlanningProblem) -> None:

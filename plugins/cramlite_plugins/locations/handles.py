@@ -31,6 +31,9 @@ OPENED = (0.95, 0.9)
 TURNED = (0.97, 0.6, 0.4)
 """Shares that a knob is turned on to: as far as the wrist turns; from a fifth on it counts as on."""
 
+LEAVES = {"height_m", "x_m"}
+"""Values of the places where things were put down, or pushed to, by which it is known that another place may do."""
+
 
 @hookimpl
 def resolve_location(location: Location, belief: Belief, context: Context) -> Answers:
@@ -81,7 +84,9 @@ def check_way(location: Location, thing: Thing, belief: Belief, context: Context
     value = joint_value(belief, thing.name, belief.base() * belief.pose(thing.name))
     goal = joint.lower + least * (joint.upper - joint.lower)
     if goal > value and (met := met_on_its_way(thing, value, goal, belief, context)):
-        raise Unresolvable(met.reason, (location.of or "",), blocking=met.blocking, collision=met.collision)
+        there = {name for entry in met.blocking or () for name in ((entry,) if isinstance(entry, str) else entry)}
+        put = (n for n, v in context.bindings.items() if isinstance(v, Place) and v.thing in there and LEAVES & set(v.values))
+        raise Unresolvable(met.reason, (location.of or "", *put), blocking=met.blocking, collision=met.collision)
 
 
 def _held(name: str, place: Place, cost: float) -> Grounding:

@@ -1,5 +1,5 @@
-"""Pushing to a region, or aside: fingers low behind a flat thing, seen from there, or in it behind its rim, and the way that brings it
-there."""
+"""Pushing to a region, or out of the way: fingers low behind a flat thing, seen from there, or in it behind its rim, and the way that
+brings it there."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import Belief, Feature, Floats, Gripper, Held, Location, Place, Pose, Thing
+from cramlite.model import Action, Belief, Feature, Floats, Gripper, Held, Location, Place, Pose, Thing, thing_of
 from cramlite.plugin import Answers, Context, Grounding, Refused, Unresolvable, hookimpl
 
 from ..shapes.bounds import support
@@ -21,7 +21,7 @@ from .antipodal import FINGER
 
 if TYPE_CHECKING:
     from ..motion_planning.space import Refusal
-    from .push_way import Left, Met, Spot
+    from .push_way import Left, Spot
 
 ABOVE, GAP = 0.06, 0.01  # over the place behind a thing at the stand-off, and from there to the thing [m]
 LOW = 1 / 3  # finger tips over what carries a thing, as a share of its height: under a plate's rim, that they meet
@@ -33,15 +33,15 @@ EIGHTHS = (0.0, 180.0, 90.0, 270.0, 45.0, 225.0, 135.0, 315.0)
 """The same of closed fingers in a thing."""
 SPOTS = ((0.0, 0.0), (0.02, 0.0), (0.0, 0.02), (0.0, -0.02), (-0.02, 0.0))
 """For these, from its middle, ahead and to the left [m]: where the hand is beside what stands beside the thing."""
-WIDTHS = ((0.6, 0.45, 0.3), (1.1,))
-"""By which a thing is pushed aside, as shares of its own: in the first round as far as there is room, in the second to where nothing of it
-is where it was."""
-ASIDE = (90.0, -90.0, 180.0, 0.0, 135.0, -135.0, 45.0, -45.0)
-"""Ways aside from the way that leads away from the robot, about the vertical [deg]."""
 INNER = 0.6
 """Of a region's half sides, from its middle: where ways around something end."""
+FARTHER = (1.0, 0.7, 1.5)
+"""Times as far as asked that something is pushed aside: it may be in the way by more, and there may be less room."""
+DIRECTIONS = 16
+"""In which it is pushed aside."""
 OVER, DEEP, PLAY = 0.0005, 0.006, 0.001  # finger tips in a thing, over its floor; the least that its rim stands up; before it [m]
 SHORT = 1e-6  # [m]: no way at all
+SPOT = Feature("spot", "vrps:SurfaceFeature", size={"radius": 0.0})  # a region that is a point
 UP = np.array([0.0, 0.0, 1.0])
 Hand = tuple[Floats, Pose, float, str]
 """The level way (3,) of a thing, the TCP from where it begins, how far the fingers are open [m], and how the hand is held."""
@@ -49,8 +49,8 @@ Hand = tuple[Floats, Pose, float, str]
 
 @hookimpl
 def resolve_location(location: Location, belief: Belief, context: Context) -> Answers:
-    """Resolve locations "behind", "aside" and "pushed_to"; None for other relations."""
-    finders = {"behind": _behind, "aside": _aside, "pushed_to": _pushed_to}
+    """Resolve locations "behind" and "pushed_to"; None for other relations."""
+    finders = {"behind": _behind, "pushed_to": _pushed_to}
     finder = finders.get(location.relation)
     return finder(location, belief, context) if finder else None
 
@@ -58,81 +58,82 @@ def resolve_location(location: Location, belief: Belief, context: Context) -> An
 def _behind(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
     """Fingers on the side of a thing that is opposite to the region that it shall go to; to the region's middle first.
 
-    With "inside" they are in the thing, low, and take it along at the inner side of its rim.
+    With "inside" they are in the thing, low, and take it along at the inner side of its rim. With "aside_m" in the place of a region it
+    shall go about as far as that, in any direction.
     """
-    from ..motion_planning.reach import bound, reference_pose
+    from ..motion_planning.reach import bound, collision_free_ik, make_scene, reference_pose, shift
+    from ..motion_planning.space import Refusal
 
     entity, inside = bound(context, location.of), bool(location.parameters.get("inside"))
     thing, pose = belief.thing(entity), reference_pose(belief, location, context)
     if not thing.movable:
         raise Unresolvable(f"'{entity}' is fixed and cannot be pushed", (location.of or "",))
-    area, frame = _region(thing, pose, str(location.parameters["region"]), belief)
-    last = _last(location, belief, context, entity, area, frame) if inside else None
-    hands = _hands_behind(thing, pose, location, context.robot.gripper, area, frame)
-    if last is not None:
-        hands = _hands_in(thing, pose, context.robot.gripper, _towards(pose, area, frame, 0.0), last)
-    yield from (_offered(hand, entity, inside, belief, context, 0.1 * k) for k, hand in enumerate(hands))
-
-
-def _offered(hand: Hand, entity: str, inside: bool, belief: Belief, context: Context, cost: float) -> Grounding | Refused:
-    """Where a hand begins to push, if the arm gets there."""
-    from ..motion_planning.reach import collision_free_ik, make_scene, shift
-    from ..motion_planning.space import Refusal
-
-    way, at, opening, turn = hand
-    name = f"by ({1000 * way[0]:+.0f} {1000 * way[1]:+.0f}) mm, hand {turn}"
-    free = make_scene(belief, context, (), opening)
-    near, before = make_scene(belief, context, [entity], opening) if inside else free, shift(at, ABOVE * UP)
-    off = collision_free_ik(free, context, before, belief.joints)
-    there = off if isinstance(off, Refusal) else collision_free_ik(near, context, at, off)
-    if isinstance(there, Refusal):
-        return there.refused(name)
-    x, y, _ = (float(v) for v in way + belief.pose(entity).position)
-    place = Place(at, before, opening, (0.0, 0.0, -1.0), thing=entity, values={"x_m": x, "y_m": y})
-    return Grounding(place, f"'{entity}' {name}", cost, key=name)
-
-
-def _aside(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
-    """Fingers in a thing that take it out of the way of something: to each side where nothing is, first by less than its width.
-
-    Of each way one hand is offered: what else fails of it is more likely where it ends.
-    """
-    from ..motion_planning.reach import bound, reference_pose
-    from ..motion_planning.space import Refusal
-    from .push_way import met_alone
-
-    entity = bound(context, location.of)
-    thing, pose = belief.thing(entity), reference_pose(belief, location, context)
-    if not thing.movable:
-        raise Unresolvable(f"'{entity}' is fixed and cannot be pushed", (location.of or "",))
-    met = met_alone(belief, context, entity)
-    for k, (shares, turn) in enumerate(itertools.product(WIDTHS, ASIDE)):
-        way = _free_aside(thing, pose, turn, shares, met)
-        if isinstance(way, Refusal):
-            yield way.refused(f"{turn:+.0f} deg aside")
+    aside = "aside_m" in location.parameters
+    hands = (_aside if aside else _to_region)(thing, pose, location, belief, context)
+    for k, hand in enumerate(hands):
+        if isinstance(hand, Refused):
+            yield hand
             continue
-        for hand in _hands_in(thing, pose, context.robot.gripper, way, way):
-            found = _offered(hand, entity, True, belief, context, 0.1 * k)
-            yield found
-            if isinstance(found, Grounding):
-                break
+        way, at, opening, turn = hand
+        name = f"by ({1000 * way[0]:+.0f} {1000 * way[1]:+.0f}) mm, hand {turn}"
+        free = make_scene(belief, context, (), opening)
+        near, before = make_scene(belief, context, [entity], opening) if inside else free, shift(at, ABOVE * UP)
+        off = collision_free_ik(free, context, before, belief.joints)
+        there = off if isinstance(off, Refusal) else collision_free_ik(near, context, at, off)
+        if isinstance(there, Refusal):
+            yield there.refused(name)
+        else:
+            x, y, _ = (float(v) for v in way + pose.position)
+            place = Place(at, before, opening, (0.0, 0.0, -1.0), thing=thing.name, values={"x_m": x, "y_m": y})
+            yield Grounding(place, f"'{entity}' {name}", 0.1 * k, key=name)
 
 
-def _free_aside(thing: Thing, pose: Pose, turn: float, shares: Sequence[float], met: Met) -> Floats | Refusal:
-    """The first level way (3,) [m] that is free, by shares of a thing's width, turned from the way that leads away from the robot [deg]."""
+def _to_region(thing: Thing, pose: Pose, location: Location, belief: Belief, context: Context) -> Iterator[Hand]:
+    """Hands that bring a thing to its region.
+
+    Raises:
+        Unresolvable: fingers in it cannot.
+    """
     from ..motion_planning.space import Refusal
-    from .push_way import way_straight
 
-    (x, y, _), angle = pose.position, math.atan2(pose.position[1], pose.position[0]) + math.radians(turn)
-    ahead = np.array([math.cos(angle), math.sin(angle), 0.0])
-    ways = [share * (support(thing, pose, ahead) + support(thing, pose, -ahead)) * ahead for share in shares]
-    found: Floats | Refusal = Refusal("no way")
-    for way in ways:
-        no = way_straight((x, y), (x + way[0], y + way[1]), met)
-        if not isinstance(no, Refusal):
-            return way
-        found = no
-    return found
+    area, frame = _region(thing, pose, str(location.parameters["region"]), belief)
+    if not location.parameters.get("inside"):
+        yield from _hands_behind(thing, pose, location, context.robot.gripper, area, frame)
+        return
+    last = _last(location, belief, context, thing.name, area, frame)
+    if isinstance(last, Refusal):
+        raise Unresolvable(last.reason, (), blocking=last.blocking, collision=last.collision)
+    yield from _hands_in(thing, pose, context.robot.gripper, _towards(pose, area, frame, 0.0), last)
+
+
+def _aside(thing: Thing, pose: Pose, location: Location, belief: Belief, context: Context) -> Iterator[Hand | Refused]:
+    """Hands that push a thing out of the way, one for each way on which it meets nothing, then another one for each: first away from what
+    later tasks are about, last towards that."""
+    from ..motion_planning.space import Refusal
+    from .push_way import met_alone, way_straight
+
+    (x, y, z), gripper, met = pose.position, context.robot.gripper, met_alone(belief, context, thing.name)
+    found = list[Iterator[Hand]]()
+    for farther, (cos, sin) in itertools.product(FARTHER, _directions(pose, belief, context)):
+        far = farther * float(location.parameters["aside_m"])
+        way = np.array([far * cos, far * sin, 0.0])
+        to = x + far * cos, y + far * sin
+        if isinstance(no := way_straight((x, y), to, met), Refusal):
+            yield no.refused(f"by ({1000 * way[0]:+.0f} {1000 * way[1]:+.0f}) mm")
+        elif location.parameters.get("inside"):
+            found.append(_hands_in(thing, pose, gripper, way, way))
+        else:
+            found.append(_hands_behind(thing, pose, location, gripper, SPOT, Pose((*to, z)), (0.0,)))
+    yield from (hand for row in itertools.zip_longest(*found) for hand in row if hand is not None)
+
+
+def _directions(pose: Pose, belief: Belief, context: Context) -> list[Spot]:
+    """Level unit vectors all around, those first that lead away from what later tasks are about."""
+    named = (str(context.bindings.get(o.name, o.entity or "")) for a in context.agenda if isinstance(a, Action) for o in a.roles.values())
+    about = [belief.pose(n).position[:2] for n in dict.fromkeys(map(thing_of, named)) if n in belief.poses]
+    off = np.asarray(pose.position[:2]) - np.mean(about, axis=0) if about else np.array([1.0, 0.0])
+    ways = [(math.cos(angle), math.sin(angle)) for angle in np.linspace(0.0, math.tau, DIRECTIONS, endpoint=False).tolist()]
+    return sorted(ways, key=lambda way: -round(float(np.dot(way, off)), 6))
 
 
 def _pushed_to(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
@@ -184,11 +185,12 @@ def _around(location: Location, belief: Belief, context: Context, entity: str) -
         raise _stopped(shorter, location, context, entity)
 
 
-def _last(location: Location, belief: Belief, context: Context, entity: str, area: Feature, frame: Pose) -> Floats:
-    """The last leg (3,) of the way of a thing that fingers in it take along.
+def _last(location: Location, belief: Belief, context: Context, entity: str, area: Feature, frame: Pose) -> Floats | Refusal:
+    """The last leg (3,) of the way of a thing that fingers in it take along; or what is in the way of the thing alone, so that looking for
+    hands is of no use.
 
     Raises:
-        Unresolvable: something is in the way of the thing alone, so that looking for hands is of no use.
+        Unresolvable: it is there already.
     """
     from ..motion_planning.space import Refusal
     from .push_way import met_alone, way_around, way_straight
@@ -200,8 +202,7 @@ def _last(location: Location, belief: Belief, context: Context, entity: str, are
     around = bool(location.parameters.get("around"))
     found = way_around((x, y), _left(area, frame), met) if around else way_straight((x, y), (x + way[0], y + way[1]), met)
     if isinstance(found, Refusal):
-        said = f"'{entity}' cannot be pushed there, whatever holds it: {found.reason}"
-        raise Unresolvable(said, (), blocking=found.blocking, collision=found.collision)
+        return replace(found, reason=f"'{entity}' cannot be pushed there, whatever holds it: {found.reason}")
     (a, b), (c, d) = ((x, y), *found)[-2:]
     return np.array([c - a, d - b, 0.0])
 
@@ -264,11 +265,13 @@ def _towards(pose: Pose, area: Feature, frame: Pose, share: float) -> Floats:
     return np.array([*(target - np.asarray(pose.position))[:2], 0.0])
 
 
-def _hands_behind(thing: Thing, pose: Pose, location: Location, gripper: Gripper, area: Feature, frame: Pose) -> Iterator[Hand]:
+def _hands_behind(
+    thing: Thing, pose: Pose, location: Location, gripper: Gripper, area: Feature, frame: Pose, shares: Sequence[float] = SHARES
+) -> Iterator[Hand]:
     """Hands whose fingers are behind a thing, as far open as the location says, as a share of the thing's width."""
     low, top = -support(thing, pose, -UP), support(thing, pose, UP)
     apart = float(location.parameters.get("apart", 0.0))
-    for share, turn in itertools.product(SHARES, TURNS):
+    for share, turn in itertools.product(shares, TURNS):
         way = _towards(pose, area, frame, share)
         ahead, across, hand = _axes(way, turn)
         back, left, right = (support(thing, pose, v) for v in (-ahead, across, -across))

@@ -16,8 +16,8 @@ from .surfaces import SUNK, resting_height
 
 PUSHED = "pushed_m"
 """Value of a place: how far its thing comes along with fingers that go straight to it [m]."""
-PUSHED_ALONG = "predicted: pushed"
-"""Source of the pose of what has come along."""
+CAME_ALONG = "predicted: pushed, as far as the fingers went"
+"""Source of the pose of what did."""
 AT = ("on", "in", "hangs_on")
 """Relations of a belief that tie a thing to a place."""
 
@@ -43,7 +43,7 @@ def pushed_along(belief: Belief, place: Place) -> Belief:
     known, with_it = belief.poses[name], carried_along(belief, name)
     x, y, z = (np.asarray(known.pose.position) + way * np.asarray(place.approach)).tolist()
     there = Pose((x, y, z), known.pose.quaternion)
-    poses = {name: replace(known, pose=there, source=PUSHED_ALONG)}
+    poses = {name: replace(known, pose=there, source=CAME_ALONG)}
     poses |= {one: replace(e, pose=there * e.pose) for one, e in with_it.items()}
     return replace(belief, poses={**belief.poses, **poses})
 

@@ -1,16 +1,18 @@
-"""soma:Pushing: closed fingers touch a thing and move it along its support, or take it aside at its rim; open fingers push a flat thing to
-a region of that."""
+"""soma:Pushing: closed fingers touch a thing and move it along its support, or open fingers push a flat thing to a region of that, or out
+of the way."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 
+import numpy as np
 from msgspec.structs import replace
 
 from cramlite.model import Action, Belief, Location, Motion
 from cramlite.plugin import Decomposition, Parameter, Role, TaskType, Unresolvable, hookimpl
 
-from ..shapes.carried_along import PUSHED_ALONG
+from ..shapes.bounds import support
+from ..shapes.carried_along import CAME_ALONG
 
 APART = 0.6
 """Between open fingers, as a share of the thing's width: two that touch it keep it from turning away."""
@@ -20,6 +22,10 @@ and lasting 0.6 N count as a grip (episodes/detection/grasped.py). Closed finger
 GRAVITY = 9.81
 DOWN = {"speed_m_s": 0.02, "free_m_s": 0.1, "force_n": 2.0, "beyond_m": 0.01}
 """To the floor of a thing."""
+LOW = 0.03
+"""Height of what closed fingers that feel their way from the side slide over, as they keep half of that above what carries it [m]."""
+OUT_OF_THE_WAY = 0.1
+"""How far a low thing goes that nobody wants anywhere [m]."""
 LOST = 2.0
 """How long fingers in a thing may go without pressing on it [s]: at its rim they take it along all the same."""
 SLIPS = 0.005
@@ -44,18 +50,20 @@ class Pushing(TaskType):
     def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
         if belief.held is not None:
             raise Unresolvable.because_of_earlier_tasks(f"the gripper holds '{belief.held.thing}'; empty fingers push")
-        if action.parameters.get("where"):
-            heavy = _resists(belief, action.roles["Patient"].entity or "") > PRESSED
-            yield self._to_region(action, 0.0 if heavy else APART, 0.0)
-            yield self._to_region(action, APART if heavy else 0.0, 1.0)
-            yield self._from_inside(action, self._within(action, "inside", "behind", around=False), "straight", 2.0)
-            yield self._from_inside(action, self._within(action, "amid", "behind", around=True), "around what is in its way", 3.0)
-        else:
-            aside = self._from_inside(action, self._within(action, "within", "aside"), "aside", 1.0)
-            felt = _resists(belief, action.roles["Patient"].entity or "") > self.parameter(action, "touch_force_n")
-            yield from (self._along(action), aside) if felt else (replace(aside, cost=0.0), replace(self._along(action), cost=1.0))
+        patient, name = action.roles["Patient"].name, action.roles["Patient"].entity or ""
+        to_region, low = bool(action.parameters.get("where")), _height(belief, name) < LOW
+        if to_region or low:
+            far = self.begins_at(action) if to_region else Location(f"behind({patient})", "behind", patient, {"aside_m": OUT_OF_THE_WAY})
+            heavy = _resists(belief, name) > PRESSED
+            yield self._from_behind(action, far, 0.0 if heavy else APART, 0.0)
+            yield self._from_behind(action, far, APART if heavy else 0.0, 1.0)
+            yield self._from_inside(action, far, around=False, cost=2.0)
+            if to_region:
+                yield self._from_inside(action, far, around=True, cost=3.0)
+        if not to_region:
+            yield self._along(action, 3.0 if low else 0.0)
 
-    def _along(self, action: Action) -> Decomposition:
+    def _along(self, action: Action, cost: float) -> Decomposition:
         patient, beside = action.roles["Patient"], self.begins_at(action)
         far = Location(
             action.inside("far"), "pushed", patient.name, {"distance_m": self.parameter(action, "distance_m")}
@@ -73,10 +81,9 @@ class Pushing(TaskType):
             far,
             Motion(action.inside("push"), "linear", far, push, touch, f"{patient.entity} moves along"),
         )
-        return Decomposition(steps, "touch, then straight on")
+        return Decomposition(steps, "touch, then straight on", cost)
 
-    def _to_region(self, action: Action, apart: float, cost: float) -> Decomposition:
-        behind = self.begins_at(action)
+    def _from_behind(self, action: Action, behind: Location, apart: float, cost: float) -> Decomposition:
         behind = replace(behind, parameters={**behind.parameters, "apart": apart})
         says = "with open fingers" if apart else "with closed fingers"
         patient, push = action.roles["Patient"], {"stage": "pose", "speed_m_s": self.parameter(action, "speed_m_s")}
@@ -87,16 +94,13 @@ class Pushing(TaskType):
             far,
             Motion(action.inside("push"), "linear", far, push, (patient.name,), f"{patient.entity} moves along"),
         )
-        return Decomposition(steps, f"from behind {says}, straight to its region", cost)
+        return Decomposition(steps, f"from behind {says}, straight {_where(behind)}", cost)
 
-    def _within(self, action: Action, name: str, relation: str, **more: bool) -> Location:
-        where = action.parameters.get("where") and self.begins_at(action).parameters
-        return Location(action.inside(name), relation, action.roles["Patient"].name, {**(where or {}), **more, "inside": True})
-
-    def _from_inside(self, action: Action, inside: Location, says: str, cost: float) -> Decomposition:
+    def _from_inside(self, action: Action, begin: Location, around: bool, cost: float) -> Decomposition:
         patient = action.roles["Patient"]
-        touch = (patient.name,)
-        far = Location(action.inside("far"), "pushed_to", patient.name, {**inside.parameters, "begin": inside.name})
+        where, touch = {**begin.parameters, "around": around}, (patient.name,)
+        inside = Location(action.inside("amid" if around else "inside"), "behind", patient.name, {**where, "inside": True})
+        far = Location(action.inside("far"), "pushed_to", patient.name, {**where, "begin": inside.name})
         slide = {
             "press_n": self.parameter(action, "press_n"), "speed_m_s": self.parameter(action, "slide_m_s"), "lost_s": LOST,
         }  # fmt: skip
@@ -107,7 +111,7 @@ class Pushing(TaskType):
             far,
             Motion(action.inside("push"), "compliant_slide", far, slide, touch, f"{patient.entity} comes along"),
         )
-        return Decomposition(steps, f"at its rim from inside, {says}", cost)
+        return Decomposition(steps, f"at its rim from inside, {'around what is in its way' if around else 'straight'}", cost)
 
     @staticmethod
     def _over(action: Action, begin: Location, says: str, fingers: str) -> tuple[Location | Motion, ...]:
@@ -119,10 +123,11 @@ class Pushing(TaskType):
         )
 
     def effects(self, action: Action, belief: Belief) -> Belief:
-        """Return the belief with the thing somewhere within the stroke, or before the fingers that took it along to a place."""
+        """Return the belief with the thing somewhere within the stroke; what came along with the fingers is before or about them."""
         thing = action.roles["Patient"].entity or ""
         known = belief.poses[thing]
-        spread = known.sigma + (SLIPS if known.source == PUSHED_ALONG else self.parameter(action, "distance_m"))
+        before_them = action.parameters.get("where") or known.source == CAME_ALONG
+        spread = known.sigma + (SLIPS if before_them else self.parameter(action, "distance_m"))
         return replace(belief, poses={**belief.poses, thing: replace(known, sigma=spread, source="predicted: pushed")})
 
     def begins_at(self, action: Action) -> Location:
@@ -132,6 +137,16 @@ class Pushing(TaskType):
         if set(where) - {"region", "within"}:
             raise Unresolvable("flat things are pushed to regions only, not to a side of something or near it", (patient,))
         return Location(f"behind({patient})", "behind", patient, where)
+
+
+def _where(far: Location) -> str:
+    return "to its region" if "region" in far.parameters else "out of the way"
+
+
+def _height(belief: Belief, name: str) -> float:
+    """Of a thing, as it is turned [m]."""
+    thing, pose, up = belief.thing(name), belief.pose(name), np.array([0.0, 0.0, 1.0])
+    return support(thing, pose, up) + support(thing, pose, -up)
 
 
 def _resists(belief: Belief, name: str) -> float:
