@@ -140,7 +140,9 @@ def _shares(location: Location, joint: Joint, hand: Pose, held: bool) -> tuple[f
         return (said,)
     if location.relation == "opened":
         return TURNED if location.parameters.get("turned") else OPENED
-    return (0.0 if location.relation == "stop" else CLOSED if held else ajar(joint, hand),)
+    if location.relation == "stop" or location.parameters.get("turned"):  # a knob is off at its stop, where others may want it exactly
+        return (0.0,)
+    return (CLOSED if held else ajar(joint, hand),)
 
 
 def ajar(joint: Joint, hand: Pose) -> float:

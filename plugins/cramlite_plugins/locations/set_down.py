@@ -25,6 +25,7 @@ from .attitude import check_turn, held_now, put_down
 from .covers import closed_in, covers
 from .free_area import Offset, beside, free_area, positions
 from .from_aside import is_free, slants
+from .leaning import LET_GO, close_by, leaning, must_lean
 from .place_filters import ABOVE_IT, ASIDE, CHEAP, DEAR, OFF_WALLS, SIDES, Filter, Obstacle, Spot, Wanted, clear, opened
 from .resting_poses import DROPS, is_uneven, lowered_onto, resting_poses, spot_at_rest
 from .room_for_more import corner, roomiest, to_come
@@ -100,6 +101,9 @@ def _answers(targets: list[Wanted], now: Pose, location: Location) -> Iterator[t
         yield from ((0, answer) for answer in _at_rest(targets[0], now))
         if targets[0].uneven:
             return
+    if location.relation == "in" and (why := must_lean(targets[0], now)):
+        yield from ((0, answer) for answer in _leaning(targets[0], now, why))
+        return
     for k, (wanted, offset) in enumerate(_interleaved(targets, now, location)):
         few = YAWS if k < len(targets) else FEW_YAWS
         yaws = (*_turns(wanted, now, offset, few), *((GOLDEN * k % 360,) if k else ()))
@@ -170,6 +174,18 @@ def _at_rest(wanted: Wanted, now: Pose) -> Iterator[Grounding | Refused]:
         yield from (replace(a, passed=a.passed + len(CHEAP["on"])) if isinstance(a, Refused) else a for a in placed)
     if not rests:
         yield Refused("anywhere", f"not at rest: it would slide or fall off '{wanted.entity}', let go of in any of {DROPS} ways", 0)
+
+
+def _leaning(wanted: Wanted, now: Pose, why: str) -> Iterator[Grounding | Refused]:
+    """Placements from which it comes to rest leaning, in the region that is asked for."""
+    near, rests = close_by(wanted), False
+    for found in leaning(wanted, now):
+        turn, rests = PER_TURN * math.hypot(*(now.inverse() * found).rotvec), True
+        at = partial(spot_at_rest, near, found)
+        placed = _from_above(near, at, "at rest", turn, ((LET_GO, wanted.depth + ABOVE),), attitude=True)
+        yield from (replace(a, passed=a.passed + len(CHEAP["in"])) if isinstance(a, Refused) else a for a in placed)
+    if not rests:
+        yield Refused("leaning", f"not at rest: {why}; nor would it be, leaning against a wall", 0)
 
 
 def _turned(wanted: Wanted, now: Pose, offset: Offset, yaw: float, relation: str) -> Iterator[Grounding | Refused]:
