@@ -93,7 +93,7 @@ def _attempt(goal: str, keyframe: str, scene: Path = SCENE, proofs: int = 3) -> 
     """Resolve a goal: "proven", or why not."""
     trace = Trace()
     try:
-        return "proven" if _resolve(goal, keyframe, trace, scene, proofs) else failure_text(trace)
+        return "proven" if _resolve(goal, keyframe, trace, scene, proofs) else failure_text(trace, ())
     except NoSolution as refused:
         return str(refused)
 
