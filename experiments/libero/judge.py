@@ -23,6 +23,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 sys.path.insert(0, str(Path(__file__).resolve().parent))
+from instability import instability
 from judge_lines import Refused, serve
 from masses import with_masses
 from wrist_force import WristForce
@@ -119,7 +120,7 @@ class Judge:
         self.steps += 1
         if self.first is None and self.env.check_success():
             self.first = self.steps
-        return self.feel()
+        return self.feel() | {"stop": instability(self.env.sim.data._data)}
 
     def feel(self) -> dict[str, Any]:
         """Return what the robot feels."""

@@ -178,6 +178,19 @@ def test_an_episode_begins_alike_whatever_was_played_before(monkeypatch: pytest.
     assert drawn[0] == drawn[2] != drawn[1]
 
 
+@pytest.mark.parametrize(("speed", "said"), [(1.0, ""), (1e12, "The judge's simulation became unstable")])
+def test_a_simulation_that_mujoco_resets_by_itself_is_told(speed: float, said: str) -> None:
+    """Else the arm is elsewhere all of a sudden, and nobody knows why."""
+    import mujoco
+
+    model = mujoco.MjModel.from_xml_string('<mujoco><worldbody><body><freejoint/><geom size=".1"/></body></worldbody></mujoco>')
+    data = mujoco.MjData(model)
+    data.qvel[0] = speed
+    mujoco.mj_step(model, data)
+    assert module_of(LIBERO / "instability.py").instability(data).startswith(said)
+    assert bool(said) == bool(module_of(LIBERO / "instability.py").instability(data))
+
+
 def test_an_impact_of_one_physics_step_counts_as_long_as_it_lasts(monkeypatch: pytest.MonkeyPatch) -> None:
     """60 N in one of 25 steps are 2.4 N of an action, wherever in it; the next action begins anew."""
     made = list[SimpleNamespace]()
