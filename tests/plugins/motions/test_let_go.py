@@ -28,3 +28,13 @@ def test_what_is_on_rails_stays_where_it_is_let_go_of(thing: str, sigma: float) 
     answers = resolve_motion(Motion("1.Opening/release", "gripper", None, {"to": "open"}), belief, context)
     after = next(iter(answers or ())).belief
     assert after is not None and after.poses[thing].sigma == pytest.approx(sigma)
+
+
+@pytest.mark.parametrize(("opening", "moves"), [(0.085, False), (0.070, False), (0.055, True)])
+def test_an_open_hand_is_not_opened_again(opening: float, moves: bool) -> None:
+    """Open is what ``gripper_open`` calls so, more than 0.75 of the widest: a task that opens fingers would find its work done."""
+    room = world(TABLE)
+    context = Context(UR5E, room.robots[0], {}, None)  # type: ignore[arg-type]
+    belief = initial_belief(room, "arm1", UR5E.home, opening)
+    answer = next(iter(resolve_motion(Motion("1.Opening/release", "gripper", None, {"to": "open"}), belief, context) or ()))
+    assert bool(answer.value) == moves
