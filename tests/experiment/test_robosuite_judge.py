@@ -56,7 +56,7 @@ def judge(script: ModuleType, monkeypatch: pytest.MonkeyPatch) -> Any:
     monkeypatch.setattr(script.Judge, "feel", lambda self: {})
     monkeypatch.setattr(script.Judge, "_opening", lambda self: 0.05)
     found = script.Judge()
-    found.env = Environment()
+    found.env, found.force = Environment(), SimpleNamespace(begin=lambda: None)
     return found
 
 
