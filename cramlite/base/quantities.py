@@ -19,6 +19,8 @@ UNITS: dict[str, dict[str, float]] = {
 MOST = {"length": 1e3, "angle": 1e3, "mass": 1e4, "force": 1e4, "time": 1e5, "speed": 1e3, "acceleration": 1e4}
 """The largest magnitude of each kind in SI units that means anything here: more is a slip of the pen or of a unit, and simulator
 and planners would work on it for minutes before they fail. Ours: ten times and more what any arm here reaches, lifts or lasts."""
+LONGEST = 40
+"""Characters of what was written that a message repeats."""
 _ENDINGS = (
     ("_m_s2", "acceleration"), ("_rad_s2", "acceleration"), ("_m_s", "speed"), ("_rad_s", "speed"), ("_m", "length"),
     ("_rad", "angle"), ("_kg", "mass"), ("_n", "force"), ("_s", "time"),
@@ -38,19 +40,20 @@ def parse_quantity(value: Any, kind: str) -> float:
         ValueError: not a finite number, a unit of another kind, or more than means anything; says what would be right.
     """
     units = UNITS[kind]
+    said = str(value) if len(str(value)) <= LONGEST else f"{str(value)[:LONGEST]}..."
     right = (
-        f"a {kind} is a number in {next(iter(units))}, or text such as '{_EXAMPLES[kind]}' (units: {', '.join(units)})"
+        f"{_A[kind]} is a number in {next(iter(units))}, or text such as '{_EXAMPLES[kind]}' (units: {', '.join(units)})"
     )
     match = _NUMBER.fullmatch(str(value)) if not isinstance(value, bool) else None
     if match is None:
-        raise ValueError(f"'{value}' is not {_A[kind]}: {right}")
+        raise ValueError(f"'{said}' is not {_A[kind]}: {right}")
     number, unit = float(match[1]), match[2]
     if unit and unit not in units:
         raise ValueError(f"'{unit}' is not a unit of {kind}: {right}")
     if not math.isfinite(number):
-        raise ValueError(f"'{value}' is not finite: {right}")
+        raise ValueError(f"'{said}' is not finite: {right}")
     if beyond := beyond_reason(number * units.get(unit, 1.0), kind):
-        raise ValueError(f"'{value}' is {beyond}")
+        raise ValueError(f"'{said}' is {beyond}")
     return number * units.get(unit, 1.0)
 
 

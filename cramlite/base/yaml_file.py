@@ -43,7 +43,7 @@ def load_yaml(path: Path) -> Any:
             problem += "; there is a tab in this line: YAML is indented with spaces"
         raise UserError(f"{path}{line}: not valid YAML: {problem}.") from error
     except (YAMLError, ValueError, RecursionError) as error:
-        raise UserError(f"{path}: not valid YAML: {error}.") from error
+        raise UserError(f"{path}: not valid YAML: {str(error).splitlines()[0]}.") from error
 
 
 def line_of(data: Any, location: Sequence[str | int]) -> int:
@@ -95,6 +95,8 @@ KINDS = {
 
 def _said(kind: str, said: str, given: Any) -> str:
     """A complaint in the words of YAML."""
+    if kind == "string_pattern_mismatch":  # names are the only text with a pattern
+        return f"'{given}' is no name; a name is a letter of A to Z, then such letters, digits and underscores"
     if kind not in KINDS:
         return said.removeprefix("Value error, ")
     names = {dict: "a mapping", list: "a list", str: "text", bool: "true or false", type(None): "empty"}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 import re
 from collections.abc import Callable
 from pathlib import Path
@@ -44,6 +45,21 @@ class Parser(argparse.ArgumentParser):
         wrong = re.search(r"invalid choice: '([^']*)' \(choose from (.*)\)", message)
         hint = did_you_mean(wrong[1], re.findall(r"[\w.-]+", wrong[2])).strip() if wrong else ""
         super().error(f"{message}; {hint}" if hint else message)
+
+
+def duration(text: str) -> float:
+    """Read an option that is a time [s], 0 or more.
+
+    Raises:
+        argparse.ArgumentTypeError: it is none; argparse adds the option's name.
+    """
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not value >= 0.0:
+        raise argparse.ArgumentTypeError(f"'{text}' is no time; write a number of seconds, 0 or more")
+    return value
 
 
 def add_plugin_choice(command: argparse.ArgumentParser) -> None:

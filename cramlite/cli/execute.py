@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import shlex
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,7 +19,7 @@ from ..plugin.catalogue import pick
 from ..plugin.selection import INSTALLED, PluginChoice
 from ..scenario.scenario import read_scenario
 from ..scenario.worlds import read_world
-from .arguments import Add, plugin_choice
+from .arguments import Add, duration, plugin_choice
 from .judge import add_purpose, judged_json, judged_text, naming, purpose_of, read_text, refuse, robots_world
 from .texts import findings_text, rollout_json, rollout_text, warn_of
 
@@ -195,13 +196,8 @@ def execute_and_replan(
     scene, engine = _who_replans(scenario, rounds, plugins)
     first = _first_attempt(program, scene, engine, world, seed)
     said: list[str] = []
-
-    def say(text: str) -> None:
-        said.append(text)
-        if not json_output:
-            print(text, flush=True)
-
-    done = []
+    done: list[Round] = []
+    say = partial(_say, said, aloud=not json_output)
     try:
         for number, one in enumerate(replanning.rounds(first, scene, engine, seed=seed, most=rounds, say=say), 1):
             done.append(one)
@@ -215,6 +211,13 @@ def execute_and_replan(
     if not json_output:
         print("Came to its end " + ("at the first execution" if len(done) == 1 else f"after {len(done)} executions"))
     return 0
+
+
+def _say(said: list[str], text: str, *, aloud: bool) -> None:
+    """Keep what is said between rounds, and print it unless all is printed at the end."""
+    said.append(text)
+    if aloud:
+        print(text, flush=True)
 
 
 def _who_replans(name: str, rounds: int, plugins: PluginChoice) -> tuple[Scenario, Engine]:
@@ -365,7 +368,7 @@ def add_commands(add: Add) -> None:
     )
     controller.add_argument("--host", default="127.0.0.1", help="a loopback address (default 127.0.0.1)")
     controller.add_argument(
-        "--seconds", type=float, default=0.0, help="close after this time; 0 (default) for no limit"
+        "--seconds", type=duration, default=0.0, help="close after this time; 0 (default) for no limit"
     )
-    controller.add_argument("--idle", type=float, default=600.0, help="close after this time without a client")
+    controller.add_argument("--idle", type=duration, default=600.0, help="close after this time without a client")
     controller.add_argument("--seed", type=int, default=0)

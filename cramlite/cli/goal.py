@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 def _goal(arguments: argparse.Namespace) -> int:
     from ..engine.engine import make_engine
 
+    if arguments.plans < 1:
+        raise UserError(f"--plans is {arguments.plans}; it takes at least 1 plan.")
     scenario = read_scenario(find_scenario(arguments.scenario))
     if scenario.spec.goal is None:
         raise UserError(f"{scenario.path} has no goal; write one such as 'goal: [drawer open]' in the place of its tasks.")

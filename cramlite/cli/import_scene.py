@@ -21,7 +21,7 @@ def import_scene(arguments: argparse.Namespace) -> int:
     """Read a scene file, print what was understood of it and what was not, and write a scenario around it.
 
     Raises:
-        UserError: the file cannot be used; or the scenario exists already.
+        UserError: the file cannot be used; or the scenario exists already, or cannot be written.
     """
     from ..plugin.catalogue import Knowledge, pick
     from ..scenario.imported_world import propose, read_scene_file
@@ -38,9 +38,16 @@ def import_scene(arguments: argparse.Namespace) -> int:
     print("\n".join(_report(arguments.scene, scene, classes)))
     if out is not None:
         jointed = next((t.name for t in scene.things if t.joint), "")
-        out.write_text(_scenario(arguments, packages, robot + _stand(scene), classes, jointed), encoding="utf-8")
+        _write(out, _scenario(arguments, packages, robot + _stand(scene), classes, jointed))
         print(f"Written: {out}. Put tasks into it, correct the classes, then 'cramlite check {out}'.")
     return 0
+
+
+def _write(out: Path, text: str) -> None:
+    try:
+        out.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise UserError(f"'{out}' cannot be written: {error.strerror}; choose another file with --out.") from error
 
 
 def _package(said: str) -> tuple[str, Path]:

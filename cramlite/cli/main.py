@@ -8,6 +8,7 @@ import sys
 from collections.abc import Collection, Mapping, Sequence
 
 from ..base.errors import CramliteError, PluginError
+from ..base.seeds import whole_seed
 from ..version import VERSION
 from .arguments import Command, Parser, add_plugin_choice, plugin_choice
 
@@ -96,7 +97,8 @@ def parser(asked: Collection[str] = COMMANDS.keys()) -> argparse.ArgumentParser:
 
 
 def _heed(arguments: argparse.Namespace) -> None:
-    """Plugins that are chosen can be had, also where a command asks none; the others see for themselves."""
+    """A seed is one; plugins that are chosen can be had, also where a command asks none: the others see for themselves."""
+    whole_seed(getattr(arguments, "seed", 0))
     if not arguments.asks_plugins and (arguments.plugin or arguments.block or arguments.prefer):
         plugin_choice(arguments).registry()
 

@@ -63,10 +63,7 @@ def resolve_scenario(
         PluginError: nothing was found, and a plugin broke on the way.
         UserError: the scenario cannot be used.
     """
-    scenario = read_scenario(find_scenario(name))
-    scenario = scenario.demonstrated_by(demonstration) if demonstration else scenario
-    scenario = scenario.planned_by(plan) if plan else scenario
-    scenario = scenario.read_as(meant) if meant else scenario
+    scenario = _started_from(read_scenario(find_scenario(name)), demonstration, plan, meant)
     engine = make_engine(scenario, plugins)
     reading = engine.read(scenario)
     setting = engine.setting(reading, seed=seed, backend=backend, twins=twins)  # a scenario that cannot be used claims no directory
@@ -77,15 +74,27 @@ def resolve_scenario(
     trace = _earlier_trace(run)
     with Progress(quiet=json_output) as say:
         solution, tried = _first_solution(run, reading, setting, engine, trace, say)
+        solution = _executed(solution, engine, say) if solution else None
         if solution is not None:
-            solution = _executed(solution, engine, say)
             write_solution(run, solution, engine, seed)
             _finish(run, solution, engine, say, report=report)
-    if solution is None:
-        if report:
+        elif report:
             _report_nothing(run, reading, setting, engine, trace, tried)
+    if solution is None:
         raise _no_solution(run, trace, engine, seed, json_output=json_output)
     print(as_json(solution_summary(solution, run, engine, seed)) if json_output else solution_text(solution, str(run.path)))
+    return _ended(solution, run, scenario)
+
+
+def _started_from(scenario: Scenario, demonstration: Path | None, plan: Path | None, meant: str | None) -> Scenario:
+    """The scenario with what the command line has it start from."""
+    scenario = scenario.demonstrated_by(demonstration) if demonstration else scenario
+    scenario = scenario.planned_by(plan) if plan else scenario
+    return scenario.read_as(meant) if meant else scenario
+
+
+def _ended(solution: Solution, run: RunDirectory, scenario: Scenario) -> int:
+    """The exit code of a program that was proven; raises if its first execution failed."""
     if not solution.succeeded:
         raise NoSolution(first_execution_failed(solution, run.path, scenario))
     return 0

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from ..base.errors import UserError
 from ..model.rollout import load_rollout
 from ..plugin.selection import INSTALLED, PluginChoice
-from .arguments import Add, plugin_choice
+from .arguments import Add, duration, plugin_choice
 
 if TYPE_CHECKING:
     from ..model.rollout import Rollout
@@ -198,4 +198,4 @@ def add_commands(add: Add) -> None:
     view.add_argument("--host", default="127.0.0.1", help="address to serve at (default 127.0.0.1)")
     view.add_argument("--port", type=int, default=8080, help="the first port to try (default 8080)")
     view.add_argument("--no-browser", action="store_true", help="print the address and open no browser")
-    view.add_argument("--seconds", type=float, default=0.0, help="close after this time; 0 (default) for no limit")
+    view.add_argument("--seconds", type=duration, default=0.0, help="close after this time; 0 (default) for no limit")

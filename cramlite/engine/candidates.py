@@ -69,6 +69,8 @@ class CandidateSequence(Value, eq=False):
         """
         self.trace.candidate = self.number
         wider = f", {self.effort.breadth} times as many alternatives as at first" if self.effort.breadth > 1 else ""
+        if wider:
+            self.trace.widened(str(self.plan), self.effort.breadth)
         self.progress(f"candidate {self.number}: {self.plan}{wider}")
         search = search_in(
             self.setting, self.knowledge, self.budget, self.trace, self.progress, self.stop, self.answers, self.effort

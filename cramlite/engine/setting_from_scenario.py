@@ -51,6 +51,7 @@ def setting_of(
     writer = pick("backend", knowledge.backends, name, place)
     world, relations = build_world(scenario, scenario.spec.things, scenario.spec.vary, knowledge, seed)
     _check_world(scenario, world, knowledge)
+    _check_objects(scenario, knowledge)
     if now is not None:
         world = replace(world, robots=now.robots)
     real = real_world(scenario, world, relations, seed) if scenario.spec.unknown_error else None
@@ -122,6 +123,18 @@ def _check_world(scenario: Scenario, world: World, knowledge: Knowledge) -> None
         named = [t.name for t in world.things if f"'{t.name}'" in str(error)]
         place = scenario.where_thing(named[0]) if named else scenario.where("things")
         raise UserError(f"{place}: {error}.") from error
+
+
+def _check_objects(scenario: Scenario, knowledge: Knowledge) -> None:
+    """Classes that describe objects are known: of one that is not nothing could be said, so that anything would do.
+
+    Raises:
+        UserError: one is not; with file and line.
+    """
+    for name, wanted in scenario.spec.objects.items():
+        for key in ("types", "features", "affords"):
+            for k, said in enumerate(getattr(wanted, key)):
+                knowledge.taxonomy.known(said, f"{scenario.where('objects', name, key, k)}: '{key}' of object '{name}'")
 
 
 def _check_advisory(scenario: Scenario, knowledge: Knowledge) -> None:

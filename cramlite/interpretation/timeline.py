@@ -93,7 +93,7 @@ Index = dict[tuple[str | float, ...], tuple[Row, ...]]
 
 
 class Phase:
-    """Instant (``start == end``) or interval of the timeline in which predicates are evaluated.
+    """Instant (``start == end``) or interval of the timeline in which predicates are evaluated [s].
 
     Predicates read it; ``memo`` is theirs to keep results in. ``situation`` is another memo, the same one for all
     phases in which the same states hold, all through and at some time, and the same things' poses are known;
@@ -193,7 +193,7 @@ class Timeline:
         return sorted(self.located.values())
 
     def holding(self, start: float, end: float) -> Hashable:
-        """Return which states hold in [start, end), and of how many things a pose is known by then."""
+        """Return which states hold in [start, end) [s], and of how many things a pose is known by then."""
         return self._states.holding(start, end), bisect_right(self._located, end)
 
     def situation(self, holds: Hashable) -> dict[Hashable, Any]:
@@ -208,7 +208,11 @@ class Timeline:
         return phase
 
     def phases(self, segment: Segment, padding: float = PADDING) -> dict[PhaseName, Phase]:
-        """Return the phases just before, all through, and just after an action."""
+        """Return the phases just before, all through, and just after an action.
+
+        Args:
+            padding: how long after the end of a labelled action its effects may appear [s]; as ``terminal`` has it.
+        """
         return {
             "pre": self.instant(segment.start),
             "run": Phase(self, segment.start, segment.end),
@@ -272,11 +276,11 @@ class Timeline:
         return tuple(sorted(found, key=lambda s: (s.start, s.end)))
 
     def active(self, type_: str, time: float) -> tuple[Event, ...]:
-        """Return the states of a class with start <= time < end."""
+        """Return the states of a class with start <= time < end [s]."""
         return self._index(type_).at(time)
 
     def active_between(self, type_: str, start: float, end: float) -> tuple[Event, ...]:
-        """Return the states of a class that hold somewhere in [start, end)."""
+        """Return the states of a class that hold somewhere in [start, end) [s]."""
         return self._index(type_).between(start, end)
 
     def boundaries(self, type_: str) -> frozenset[float]:

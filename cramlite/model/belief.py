@@ -115,7 +115,12 @@ class Belief(Value):
         return replace(self, poses=poses, held=replace(held, joints=self.joints), opening=held.opening)
 
     def released(self, estimate: Estimate, opening: float) -> Belief:
-        """Return the belief after the held thing is let go; it is then where ``estimate`` says, with all that it carries."""
+        """Return the belief after the held thing is let go; it is then where ``estimate`` says, with all that it carries.
+
+        Args:
+            estimate: of the thing's pose, in the world frame.
+            opening: distance between the pads then [m].
+        """
         assert self.held is not None
         along = {n: replace(e, pose=estimate.pose * e.pose) for n, e in self.held.carries.items()}
         return replace(self, poses={**self.poses, self.held.thing: estimate, **along}, held=None, opening=opening)
@@ -148,6 +153,14 @@ def initial_belief(
     relations: Iterable[Relation] = (),
     at: Pose | None = None,
 ) -> Belief:
-    """Return the belief that takes every pose of the world as known."""
+    """Return the belief that takes every pose of the world as known.
+
+    Args:
+        robot: name of the mount.
+        joints: where its joints are, in the robot's order [rad].
+        opening: distance between the pads [m].
+        relations: that hold at the start, such as ("hangs_on", "coffee", "hook/peg").
+        at: the pose of a base that drives, in the world frame; None where it stands as mounted.
+    """
     poses = {t.name: Estimate(t.pose) for t in world.things}
     return Belief(world, poses, robot, joints, opening, relations=frozenset(relations), at=at)

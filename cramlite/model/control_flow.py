@@ -120,6 +120,9 @@ def monitor(
 
     Watched are the force on the tool [N], how far the fingers close further [m], and the time [s]; those that are
     given.
+
+    Raises:
+        ValueError: nothing is watched.
     """
     watched = {k: v for k, v in (("force_n", force_n), ("slip_m", slip_m), ("time_s", time_s)) if v is not None}
     if not watched:

@@ -77,7 +77,7 @@ class Track(Value):
     poses: Floats
 
     def at(self, time: float) -> Pose:
-        """Return the last pose recorded at or before ``time``; the first one before that.
+        """Return the last pose recorded at or before ``time`` [s], in the world frame; the first one before that.
 
         Recorders that write on change only make holding right, and interpolating wrong.
         """
@@ -165,7 +165,7 @@ class Episode(Value, dict=True):
         return name
 
     def pose_at(self, name: str, time: float) -> Pose | None:
-        """Return the pose of an entity in the world frame, or None if it is unknown. Parts follow their whole."""
+        """Return the pose of an entity in the world frame at a time [s], or None if it is unknown. Parts follow their whole."""
         inside: Pose | None = None
         for _ in range(len(self.entities) + 1):  # a cycle of parts ends with it
             if name in self.tracks and len(self.tracks[name].times):
@@ -181,7 +181,7 @@ class Episode(Value, dict=True):
         return None
 
     def sampled(self, name: str, time: float) -> Floats | None:
-        """Return the row of an array in ``extras`` ("joints", "wrench") last recorded at or before a time; None if there is none."""
+        """Return the row of an array in ``extras`` ("joints", "wrench") last recorded at or before a time [s]; None if there is none."""
         times, values = self.extras.get("times"), self.extras.get(name)
         if times is None or values is None or len(times) != len(values) or not len(times) or time < times[0]:
             return None
@@ -189,11 +189,11 @@ class Episode(Value, dict=True):
         return row
 
     def at(self, time: float) -> tuple[Event, ...]:
-        """Return the events that hold at a time, by start."""
+        """Return the events that hold at a time [s], by start."""
         return self.between(time, time)
 
     def between(self, start: float, end: float) -> tuple[Event, ...]:
-        """Return the events that hold at some time of [start, end], by start. An event's end is exclusive.
+        """Return the events that hold at some time of [start, end] [s], by start. An event's end is exclusive.
 
         Takes O(log n) and what is found, unless long events nest deeply.
         """

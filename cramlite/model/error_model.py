@@ -58,7 +58,7 @@ class ErrorModel(Value):
     scale: float = 1.0
 
     def scaled(self, factor: float) -> ErrorModel:
-        """Return the model with every number that many times as large."""
+        """Return the model with every number ``factor`` times as large."""
         return replace(self, scale=self.scale * factor)
 
     def of(self, thing: str) -> PoseError:

@@ -64,7 +64,12 @@ class Pose(Value, dict=True):
 
     @classmethod
     def from_axes(cls, position: Sequence[float], z: ArrayLike, x: ArrayLike) -> Pose:
-        """Return the pose whose z axis is ``z`` and whose x axis is as near to ``x`` as it can be."""
+        """Return the pose whose z axis is ``z`` and whose x axis is as near to ``x`` as it can be.
+
+        Args:
+            position: of its origin, (3,) [m].
+            z, x: directions (3,) in the parent frame, of any length but 0, and not parallel.
+        """
         axis_z = np.asarray(z, dtype=float) / np.linalg.norm(z)
         side = np.asarray(x, dtype=float)
         side = side - axis_z * (side @ axis_z)
@@ -124,7 +129,7 @@ class Pose(Value, dict=True):
         return moved
 
     def rotate(self, vectors: ArrayLike) -> Floats:
-        """Rotate directions (..., 3) from the child frame to the parent frame, without the translation."""
+        """Rotate directions (..., 3), of any unit, from the child frame to the parent frame, without the translation."""
         turned: Floats = np.asarray(vectors, dtype=float) @ self.rotation.T
         return turned
 

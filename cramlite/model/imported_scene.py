@@ -31,7 +31,7 @@ class ImportedScene(Value):
     Args:
         things: furniture first, then what is mounted in it, then what is loose.
         names: thing -> what else the file calls it: its meshes, its title; for classes.
-        physics: settings that the file states, by the names of ``Physics``.
+        physics: settings that the file states, by the names of ``Physics`` and in its units.
         found: what each thing is taken for and why, with its features, for people.
         notes: what was changed, left out or not understood, for people.
         mounts: jointed thing -> what it is mounted in.

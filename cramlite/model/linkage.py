@@ -28,5 +28,5 @@ class Linkage(Value):
 
     @property
     def readings(self) -> tuple[float, ...]:
-        """Return what the encoder reads at each opening (K)."""
+        """Return what the encoder reads at each opening, (K,) [m, rad]: the joints' positions, weighted by ``measured``."""
         return tuple(sum(w * q for w, q in zip(self.measured, row, strict=True)) for row in self.positions)

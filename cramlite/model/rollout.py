@@ -195,11 +195,13 @@ def load_rollout(path: Path, world: World) -> Rollout:
     import numpy as np
 
     try:
+        if path.is_file() and not zipfile.is_zipfile(path):
+            raise ValueError("it is no NumPy archive, or not all of it")
         with np.load(path, allow_pickle=False) as file:
             data: dict[str, Any] = {name: file[name] for name in file.files}
         header = json.loads(str(data["header"]))
         return _rollout(header, data, world)
-    except (OSError, ValueError, KeyError, IndexError, TypeError, zipfile.BadZipFile) as error:
+    except (OSError, ValueError, KeyError, IndexError, TypeError, zipfile.BadZipFile, EOFError) as error:
         raise UserError(f"'{path}' holds no recorded run ({error}); run 'cramlite execute --out' again.") from error
 
 

@@ -84,7 +84,7 @@ class Verdict(Value):
 
     @property
     def measured(self) -> dict[str, float]:
-        """Measured values and limits of the objections, by name: {"slip_m": 0.03, "slip_limit_m": 0.012}."""
+        """Measured values and limits of the objections, by name, which ends with the unit: {"slip_m": 0.03, "slip_limit_m": 0.012}."""
         found: dict[str, float] = {}
         for f in self.objections:
             unit = re.sub(r"\W+", "_", f.unit)

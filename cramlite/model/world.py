@@ -211,7 +211,7 @@ class Thing(Value):
 
     @property
     def least_friction(self) -> float:
-        """Sliding friction coefficient of its smoothest geom; parts, such as a tab, apart."""
+        """Sliding friction coefficient of its smoothest geom (a ratio of forces); parts, such as a tab, apart."""
         own = [self.friction if g.friction is None else g.friction for g in self.geoms if not g.part]
         return min(own, default=self.friction)
 

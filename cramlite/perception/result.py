@@ -36,7 +36,7 @@ class Percept(Value):
     Args:
         number: among the objects of the view, from 1.
         values: name -> what was said; the part of the image is under "segment".
-        confidence: of the weakest value that the query decides on.
+        confidence: of the weakest value that the query decides on, 0 to 1.
         dropped: why it is no answer; "" for answers.
         missing: values that nobody could say of it, with the reasons.
     """

@@ -3,13 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING
 
 from .trace import STOPPED, Entry, Trace
-
-if TYPE_CHECKING:
-    pass
-
 
 
 def failure_text(trace: Trace, faults: Iterable[object]) -> str:
@@ -28,7 +23,7 @@ def failure_text(trace: Trace, faults: Iterable[object]) -> str:
 
 def how_it_ended(entries: Sequence[Entry]) -> str:
     """Return whether all alternatives were refused, or what ended the search before, and how to raise it."""
-    capped = [e for e in entries if e.outcome == "capped"]
+    capped = _left_out(entries)
     late = any(e.kind == "budget" and "seconds" in e.numbers for e in capped)
     if any(e.kind == "stop" for e in capped) and not late:
         return f"the search was {STOPPED} before every alternative was tried"
@@ -44,6 +39,13 @@ def how_it_ended(entries: Sequence[Entry]) -> str:
     if capped:
         return "every alternative that was tried was refused; limits left others out, marked '!' in the trace"
     return "every alternative was refused"
+
+
+def _left_out(entries: Sequence[Entry]) -> list[Entry]:
+    """What ended the search, or left alternatives out of it that no wider round of the same task sequence took up again."""
+    widened = {e.candidate: e.number for e in entries if e.kind == "sequence" and e.outcome == "asked"}
+    capped = [e for e in entries if e.outcome == "capped"]
+    return [e for e in capped if e.kind in ("budget", "stop") or e.number > widened.get(e.candidate, 0)]
 
 
 def _miss(entry: Entry) -> str:

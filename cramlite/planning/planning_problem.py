@@ -52,7 +52,7 @@ class Scope(Value):
 
 
 class PlanningProblem(Value, eq=False):
-    """A symbolic planning problem (ADL: Pednault 1989).
+    """Symbolic planning problem (ADL: Pednault 1989).
 
     Args:
         says: the goal in words.

@@ -125,10 +125,9 @@ def plans_for_goal(
     from .goal_phrases import contradiction
     from .goal_planner import as_tasks, ground_goal
     from .operators import Grounder
-    from .parts_alone import trace_alone
     from .plan_file import handed_plan
     from .plan_stream import task_plans
-    from .planning_problem import problem_of, why_unreachable
+    from .planning_problem import problem_of
     from .task_goals import plan_from_tasks
 
     asked, grounder = _asked(goal), Grounder(scene, knowledge.predicates)
@@ -148,9 +147,7 @@ def plans_for_goal(
             specs = as_tasks(plan, knowledge.tasks, problem.wanted)
             yield replace(plan_from_tasks(name, specs, knowledge.tasks, scene.world), goal=choice.says)
         if not found and not stop():
-            trace.add(0, "goal", str(choice), "refused", "engine", why_unreachable(problem), kind="goal")
-            if len(choice.says) > 1:
-                trace_alone(problem, trace, progress, stop)
+            _trace_unreachable(choice, problem, trace, progress, stop)
     if refused and not possible:
         raise UserError(refused)
 
@@ -179,6 +176,18 @@ def _asked(goal: Goal | Scenario) -> _Asked:
     places = [goal.where("goal", k) for k in range(len(spec.goal or ()))]
     handed = goal.resolve_path(spec.plan) if spec.plan else None
     return _Asked(Goal(spec.goal or ()), spec.objects, f"{goal.where('goal')}: ", places, handed)
+
+
+def _trace_unreachable(
+    choice: Goal, problem: PlanningProblem, trace: Trace, progress: Callable[[str], None], stop: Callable[[], bool]
+) -> None:
+    """Why no tasks achieve a goal, and which of its parts could be achieved alone."""
+    from .parts_alone import trace_alone
+    from .planning_problem import why_unreachable
+
+    trace.add(0, "goal", str(choice), "refused", "engine", why_unreachable(problem), kind="goal")
+    if len(choice.says) > 1:
+        trace_alone(problem, trace, progress, stop)
 
 
 def _trace_plan(number: int, plan: TaskPlan, choice: Goal, problem: PlanningProblem, trace: Trace) -> None:

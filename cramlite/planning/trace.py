@@ -35,9 +35,9 @@ class Entry(Value):
             "budget" that is used up, or a "stop" by the caller.
         designator: its name; where there is none, a word for people.
         text: what is asked for, or the alternative, in words.
-        outcome: "asked" (a designator is up), "chosen" (an alternative is tried), "refused" (a plugin considered and
-            dropped it), "impossible" (a plugin says so for the whole designator), "failed" (tried, and what followed
-            failed), "nogood" (skipped: the same combination failed before), "capped", "fault" (a plugin's bug),
+        outcome: "asked" (a designator is up; a sequence, tried again in a wider round), "chosen" (an alternative is tried),
+            "refused" (a plugin considered and dropped it), "impossible" (a plugin says so for the whole designator), "failed"
+            (tried, and what followed failed), "nogood" (skipped: the same combination failed before), "capped", "fault" (a plugin's bug),
             "proven" (its text ran and was judged), "survived" (it succeeded in a twin).
         plugin: who said it.
         reason: a clause with numbers and units.
@@ -45,6 +45,7 @@ class Entry(Value):
         passed: checks that a refused alternative passed before.
         numbers: what readers count with, by name, with units in the names. Of what is asked within a task: "task", which
             one of the plan it is, from 1, and "depth", how many actions are open around it (compounds not counted). Of a
+            "sequence" that is tried again: "breadth", how many times as many alternatives as at first. Of a
             designator that failed or was capped: "tried", alternatives. Of a budget: its name in ``Budget``, and what it
             was. Of a failed proof: what was measured, and the limits. Of what plugins refuse: what they say, e.g.
             {"reach_m": 0.91, "limit_m": 0.85}.
@@ -115,6 +116,15 @@ class Trace(Struct):
         """
         text = f"{budget} = {limit}"
         self.add(0, "budget", text, "capped", "engine", reason, kind="budget", numbers={budget: limit})
+
+    def widened(self, plan: str, breadth: int) -> None:
+        """Append an entry that a wider round of the task sequence that is being tried begins; what earlier ones left out is tried now.
+
+        Args:
+            breadth: how many times as many alternatives of each designator are tried as in the first round.
+        """
+        said = f"tried again with {breadth} times as many alternatives of each choice as at first"
+        self.add(0, "sequence", plan, "asked", "engine", said, kind="sequence", numbers={"breadth": breadth})
 
     def stopped(self) -> None:
         """Append an entry that the caller stopped the search."""

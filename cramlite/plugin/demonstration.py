@@ -66,7 +66,7 @@ class Performer(Protocol):
         ...
 
     def between(self, low: float, high: float) -> float:
-        """Draw a number between two limits, uniformly."""
+        """Draw a number between two limits, uniformly, from the performance's own generator; in the unit of the limits."""
         ...
 
     def pose(self, thing: str) -> Pose:
@@ -114,7 +114,7 @@ class Performer(Protocol):
         ...
 
     def shake(self, share: float) -> None:
-        """Scale the tremor of both hands."""
+        """Scale the tremor of both hands from now on: 1 is the person's own, 0 none."""
         ...
 
 

@@ -87,7 +87,7 @@ class Expert(Value):
         uses: values that it takes into account where somebody can make them; it runs without them too.
         domains: output -> what it may say: words, or classes as CURIEs; a function of the prior values where these
             decide. An output without a domain may be anything.
-        cost_ms: CPU time of one run at 640 x 480, measured by its author; the cheapest provider is asked first.
+        cost_ms: CPU time of one run at 640 x 480 [ms], measured by its author; the cheapest provider is asked first.
         parameters: numbers with their sources.
     """
 
@@ -108,7 +108,7 @@ class Expert(Value):
         return declared(priors) if callable(declared) else declared
 
     def defaults(self) -> dict[str, float]:
-        """Return the default values of the parameters, by name."""
+        """Return the default values of the parameters, by name, each in its own unit."""
         return {p.name: p.default for p in self.parameters}
 
 

@@ -154,7 +154,19 @@ class Simulator(Protocol):
         seed: int,
         say: Callable[[str], None],
     ) -> str:
-        """Open the robot controller's ports on loopback until time is up; return why it ended."""
+        """Open the robot controller's ports on loopback until time is up; return why it ended.
+
+        Args:
+            mount: name of the robot whose controller it is.
+            host: a loopback address.
+            seconds: after which it closes [s]; 0 for no limit.
+            idle: without a client, after which it closes [s]; 0 for no limit.
+            seed: of the sensors' noise.
+            say: called with a line for people.
+
+        Raises:
+            UserError: the address is none of loopback, or a port is taken.
+        """
         ...
 
     def look(self, world: World, robots: Mapping[str, Robot], camera: Camera, *, seed: int) -> View:

@@ -164,7 +164,7 @@ class TaskType(ABC):
         return next((r for r in self.roles if r.name == name), None)
 
     def parameter(self, action: Action, name: str) -> float:
-        """Return the value of a parameter: the action's own, else the declared default."""
+        """Return the value of a parameter, in the unit that its name ends with: the action's own, else the declared default."""
         declared = next(p for p in self.parameters if p.name == name)
         return float(action.parameters.get(name, declared.default))
 

@@ -12,6 +12,7 @@ from msgspec.structs import replace
 from ..base.errors import PluginError, UserError, nearest
 from ..base.value import Value
 from ..ontology.taxonomy import words_of
+from .model_files import existing_file
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -65,10 +66,7 @@ def imported_world(scenario: Scenario, knowledge: Knowledge) -> ImportedScene | 
     spec = scenario.spec.world
     if spec is None:
         return None
-    path = scenario.resolve_path(spec.file)
-    if not path.is_file():
-        beside = [p.name for p in path.parent.glob("*.xml")] + [p.name for p in path.parent.glob("*.urdf")]
-        raise UserError(f"{scenario.where('world', 'file')}: there is no scene file '{path}'; {nearest(path.name, beside)}.")
+    path = existing_file(scenario, spec.file, "scene", "world", "file")
     packages = {name: scenario.resolve_path(folder) for name, folder in spec.packages.items()}
     scene = read_scene_file(path, packages, spec.keyframe, knowledge, {n: j.stated() for n, j in spec.joints.items()})
     _check_patterns(scenario, spec, path.name, scene)

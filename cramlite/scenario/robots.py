@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from ..base.errors import UserError, nearest
+from ..base.errors import UserError
 from ..model.robot_file import HandFile, RobotFile, Stated
 from ..model.world import RobotMount
 from ..plugin.catalogue import pick
+from .model_files import existing_file
 
 if TYPE_CHECKING:
     from ..model.imported_robot import ImportedRobot
@@ -85,8 +86,4 @@ def _hand(scenario: Scenario, spec: GripperSpec) -> HandFile:
 
 
 def _existing(scenario: Scenario, name: str, *keys: str) -> str:
-    path = scenario.resolve_path(name)
-    if not path.is_file():
-        beside = [p.name for suffix in ("xml", "urdf", "mjcf") for p in path.parent.glob(f"*.{suffix}")]
-        raise UserError(f"{scenario.where('robot', *keys)}: there is no robot file '{path}'; {nearest(path.name, beside)}.")
-    return str(path.absolute())
+    return str(existing_file(scenario, name, "robot", "robot", *keys).absolute())

@@ -17,116 +17,18 @@ from ..base.yaml_file import explain_validation, line_of, load_yaml
 from ..model.imported_scene import StatedJoint
 from ..model.judging_limits import JudgingLimits
 from ..model.robot import HIGHEST_FORCE_LIMIT
-from ..model.view import D435, Intrinsics
 from ..plugin.entry_points import plugin_names
 from ..plugin.selection import PluginChoice
+from .camera_spec import CameraSpec, IntrinsicsSpec
 from .error_spec import ErrorSpec, PoseErrorSpec, ProofSpec, ThingErrorSpec
 from .goal_spec import GoalText, goal_texts
 from .robot_spec import GripperSpec, RobotSpec
 from .spec_base import PoseSpec, Spec
 from .task_specs import TaskEntry
+from .thing_spec import HangSpec, LateSpec, ThingSpec, UnknownErrorSpec, VarySpec
 
 RENAMED: Mapping[str, str] = {"fov": "horizontal_fov", "look": "queries"}
 """Keys that older files have, and what they are called now."""
-
-
-class HangSpec(Spec):
-    """Placement of a thing that hangs on a hanger's peg: distance from its root, and rotation about the vertical."""
-
-    hanger: str
-    depth: Length
-    yaw: Angle = 0.0
-
-
-class ThingSpec(Spec):
-    """Thing: which model, where, and the model's parameters under ``with``."""
-
-    name: str = Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")
-    model: str
-    type: str | None = None
-    at: PoseSpec | None = None
-    hangs_on: HangSpec | None = None
-    max_grip_force: Force | None = Field(None, ge=0.1, le=1000)
-    parameters: dict[str, Any] = Field({}, alias="with")
-
-    @model_validator(mode="after")
-    def _placed_once(self) -> ThingSpec:
-        if (self.at is None) == (self.hangs_on is None):
-            raise ValueError("it needs exactly one of 'at' and 'hangs_on'")
-        return self
-
-
-class VarySpec(Spec):
-    """Random variation by a seed other than 0.
-
-    Drawn are a thing's position (uniform, each horizontal axis), its yaw, or parameters from a list.
-    """
-
-    thing: str
-    position: Length = 0.0
-    yaw: Angle = 0.0
-    model: list[str] = Field(default_factory=list)
-    parameters: dict[str, Annotated[list[Any], Field(min_length=1)]] = Field({}, alias="with")
-
-
-class IntrinsicsSpec(Spec):
-    """Focal lengths and principal point of a pinhole camera [pixel]."""
-
-    fx: float = Field(gt=0)
-    fy: float = Field(gt=0)
-    cx: float
-    cy: float
-
-
-class CameraSpec(Spec):
-    """Depth camera: on the robot's flange, or fixed in the world.
-
-    The pose is that of its optical frame: z forward, x to the right, y down.
-    """
-
-    mount: Literal["flange", "world"] = "flange"
-    at: PoseSpec = PoseSpec()
-    queries: tuple[str, ...] = ()
-    width: int = Field(D435.width, ge=16, le=4096)
-    height: int = Field(D435.height, ge=16, le=4096)
-    horizontal_fov: Angle | None = None
-    intrinsics: IntrinsicsSpec | None = None
-    noise: bool = True
-
-    @model_validator(mode="after")
-    def _is_a_camera(self) -> CameraSpec:
-        if self.horizontal_fov is not None and self.intrinsics is not None:
-            raise ValueError("a camera has 'horizontal_fov' or 'intrinsics', not both: each says how wide it sees")
-        try:
-            self.pinhole()
-        except UserError as error:
-            raise ValueError(str(error)) from error
-        return self
-
-    def pinhole(self) -> Intrinsics:
-        """Return the intrinsics: as written, else of square pixels with ``horizontal_fov``, by default a D435's."""
-        if self.intrinsics is not None:
-            return Intrinsics(**self.intrinsics.model_dump(), width=self.width, height=self.height)
-        return Intrinsics.from_field_of_view(self.width, self.height, self.horizontal_fov)
-
-
-class UnknownErrorSpec(Spec):
-    """Bound on the unknown position error of a thing: how far it may be, when programs run, from where it is believed to be.
-
-    The thing is moved, with what hangs on it, by a vector that is drawn uniformly from the ball of radius
-    ``position`` [m]; every seed has its own, seed 0 included. Belief, search and program are not told.
-    """
-
-    thing: str
-    position: Length = Field(ge=0.0)
-
-
-class LateSpec(Spec):
-    """Thing whose pose the program asks for when it runs, and how far from the planned one it may be then."""
-
-    thing: str
-    position: Length = Field(ge=0.0)
-    yaw: Angle = 0.0
 
 
 class RecordSpec(Spec):

@@ -25,7 +25,8 @@ if TYPE_CHECKING:
     from ..model.world import Thing
     from ..plugin.catalogue import Knowledge
     from ..plugin.protocols import ModelMaker
-    from .scenario import Scenario, ThingSpec, VarySpec
+    from .scenario import Scenario
+    from .thing_spec import ThingSpec, VarySpec
 
 
 

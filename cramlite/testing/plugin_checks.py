@@ -93,7 +93,11 @@ def check_expert(expert: Expert) -> None:
 
 
 def check_predicate(predicate: Predicate) -> None:
-    """Check that a predicate has a name for rules, a sentence for people, and a function that takes its arguments."""
+    """Check that a predicate has a name for rules, a sentence for people, and a function that takes its arguments.
+
+    Raises:
+        AssertionError: it lacks one of them; says which.
+    """
     import inspect
 
     name = predicate.name
@@ -157,7 +161,11 @@ def _written(backend: Backend) -> tuple[Program, Robot, Code]:
 
 
 def check_robot(robot: Robot) -> None:
-    """Check that a robot's numbers agree with each other and its model, and that the simulator takes the model."""
+    """Check that a robot's numbers agree with each other and its model, and that the simulator takes the model.
+
+    Raises:
+        AssertionError: they do not, the model lacks a joint, site, actuator, sensor or pad, or does not compile; says which.
+    """
     _check_numbers(robot)
     model = ElementTree.fromstring(robot.mjcf())
     named = {(e.tag, e.get("name", "")) for e in model.iter()}

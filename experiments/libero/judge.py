@@ -23,8 +23,10 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 sys.path.insert(0, str(Path(__file__).resolve().parent))
+from instability import instability
 from judge_lines import Refused, serve
 from masses import with_masses
+from wrist_force import WristForce
 
 RATE, IDLE = 20, 10
 """Actions in a second [Hz], and those that do nothing after a reset: LIBERO's evaluation."""
@@ -47,6 +49,7 @@ class Judge:
         self.env: Any = None
         self.steps, self.first = 0, None
         self.hand = 0.0
+        self.force: Any = None
 
     def reset(self, suite: str, task: int, state: int) -> dict[str, Any]:
         """Begin an episode, after LIBERO's idle actions."""
@@ -72,6 +75,8 @@ class Judge:
         )
         self.env.reset()
         self.env.set_init_state(states[state])
+        robot = self.env.robots[0]
+        self.force = WristForce(self.env.env, lambda: robot.ee_force)
         self.hand = 0.0
         for _ in range(IDLE):
             self.env.step(np.zeros(7))
@@ -110,11 +115,12 @@ class Judge:
         wanted = 1.0 - opening / (OPEN / 2)
         turn = 0.0 if abs(wanted - self.hand) <= QUANTUM / 2 else float(np.sign(wanted - self.hand))
         self.hand = float(np.clip(self.hand + QUANTUM * turn, -1.0, 1.0))
+        self.force.begin()
         self.env.step(np.array([*action, turn]))
         self.steps += 1
         if self.first is None and self.env.check_success():
             self.first = self.steps
-        return self.feel()
+        return self.feel() | {"stop": instability(self.env.sim.data._data)}
 
     def feel(self) -> dict[str, Any]:
         """Return what the robot feels."""
@@ -123,7 +129,7 @@ class Judge:
         body = sim.model.body_name2id(HAND)
         turn = sim.data.get_site_xmat("gripper0_ft_frame")
         weight = np.array([0.0, 0.0, -9.81 * float(sim.model.body_subtreemass[body])])
-        force = -(turn @ np.array(robot.ee_force) + weight)
+        force = -(turn @ self.force.mean() + weight)
         return {
             "joints": np.array(robot._joint_positions).tolist(), "opening": abs(fingers[0]) + abs(fingers[1]),
             "wrench": [*force.tolist(), 0.0, 0.0, 0.0],

@@ -43,8 +43,7 @@ class Robosuite(JudgeProcess):
         """Write the episode's scene and scenario, and build its setting."""
         scene = self.scene()
         robot: dict[str, Any] = {"type": self.robot.robot, "at": {"position": scene["base"], "yaw": f"{scene['yaw']} deg"}}
-        goal = [" ".join((what, relation, where)) for relation, what, where in scene["goal"]]
-        return scene_setting(engine, folder, scene, self.hello(), lambda _: goal, twins, robot=robot)
+        return scene_setting(engine, folder, scene, self.hello(), lambda _: list(scene["goal"]), twins, robot=robot)
 
 
 def connect(environment: Path | None) -> Robosuite:

@@ -27,6 +27,9 @@ JAWS = Jaws(
     stroke=OPEN, pad=(0.020, 0.020, 0.008), palm=PALM, tip=0.155, back=(0.011, 0.006), knuckle=(0.0135, 0.013, 0.014), mass=0.03,
     centre=0.12, force=50.0,
 )  # fmt: skip
+POSTURE = (-0.47, -1.735, 2.48, -2.275, -1.59, -1.991)
+"""Where robosuite's resets put the arm, but for noise [rad]: models/robots/manipulators/ur5e_robot.py. Its controller leads the tool, so
+that the arm keeps shoulder, elbow and wrist on the sides where they are here."""
 MASS = 0.158
 """Of the hand and its fingers [kg]."""
 HAND = Gripper(
@@ -54,4 +57,4 @@ def mjcf() -> str:
 @hookimpl
 def robots() -> Iterable[Robot]:
     """Declare the arm."""
-    return [replace(UR5E, type="robosuite_ur5e", dh=DH, gripper=HAND, mjcf=mjcf, backend="stream", controller="")]
+    return [replace(UR5E, type="robosuite_ur5e", dh=DH, gripper=HAND, mjcf=mjcf, backend="stream", controller="", posture=POSTURE)]

@@ -52,6 +52,15 @@ SPOILED = {
     "robot": (("ur5e", "ur7e"), ":10", "did you mean 'ur5e'"),
     "backend": ((ROBOT, f"backend: urscrip\n{ROBOT}"), ":10", "did you mean 'urscript'"),
     "class of a thing": (("model: basket", "model: basket, type: cram:Baskett"), ":18", "did you mean 'cram:Basket'"),
+    "class of an object": ((ROBOT, f"objects: {{tea: {{types: [cram:Teabox]}}}}\n{ROBOT}"), ":10", "'types'", "did you mean 'cram:TeaBox'"),
+    "feature of an object": ((ROBOT, f"objects: {{tea: {{features: [vrps:Whole]}}}}\n{ROBOT}"), ":10", "did you mean 'vrps:Hole'"),
+    "affordance of an object": ((ROBOT, f"objects: {{tea: {{affords: [cram:Holding_]}}}}\n{ROBOT}"), ":10", "'affords' of object 'tea'"),
+    "name in other letters": (("name: floor", "name: \u043f\u043e\u043b"), ":12", "is no name", "letters, digits and underscores"),
+    "number of 400 digits": (("[0.87,", f"[{'9' * 400},"), ":13", f"'{'9' * 40}...' is not finite"),
+    "angle without end": (("yaw: 180 deg", "yaw: .inf"), ":13", "an angle is a number in rad"),
+    "character of no text": (("things:\n", "things: \0\n"), "not valid YAML", "control characters"),
+    "robot file": ((ROBOT, "robot: {file: none.urdf}"), ":10", "none.urdf", "no other MJCF or URDF file"),
+    "folder for a scene": ((ROBOT, f"world: {{file: .}}\n{ROBOT}"), ":10", "a folder"),
     "ontology file": ((ROBOT, f"ontologies: [none.ttl]\n{ROBOT}"), "none.ttl", "no such ontology"),
     "hanger": (("hanger: hook", "hanger: hok"), ":14", "did you mean 'hook'"),
     "world that does not compile": (("[2 m, 2 m, 20 mm]", "[0, 0, 0]"), ":12", "positive size"),
@@ -97,10 +106,43 @@ def test_names_on_the_command_line(run: Run, tmp_path: Path, spoiled: Callable[.
     out = ("--no-report", "--out", tmp_path / "a")
     _is_clear(run("resolve", spoiled(), "--backend", "urscrip", *out), 2, "did you mean 'urscript'")
     _is_clear(run("resolve", spoiled(), "--seed", "-3", "--no-report", "--out", tmp_path / "b"), 2, "-3")
+    _is_clear(run("goal", "hang_up_a_product", "--plans", "-3"), 2, "--plans is -3")
+    _is_clear(run("experiment", "libero", "--twins", "-4"), 2, "number of twins is -4")
     _is_clear(
         run("resolve", spoiled(("{thing: hook, ", "{thing: hok, ")), "--seed", "3", "--out", tmp_path / "c"),
         2, "did you mean 'hook'",
     )  # fmt: skip
+
+
+@pytest.mark.parametrize("command", ["execute", "judge", "preflight", "controller", "view", "export", "goal"])
+def test_a_seed_below_nought(command: str, run: Run, tmp_path: Path) -> None:
+    place = {"controller": (), "goal": ("hang_up_a_product",), "export": (tmp_path, "--to", "csv")}.get(command, (tmp_path,))
+    world = ("--world", "grasp_one_thing") if command in ("execute", "judge", "preflight") else ()
+    _is_clear(run(command, *place, *world, "--seed", "-1"), 2, "The seed is -1", "0 (the world as written) or more")
+
+
+@pytest.mark.parametrize(
+    "words", [("view", "run", "--seconds", "-1"), ("controller", "--seconds", "nan"), ("controller", "--idle", "soon")]
+)
+def test_a_time_that_is_none(words: tuple[str, ...], process: Run) -> None:
+    ran = process(*words)
+    assert ran.code == 2 and f"argument {words[-2]}: '{words[-1]}' is no time; write a number of seconds" in ran.err
+
+
+def test_where_nothing_can_be_written(run: Run, tmp_path: Path) -> None:
+    (tmp_path / "scene.xml").write_text("<mujoco><worldbody><geom type='box' size='1 1 .1'/></worldbody></mujoco>")
+    _is_clear(run("import", tmp_path / "scene.xml", "--force", "--out", tmp_path), 2, "cannot be written: Is a directory")
+    _is_clear(run("import", tmp_path / "scene.xml", "--out", tmp_path / "none" / "a.yaml"), 2, "cannot be written", "--out")
+
+
+def test_arrays_that_are_none(run: Run, tmp_path: Path) -> None:
+    """NumPy calls whatever is no archive of its own pickled data, and says how to read that unsafely."""
+    (tmp_path / "rollout.npz").write_bytes(b"\x93 no archive")
+    (tmp_path / "world.json").write_text("{}")
+    for words in (("export", tmp_path, "--to", "csv", "--world", "grasp_one_thing"), ("perceive", tmp_path / "rollout.npz")):
+        ran = run(*words)
+        _is_clear(ran, 2, "rollout.npz", "it is no NumPy archive")
+        assert "pickle" not in ran.err
 
 
 def test_a_process_prints_one_paragraph(process: Run) -> None:

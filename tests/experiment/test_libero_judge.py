@@ -37,6 +37,8 @@ THINGS = (
     Thing("cabinet_1_top", "soma:Drawer", Pose(), (), features=DRAWN, joint=Joint("slide", Pose(), 0.0, 0.2)),
     Thing("stove_1_button", "cram:Knob", Pose(), (), joint=HINGE),
 )
+OBSERVABLES = SimpleNamespace(sensor=lambda modality: lambda f: f, Observable=lambda name, f, **k: SimpleNamespace(sensor=f, **k))
+"""What is used of robosuite's module of that name."""
 
 
 @pytest.fixture
@@ -158,7 +160,8 @@ def test_an_episode_begins_alike_whatever_was_played_before(monkeypatch: pytest.
     class Env(SimpleNamespace):
         def __init__(self, **_: object) -> None:
             reset = lambda: drawn.append(float(np.random.uniform()))  # noqa: E731
-            super().__init__(reset=reset, set_init_state=id, step=id, close=lambda: None, language_instruction="")
+            felt = {"robots": [SimpleNamespace(ee_force=(0.0, 0.0, 0.0))], "env": SimpleNamespace(model_timestep=1.0, add_observable=id)}
+            super().__init__(reset=reset, set_init_state=id, step=id, close=lambda: None, language_instruction="", **felt)
 
     found = SimpleNamespace(problem_folder="", bddl_file="", name="")
     tasks = SimpleNamespace(get_num_tasks=lambda: 1, get_task=lambda _: found, get_task_init_states=lambda _: [0, 1])
@@ -166,9 +169,39 @@ def test_an_episode_begins_alike_whatever_was_played_before(monkeypatch: pytest.
     there["libero.libero"] = {
         "benchmark": SimpleNamespace(get_benchmark_dict=lambda: {"suite": lambda: tasks}), "get_libero_path": lambda _: "",
     }  # fmt: skip
+    there["robosuite.utils.observables"] = vars(OBSERVABLES)
     for name, members in there.items():
         monkeypatch.setitem(sys.modules, name, SimpleNamespace(__path__=[], **members))
     judge = module_of(LIBERO / "judge.py").Judge()
     for state in (0, 1, 0):
         judge.reset("suite", 0, state)
     assert drawn[0] == drawn[2] != drawn[1]
+
+
+@pytest.mark.parametrize(("speed", "said"), [(1.0, ""), (1e12, "The judge's simulation became unstable")])
+def test_a_simulation_that_mujoco_resets_by_itself_is_told(speed: float, said: str) -> None:
+    """Else the arm is elsewhere all of a sudden, and nobody knows why."""
+    import mujoco
+
+    model = mujoco.MjModel.from_xml_string('<mujoco><worldbody><body><freejoint/><geom size=".1"/></body></worldbody></mujoco>')
+    data = mujoco.MjData(model)
+    data.qvel[0] = speed
+    mujoco.mj_step(model, data)
+    assert module_of(LIBERO / "instability.py").instability(data).startswith(said)
+    assert bool(said) == bool(module_of(LIBERO / "instability.py").instability(data))
+
+
+def test_an_impact_of_one_physics_step_counts_as_long_as_it_lasts(monkeypatch: pytest.MonkeyPatch) -> None:
+    """60 N in one of 25 steps are 2.4 N of an action, wherever in it; the next action begins anew."""
+    made = list[SimpleNamespace]()
+    monkeypatch.setitem(sys.modules, "robosuite.utils.observables", OBSERVABLES)
+    felt = [(0.0, 0.0, 0.0)]
+    env = SimpleNamespace(model_timestep=0.002, add_observable=made.append)
+    force = module_of(LIBERO.parent / "wrist_force.py").WristForce(env, lambda: felt[0])
+    assert made[0].sampling_rate == pytest.approx(500)
+    for hit in (24, 3, None):
+        force.begin()
+        for k in range(25):
+            felt[0] = (0.0, 0.0, 60.0 if k == hit else 0.0)
+            made[0].sensor({})
+        assert force.mean() == pytest.approx((0.0, 0.0, 0.0 if hit is None else 2.4))

@@ -12,6 +12,7 @@ import sys
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
 from typing import Any
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -53,6 +54,7 @@ class Environment:
 def judge(script: ModuleType, monkeypatch: pytest.MonkeyPatch) -> Any:
     """A judge in the middle of an episode."""
     monkeypatch.setattr(script.Judge, "feel", lambda self: {})
+    monkeypatch.setattr(script.Judge, "_opening", lambda self: 0.05)
     found = script.Judge()
     found.env = Environment()
     return found
@@ -99,6 +101,33 @@ def test_the_hand_follows_what_is_asked_a_quantum_an_action(script: ModuleType, 
     assert judge.env.actions[-1][-1] == -1.0 and judge.hand == pytest.approx(0.8)
 
 
+def test_a_hand_that_gives_is_commanded_no_farther_than_it_shall_press(script: ModuleType, judge: Any) -> None:
+    """Fingers that a thing holds 50 mm apart."""
+    judge.robot, between = script.ROBOTS["ur5e"], judge._opening()
+    closed, opened = judge.robot.opening
+    for _ in range(12):
+        judge.step(delta=[0.0] * 6, opening=closed, grip=33.0)
+    ahead = between - (closed + (1.0 - judge.hand) / 2 * (opened - closed))
+    assert ahead == pytest.approx(33.0 * judge.robot.give, abs=judge.robot.quantum / 4 * (opened - closed))
+    judge.step(delta=[0.0] * 6, opening=opened, grip=33.0)
+    assert judge.env.actions[-1][-1] == -1.0  # it opens as before
+
+
+def test_a_bin_shows_the_compartment_that_its_check_asks_for(script: ModuleType, judge: Any) -> None:
+    """``PickPlace.not_in_bin``: of the can the quarter at growing x and y."""
+    judge.env.bin_size = (0.39, 0.49, 0.82)
+    text = '<mujoco><body name="bin1"/><body name="bin2" pos="0 0 0"><geom size=".2 .25 .02" type="box"/></body></mujoco>'
+    judge.env.sim = SimpleNamespace(model=SimpleNamespace(get_xml=lambda: text))
+    judge.task = script.TASKS["lift"]
+    assert judge._model() == text
+    judge.task = script.TASKS["can"]
+    (site,) = ElementTree.fromstring(judge._model()).findall("body[@name='bin2']/site")
+    middle, half = ([float(v) for v in site.attrib[key].split()] for key in ("pos", "size"))
+    low, high = np.subtract(middle, half), np.add(middle, half)
+    assert site.attrib["name"] == "can_compartment"
+    assert low == pytest.approx([0.01, 0.01, 0.02], abs=1e-4) and high == pytest.approx([0.185, 0.235, 0.1], abs=1e-4)
+
+
 def test_the_first_action_that_is_true_is_kept(judge: Any) -> None:
     for _ in range(5):
         judge.step(delta=[0.0] * 6, opening=0.08, grip=20.0)
@@ -106,7 +135,7 @@ def test_the_first_action_that_is_true_is_kept(judge: Any) -> None:
 
 
 def test_every_suite_is_one_of_the_script(script: ModuleType) -> None:
-    named = {f"{suite}_{robot}" for suite in script.SUITES for robot in script.ROBOTS}
+    named = {f"{suite}_{robot}" for suite in script.TASKS for robot in script.ROBOTS}
     assert set(read_judged(ROBOSUITE / "experiment.yaml").spec.suites) == named
 
 

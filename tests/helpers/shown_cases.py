@@ -13,7 +13,8 @@ from cramlite import Engine, find_scenario, read_scenario
 from cramlite.base.value import Value
 from cramlite.engine.recording import record_episode, tasks_in_words
 from cramlite.model import Floats, Thing
-from cramlite.scenario.scenario import Scenario, ThingSpec
+from cramlite.scenario.scenario import Scenario
+from cramlite.scenario.thing_spec import ThingSpec
 from cramlite.scenario.worlds import build_world
 from cramlite_plugins.simulation.person.sight_of_person import half_extents
 

@@ -50,7 +50,7 @@ REFUSED = {
 
 MORE = {
     "opening_door": "soma:Opening", "closing_drawer": "soma:Closing", "looking_at_mobile": "soma:LookingAt",
-    "turning_on_switch": "cram:TurningOn", "pushing_around": "soma:Pushing",
+    "turning_on_switch": "cram:TurningOn", "pushing_around": "soma:Pushing", "placing_inside": "soma:Placing",
 }  # fmt: skip
 """Further scenarios that are proven, with the task that they are about."""
 BLOCKED = {
@@ -61,6 +61,8 @@ BLOCKED = {
     "opening_blocked": "mm inside 'post'",
     "pushing_around_fails": "inside 'fence'",
     "pouring_full": "'bowl' would overflow: it holds 80 of",
+    "placing_inside_low": "the room under the roof of 'cabinet' is -10 mm higher than 'block', 20 mm is needed",
+    "placing_inside_shut": "through its sides: not let in",
 }
 """Further scenarios that are refused."""
 

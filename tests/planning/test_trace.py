@@ -44,6 +44,33 @@ def test_words_alone_end_nothing() -> None:
     assert how_it_ended(trace.entries).startswith("every alternative that was tried was refused; limits")
 
 
+def capped(trace: Trace) -> None:
+    node = trace.add(0, "tea", "tea", "asked", "engine", "", kind="object")
+    trace.add(node, "tea", "", "capped", "engine", "8 alternatives tried, the rest left out", kind="object", numbers={"tried": 8})
+
+
+def test_what_a_wider_round_takes_up_is_not_left_out() -> None:
+    trace = Trace()
+    capped(trace)
+    trace.widened("Grasping tea", 2)
+    assert how_it_ended(trace.entries) == "every alternative was refused"
+    assert how_it_ended(garbled(trace.entries)) == "every alternative was refused"
+    capped(trace)
+    assert "limits left others out" in how_it_ended(trace.entries), "the wider round left some out, too"
+
+
+def test_a_wider_round_makes_up_for_no_other_sequence_and_no_budget() -> None:
+    trace = Trace()
+    capped(trace)
+    trace.candidate = 2
+    capped(trace)
+    trace.widened("Grasping tea", 2)
+    assert "limits left others out" in how_it_ended(trace.entries), "the first sequence was not tried again"
+    trace.spent("sequences", 2, "2 task sequences were tried, the rest left out")
+    trace.widened("Grasping tea", 4)
+    assert "its budget sequences = 2" in how_it_ended(trace.entries)
+
+
 def test_a_stop_is_known_by_its_kind() -> None:
     trace = spent()
     trace.stopped()

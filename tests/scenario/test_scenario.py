@@ -15,8 +15,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
+from cramlite import read_scenario
 from cramlite.base.quantities import MOST, UNITS
+from cramlite.model import HandFile, Pose
 from cramlite.plugin import parse_quantity
+from cramlite.scenario.robots import file_of
 from cramlite.scenario.scenario import PoseSpec
 from cramlite.scenario.task_specs import task_entry
 
@@ -130,3 +133,18 @@ def test_turns_are_about_fixed_axes() -> None:
     pose = PoseSpec(roll="90 deg", yaw="90 deg").pose()  # type: ignore[arg-type]
     assert pose.rotate((0, 1, 0)) == pytest.approx((0, 0, 1), abs=1e-12), "first about x"
     assert pose.rotate((1, 0, 0)) == pytest.approx((0, 1, 0), abs=1e-12), "then about z"
+
+
+def test_all_that_is_stated_of_a_hand_reaches_its_reader(tmp_path: Path) -> None:
+    (tmp_path / "arm.xml").write_text("<mujoco/>")
+    stated = {
+        "file": str(tmp_path / "arm.xml"), "at": {"position": ["10 mm", 0, 0]}, "pads": ["l", "r"], "tcp": "pinch",
+        "opening": ["5 mm", "80 mm"], "force": ["5 N", "60 N"], "speed": [0.02, 0.15], "torsion": "12 mm",
+    }  # fmt: skip
+    robot = {"file": str(tmp_path / "arm.xml"), "gripper": stated}
+    read = file_of(read_scenario({"scenario": "hand", "designator": "ParkingArms", "robot": robot, "things": []}))
+    assert read is not None
+    hand = HandFile(
+        str(tmp_path / "arm.xml"), Pose((0.01, 0.0, 0.0)), ("l", "r"), "pinch", (0.005, 0.08), (5.0, 60.0), (0.02, 0.15), 0.012
+    )
+    assert read.stated.gripper == hand

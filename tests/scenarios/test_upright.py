@@ -12,11 +12,13 @@ from hypothesis import strategies as st
 from properties import examples
 
 from cramlite import Budget, Engine, read_scenario
-from cramlite.model import Pose, RobotMount, Rollout, World
-from cramlite_plugins.kinematics.kinematics import forward
+from cramlite.model import Geom, Held, Location, Motion, Place, Pose, RobotMount, Rollout, Thing, World, initial_belief
+from cramlite.plugin import Context, Grounding, Unresolvable
+from cramlite_plugins.kinematics.kinematics import forward, inverse
 from cramlite_plugins.motion_planning.cartesian import sampled
 from cramlite_plugins.motion_planning.planning_scene import scene
-from cramlite_plugins.motion_planning.upright import Load, UprightScene, waypoints_over
+from cramlite_plugins.motion_planning.upright import BEFORE, Load, UprightScene, waypoints_over
+from cramlite_plugins.motions.free_motion import resolve_motion
 from cramlite_plugins.robots.ur5e import UR5E
 
 SCENARIO = """
@@ -72,15 +74,39 @@ def test_a_line_that_turns_the_arm_over_is_free_and_tilts_what_it_carries() -> N
         assert free.line_free(up, over) and carried.line_free(up, over) == keeps
 
 
+def under_a_bar(*more: Thing) -> list[Grounding]:
+    """Ways of a hand to where the far end of the long cup that it holds by the near one is under a bar."""
+    cup = Thing("cup", "soma:Cup", Pose((0.45, -0.35, 0.37)), (Geom("box", (0.1, 0.02, 0.03)),), mass=0.1)
+    bar = Thing("bar", "soma:DesignedFurniture", Pose((0.55, 0.2, 0.27)), (Geom("box", (0.02, 0.1, 0.01)),))
+    mount = RobotMount("arm", "ur5e")
+    here, there, on = (Pose.from_axes(at, (0, 0, -1), (1, 0, 0)) for at in ((0.37, -0.35, 0.4), (0.37, 0.2, 0.23), (0.37, 0.2, 0.2)))
+    context = Context(UR5E, mount, {"cup": "cup", "there": Place(on, there)}, Engine().knowledge.taxonomy, seed=0)
+    start = initial_belief(World((cup, bar, *more), (mount,)), "arm", UR5E.home, 0.085)
+    belief = start.grasped(Held("cup", here.inverse() * cup.pose, 0.04)).moved(inverse(UR5E, here, seed=UR5E.home)[0])
+    answers = resolve_motion(Motion("1.PuttingDown/transfer", "transfer", Location("there", "on")), belief, context)
+    return [a for a in answers or () if isinstance(a, Grounding)]
+
+
+def test_a_load_comes_down_nearer_to_the_robot_where_something_hangs_over_its_place() -> None:
+    ways = under_a_bar()
+    assert ways and str(ways[-1].key).endswith(f" {BEFORE[1]}")
+    near = Thing("near", "soma:DesignedFurniture", Pose((0.2, 0.12, 0.2)), (Geom("box", (0.01, 0.05, 0.1)),))
+    with pytest.raises(Unresolvable, match="from upright"):
+        under_a_bar(near)
+
+
 @examples(40)
-@given(st.tuples(numbers, numbers, numbers), st.tuples(numbers, numbers, numbers), st.floats(-3, 3), st.booleans())
+@given(st.tuples(numbers, numbers, numbers), st.tuples(numbers, numbers, numbers), st.floats(-3, 3), st.booleans(), st.sampled_from(BEFORE))
 def test_a_way_between_upright_poses_is_upright_and_keeps_its_height(
-    a: tuple[float, float, float], b: tuple[float, float, float], yaw: float, around: bool
+    a: tuple[float, float, float], b: tuple[float, float, float], yaw: float, around: bool, before: float
 ) -> None:
     here, there = Pose(a), Pose.from_rotvec(b, (0.0, 0.0, yaw))
     load = Load("cup", math.radians(1.0), Pose(), (0.0, 0.0, 1.0))
-    corners = waypoints_over(here, there, load.up, 0.1, around)
+    corners = waypoints_over(here, there, load.up, 0.1, around, before)
     assert corners[-1] == there
+    if before:  # it comes down nearer to the robot, and on to its place level
+        assert math.hypot(*there.position[:2]) - math.hypot(*corners[-2].position[:2]) == pytest.approx(before)
+        assert corners[-2].position[2] == pytest.approx(there.position[2])
     assert max(load.tilt(p) for p in sampled(here, corners, 0.05, 0.1)) < 1e-3
     assert max(p.position[2] for p in corners) == pytest.approx(max(a[2], b[2]) + 0.1)
     assert load.tilt(Pose.from_rotvec(a, (0.3, 0.0, 0.0))) == pytest.approx(0.3)

@@ -8,6 +8,7 @@ from pathlib import Path
 from ...base.errors import NoSolution, UserError, nearest
 from ...base.json_text import as_json
 from ...base.run_directory import write_whole
+from ...model.proof_doubts import ProofDoubts
 from ...plugin.selection import INSTALLED, PluginChoice
 from ..run import check_workers, speak
 from .page import page
@@ -38,6 +39,7 @@ def judged_command(
         NoSolution: with ``fail``, if one of the episodes that were asked for is not true at rest within its budget.
         UserError: the experiment, its judge or its directory cannot be used.
     """
+    ProofDoubts(twins)  # what is wrong with it is said before any work
     experiment = read_judged(path)
     if not suites and (out is None or not out.is_dir()):
         raise UserError(f"Which suite is to be played is not said; add --suite NAME: {nearest('', experiment.spec.suites)}.")

@@ -27,6 +27,7 @@ PALM = 0.0375  # radius of the palm [m]
 SAMPLES = 0.10  # how far behind the pinch point the swept fingers are looked at [m]
 STEP = 0.005  # along the fingers [m]
 TIPS = 0.008  # of the pads, in a grasp by the tips [m]
+ENDS = 0.005  # and in one by no more than their ends: half of pads that are 20 mm long [m]
 THIN = 0.6  # share of a thin thing's thickness that they overlap: hands stay off what it lies on
 BEFORE, INTO = 0.003, 0.004  # a shallow grasp: tips before the far side, pinch point behind the near one [m]
 DEEP = 0.004  # what stays between the palm and the near side [m]
@@ -184,15 +185,17 @@ def shallow(pose: Pose, near: float, far: float, gripper: Gripper) -> Pose | Non
     return pose * Pose((0.0, 0.0, -min(back, least))) if back > 0 and least > 0 else None
 
 
-def by_tips(pose: Pose, near: float, far: float, gripper: Gripper, corner: float = 0.0) -> tuple[Pose, float] | None:
-    """The pose drawn back until the pads overlap a geom by twice ``TIPS``, of a thin one by ``THIN`` of its thickness, and how far
+def by_tips(
+    pose: Pose, near: float, far: float, gripper: Gripper, corner: float = 0.0, most: float = TIPS
+) -> tuple[Pose, float] | None:
+    """The pose drawn back until the pads overlap a geom by twice ``most``, of a thin one by ``THIN`` of its thickness, and how far
     before it the contacts then are; None where it is as far back already. A rim above a floor, or a box that lies flat, is gripped so.
 
     Args:
         near, far: of the geom along the approach, from the TCP [m].
         corner: of a pad that leans, how much further ahead it is than the pad's middle [m].
     """
-    overlap = min(TIPS, (THIN * (far - near) - corner) / 2)
+    overlap = min(most, (THIN * (far - near) - corner) / 2)
     ahead = gripper.pad[1] / 2 - overlap
     back = near + overlap - ahead
     return (pose * Pose((0.0, 0.0, back)), ahead) if back < -0.002 else None

@@ -1,7 +1,7 @@
 """Grasps of a thing where it is: its grips, either way round, in the order in which the first one tried should do.
 
 Those with room for the whole hand, there, before and when it lifts, which leave its holes open, come first; those of a hand that leans
-come after all others. Among these decide the
+come after all others, and those by the ends of the pads after these. Among these decide the
 lever and the part of the pads (``grips``), how far the hand turns to get there, and whether pads that cannot press harder keep the
 thing from turning between them. Inverse kinematics and collisions are looked at one by one.
 """
@@ -27,6 +27,7 @@ from . import antipodal
 from .from_aside import is_free, slants
 from .grips import AGAIN, SLACK, Grip, ranked, varied, why_none
 from .hand_room import HandRoom
+from .through_side import STEEP, goes_under_a_roof
 
 if TYPE_CHECKING:
     from ..motion_planning.planning_scene import PlanningScene
@@ -181,8 +182,8 @@ def _openings(grasp: Grasp, thing: Thing, belief: Belief, gripper: Gripper) -> I
 def _in_order(
     grips: Sequence[Grip], thing: Thing, belief: Belief, context: Context, room: HandRoom
 ) -> list[tuple[float, Grasp]]:
-    """All grasps with their cost [m], those without room for the hand last, and after all others those at which it leans; those at
-    which it would be in the thing itself are left out."""
+    """All grasps with their cost [m], those without room for the hand last, and after all others the late kinds of grips; those at
+    which it would be in the thing itself are left out. Of what goes under a roof those at which the hand points inwards come before."""
     from ..motion_planning.planning_scene import CLEARANCE
     from ..motion_planning.reach import tcp
 
@@ -199,11 +200,14 @@ def _in_order(
     up = antipodal.Hands(hands.positions + LIFTED * belief.base().inverse().rotate((0.0, 0.0, 1.0)), hands.turns)
     others |= room.blocked(hands.moved(-STANDOFF), openings, CLEARANCE)[1] | room.blocked(up, openings, CLEARANCE)[1]
     others |= room.in_a_hole(hands, most)  # when it opens around what is threaded
+    steep = (hands.approach[:, 2] < -STEEP) & goes_under_a_roof(thing.name, belief, context)
     return [
         grasp
-        for leans, blocked in itertools.product((False, True), repeat=2)
+        for down, late, blocked in itertools.product((False, True), range(3), (False, True))
         for grasp in varied(
-            f for f, no, it in zip(found, others, own, strict=True) if no == blocked and bool(f[1].lean) == leans and not it
+            f
+            for f, no, it, points_down in zip(found, others, own, steep, strict=True)
+            if points_down == down and no == blocked and f[1].late == late and not it
         )
     ]
 

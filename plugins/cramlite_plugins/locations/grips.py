@@ -59,6 +59,7 @@ class Grip(Value):
         slack: wider than the contacts that the thing itself lets the fingers approach, both sides together, up to ``WIDE`` [m].
         lean: of the hand about the line between its pads [rad].
         caught: whether a pad is below some of the thing that catches on it when it is let go.
+        ends: whether no more than the ends of the pads are on it: a palm that is 6 mm higher is over what stands as high as the thing.
     """
 
     pose: Pose
@@ -71,6 +72,12 @@ class Grip(Value):
     slack: float = WIDE
     lean: float = 0.0
     caught: bool = False
+    ends: bool = False
+
+    @property
+    def late(self) -> int:
+        """After how many other kinds of grips it comes: those of a hand that leans, and last those by the ends of the pads."""
+        return 2 if self.ends else int(bool(self.lean))
 
     @property
     def cost(self) -> float:
@@ -149,6 +156,9 @@ def _drawn_back(grip: Grip, near: float, far: float, gripper: Gripper) -> Iterat
     tips = antipodal.by_tips(grip.pose, near, far, gripper)
     if tips is not None:
         yield replace(grip, pose=tips[0], name=f"{grip.name}, by the tips", ahead=tips[1])
+    ends = antipodal.by_tips(grip.pose, near, far, gripper, most=antipodal.ENDS)
+    if ends is not None and (tips is None or ends[1] > tips[1]):
+        yield replace(grip, pose=ends[0], name=f"{grip.name}, by their ends", ahead=ends[1], ends=True)
 
 
 def _across_parts(
@@ -203,7 +213,8 @@ def _checked(shape: rays.Body, centre: Floats, grips: Sequence[Grip], gripper: G
     rows = np.flatnonzero(fits)
     hands, widths = proposed.of(rows).moved(0.0, found.low[rows] + found.width[rows] / 2), found.width[rows]
     if len(shape.geoms) > MANY:
-        _, first = np.unique(_cells(hands), axis=0, return_index=True)
+        kinds = [grips[k].ends for k in rows.tolist()]  # those by the ends of the pads are less than a cell behind others
+        _, first = np.unique(np.column_stack([_cells(hands), kinds]), axis=0, return_index=True)
         first.sort()
         rows, hands, widths = rows[first], hands.of(first), widths[first]
     free = np.flatnonzero(antipodal.clear(shape, hands, np.minimum(widths + SLACK, most), gripper))
@@ -216,7 +227,10 @@ def _checked(shape: rays.Body, centre: Floats, grips: Sequence[Grip], gripper: G
     hung = antipodal.caught(shape, hands, widths, gripper)
     columns = (np.asarray(v).tolist() for v in (rows, widths, levers, covered, slacks, hung))
     return [
-        Grip(_at(grips[k].pose, p), width, lever, grips[k].name, float(found.slant[k]), cover, grips[k].ahead, slack, grips[k].lean, hangs)
+        replace(
+            grips[k], pose=_at(grips[k].pose, p), width=width, lever=lever, slant=float(found.slant[k]), coverage=cover, slack=slack,
+            caught=hangs,
+        )
         for p, k, width, lever, cover, slack, hangs in zip(hands.positions, *columns, strict=True)
     ]
 

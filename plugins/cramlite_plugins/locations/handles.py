@@ -26,6 +26,8 @@ CHORD = 0.001  # between a corner and the next a path is off the arc of a hinge 
 TURN = math.radians(45)  # and turns no further [rad]
 CLOSED, AJAR = 0.005, 0.08
 """Shares of the range that a joint is closed to: by its handle, all but what friction leaves; pushed, so far that the rest is felt."""
+LEFT = 0.015
+"""What is left to be felt of the way of a hand that pushes a door [m], as of a drawer of 0.16 m."""
 OPENED = (0.95, 0.9)
 """Shares of the range that something is opened to: as far as the arm comes, short of the stop."""
 TURNED = (0.97, 0.6, 0.4)
@@ -116,7 +118,7 @@ def _thickness(thing: Thing, across: Pose) -> float:
 
 def _path(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
     """TCP poses that keep the hand at the thing while the joint goes to its goal: at its handle, or, shut, against its front."""
-    from ..motion_planning.reach import bound, causes, held_pose
+    from ..motion_planning.reach import bound, causes, held_pose, tcp
 
     entity = bound(context, location.of)
     thing = belief.thing(entity)
@@ -124,17 +126,31 @@ def _path(location: Location, belief: Belief, context: Context) -> Iterator[Grou
     if thing.joint is None or (belief.held is not None and not held):
         raise Unresolvable(f"'{entity}' must have a joint, and the hand nothing else", causes(location, context), blocking=())
     now = held_pose(belief, context) if held else belief.pose(thing.name)
-    for k, share in enumerate(_shares(location, held)):
+    for k, share in enumerate(_shares(location, thing.joint, now.inverse() * tcp(belief, context), held)):
         yield _led(thing, thing.joint, belief, context, now, share, 0.1 * k)
 
 
-def _shares(location: Location, held: bool) -> tuple[float, ...]:
-    """How far something is moved, as shares of its joint's range, best first; what is pushed goes on from there to its stop."""
+def _shares(location: Location, joint: Joint, hand: Pose, held: bool) -> tuple[float, ...]:
+    """How far something is moved by a hand at a pose in its frame, as shares of its joint's range, best first; what is pushed goes on from
+    there to its stop."""
     if said := float(location.parameters.get("share", 0.0)):
         return (said,)
     if location.relation == "opened":
         return TURNED if location.parameters.get("turned") else OPENED
-    return (0.0 if location.relation == "stop" else CLOSED if held else AJAR,)
+    if location.relation == "stop" or location.parameters.get("turned"):  # a knob is off at its stop, where others may want it exactly
+        return (0.0,)
+    return (CLOSED if held else ajar(joint, hand),)
+
+
+def ajar(joint: Joint, hand: Pose) -> float:
+    """Return the share of its range that a joint is pushed to by a hand at a pose in its thing's frame, before the rest is felt."""
+    reach = _radius(joint, hand) * (joint.upper - joint.lower) if joint.kind == "hinge" else 0.0
+    return min(AJAR, LEFT / reach) if reach > 0.0 else AJAR
+
+
+def _radius(joint: Joint, hand: Pose) -> float:
+    """How far from a hinge's axis a hand is, at a pose in the frame of what turns [m]."""
+    return float(np.linalg.norm((joint.pose.inverse() * hand).position[:2]))
 
 
 def _led(thing: Thing, joint: Joint, belief: Belief, context: Context, now: Pose, share: float, cost: float) -> Grounding:
@@ -142,13 +158,26 @@ def _led(thing: Thing, joint: Joint, belief: Belief, context: Context, now: Pose
 
     goal = joint.lower + share * (joint.upper - joint.lower)
     value = joint_value(belief, thing.name, belief.base() * now)
-    hand, way = now.inverse() * tcp(belief, context), goal - value
-    radius = float(np.linalg.norm((joint.pose.inverse() * hand).position[:2]))
-    most = min(TURN, 2 * math.acos(max(0.0, 1.0 - CHORD / max(radius, CHORD))))
-    count = max(1, math.ceil(abs(way) / most)) if joint.kind == "hinge" else 1
-    path = tuple(joint.moved(now, way * k / count) * hand for k in range(1, count + 1))
+    path, way = _corners(joint, now, tcp(belief, context), goal - value), goal - value
     said = f"'{thing.name}' from {value:.3f} to {goal:.3f} {'m' if joint.kind == 'slide' else 'rad'}"
     return Grounding(Place(path[-1], path[-1], path=path, thing=thing.name, values={"moved": way}), said, cost, key=f"to {share:g}")
+
+
+def along_joint(thing: Thing, belief: Belief, hand: Pose, share: float) -> tuple[Pose, ...]:
+    """Return the TCP poses in the base frame that keep a hand at a thing while its joint goes to a share of its range."""
+    assert thing.joint is not None
+    joint, now = thing.joint, belief.pose(thing.name)
+    goal = joint.lower + share * (joint.upper - joint.lower)
+    return _corners(joint, now, hand, goal - joint_value(belief, thing.name, belief.base() * now))
+
+
+def _corners(joint: Joint, now: Pose, tcp: Pose, way: float) -> tuple[Pose, ...]:
+    """The TCP at a thing, from a pose on, while its joint moves on by so much [m, rad]: a line, or the chords of an arc."""
+    hand = now.inverse() * tcp
+    radius = _radius(joint, hand)
+    most = min(TURN, 2 * math.acos(max(0.0, 1.0 - CHORD / max(radius, CHORD))))
+    count = max(1, math.ceil(abs(way) / most)) if joint.kind == "hinge" else 1
+    return tuple(joint.moved(now, way * k / count) * hand for k in range(1, count + 1))
 
 
 def joint_value(belief: Belief, thing: str, pose: Pose) -> float:

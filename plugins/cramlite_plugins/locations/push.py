@@ -5,16 +5,20 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from cramlite.model import Belief, Feature, Floats, Gripper, Location, Place, Pose, Thing
+from cramlite.model import Belief, Feature, Floats, Gripper, Joints, Location, Place, Pose, Thing
 from cramlite.plugin import Answers, Context, Grounding, Refused, Unresolvable, hookimpl
 
 from ..shapes.bounds import support
 from ..shapes.ray_casting import body, spans
 from .antipodal import FINGER
-from .handles import check_way
+from .handles import ajar, along_joint, check_way
+
+if TYPE_CHECKING:
+    from ..motion_planning.space import Refusal
 
 BEHIND, ALMOST = 0.05, 0.003  # from the face to the fingers at the stand-off, and where feeling begins [m]
 LOW, UNDER_PALM = 0.015, 0.010  # finger tips above what carries the thing; the palm above the thing [m]
@@ -23,6 +27,9 @@ SPOTS = ((0.0, 0.0), (0.8, 0.0), (-0.8, 0.0), (0.0, 0.6), (0.8, 0.6), (-0.8, 0.6
 """On a front: at its handle, towards its edges, and higher."""
 TILTS, TURNS = (0.0, -30.0, -45.0, -60.0), (90.0, -90.0, 0.0, 180.0)
 """Of the hand before a front about the level line across it, from above, and about its own axis, its slim side up first [deg]."""
+FROM_ABOVE = ((0.8, 0.8), (0.4, 0.8), (0.0, 0.8)), (-70.0, -90.0), tuple(45.0 * k for k in range(8))
+"""Spots, tilts and turns of a hand over the upper edge of a front, its fingers alone before it: last, for what turns so far that no hand
+before it comes along."""
 DOWN = (-45.0, -35.0, -30.0)
 """The same of a hand that presses on a bar from above."""
 UPRIGHT = 0.9
@@ -78,18 +85,31 @@ def _before_front(location: Location, belief: Belief, context: Context) -> Itera
     if handle is None or thing.joint is None:
         raise Unresolvable(f"'{entity}' has no handle and joint: nobody knows where its front is", (location.of or "",), blocking=())
     free, near = make_scene(belief, context, (), shut), make_scene(belief, context, [thing.name], shut)
-    for k, (spot, tilt, turn) in enumerate(itertools.product(SPOTS, TILTS, TURNS)):
+    every = itertools.chain(itertools.product(SPOTS, TILTS, TURNS), itertools.product(*FROM_ABOVE))
+    for k, (spot, tilt, turn) in enumerate(every):
         at, out = _against(thing, handle, belief.pose(thing.name), spot, (tilt, turn), context.robot.gripper)
         aside, up = (100 * share for share in spot)
         name = f"before its front at {aside:+.0f} % of its width, {up:+.0f} % of its height, tilted {tilt:+.0f} deg, turned {turn:.0f} deg"
         there = collision_free_ik(near, context, at, belief.joints)
         before = shift(at, BEHIND * out)
-        off = there if isinstance(there, Refusal) else collision_free_ik(free, context, before, there)
+        stops = there if isinstance(there, Refusal) else _follows(thing, at, there, belief, context)
+        off = stops or collision_free_ik(free, context, before, belief.joints if isinstance(there, Refusal) else there)
         if isinstance(off, Refusal):
             yield off.refused(name)
         else:
             x, y, z = (float(v) for v in -out)
             yield Grounding(Place(at, before, shut, (x, y, z), thing=thing.name), name, 0.1 * k, key=name)
+
+
+def _follows(thing: Thing, at: Pose, joints: Joints, belief: Belief, context: Context) -> Refusal | None:
+    """Why the arm cannot follow a front that it pushes until that is all but shut, whatever is in the way; None where it can."""
+    from ..motion_planning.cartesian import COARSE, plan_straight_line
+    from ..motion_planning.space import Refusal
+
+    assert thing.joint is not None
+    path = along_joint(thing, belief, at, ajar(thing.joint, belief.pose(thing.name).inverse() * at))
+    line = plan_straight_line(None, context.robot, joints, path, step_m=COARSE[0], step_rad=COARSE[1])
+    return line if isinstance(line, Refusal) else None
 
 
 def _against(

@@ -25,9 +25,11 @@ from .attitude import check_turn, held_now, put_down
 from .covers import closed_in, covers
 from .free_area import Offset, beside, free_area, positions
 from .from_aside import is_free, slants
+from .leaning import LET_GO, close_by, leaning, must_lean
 from .place_filters import ABOVE_IT, ASIDE, CHEAP, DEAR, OFF_WALLS, SIDES, Filter, Obstacle, Spot, Wanted, clear, opened
 from .resting_poses import DROPS, is_uneven, lowered_onto, resting_poses, spot_at_rest
 from .room_for_more import corner, roomiest, to_come
+from .through_side import brought_there_by, places_through_a_side
 
 FEW_YAWS = (0.0, 90.0, -45.0)  # away from the middle of a surface [deg]
 GOLDEN = 137.5077640500378  # of one further turn, another one everywhere: the golden angle [deg]
@@ -58,7 +60,9 @@ in the same time."""
 
 @hookimpl
 def resolve_location(location: Location, belief: Belief, context: Context) -> Answers:
-    """Resolve locations "on" and "in"; None for other relations."""
+    """Resolve locations "on" and "in", from above, and "through", on a surface that is reached from its side; None for other relations."""
+    if location.relation == "through":
+        return places_through_a_side(location, belief, context)
     return _spots(location, belief, context) if location.relation in ("on", "in") else None
 
 
@@ -83,7 +87,8 @@ def _spots(location: Location, belief: Belief, context: Context) -> Iterator[Gro
             yield replace(answer, cost=answer.cost + PER_PLACE * k) if isinstance(answer, Grounding) else answer
         if work <= 0 and passed:
             said = f"{k + 1} positions were looked at, as many as the {context.samples} samples of a query allow"
-            raise Unresolvable(said, (location.of or "",), blocking=tuple(n for t in targets for n in standing_there(t)))
+            because = (location.of or "", *brought_there_by(location, belief, context))
+            raise Unresolvable(said, because, blocking=tuple(n for t in targets for n in standing_there(t)))
         if work <= 0:
             break
     if not passed:
@@ -96,6 +101,9 @@ def _answers(targets: list[Wanted], now: Pose, location: Location) -> Iterator[t
         yield from ((0, answer) for answer in _at_rest(targets[0], now))
         if targets[0].uneven:
             return
+    if location.relation == "in" and (why := must_lean(targets[0], now)):
+        yield from ((0, answer) for answer in _leaning(targets[0], now, why))
+        return
     for k, (wanted, offset) in enumerate(_interleaved(targets, now, location)):
         few = YAWS if k < len(targets) else FEW_YAWS
         yaws = (*_turns(wanted, now, offset, few), *((GOLDEN * k % 360,) if k else ()))
@@ -153,7 +161,7 @@ def _no_room(kept: list[Refused], targets: list[Wanted], location: Location, con
     said = "; ".join(first[passed] for passed in sorted(first, reverse=True))
     turned = any(r.reason.startswith("not falls") for r in kept)  # another grip turns the hand another way
     grips = (n for n, v in context.bindings.items() if turned and isinstance(v, Place) and v.thing == targets[0].thing.name)
-    because = (location.of or "", *put, *about, *grips)
+    because = (location.of or "", *put, *about, *grips, *brought_there_by(location, targets[0].belief, context))
     return Unresolvable(f"none of {len(kept)} placements fits; {said}", because, blocking=tuple(sorted(there)))
 
 
@@ -166,6 +174,18 @@ def _at_rest(wanted: Wanted, now: Pose) -> Iterator[Grounding | Refused]:
         yield from (replace(a, passed=a.passed + len(CHEAP["on"])) if isinstance(a, Refused) else a for a in placed)
     if not rests:
         yield Refused("anywhere", f"not at rest: it would slide or fall off '{wanted.entity}', let go of in any of {DROPS} ways", 0)
+
+
+def _leaning(wanted: Wanted, now: Pose, why: str) -> Iterator[Grounding | Refused]:
+    """Placements from which it comes to rest leaning, in the region that is asked for."""
+    near, rests = close_by(wanted), False
+    for found in leaning(wanted, now):
+        turn, rests = PER_TURN * math.hypot(*(now.inverse() * found).rotvec), True
+        at = partial(spot_at_rest, near, found)
+        placed = _from_above(near, at, "at rest", turn, ((LET_GO, wanted.depth + ABOVE),), attitude=True)
+        yield from (replace(a, passed=a.passed + len(CHEAP["in"])) if isinstance(a, Refused) else a for a in placed)
+    if not rests:
+        yield Refused("leaning", f"not at rest: {why}; nor would it be, leaning against a wall", 0)
 
 
 def _turned(wanted: Wanted, now: Pose, offset: Offset, yaw: float, relation: str) -> Iterator[Grounding | Refused]:

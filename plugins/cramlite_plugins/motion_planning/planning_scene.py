@@ -340,6 +340,14 @@ class PlanningScene(Value):
         return Rates(alone + alone.T, float(rates.sum(axis=1).max()))
 
 
+def _farthest(clearance: float, wider: Mapping[str, float]) -> float:
+    """The largest distance that any pair must keep [m], checked to lie within the horizon."""
+    most = clearance + max(wider.values(), default=0.0)
+    if not 0 <= clearance <= most <= HORIZON:
+        raise ValueError(f"clearance {clearance} m and {dict(wider)}; it must lie between 0 and {HORIZON} m")
+    return most
+
+
 def scene(
     world: World,
     robots: Mapping[str, Robot],
@@ -370,8 +378,7 @@ def scene(
         ValueError: the clearance is negative or above the horizon.
         KeyError: there is no such robot or thing.
     """
-    if not 0 <= clearance <= clearance + max(wider.values(), default=0.0) <= HORIZON:
-        raise ValueError(f"clearance {clearance} m and {dict(wider)}; it must lie between 0 and {HORIZON} m")
+    most = _farthest(clearance, wider)
     for name in [*(poses or {}), *held]:
         world.thing(name)
     placed = world.moved(dict(poses or {}))
@@ -384,7 +391,6 @@ def scene(
     moved = moved_geoms(kept, mount)
     first = int(np.flatnonzero(compiled.model.jnt_qposadr == index.joints[0])[0])
     need = required_distances(compiled, moved, allowed, clearance, wider)
-    most = clearance + max(wider.values(), default=0.0)
     distances = (most, *(v for v in LEVELS if v > most))
     levels = tuple(inflated_model(kept, mount, v) for v in distances)
     displaced = {name: pose for name, pose in (poses or {}).items() if pose != world.thing(name).pose and name not in held}

@@ -2,7 +2,8 @@
 
 How far a load may tilt is knowledge (``cram:tiltLimitDeg`` of its class). A sampling planner hardly ever stays in so
 thin a set; straight lines between upright poses stay in it by themselves, on the branch that the arm is on. They lead
-up, over and down: straight over, or around the robot's base, as high as it takes. Joint-space lines between points of such a way
+up, over and down: straight over, or around the robot's base, as high as it takes; and where something hangs over the end, down before
+that, nearer to the robot, and on to it. Joint-space lines between points of such a way
 are shortened and rounded off as other transfers are, as far as they keep the load upright, too: they stop nowhere.
 """
 
@@ -11,7 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from functools import lru_cache, partial
-from itertools import pairwise
+from itertools import pairwise, product
 
 import numpy as np
 from msgspec.structs import replace
@@ -30,6 +31,7 @@ from .space import Joints, Refusal
 
 PROPERTY = "cram:tiltLimitDeg"
 LIFTS = (0.0, 0.1, 0.2, 0.3)  # how far above the higher end the load is carried [m], tried in this order
+BEFORE = (0.0, 0.12)  # nearer to the robot the load comes down [m], tried in this order: the second is more than half of what hands carry
 ARC = 0.5  # between two corners of a way around the base, about its axis [rad]
 STEP = 0.02, 0.05  # of the look at the tilt along a way [m, rad]; of a joint-space line the second
 SPEED, ACCELERATION = 0.2, 0.5  # of the tcp [m/s, m/s2]: a level surface then tilts by atan(0.5 / 9.81) = 3 degrees
@@ -135,23 +137,22 @@ def _over(
 ) -> Iterator[Grounding]:  # fmt: skip
     """The first way up, over and down that is free: rounded off, and as straight lines of the tcp."""
     nearest, blocking = Refusal("none"), dict[str | tuple[str, ...], None]()
-    for lift in LIFTS:
-        for around in (False, True):
-            corners = waypoints_over(*ends, carry.up, lift, around)
-            found = _followed(corners, place, belief, context, carry, scene)
-            if isinstance(found, Refusal):
-                nearest, blocking = found, blocking | dict.fromkeys(found.blocking or ())
-                continue
-            yield from _rounded_off(motion, belief, context, carry, scene, found, about, pace)
-            steps = tuple(
-                MoveLinear(pose, SPEED, ACCELERATION, line[-1], origin=motion.name, comment=motion.reason)
-                for pose, line in zip(corners, found, strict=True)
-            )
-            lengths = [a.distance(b)[0] for a, b in pairwise((ends[0], *corners))]
-            seconds = sum(trapezoid(v, SPEED, ACCELERATION) for v in lengths)
-            reason = f"{len(steps)} straight lines, {seconds:.1f} s, {about}"
-            yield Grounding(steps, reason, 0.05 + seconds / 100, belief.moved(found[-1][-1]), key=f"over {lift} {around}")
-            return
+    for before, lift, around in product(BEFORE, LIFTS, (False, True)):
+        corners = waypoints_over(*ends, carry.up, lift, around, before)
+        found = _followed(corners, place, belief, context, carry, scene)
+        if isinstance(found, Refusal):
+            nearest, blocking = found, blocking | dict.fromkeys(found.blocking or ())
+            continue
+        yield from _rounded_off(motion, belief, context, carry, scene, found, about, pace)
+        steps = tuple(
+            MoveLinear(pose, SPEED, ACCELERATION, line[-1], origin=motion.name, comment=motion.reason)
+            for pose, line in zip(corners, found, strict=True)
+        )
+        lengths = [a.distance(b)[0] for a, b in pairwise((ends[0], *corners))]
+        seconds = sum(trapezoid(v, SPEED, ACCELERATION) for v in lengths)
+        reason = f"{len(steps)} straight lines, {seconds:.1f} s, {about}"
+        yield Grounding(steps, reason, 0.05 + seconds / 100, belief.moved(found[-1][-1]), key=f"over {lift} {around} {before}")
+        return
     reason = f"no way to {motion.to} keeps {about}; the last one tried: {nearest.reason}"
     raise Unresolvable(reason, _causes(motion, context), blocking=tuple(blocking), collision=nearest.collision)
 
@@ -200,24 +201,33 @@ def _chords(space: UprightScene, line: Sequence[Joints]) -> list[Joints] | None:
     return None if halves[0] is None or halves[1] is None else [*halves[0], *halves[1]]
 
 
-def waypoints_over(here: Pose, there: Pose, up: Sequence[float], lift: float, around: bool) -> list[Pose]:
+def waypoints_over(here: Pose, there: Pose, up: Sequence[float], lift: float, around: bool, before: float = 0.0) -> list[Pose]:
     """Return the waypoints of a path up, over and down, the start left out; poses of the tcp in the base frame.
 
     Args:
         up: the vertical; a way around turns about the base's z axis.
         lift: above the higher end [m].
         around: keep the distance from the base's axis even, instead of going straight over.
+        before: how much nearer to the base's axis it comes down [m].
     """
-    heights = [float(np.dot(p.position, up)) for p in (here, there)]
+    low = _nearer(there, before)
+    heights = [float(np.dot(p.position, up)) for p in (here, low)]
     top = max(heights) + lift
-    a, b = (_raised(p, up, top - h) for p, h in zip((here, there), heights, strict=True))
-    corners = [a, *(_arc(a, b) if around else []), b, there]
+    a, b = (_raised(p, up, top - h) for p, h in zip((here, low), heights, strict=True))
+    corners = [a, *(_arc(a, b) if around else []), b, low, there]
     return [q for p, q in pairwise([here, *corners]) if max(p.distance(q)) > 1e-3]
 
 
 def _raised(pose: Pose, up: Sequence[float], by: float) -> Pose:
     x, y, z = (float(p + by * u) for p, u in zip(pose.position, up, strict=True))
     return Pose((x, y, z), pose.quaternion)
+
+
+def _nearer(pose: Pose, by: float) -> Pose:
+    """A pose shifted level towards the base's axis [m]."""
+    x, y, z = pose.position
+    share = 1.0 - by / max(math.hypot(x, y), by, 1e-9)
+    return Pose((share * x, share * y, z), pose.quaternion)
 
 
 def _arc(a: Pose, b: Pose) -> list[Pose]:

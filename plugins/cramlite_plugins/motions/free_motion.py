@@ -96,7 +96,7 @@ def _goals(motion: Motion, place: Place, belief: Belief, context: Context, scene
 
     if motion.to is not None and motion.to.relation == "home":
         return [context.robot.home]
-    around = None if belief.held else make_scene(belief, context, [place.thing], clearance=0.0)
+    around = None if belief.held else make_scene(belief, context, [place.thing], place.opening, clearance=0.0)
     solutions = inverse(context.robot, place.before, seed=belief.joints)
     free = [q for q in solutions if scene.free(q)]
     goals = list(islice((q for q in free if not why_no_straight_line(q, place, context, around)), GOALS))

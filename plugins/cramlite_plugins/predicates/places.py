@@ -44,22 +44,12 @@ def all_predicates() -> tuple[Predicate, ...]:
         ),
         Predicate("within_reach", 1, within_reach, cost=5, doc="The effector is within 0.15 m of a thing.", unknown=unknowns.no_pose),
         Predicate(
-            "between_fingers",
-            1,
-            between_fingers,
-            cost=5,
-            possible=lambda timeline: len(tips(timeline)) > 1,
-            doc="The way from one finger tip to another leads through a thing.",
-            unknown=unknowns.no_fingers,
+            "between_fingers", 1, between_fingers, cost=5, doc="The way from one finger tip to another leads through a thing.",
+            possible=lambda timeline: len(tips(timeline)) > 1, unknown=unknowns.no_fingers,
         ),
         Predicate(
-            "in_or_above",
-            2,
-            in_or_above,
-            cost=5,
-            doc="A thing is over the footprint of another, not below its floor.",
-            fluent=fluents.IN_OR_ABOVE,
-            unknown=unknowns.no_box,
+            "in_or_above", 2, in_or_above, cost=5, doc="A thing is over the footprint of another, not below its floor.",
+            fluent=fluents.IN_OR_ABOVE, unknown=unknowns.no_box,
         ),
         Predicate(
             "in_cavity", 2, in_cavity, cost=5, doc="The middle of a thing is in the cavity of another, up to 50 mm over its rim."
@@ -77,31 +67,13 @@ def all_predicates() -> tuple[Predicate, ...]:
         ),
         Predicate("stands_at", 2, stands_at, cost=5, doc="Seen from above, two things are within 0.6 m of each other."),
         Predicate(
-            "in_view",
-            1,
-            in_view,
-            cost=5,
+            "in_view", 1, in_view, cost=5, doc="A thing is within 30 deg of a camera's axis, and no other hides it.",
             possible=lambda timeline: bool(timeline.entities_of("cram:Camera")),
-            doc="A thing is within 30 deg of a camera's axis, and no other hides it.",
         ),
+        Predicate("pose_known", 1, pose_known, cost=4, steady=True, complete=True, doc="Where a thing is has been recorded by now."),
         Predicate(
-            "pose_known",
-            1,
-            pose_known,
-            cost=4,
-            steady=True,
-            complete=True,
-            doc="Where a thing is has been recorded by now.",
-        ),
-        Predicate(
-            "thing",
-            1,
-            thing,
-            cost=3,
-            doc="An object of the world: no part, and not the effector.",
-            timeless=True,
-            complete=True,
-            static=fluents.is_thing,
+            "thing", 1, thing, cost=3, doc="An object of the world: no part, and not the effector.",
+            timeless=True, complete=True, static=fluents.is_thing,
         ),
     )
 
@@ -214,12 +186,20 @@ def _within(point: Vector3, size: Mapping[str, float]) -> bool:
 
 def in_region(phase: Phase, name: str | None, region: str | None) -> Iterator[Row]:
     """Evaluate in_region(Thing, Region): in which of the cavities and areas of a thing another is, by that one's origin."""
+    yield from in_region_by(phase, name, region, 0.0)
+
+
+def in_region_by(phase: Phase, name: str | None, region: str | None, margin: float) -> Iterator[Row]:
+    """Generate the rows of in_region(Thing, Region) that would hold as well with the origin so far aside on each axis of the region [m]."""
+    moved = margin * np.vstack([np.zeros(3), np.eye(3), -np.eye(3)])
     for type_ in fluents.REGIONS:
         for place in phase.timeline.entities_of(type_):
             size, whole = phase.timeline.entities[place].properties, phase.timeline.wholes[place][-1]
             for one in [name] if name is not None else things(phase):
                 point = relative_position(phase, place, one, phase.end)
-                if region in (None, place) and one != whole and point is not None and fluents.in_extent(type_, size, np.asarray(point)):
+                if region not in (None, place) or one == whole or point is None:
+                    continue
+                if all(fluents.in_extent(type_, size, np.asarray(point) + by) for by in moved):
                     yield one, place
 
 

@@ -7,6 +7,7 @@ friction would hold slides off, since there is little of it.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from functools import lru_cache
 from itertools import product
 
@@ -53,6 +54,32 @@ def resting_pose(thing: Thing, start: Pose, below: Thing, at: Pose) -> Pose | No
     return _firm(Itself(thing), start, Itself(below), at)
 
 
+def let_down(thing: Thing, start: Pose, below: Thing, at: Pose) -> Pose | None:
+    """Return the pose 3 to 6 mm over where a thing first touches another as it is let down straight; None if it passes beside that.
+
+    Args:
+        start: of the thing in a frame whose z is up: its height does not matter.
+        below: what it is let down onto, or into.
+        at: its pose in the same frame.
+    """
+    compiled = _alone(Itself(thing), Itself(below), at)
+    return _let_down(compiled, compiled.data(), thing, start, corners(below, at))
+
+
+def rests(thing: Thing, start: Pose, below: Thing, at: Pose, aside: float) -> Iterator[Pose | None]:
+    """Generate where a thing may come to rest that is let go of where it first touches another, near a pose.
+
+    Let go of there and to each side, each with little friction and with the friction of the two; None where it falls off.
+
+    Args:
+        start: as for ``let_down``.
+        aside: how far off it may be on either axis [m].
+    """
+    for (x, y), friction in product(((0.0, 0.0), *product((-aside, aside), repeat=2)), (FRICTION, math.inf)):
+        there = Pose(tuple(np.add(start.position, (x, y, 0.0)).tolist()), start.quaternion)
+        yield _dropped(Itself(thing), there, Itself(below), at, friction)
+
+
 @lru_cache(maxsize=2048)
 def _firm(thing: Itself[Thing], start: Pose, below: Itself[Thing], at: Pose) -> Pose | None:
     """Where a thing comes to rest, also from beside that and leaning."""
@@ -75,11 +102,11 @@ def _same(one: Pose, other: Pose) -> bool:
     return way <= AGAIN[0] and turn <= AGAIN[1]
 
 
-def _dropped(thing: Itself[Thing], start: Pose, below: Itself[Thing], at: Pose) -> Pose | None:
+def _dropped(thing: Itself[Thing], start: Pose, below: Itself[Thing], at: Pose, friction: float = FRICTION) -> Pose | None:
     """Where a thing comes to rest that is let go of where it first touches; None where it falls off."""
-    compiled = _alone(thing, below, at)
+    compiled = _alone(thing, below, at, friction)
     data = compiled.data()
-    if not _let_down(compiled, data, thing.it, start, corners(below.it, at)):
+    if _let_down(compiled, data, thing.it, start, corners(below.it, at)) is None:
         return None
     bottom, quiet = float(corners(below.it, at)[:, 2].min()), 0
     for _ in range(round(SECONDS / LOOK)):
@@ -93,8 +120,8 @@ def _dropped(thing: Itself[Thing], start: Pose, below: Itself[Thing], at: Pose) 
     return None
 
 
-def _let_down(compiled: Compiled, data: Data, thing: Thing, start: Pose, below: Floats) -> bool:
-    """Put a thing some ``STEP`` over where it touches what has these corners (n, 3); False where it would pass beside that."""
+def _let_down(compiled: Compiled, data: Data, thing: Thing, start: Pose, below: Floats) -> Pose | None:
+    """Put a thing some ``STEP`` over where it touches what has these corners (n, 3), there; None where it would pass beside that."""
     lowest = float(corners(thing, start)[:, 2].min())
     bottom, top = (float(v) for v in (below[:, 2].min(), below[:, 2].max()))
     for drop in np.arange(0.0, top - bottom, STEP):
@@ -102,9 +129,10 @@ def _let_down(compiled: Compiled, data: Data, thing: Thing, start: Pose, below: 
         compiled.place(data, thing.name, Pose((x, y, z - lowest + top + STEP - float(drop)), start.quaternion))
         mujoco.mj_fwdPosition(compiled.model, data)
         if data.ncon > 0:
-            compiled.place(data, thing.name, Pose((x, y, z - lowest + top + 2 * STEP - float(drop)), start.quaternion))
-            return True
-    return False
+            there = Pose((x, y, z - lowest + top + 2 * STEP - float(drop)), start.quaternion)
+            compiled.place(data, thing.name, there)
+            return there
+    return None
 
 
 def _rests(compiled: Compiled, data: Data) -> bool:
@@ -113,12 +141,12 @@ def _rests(compiled: Compiled, data: Data) -> bool:
 
 
 @lru_cache(maxsize=16)
-def _alone(thing: Itself[Thing], below: Itself[Thing], at: Pose) -> Compiled:
+def _alone(thing: Itself[Thing], below: Itself[Thing], at: Pose, friction: float = FRICTION) -> Compiled:
     """A world of a thing that can be moved and of one that cannot, with little friction."""
     under = replace(below.it, pose=at, mass=None, joint=None, filling=None, inertia=None)
     compiled = compile_world(World((under, replace(thing.it, filling=None))), {})
     model = compiled.model
-    model.geom_friction[:, 0] = np.minimum(model.geom_friction[:, 0], FRICTION)
-    model.pair_friction[:, :2] = np.minimum(model.pair_friction[:, :2], FRICTION)
+    model.geom_friction[:, 0] = np.minimum(model.geom_friction[:, 0], friction)
+    model.pair_friction[:, :2] = np.minimum(model.pair_friction[:, :2], friction)
     model.geom_friction[:, 1:] = model.pair_friction[:, 2:] = 0.0  # that against turning would hold up what stands on two points
     return compiled

@@ -27,6 +27,8 @@ class ByHandle(TaskType):
     moves = ("Patient",)
     stroke: ClassVar[str]
     """Name of the motion along the joint."""
+    rest_s: ClassVar[float] = 0.0
+    """How long the hand stands still at the joint's goal before it lets go [s]."""
 
     @abstractmethod
     def way(self, action: Action) -> Location:
@@ -38,6 +40,7 @@ class ByHandle(TaskType):
         limits = {k: self.parameter(action, k) for k in ("speed_m_s", "force_limit_n")} | {"paced": 1.0}
         close = {"to": "closed", "expect": "object", "force_n": self.parameter(action, "force_n")}
         touch, back = (patient.name,), Location(action.inside("away"), "retreat", None, {"straight": True})
+        still = Motion(action.inside("rest"), "hold", None, {"duration_s": self.rest_s}, reason=f"{patient.entity} comes to rest")
         steps = (
             handle,
             Motion(action.inside("open"), "gripper", handle, {"to": "place"}, reason="wider than the handle"),
@@ -46,6 +49,7 @@ class ByHandle(TaskType):
             Motion(action.inside("close"), "gripper", handle, close, reason="hold the handle"),
             way,
             Motion(action.inside(self.stroke), "force_path", way, limits, touch, f"the way that {patient.entity} moves"),
+            *((still,) if self.rest_s else ()),
             Motion(action.inside("release"), "gripper", None, {"to": "open", "expect": "none"}, reason="let go"),
             back,
             Motion(action.inside("back"), "linear", back, {"stage": "pose"}, touch, "clear of the handle"),

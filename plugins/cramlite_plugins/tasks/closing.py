@@ -37,8 +37,8 @@ class Closing(ByHandle):
         press = {"speed_m_s": 0.015, "force_n": self.parameter(action, "press_n"), "beyond_m": 0.02, "expect": "any"}
         steps = (
             front,
-            Motion(action.inside("shut"), "gripper", None, {"to": "shut", "expect": "none"}, reason="fingers together"),
             Motion(action.inside("transfer"), "transfer", front, reason=f"before {patient.entity}"),
+            Motion(action.inside("shut"), "gripper", None, {"to": "shut", "expect": "none"}, reason="fingers together"),
             Motion(action.inside("tare"), "zero_sensor", reason="what the sensor reads here is no contact force"),
             Motion(action.inside("touch"), "until_contact", front, TOUCH, touch, f"to the front of {patient.entity}"),
             way,

@@ -44,8 +44,8 @@ class Opening(ByHandle):
         limits = {k: self.parameter(action, k) for k in ("speed_m_s", "force_limit_n", "press_n")}
         steps = (
             atop,
-            Motion(action.inside("shut"), "gripper", None, {"to": "shut", "expect": "none"}, reason="fingers together"),
             Motion(action.inside("transfer"), "transfer", atop, reason=f"above the handle of {patient.entity}"),
+            Motion(action.inside("shut"), "gripper", None, {"to": "shut", "expect": "none"}, reason="fingers together"),
             Motion(action.inside("tare"), "zero_sensor", reason="what the sensor reads here is no contact force"),
             Motion(action.inside("touch"), "until_contact", atop, TOUCH, touch, "onto the handle"),
             way,

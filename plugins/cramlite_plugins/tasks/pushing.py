@@ -74,8 +74,8 @@ class Pushing(TaskType):
         push, touch = {"stage": "pose", "speed_m_s": self.parameter(action, "speed_m_s")}, (patient.name,)
         steps = (
             beside,
-            Motion(action.inside("shut"), "gripper", None, {"to": "shut", "expect": "none"}, reason="fingers together"),
             Motion(action.inside("transfer"), "transfer", beside, reason=f"beside {patient.entity}"),
+            Motion(action.inside("shut"), "gripper", None, {"to": "shut", "expect": "none"}, reason="fingers together"),
             Motion(action.inside("tare"), "zero_sensor", reason="what the sensor reads here is no contact force"),
             Motion(action.inside("touch"), "until_contact", beside, feel, touch, f"to {patient.entity}"),
             far,

@@ -15,10 +15,11 @@ class TurningOff(ByHandle):
     aliases = ("TurnOff", "SwitchOff")
     summary = "turn something off by its knob or switch"
     stroke = "turn"
+    rest_s = 0.5  # a knob that still turned was let go at its stop, sprang back, and glided on for 1 s
 
     def way(self, action: Action) -> Location:
         patient = action.roles["Patient"].name
-        return Location(f"turned({patient})", "closed", patient)
+        return Location(f"turned({patient})", "closed", patient, {"turned": True})
 
 
 @hookimpl

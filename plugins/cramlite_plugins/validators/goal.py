@@ -12,6 +12,7 @@ from cramlite.model import Episode, Floats, Rollout, Value, thing_of
 from cramlite.plugin import EFFECTOR, Candidate, Cost, Finding, Validator, contents, hookimpl
 
 from ..episodes.detection.entities import contents_of
+from ..predicates.places import in_region, in_region_by
 from ..shapes.contents import SHARE, where
 from .held_times import MOMENT, held_times, said_times
 
@@ -27,6 +28,9 @@ NEAR = 0.2
 """Up to this far is beside, from middle to middle seen from above [m]: ``where: {within}`` of a task says the same."""
 ASIDE = 0.01
 """And what is left of a thing is so by at least this [m]: half of what places are chosen by, the rest may go in letting go."""
+SURE = 0.001
+"""An origin is in its region by at least this [m]: what rests goes into what it rests on by some 0.5 mm, in another simulator by more or
+less than here, and nobody else would see it as it was proven."""
 PLACES = {"vrps:SurfaceFeature", "cram:Cavity"}
 """Features that things are in or over, and do not touch."""
 SIDES: Mapping[str, tuple[int, float]] = {
@@ -51,10 +55,11 @@ class Goal(Value):
         assert candidate.rollout is not None and candidate.episode is not None
         if not candidate.goal:
             return
-        timeline = Timeline(candidate.episode, candidate.taxonomy)
+        timeline, rollout = Timeline(candidate.episode, candidate.taxonomy), candidate.rollout
         for literal in candidate.goal:
-            wrong = _unmet(literal, timeline, candidate.rollout) or _beside(literal, candidate) or _unsettled(literal, candidate.rollout)
-            end = _measured(literal, candidate.rollout, candidate.episode)
+            wrong = _unmet(literal, timeline, rollout) or _doubtful(literal, timeline, rollout)
+            wrong = wrong or _beside(literal, candidate) or _unsettled(literal, rollout)
+            end = _measured(literal, rollout, candidate.episode)
             said = f"{_what(literal)} {f'is not reached: {wrong}' if wrong else f'holds for the last {LASTS:g} s'}"
             yield Finding(self.name, not wrong, f"{said}; {end}" if end else said, things=True)
 
@@ -78,6 +83,21 @@ def _unmet(literal: GoalLiteral, timeline: Timeline, rollout: Rollout) -> str:
             return f"{when} '{clause.text}' does not hold" + (f" ({held})" if held else "")
         if few := _too_few(clause, literal, rollout):
             return few
+    return ""
+
+
+def _doubtful(literal: GoalLiteral, timeline: Timeline, rollout: Rollout) -> str:
+    """A region that an origin is in by less than simulators differ by; empty where there is none."""
+    from cramlite.plugin import atoms
+
+    binding: dict[str, str | float] = {v: _recorded(e, timeline.episode) for v, e in literal.binding.items()}
+    end = timeline.instant(float(rollout.times[-1]))
+    for clause in literal.clauses:
+        for atom in atoms(clause.condition) if not clause.text.startswith("not ") else ():
+            if atom.predicate.function is in_region:
+                thing, region = (None if v is None else str(v) for v in atom.arguments(binding))
+                if next(in_region_by(end, thing, region, SURE), None) is None:
+                    return f"by less than {1000 * SURE:g} mm '{thing}' is in '{region}': another simulator may have it beside that"
     return ""
 
 

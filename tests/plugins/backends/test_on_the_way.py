@@ -22,6 +22,8 @@ LET_GO = SetGripper(opening=0.08, speed=0.1, force=30.0, expect="none", origin="
 HALF = SetGripper(opening=0.04, speed=0.1, force=30.0, expect="none", origin="1.Opening/half")
 CLOSE = SetGripper(opening=0.0, speed=0.1, force=30.0, expect="object", origin="1.Grasping/close")
 SHUT = SetGripper(opening=0.0, speed=0.1, force=30.0, origin="1.Opening/shut")
+ON_NOTHING = SetGripper(opening=0.0, speed=0.1, force=30.0, expect="none", origin="1.Grasping/shut")
+OTHERS = SetGripper(opening=0.0, speed=0.1, force=30.0, expect="none", origin="2.Closing/shut")
 
 
 def program(*steps: AnyStep) -> Program:
@@ -37,7 +39,19 @@ def test_empty_fingers_open_on_the_way(before: tuple[AnyStep, ...]) -> None:
     assert (first.first, first.last, second.first, second.last) == (0, len(before) + 1, len(before) + 1, len(before) + 2)
 
 
-@pytest.mark.parametrize("waited", [(CLOSE, OPEN, GO), (SHUT, GO), (LET_GO, GO), (SHUT, OPEN, GO), (OPEN, CLOSE, GO), (GO, OPEN)])
+@pytest.mark.parametrize("before", [(), (LET_GO,), (HALF,)])
+def test_empty_fingers_close_on_nothing_on_the_way_there(before: tuple[AnyStep, ...]) -> None:
+    made = opened_on_the_way(program(*before, GO, ON_NOTHING, BACK))
+    assert made.steps[len(before) :] == (Parallel(((ON_NOTHING,), (GO,)), origin=GO.origin, comment="; "), BACK)
+
+
+@pytest.mark.parametrize(
+    "waited",
+    [
+        (GO, CLOSE), (CLOSE, GO, ON_NOTHING), (GO, SHUT), (GO, LET_GO), (GO, OTHERS), (ON_NOTHING, GO),
+        (CLOSE, OPEN, GO), (SHUT, GO), (LET_GO, GO), (SHUT, OPEN, GO), (OPEN, CLOSE, GO), (GO, OPEN),
+    ],
+)  # fmt: skip
 def test_fingers_that_hold_let_go_or_close_are_waited_for(waited: tuple[AnyStep, ...]) -> None:
     whole = program(*waited, BACK) if waited[-1] is not OPEN else program(*waited)
     assert opened_on_the_way(whole) == whole

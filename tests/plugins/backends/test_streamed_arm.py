@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from cramlite.model import Pose
 from cramlite_plugins.backends.stream.arm import StreamedArm
@@ -54,3 +55,30 @@ def test_a_tool_that_only_passes_its_target_has_not_arrived(before: float, more:
     """It is 1 mm off when the motion ends, which would do, and was ``before`` [m] a period ago: 2 mm are left if it goes on like that."""
     count = len(led()[0])
     assert len(led(lambda period: before if period == count - 1 else 0.001 * (period >= count))[0]) == count + more
+
+
+@pytest.mark.parametrize(("off", "awaited"), [(0.0, (1, 1)), (0.004, (1, 5)), (0.006, (5, 5))])
+def test_a_motion_between_joint_positions_ends_where_a_line_leads_on_and_a_program_does_not(
+    off: float, awaited: tuple[int, int]
+) -> None:
+    """The tool is ``off`` [m] until the fourth period after the motion's time; 5 mm do in the open, 2 mm at the end."""
+    nominal, over = NominalArm(UR5E), [0]
+    q = np.array(UR5E.home)
+
+    def step(action: Action) -> State:
+        nonlocal q
+        over[0] += arm.motion is None
+        x, y, z = np.add((here := arm.kinematics.forward(arm.q)).position, (0.0, off * (over[0] < 4), 0.0)).tolist()
+        found = nominal.follow(Pose((x, y, z), here.quaternion), q)
+        assert found is not None
+        q = found
+        return State(joints=tuple(q.tolist()), opening=0.08)
+
+    arm = StreamedArm(UR5E, replace(HELLO, most=None), step)
+    motion = arm.move_joints(np.array(UR5E.home) + 0.05, 1.0, 2.0)
+    while arm.motion is motion:
+        arm.cycle()
+    in_the_open = over[0]
+    while not arm.settled():
+        arm.cycle()
+    assert (in_the_open, over[0]) == awaited

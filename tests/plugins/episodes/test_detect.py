@@ -184,3 +184,15 @@ def test_what_stood_stands_until_it_moves_but_a_bump_is_over_when_it_is_over(sec
     begin, end, roles = states(found, "soma:SupportState")[0]
     assert roles == ("hanger/peg", "product") and begin == 0.0
     assert end > 1.4 if stands else end < seconds + GAP
+
+
+@pytest.mark.parametrize(("carried", "stands"), [(1.0, True), (0.2, False)])
+def test_what_weighs_less_than_counts_as_a_touch_stands_too(carried: float, stands: bool) -> None:
+    """A product of 2 g in the basket; or it leans on the basket, which carries a fifth of it."""
+    whole, weight = rollout(), 0.002 * 9.81
+    light = replace(whole.world, things=tuple(replace(t, mass=0.002) if t.mass else t for t in whole.world.things))
+    leaning = Touch("product", "basket", carried * weight, -carried * weight)
+    resting = tuple((leaning,) if time >= 3.0 else touches for time, touches in zip(whole.times, whole.touches, strict=True))
+    found = detect(replace(whole, world=light, touches=resting), "demo")
+    assert (("basket", "product") in [roles for *_, roles in states(found, "soma:SupportState")]) == stands
+    assert (("basket", "product") in [roles for *_, roles in states(found, "soma:ContactState")]) == stands

@@ -13,9 +13,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from properties import examples
 
-from cramlite.model import Belief, Estimate, Geom, Pose, Thing, World
+from cramlite import Engine
+from cramlite.model import Belief, Estimate, Geom, Location, Pose, RobotMount, Thing, World, initial_belief
+from cramlite.plugin import Context, Grounding
 from cramlite_plugins.locations import antipodal, grips
-from cramlite_plugins.locations.grasps import Grasp, _openings
+from cramlite_plugins.locations.grasps import Grasp, _openings, resolve_location
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.shapes import ray_casting as rays
 from cramlite_plugins.simulation.objects.products_and_fixtures import block, product
@@ -46,7 +48,7 @@ def test_pads_without_friction_hold_nothing(seed: int) -> None:
 @given(st.floats(0.01, 0.038), st.floats(0.02, 0.1))
 def test_a_can_is_as_wide_as_its_diameter(radius: float, half: float) -> None:
     every = grips.ranked(can("c", Pose(), radius, 2 * half), GRIPPER, 0.9)
-    found = [g for g in every if "shallow" not in g.name and "tips" not in g.name]  # those grip beside the axis
+    found = [g for g in every if "shallow" not in g.name and "tips" not in g.name and not g.ends]  # those grip beside the axis
     assert found
     assert all(g.width < 2 * radius + 1e-6 and g.slant < math.atan(0.9) for g in every)
     assert all(g.width == pytest.approx(2 * radius, abs=1e-6) and g.slant < 1e-3 for g in found)
@@ -72,8 +74,10 @@ def test_of_grasps_alike_of_many_parts_one_is_enough() -> None:
     sides = [Pose.from_rotvec((0, 0, 0), (0, 0, math.pi * k / 8)) for k in range(8)]
     parts = tuple(Geom("box", (0.03, 0.0062, 0.05), p) for p in sides)
     found = grips.ranked(Thing("can", "cram:Product", Pose(), parts, mass=0.1), GRIPPER, 0.9)
-    cells = grips._cells(antipodal.Hands.at([g.pose for g in found]))
-    assert len(np.unique(cells, axis=0)) == len(found) > 0
+    for ends in (False, True):
+        alike = [g for g in found if g.ends == ends]
+        cells = grips._cells(antipodal.Hands.at([g.pose for g in alike]))
+        assert len(np.unique(cells, axis=0)) == len(alike) > 0
 
 
 @pytest.mark.parametrize(("beside", "sigma", "opening"), [(1.0, 0.0, 0.04), (1.0, 0.005, GRIPPER.opening[1]), (0.045, 0.005, 0.02)])
@@ -151,3 +155,26 @@ def test_what_catches_on_a_pad_when_it_is_let_go_is_gripped_another_way_first() 
 def test_a_bar_that_ends_before_the_pads_does_not_catch() -> None:
     found = under_a_bar(0.02)
     assert next(iter(found)) == "x" and not any(found["x"] + found["y"])
+
+
+def between_walls(above: float) -> list[str]:
+    """Which grasps have room, of a board that stands between two walls, 34 mm from each; these reach so far above it [m]."""
+    mount, height = RobotMount("arm", "ur5e"), 0.1
+    board = Thing("board", "cram:Product", Pose((0.45, 0.0, height / 2)), (Geom("box", (0.002, 0.05, height / 2)),), mass=0.1)
+    half = (height + above) / 2
+    walls = [
+        Thing(f"wall_{k}", "soma:DesignedFurniture", Pose((0.45 + x, 0.0, half)), (Geom("box", (0.01, 0.3, half)),))
+        for k, x in enumerate((-0.044, 0.044))
+    ]
+    belief = initial_belief(World((*walls, board), (mount,)), "arm", UR5E.home, 0.085)
+    context = Context(UR5E, mount, {"board": "board"}, Engine().knowledge.taxonomy, seed=0)
+    found = list(resolve_location(Location("grasp(board)", "grasp", "board"), belief, context) or ())
+    return [f.key for f in found if isinstance(f, Grounding) and f.key.startswith("from +z")]
+
+
+def test_where_walls_leave_the_palm_too_little_room_a_thing_is_taken_by_the_ends_of_the_pads() -> None:
+    free, narrow = between_walls(0.050), between_walls(0.056)
+    ends = ["by their ends" in name for name in free]
+    assert any(ends) and ends == sorted(ends), "they come last"
+    assert narrow and all("by their ends" in name for name in narrow)
+    assert not between_walls(0.062)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from cramlite import Budget, Engine, find_scenario, read_scenario
-from cramlite.model import Location, Place, Pose, RobotMount, Thing, World, initial_belief
+from cramlite.model import Held, Location, Place, Pose, RobotMount, Thing, World, initial_belief
 from cramlite.plugin import Context, Grounding
 from cramlite_plugins.locations.handles import resolve_location
 from cramlite_plugins.robots.ur5e import UR5E
@@ -63,3 +63,19 @@ def test_a_handle_is_also_taken_by_a_hand_that_leans_along_its_bar() -> None:
     assert math.degrees(math.acos(float(np.dot(*ahead)))) == pytest.approx(15.0)
     assert float(np.dot(*closing)) == pytest.approx(1.0)
     assert "leaning" not in next(iter(grips))
+
+
+@pytest.mark.parametrize(("task", "goal"), [("turned", 0.0), ("", 0.005)])
+def test_a_knob_is_turned_off_to_its_stop(task: str, goal: float) -> None:
+    """Who asks for off exactly may mean the last hundredth of its range; a drawer or a door is closed but for what friction leaves."""
+    mount = RobotMount("arm", "ur5e")
+    taken = knob("knob", Pose((0.5, 0.0, 0.211)), parent="plate", turned=math.radians(80))
+    plate = table("plate", Pose((0.5, 0.0, 0.2)), (0.2, 0.2, 0.02))
+    assert taken.joint is not None
+    span = taken.joint.upper - taken.joint.lower
+    belief = initial_belief(World((plate, taken), (mount,)), "arm", UR5E.home, 0.085)
+    belief = belief.grasped(Held("knob", Pose(), 0.0))
+    context = Context(UR5E, mount, {"knob": "knob"}, Engine().knowledge.taxonomy)
+    location = Location("turned(knob)", "closed", "knob", {task: True} if task else {})
+    [found] = [a for a in resolve_location(location, belief, context) or () if isinstance(a, Grounding)]
+    assert found.value.values["moved"] == pytest.approx(taken.joint.lower + goal * span - taken.joint.value, abs=1e-4)

@@ -6,12 +6,14 @@ import pytest
 from msgspec.structs import replace
 
 from cramlite import Engine
-from cramlite.model import Belief, Location, Place, Pose, RobotMount, Thing, World, initial_belief
+from cramlite.model import Action, Belief, Location, Motion, Object, Place, Pose, RobotMount, Thing, World, initial_belief
 from cramlite.plugin import Context, Unresolvable
 from cramlite_plugins.locations import handles, push
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.simulation.objects.furniture import cabinet, drawer
 from cramlite_plugins.simulation.objects.products_and_fixtures import block, table
+from cramlite_plugins.tasks.closing import Closing
+from cramlite_plugins.tasks.opening import Opening
 
 MOUNT, AT = RobotMount("arm", "ur5e"), Pose((0.75, 0.1, 0.1), (0.0, 0.0, 0.0, 1.0))
 
@@ -64,6 +66,49 @@ def test_another_place_of_what_was_put_in_its_way_may_do() -> None:
     with pytest.raises(Unresolvable) as ended:
         list(handles.resolve_location(place("handle", 0.8), belief, context) or ())
     assert ended.value.because == ("drawer", "spot")
+
+
+@pytest.mark.parametrize("parameters", [{}, {"share": 0.8}])
+def test_opening_says_how_far_it_must_get(parameters: dict[str, float]) -> None:
+    """However it is opened: held by its handle, or pressed on from above."""
+    belief, context = asked(standing(0.13))
+    action = Action("1.Opening", "soma:Opening", {"Patient": Object("drawer", entity="drawer")}, parameters=parameters)
+    steps = [s for way in Opening().decompose(action, belief) for s in way.steps]
+    begun = [s for s in steps if isinstance(s, Location) and s.relation in ("handle", "atop")]
+    assert {b.relation for b in begun} == {"handle", "atop"}
+    for location in begun:
+        resolve = handles.resolve_location if location.relation == "handle" else push.resolve_location
+        with pytest.raises(Unresolvable, match=r"of its own way 'drawer' is .* inside 'it'"):
+            list(resolve(location, belief, context) or ())
+
+
+def test_what_it_is_asked_for_need_not_be_more() -> None:
+    belief, context = asked(standing(0.13))
+    action = Action("1.Opening", "soma:Opening", {"Patient": Object("drawer", entity="drawer")}, parameters={"share": 0.5})
+    assert list(handles.resolve_location(Opening().begins_at(action), belief, context) or ())
+
+
+def test_what_touches_it_where_it_is_is_left_to_planned_paths() -> None:
+    """They know what it may touch: a block that leans on the front is no reason to try no hand."""
+    belief, context = asked(standing(-0.005))
+    assert list(handles.resolve_location(place("handle", 0.8), belief, context) or ())
+
+
+@pytest.mark.parametrize("task", [Opening(), Closing()])
+def test_what_is_held_by_its_handle_is_led_at_the_robots_pace(task: Opening | Closing) -> None:
+    belief, _ = asked()
+    action = Action("1", task.task, {"Patient": Object("drawer", entity="drawer")})
+    held = [w for w in task.decompose(action, belief) if isinstance(w.steps[0], Location) and w.steps[0].relation == "handle"]
+    led = [s for way in held for s in way.steps if isinstance(s, Motion) and s.kind == "force_path"]
+    assert led and all(s.parameters["paced"] == 1.0 for s in led)
+
+
+def test_the_hand_that_presses_comes_down_fast_and_touches_slowly() -> None:
+    belief, _ = asked()
+    action = Action("1.Opening", "soma:Opening", {"Patient": Object("drawer", entity="drawer")})
+    *_, pressing = Opening().decompose(action, belief)
+    (down,) = (s for s in pressing.steps if isinstance(s, Motion) and s.kind == "until_contact")
+    assert down.parameters["free_m_s"] >= 0.1 and down.parameters["speed_m_s"] <= 0.01
 
 
 def test_what_lies_in_it_comes_along() -> None:

@@ -76,6 +76,17 @@ def test_a_door_of_a_urdf_has_its_knob_and_packages_are_found() -> None:
     assert things["wedge"].pose.position == pytest.approx((-0.12, 0, 0.215))
 
 
+def test_a_lever_is_held_by_its_bar_not_by_the_post_that_carries_it(tmp_path: Path) -> None:
+    """The post comes farther out of the door than the bar in front of it."""
+    panel = '<geom type="box" size=".22 .02 .29"/><joint type="hinge" axis="0 0 1" pos=".255 0 0" range="0 23"/>'
+    post = '<geom name="handle_base" type="cylinder" size=".025 .0625" pos="-.175 -.0625 0" euler="90 0 0"/>'
+    lever = '<geom name="handle" type="box" size=".075 .015 .02" pos="-.1 -.1 0"/>'
+    handle = _scene(tmp_path, f'<body name="door">{panel}{post}{lever}</body>').things[0].feature("cram:Handle")
+    assert handle is not None and handle.pose.position == pytest.approx((-0.1, -0.1, 0)) and handle.size == {"radius": 0.02, "length": 0.15}
+    knob = _scene(tmp_path, f'<body name="door">{panel}{post}</body>').things[0].feature("cram:Handle")
+    assert knob is not None and knob.size["radius"] == 0.025  # a post alone is a knob
+
+
 def test_contact_parameters_and_options_stay_the_files(tmp_path: Path) -> None:
     body = '<body name="box"><freejoint/><geom size=".1" condim="6" solref=".01 2" friction=".3 .02 .003" priority="2"/></body>'
     scene = _scene(tmp_path, body, '<option timestep="0.001" impratio="3"/>')

@@ -50,9 +50,18 @@ def test_a_site_inside_is_a_cavity_with_its_height_upwards_whichever_way_it_is_t
     tray = _thing(_scene(tmp_path, f'<body name="tray">{TRAY}{site}</body>'), "tray")
     cavity = tray.feature("cram:Cavity")
     assert cavity is not None and cavity.name == "left_region"
-    assert cavity.size == pytest.approx({"width": 0.16, "depth": 0.12, "height": 0.056})
+    assert cavity.size == pytest.approx({"width": 0.16, "depth": 0.12, "height": 0.057})  # 1 mm more down to the floor
     assert cavity.pose.position == pytest.approx((0, 0, 0.062), abs=1e-6)
     assert cavity.pose.rotate((0, 0, 1)) == pytest.approx((0, 0, 1), abs=1e-6)
+
+
+@pytest.mark.parametrize(("low", "height"), [(0.015, 0.055), (0.001, 0.059)])
+def test_a_cavity_reaches_down_to_the_floor_below_its_site(low: float, height: float, tmp_path: Path) -> None:
+    half = (0.06 - low) / 2
+    site = f'<site name="tray_left_region" type="box" size=".08 .08 {half}" pos="0 0 {0.06 - half}"/>'
+    tray = _thing(_scene(tmp_path, f'<body name="tray">{TRAY}{site}</body>'), "tray")
+    cavity = tray.feature("cram:Cavity")
+    assert cavity is not None and cavity.size["height"] == pytest.approx(height, abs=1e-4)
 
 
 def test_each_of_several_sites_keeps_its_name(tmp_path: Path) -> None:
@@ -160,7 +169,7 @@ def test_a_site_under_a_roof_is_the_area_below_with_the_room_over_it(tmp_path: P
     body = f'<body name="rack">{RACK.format(top=top)}</body>'
     region = next(f for f in _thing(_scene(tmp_path, body), "rack").features if f.name == "lower_region")
     assert region.type == type_ and region.pose.position[2] == pytest.approx(height, abs=1e-3)
-    assert region.size["height"] == pytest.approx(0.11 if type_ != "cram:Cavity" else 0.1, abs=1e-3)
+    assert region.size["height"] == pytest.approx(0.11, abs=1e-3)
 
 
 @pytest.mark.parametrize(("name", "class_"), [("tray_left_region", "soma:DesignedContainer"), ("tray_mark", "soma:DesignedFurniture")])

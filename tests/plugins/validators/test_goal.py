@@ -342,3 +342,13 @@ def test_an_area_of_a_surface_is_a_region() -> None:
         tin = block("tin", Pose((0.5, 0.2 + by, 0.131)))
         (finding,) = judged(settled(desk, tin), "tin on desk/left")
         assert finding.passed is there, finding.reason
+
+
+@pytest.mark.parametrize(("by", "sure"), [(0.0485, True), (0.0495, False)])
+def test_what_is_in_its_region_by_less_than_simulators_differ_by_is_refused(by: float, sure: bool) -> None:
+    desk = table("desk", Pose((0.5, 0.1, 0.1)), size=(0.4, 0.4, 0.02))
+    left = Feature("left", "vrps:SurfaceFeature", Pose((0, 0.1, 0.01)), {"width": 0.1, "depth": 0.1})
+    still = settled(replace(desk, features=(*desk.features, left)), block("tin", Pose((0.5, 0.2 + by, 0.131))))
+    on, off = judged(still, "tin on desk/left", "not tin on desk/left")
+    assert on.passed is sure and not off.passed
+    assert sure or "by less than 1 mm 'tin' is in 'desk/left'" in on.reason

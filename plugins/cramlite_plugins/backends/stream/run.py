@@ -109,8 +109,9 @@ def _play(machine: ProgramMachine, arm: StreamedArm, record: _Record) -> tuple[s
     """Cycle the program and the robot until either ends; the outcome and its reason."""
     try:
         while arm.clock < LONGEST:
-            machine.cycle()
-            if machine.finished:
+            if not machine.finished:
+                machine.cycle()
+            if machine.finished and arm.settled():
                 return "finished", ""
             arm.cycle()
             record.observe()

@@ -36,7 +36,8 @@ def carried(rollout: Rollout, pairs: dict[tuple[str, str], Pair]) -> dict[tuple[
         weight = GRAVITY * (rollout.world.thing(b).mass or 0.0)
         if weight > 0:
             lift = moving_average(np.sum([p.lift for p in parts], axis=0), rollout.times, GAP / 3)
-            touching = close_gaps(hysteresis(np.sum([p.force for p in parts], axis=0), *CONTACT), rollout.times)
+            least = min(CONTACT[0], SUPPORT[0] * weight)  # a bowl of 2 g rests with less than counts as a touch of heavier things
+            touching = close_gaps(hysteresis(np.sum([p.force for p in parts], axis=0), least, CONTACT[1]), rollout.times)
             on = touching & hysteresis(lift, SUPPORT[0] * weight, SUPPORT[1] * weight)
             found[a, b] = _until_moved(on, rollout.poses[b][:, :3] - rollout.poses[thing_of(a)][:, :3], rollout.times)
     return found

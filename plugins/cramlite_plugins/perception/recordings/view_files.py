@@ -10,6 +10,8 @@ The JSON has fx, fy, cx, cy, width, height (or ppx, ppy, as librealsense writes 
 
 from __future__ import annotations
 
+import zipfile
+import zlib
 from pathlib import Path
 from typing import Any
 
@@ -118,9 +120,11 @@ def _from_images(folder: Path) -> View:
 
 def _from_arrays(path: Path) -> View:
     try:
+        if not zipfile.is_zipfile(path):
+            raise ValueError("it is no NumPy archive, or not all of it")
         with np.load(path, allow_pickle=False) as data:
             arrays = dict(data)
-    except (OSError, ValueError, EOFError) as error:
+    except (OSError, ValueError, EOFError, zipfile.BadZipFile, zlib.error) as error:
         raise UserError(f"{path}: cannot be read as NPZ: {error}.") from error
     for key in ("depth", "intrinsics"):
         if key not in arrays:

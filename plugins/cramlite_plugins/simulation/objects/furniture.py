@@ -23,7 +23,8 @@ def cabinet(
     friction: float = 0.4,
     rgba: Colour = (0.80, 0.76, 0.70, 1.0),
 ) -> Thing:
-    """Make a box that is open at the front. Frame: the middle of the front opening, x out of it, z up.
+    """Make a box that is open at the front. Frame: the middle of the front opening, x out of it, z up. Features "top" and "inside": its
+    upper face, and the floor under that.
 
     Args:
         size: outer depth (x), width (y) and height (z).
@@ -40,7 +41,9 @@ def cabinet(
         for s in (1, -1)
     ]
     top = Feature("top", "vrps:SurfaceFeature", Pose((-depth / 2, 0, height / 2)), {"width": depth, "depth": width})
-    return Thing(name, "soma:Cupboard", pose, (back, *sides, *plates), (top,), None, friction)
+    room = {"width": depth - WALL, "depth": width - 2 * WALL, "height": height - 2 * WALL}
+    inside = Feature("inside", "vrps:SurfaceFeature", Pose(((WALL - depth) / 2, 0, WALL - height / 2)), room)
+    return Thing(name, "soma:Cupboard", pose, (back, *sides, *plates), (top, inside), None, friction)
 
 
 def drawer(

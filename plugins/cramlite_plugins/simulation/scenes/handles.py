@@ -98,10 +98,16 @@ def _area(geom: Geom, out: Floats) -> float:
     return float(np.prod((high - low)[:2]))
 
 
+def _post(geom: Geom, out: Floats) -> bool:
+    """Whether something is longer out of the front than across it: a knob, or what carries a lever."""
+    low, high = _boxes([geom], _frame(out))
+    return bool((high - low)[2] > (high - low)[:2].max())
+
+
 def _handle(geoms: Sequence[Geom], parts: tuple[int, ...], out: Floats, joint: Joint, why: str) -> Handle | None:
-    """The outermost of its parts is the bar; fingers close across its thinner side."""
+    """The outermost of its parts is the bar, of posts and what lies across one of the latter; fingers close across its thinner side."""
     frame = _frame(out)
-    bar = max((geoms[k] for k in parts), key=lambda g: (round(_reach(g, out), 4), _area(g, out)))
+    bar = max((geoms[k] for k in parts), key=lambda g: (not _post(g, out), round(_reach(g, out), 4), _area(g, out)))
     low, high = _boxes([bar], frame)
     size, middle = high - low, frame.apply((low + high) / 2)
     along = 0 if size[0] > size[1] else 1

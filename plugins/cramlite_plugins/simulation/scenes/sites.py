@@ -102,12 +102,14 @@ def _place(thing: Thing, site: tuple[Pose, Floats] | None, name: str) -> Feature
 
 
 def _within(thing: Thing, pose: Pose, half: float, name: str, size: dict[str, float]) -> Feature:
-    """The cavity that a site fills; of one with a roof, which nothing comes into from above, the area below, with the room over it."""
+    """The cavity that a site fills, down to the floor below that; of one with a roof, which nothing comes into from above, the area below,
+    with the room over it."""
     middle, up = np.asarray(pose.position), np.asarray(pose.rotate((0.0, 0.0, 1.0)))
     met = ([low for low, _, _ in rays.spans(rays.body(thing.geoms), middle, way) if low >= 0] for way in (up, -up))
     roof, floor = (min(m, default=None) for m in met)
     if roof is None or floor is None:
-        return Feature(name, "cram:Cavity", pose * Pose((0.0, 0.0, half)), {**size, "height": round(2 * half, 5)})
+        deep = max(floor or 0.0, half)
+        return Feature(name, "cram:Cavity", pose * Pose((0.0, 0.0, half)), {**size, "height": round(half + deep, 5)})
     return Feature(name, "vrps:SurfaceFeature", pose * Pose((0.0, 0.0, -floor)), {**size, "height": round(floor + half, 5)})
 
 

@@ -1,0 +1,68 @@
+"""Things of a scenario file: what they are and where, how they vary, and how far they may be from where they are believed to be."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+from pydantic import Field, model_validator
+
+from ..base.quantities import Angle, Force, Length
+from .spec_base import PoseSpec, Spec
+
+
+class HangSpec(Spec):
+    """Placement of a thing that hangs on a hanger's peg: distance from its root, and rotation about the vertical."""
+
+    hanger: str
+    depth: Length
+    yaw: Angle = 0.0
+
+
+class ThingSpec(Spec):
+    """Thing: which model, where, and the model's parameters under ``with``."""
+
+    name: str = Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")
+    model: str
+    type: str | None = None
+    at: PoseSpec | None = None
+    hangs_on: HangSpec | None = None
+    max_grip_force: Force | None = Field(None, ge=0.1, le=1000)
+    parameters: dict[str, Any] = Field({}, alias="with")
+
+    @model_validator(mode="after")
+    def _placed_once(self) -> ThingSpec:
+        if (self.at is None) == (self.hangs_on is None):
+            raise ValueError("it needs exactly one of 'at' and 'hangs_on'")
+        return self
+
+
+class VarySpec(Spec):
+    """Random variation by a seed other than 0.
+
+    Drawn are a thing's position (uniform, each horizontal axis), its yaw, or parameters from a list.
+    """
+
+    thing: str
+    position: Length = 0.0
+    yaw: Angle = 0.0
+    model: list[str] = Field(default_factory=list)
+    parameters: dict[str, Annotated[list[Any], Field(min_length=1)]] = Field({}, alias="with")
+
+
+class UnknownErrorSpec(Spec):
+    """Bound on the unknown position error of a thing: how far it may be, when programs run, from where it is believed to be.
+
+    The thing is moved, with what hangs on it, by a vector that is drawn uniformly from the ball of radius
+    ``position`` [m]; every seed has its own, seed 0 included. Belief, search and program are not told.
+    """
+
+    thing: str
+    position: Length = Field(ge=0.0)
+
+
+class LateSpec(Spec):
+    """Thing whose pose the program asks for when it runs, and how far from the planned one it may be then."""
+
+    thing: str
+    position: Length = Field(ge=0.0)
+    yaw: Angle = 0.0

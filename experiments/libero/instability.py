@@ -1,0 +1,22 @@
+"""Whether a simulation has become unstable: MuJoCo then begins anew by itself, from the state of the file, and only counts that."""
+
+from __future__ import annotations
+
+from typing import Any
+
+WARNINGS = ("BADQPOS", "BADQVEL", "BADQACC")
+"""Of mjtWarning, those after which mj_step resets the state."""
+
+
+def instability(data: Any) -> str:
+    """Return why a simulation cannot go on from where it was, as a clause; "" while it can.
+
+    Args:
+        data: MuJoCo's, after a step.
+    """
+    import mujoco
+
+    kinds = (getattr(mujoco.mjtWarning, f"mjWARN_{name}") for name in WARNINGS)
+    if not any(data.warning[int(kind)].number for kind in kinds):
+        return ""
+    return "The judge's simulation became unstable, and began anew from its file: nothing is where it was"

@@ -1,0 +1,50 @@
+"""Roofs: what of a thing is over a surface of its own, so that nothing is put there from above."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from cramlite.model import Floats, Pose, Thing
+
+from . import ray_casting as rays
+from .surfaces import FLAT, Surface, surfaces
+
+LEAST = 0.03  # of room between a surface and what is over it [m]: a slit holds nothing
+AXES = ((1.0, 0.0, 0.0), (-1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, -1.0, 0.0))
+
+
+def roofed(thing: Thing, pose: Pose, part: str = "") -> Iterator[tuple[Surface, float]]:
+    """Find the surfaces of a thing that are under a part of itself, with the room over their middle [m].
+
+    Args:
+        pose: of the thing in a frame whose z is up.
+        part: a feature: only its own surface.
+    """
+    for surface in surfaces(thing, pose, part):
+        over = _first(thing, pose, np.asarray(surface.pose.position), np.array([0.0, 0.0, 1.0]))
+        if LEAST < over < np.inf:
+            yield surface, over
+
+
+def open_sides(thing: Thing, pose: Pose, surface: Surface, height: float) -> list[Floats]:
+    """Return the level ways out (3,) of a surface on which its thing has nothing before its middle at a height [m], the shortest first."""
+    middle = np.asarray(surface.pose.apply((0.0, 0.0, height)))
+    ways = (surface.pose.rotate(axis) for axis in AXES)
+    free = [way for way in ways if _first(thing, pose, middle, way) == np.inf]
+    return sorted(free, key=lambda way: (round(_edge(surface, way), 3), -round(float(way @ -middle), 3)))
+
+
+def _edge(surface: Surface, way: Floats) -> float:
+    """From the middle of a surface to the end of the box around its area, along one of its axes [m]."""
+    low, high = np.reshape(surface.area.bounds, (2, 2))
+    x, y = surface.pose.inverse().rotate(way)[:2].tolist()
+    return float((abs(x), abs(y)) @ (high - low) / 2)
+
+
+def _first(thing: Thing, pose: Pose, point: Floats, way: Floats) -> float:
+    """How far the first shape of a thing is from a point along a unit vector [m], inf where there is none."""
+    back = pose.inverse()
+    met = rays.spans(rays.body(thing.geoms), back.apply(point), back.rotate(way))
+    return min((low for low, high, _ in met if low > FLAT or high > FLAT), default=np.inf)

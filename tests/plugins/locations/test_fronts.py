@@ -1,0 +1,55 @@
+"""Fingers before a front that is to be pushed: the arm can follow it until it is shut, from over its upper edge where from nowhere else."""
+
+from __future__ import annotations
+
+import math
+
+from msgspec.structs import replace
+
+from cramlite import Engine
+from cramlite.model import Belief, Location, Pose, Robot, RobotMount, World, initial_belief
+from cramlite.plugin import Context, Grounding, Refused
+from cramlite_plugins.kinematics.kinematics import inverse
+from cramlite_plugins.locations.handles import LEFT, ajar, along_joint
+from cramlite_plugins.locations.push import resolve_location
+from cramlite_plugins.motion_planning.cartesian import JointPath, plan_straight_line
+from cramlite_plugins.robots.fr3 import FR3
+from cramlite_plugins.robots.ur5e import UR5E
+from cramlite_plugins.simulation.objects.furniture import cabinet, door, drawer
+
+
+def _fronts(robot: Robot, at: Pose, opened: float) -> tuple[list[Grounding], list[Refused], Belief]:
+    things = (cabinet("cabinet", at), door("door", at, "cabinet", swing=2.0, opened=opened))
+    belief = initial_belief(World(things, (RobotMount("arm", robot.type),)), "arm", robot.home, 0.0)
+    context = Context(robot, belief.world.robots[0], {"door": "door"}, Engine().knowledge.taxonomy)
+    found = list(resolve_location(Location("front", "front", "door"), belief, context) or ())
+    return [a for a in found if isinstance(a, Grounding)], [a for a in found if isinstance(a, Refused)], belief
+
+
+def test_the_arm_follows_each_front_that_is_offered_until_it_is_all_but_shut() -> None:
+    found, refused, belief = _fronts(UR5E, Pose.from_rotvec((0.75, 0.1, 0.35), (0, 0, math.pi)), 1.3)
+    thing = belief.world.thing("door")
+    for place in (a.value for a in found[::12]):
+        share = ajar(thing.joint, belief.pose("door").inverse() * place.pose)  # type: ignore[arg-type]
+        path = along_joint(thing, belief, place.pose, share)
+        joints = inverse(UR5E, place.pose, seed=UR5E.home)
+        assert any(isinstance(plan_straight_line(None, UR5E, q, path), JointPath) for q in joints), place
+    assert any(r.reason.startswith("straight motion stops after") for r in refused)
+
+
+def test_over_the_upper_edge_of_a_wide_open_door_the_hand_points_down() -> None:
+    """Beside a robot that is led by its tool: no hand that points at the front comes along."""
+    led = replace(FR3, conditioning=0.08, posture=(0.0, -0.161, 0.0, -2.445, 0.0, 2.227, 0.785))
+    found, _, _ = _fronts(led, Pose.from_rotvec((0.65, -0.25, 0.15), (0, 0, math.pi / 2)), 1.85)
+    far = [a for a in found if "+80 % of its width" in a.key]  # where the hinge gives way
+    over = [a for a in far if a.value.pose.rotate((0.0, 0.0, 1.0))[2] < -0.99]
+    assert over
+
+
+def test_as_little_is_left_to_be_felt_of_a_door_as_of_a_drawer() -> None:
+    it = door("door", Pose(), swing=2.0).joint
+    assert it is not None
+    hand = it.pose * Pose((0.0, -0.25, 0.0))
+    assert ajar(it, hand) * 2.0 * 0.25 == LEFT
+    slide = drawer("drawer", Pose(), travel=0.2).joint
+    assert slide is not None and ajar(slide, hand) == 0.08

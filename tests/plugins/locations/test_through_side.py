@@ -1,0 +1,97 @@
+"""Placements under a roof: through which side, by which hands, and what is said of a room that is too low, shut or without a roof."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+
+from cramlite import Engine
+from cramlite.model import Action, Belief, Held, Location, Object, Place, Pose, RobotMount, Thing, World, initial_belief
+from cramlite.plugin import Context, Grounding, Unresolvable
+from cramlite_plugins.kinematics.kinematics import inverse
+from cramlite_plugins.locations.set_down import resolve_location
+from cramlite_plugins.locations.through_side import goes_under_a_roof
+from cramlite_plugins.robots.ur5e import UR5E
+from cramlite_plugins.shapes.roofs import open_sides, roofed
+from cramlite_plugins.simulation.objects.furniture import cabinet, door
+from cramlite_plugins.simulation.objects.products_and_fixtures import block, table
+
+MOUNT = RobotMount("arm", "ur5e")
+AT = Pose.from_rotvec((0.70, -0.1, 0.30), (0, 0, np.pi))  # its front looks to the robot
+LEVEL, DOWN = (1.0, 0.0, 0.0), (0.0, 0.0, -1.0)
+INSIDE = Location("through(cabinet)", "through", "cabinet", {"region": "inside"})
+
+
+def _asked(approach: tuple[float, float, float], *things: Thing) -> tuple[Belief, Context]:
+    """A block of 130 mm in the hand, whose approach is so."""
+    it = block("it", Pose((0.4, 0.3, 0.4)), (0.04, 0.04, 0.13))
+    hand = Pose.from_axes((0.4, 0.3, 0.4), approach, np.cross((0.0, 1.0, 0.0), approach))
+    start = initial_belief(World((*things, it), (MOUNT,)), "arm", UR5E.home, 0.04)
+    belief = start.grasped(Held("it", hand.inverse() * it.pose, 0.04)).moved(inverse(UR5E, hand, seed=UR5E.home)[0])
+    bindings = {"cabinet": "cabinet", "it": "it", "grasp(it)": Place(hand, hand, thing="it", values={"width_m": 0.04})}
+    return belief, Context(UR5E, MOUNT, bindings, Engine().knowledge.taxonomy)
+
+
+def _refused(approach: tuple[float, float, float], *things: Thing) -> Unresolvable:
+    with pytest.raises(Unresolvable) as no:
+        list(resolve_location(INSIDE, *_asked(approach, *things)) or ())
+    return no.value
+
+
+def test_it_is_carried_in_level_through_the_front_and_let_down_there() -> None:
+    found = resolve_location(INSIDE, *_asked(LEVEL, cabinet("cabinet", AT))) or ()
+    place = next(a for a in found if isinstance(a, Grounding)).value
+    way = np.subtract(place.pose.position, place.before.position)
+    assert way == pytest.approx((way[0], 0.0, 0.0), abs=1e-6) and way[0] > 0.15
+    assert place.before.position[0] < 0.70 - 0.02 - 0.019  # all of it is before the front
+    assert place.approach == pytest.approx(LEVEL, abs=1e-6)
+    assert np.subtract(place.pose.position, place.path[0].position) == pytest.approx((0.0, 0.0, 0.01))
+
+
+def test_positions_come_from_the_middle_outwards() -> None:
+    found = resolve_location(INSIDE, *_asked(LEVEL, cabinet("cabinet", AT))) or ()
+    names = [a.key for a in itertools.islice((a for a in found if isinstance(a, Grounding)), 20)]
+    gone = [int(name.split()[0]) for name in names]
+    assert gone == sorted(gone) and gone[0] < 100
+
+
+def test_a_hand_that_points_down_is_higher_than_what_it_brings() -> None:
+    no = _refused(DOWN, cabinet("cabinet", AT))
+    assert no.reason.startswith("the hand points down by 90 deg") and no.because == ("grasp(it)",)
+
+
+def test_what_is_too_high_is_brought_in_by_no_hand() -> None:
+    no = _refused(LEVEL, cabinet("cabinet", AT, (0.3, 0.3, 0.17)))
+    assert no.reason == "the room under the roof of 'cabinet' is 10 mm higher than 'it', 20 mm is needed"
+    assert no.because == ("cabinet",)
+
+
+def test_a_shut_door_is_in_the_way_of_every_hand() -> None:
+    no = _refused(LEVEL, cabinet("cabinet", AT), door("door", AT, "cabinet"))
+    assert no.reason.startswith("through its sides: not let in") and "'door'" in no.reason
+    assert no.because == ("cabinet",) and no.blocking == (("door",),)
+
+
+def test_what_is_open_above_is_none_of_it() -> None:
+    no = _refused(LEVEL, table("cabinet", AT, (0.3, 0.3, 0.02)))
+    assert no.reason == "nothing is over a surface of 'cabinet': things are put there from above"
+
+
+def test_roofs_and_open_sides() -> None:
+    thing = cabinet("cabinet", AT)
+    (surface, room), = roofed(thing, AT, "inside")
+    assert room == pytest.approx(0.17) and surface.pose.position == pytest.approx((0.8425, -0.1, 0.215))
+    assert not list(roofed(thing, AT, "top"))
+    (out,) = open_sides(thing, AT, surface, 0.05)
+    assert out == pytest.approx((-1.0, 0.0, 0.0), abs=1e-9)
+
+
+@pytest.mark.parametrize(("region", "under"), [("inside", True), ("top", False)])
+def test_grasps_know_what_comes_later(region: str, under: bool) -> None:
+    belief, context = _asked(LEVEL, cabinet("cabinet", AT))
+    roles = {"Locatum": Object("it", entity="it"), "Relatum": Object("cabinet", entity="cabinet")}
+    placing = Action("3.Placing", "soma:Placing", roles, parameters={"where": {"region": region}})
+    assert goes_under_a_roof("it", belief, Context(UR5E, MOUNT, context.bindings, context.taxonomy, (placing,))) == under
+    assert not goes_under_a_roof("it", belief, context)
