@@ -6,7 +6,19 @@ import pytest
 from msgspec.structs import replace
 
 from cramlite import Engine
-from cramlite.model import Action, Belief, Location, Motion, Object, Place, Pose, RobotMount, Thing, World, initial_belief
+from cramlite.model import (
+    Action,
+    Belief,
+    Location,
+    Motion,
+    Object,
+    Place,
+    Pose,
+    RobotMount,
+    Thing,
+    World,
+    initial_belief,
+)
 from cramlite.plugin import Context, Unresolvable
 from cramlite_plugins.locations import handles, push
 from cramlite_plugins.robots.ur5e import UR5E
