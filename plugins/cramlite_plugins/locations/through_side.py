@@ -89,7 +89,10 @@ def _place(spot: Spot, wanted: Wanted, out: Floats) -> Place:
 
 
 def goes_under_a_roof(thing: str, belief: Belief, context: Context) -> bool:
-    """Check whether a later task brings a thing onto a surface that nothing is put on from above."""
+    """Check whether a later task brings a thing onto a surface that nothing is put on from above: one that is named, or of what has no other,
+    since a table's board near the floor is not meant by "on the table", where a thing is picked up."""
+    from ..shapes.surfaces import surfaces
+
     for item in context.agenda:
         if not isinstance(item, Action):
             continue
@@ -98,7 +101,8 @@ def goes_under_a_roof(thing: str, belief: Belief, context: Context) -> bool:
         if what is None or onto is None or what.thing != thing or onto.thing not in belief.poses:
             continue
         region = str(item.parameters.get("where", {}).get("region") or onto.part)
-        if any(roofed(belief.thing(onto.thing), belief.pose(onto.thing), region)):
+        there, at = belief.thing(onto.thing), belief.pose(onto.thing)
+        if (region or not surfaces(there, at)) and any(roofed(there, at, region)):
             return True
     return False
 
