@@ -89,8 +89,8 @@ def _place(spot: Spot, wanted: Wanted, out: Floats) -> Place:
 
 
 def goes_under_a_roof(thing: str, belief: Belief, context: Context) -> bool:
-    """Check whether a later task brings a thing onto a surface that nothing is put on from above: one that is named, or of what has no other,
-    since a table's board near the floor is not meant by "on the table", where a thing is picked up."""
+    """Check whether a later task brings a thing onto a surface that nothing is put on from above: a named one, or of what has no other. A
+    table's board near the floor is not meant by the table, off which a thing is picked up."""
     from ..shapes.surfaces import surfaces
 
     for item in context.agenda:
