@@ -105,5 +105,6 @@ def test_picked_up_off_a_table_with_a_board_below_it_goes_under_no_roof() -> Non
     desk = replace(top, geoms=(*top.geoms, *low), features=())
     belief, context = _asked(DOWN, desk)
     assert any(roofed(desk, belief.pose("cabinet"), ""))
-    picking = Action("1.PickingUp", "soma:PickingUp", {"Locatum": Object("it", entity="it"), "Relatum": Object("cabinet", entity="cabinet")})
+    roles = {"Locatum": Object("it", entity="it"), "Relatum": Object("cabinet", entity="cabinet")}
+    picking = Action("1.PickingUp", "soma:PickingUp", roles)
     assert not goes_under_a_roof("it", belief, Context(UR5E, MOUNT, context.bindings, context.taxonomy, (picking,)))
