@@ -89,7 +89,10 @@ def _place(spot: Spot, wanted: Wanted, out: Floats) -> Place:
 
 
 def goes_under_a_roof(thing: str, belief: Belief, context: Context) -> bool:
-    """Check whether a later task brings a thing onto a surface that nothing is put on from above."""
+    """Check whether a later task brings a thing onto a surface that nothing is put on from above: a named one, or of what has no other. A
+    table's board near the floor is not meant by the table, off which a thing is picked up."""
+    from ..shapes.surfaces import surfaces
+
     if not any(_has_a_roof(other, belief) for other in belief.poses if other != thing):
         return False  # later tasks are not looked at, so that what follows from this holds whatever they are
     for item in context.agenda:
@@ -100,7 +103,8 @@ def goes_under_a_roof(thing: str, belief: Belief, context: Context) -> bool:
         if what is None or onto is None or what.thing != thing or onto.thing not in belief.poses:
             continue
         region = str(item.parameters.get("where", {}).get("region") or onto.part)
-        if any(roofed(belief.thing(onto.thing), belief.pose(onto.thing), region)):
+        there, at = belief.thing(onto.thing), belief.pose(onto.thing)
+        if (region or not surfaces(there, at)) and any(roofed(there, at, region)):
             return True
     return False
 

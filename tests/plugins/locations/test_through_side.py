@@ -6,6 +6,7 @@ import itertools
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from cramlite import Engine
 from cramlite.model import Action, Belief, Held, Location, Object, Place, Pose, RobotMount, Thing, World, initial_belief
@@ -95,3 +96,15 @@ def test_grasps_know_what_comes_later(region: str, under: bool) -> None:
     placing = Action("3.Placing", "soma:Placing", roles, parameters={"where": {"region": region}})
     assert goes_under_a_roof("it", belief, Context(UR5E, MOUNT, context.bindings, context.taxonomy, (placing,))) == under
     assert not goes_under_a_roof("it", belief, context)
+
+
+def test_picked_up_off_a_table_with_a_board_below_it_goes_under_no_roof() -> None:
+    """Else hands would take everything that stands on it from the side."""
+    top, board = (table("cabinet", Pose((0.5, 0.0, z)), (0.8, 0.8, 0.02)) for z in (0.4, 0.05))
+    low = tuple(replace(g, pose=Pose((0.0, 0.0, -0.35)) * g.pose) for g in board.geoms)
+    desk = replace(top, geoms=(*top.geoms, *low), features=())
+    belief, context = _asked(DOWN, desk)
+    assert any(roofed(desk, belief.pose("cabinet"), ""))
+    roles = {"Locatum": Object("it", entity="it"), "Relatum": Object("cabinet", entity="cabinet")}
+    picking = Action("1.PickingUp", "soma:PickingUp", roles)
+    assert not goes_under_a_roof("it", belief, Context(UR5E, MOUNT, context.bindings, context.taxonomy, (picking,)))
