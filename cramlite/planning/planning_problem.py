@@ -45,10 +45,12 @@ class Scope(Value):
     Args:
         things: by name.
         on_fixed: whether things are put only where the goal asks for them, or on what cannot be moved.
+        carried: whether they are only put there by a hand that holds them, and not pushed.
     """
 
     things: frozenset[str]
     on_fixed: bool = False
+    carried: bool = False
 
 
 class PlanningProblem(Value, eq=False):
@@ -72,7 +74,7 @@ class PlanningProblem(Value, eq=False):
 
     def scopes(self) -> Iterator[Scope]:
         """Generate what plans may use, least first: what the goal names, and what was in the way, with all that this stands on or
-        carries, put where the goal says or on what cannot be moved; the same, put on anything; and all things."""
+        carries, put where the goal says or on what cannot be moved; the same, pushed there, too; put on anything; and all things."""
         names = {e for f in (*self.wanted.needs, *self.wanted.without) for e in f[1:] if e is not None}
         names |= {w for asked in self.wanted.constraints.values() for w in asked.where.values()}
         names |= {t.thing for b in self.blocked for t in b.tracks}
@@ -84,6 +86,7 @@ class PlanningProblem(Value, eq=False):
             if more == known:
                 break
             known = more
+        yield Scope(frozenset(known), on_fixed=True, carried=True)
         yield Scope(frozenset(known), on_fixed=True)
         yield Scope(frozenset(known))
         if known != every:
@@ -106,10 +109,12 @@ class PlanningProblem(Value, eq=False):
         """
         scope = scope or Scope(frozenset(self.grounder.things))
         grounder, here = self.grounder.among(scope.things), {EFFECTOR, *scope.things}
-        schemas = [self._here(s, scope) for s in action_schemas(grounder, self.knowledge.goal_rules, self.knowledge.tasks)]
+        tasks = self.knowledge.tasks
+        schemas = [self._here(s, scope) for s in action_schemas(grounder, self.knowledge.goal_rules, tasks)]
+        schemas = [s for s in schemas if s.in_hand or not (scope.carried and tasks[s.task].places)]
         facts = [f for f in self.facts if here.issuperset(map(thing_of, f[1:]))]
         entities = [*grounder.scene.entities, *grounder.contents]
-        relevant = _relevant(self.wanted, schemas, grounder.fluents, self._in_the_way)
+        relevant = _relevant(self.wanted, schemas, grounder.fluents, bool(self.blocked))
         return write_pddl(
             " and ".join(self.says), relevant, grounder.fluents, entities, facts,
             self.wanted.needs, self.wanted.without, earlier=earlier, refused=refused, blocked=self.blocked,
@@ -264,12 +269,12 @@ def _may_make(schema: ActionSchema, added: Fact, fact: Fact) -> bool:
     )
 
 
-def _relevant(goal: GoalFacts, schemas: Sequence[ActionSchema], fluents: Fluents, blocked: frozenset[str]) -> list[ActionSchema]:
+def _relevant(goal: GoalFacts, schemas: Sequence[ActionSchema], fluents: Fluents, blocked: bool) -> list[ActionSchema]:
     """Schemas that change something which the goal, or a relevant schema, asks about; where tasks are blocked, also those that move what
-    is not in the hand, such as a drawer and with it what stands in it, or what is pushed aside."""
+    is not in the hand, such as a drawer and with it what stands in it."""
     asked = {p[0] for p in (*goal.needs, *goal.without)}
     changing = [s for s in schemas if _changes(s, fluents)]
-    moving = [s for s in changing if blocked and (_moves_joint(s, fluents) or _may_push(s, blocked, fluents))]
+    moving = [s for s in changing if blocked and _moves_joint(s, fluents)]
     while True:
         found = [s for s in changing if asked & _changed(s) or any(s is m for m in moving)]
         more = asked | {n for s in found for n in _asked(s)}

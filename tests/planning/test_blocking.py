@@ -44,6 +44,18 @@ things:
 """
 
 
+BOARD = """
+scenario: board
+goal: [drawer open]
+robot: {{type: ur5e}}
+things:
+  - {{name: floor, model: table, at: {{position: [0.2, 0, -5 mm]}}, with: {{size: [1.6 m, 1.6 m, 20 mm]}}}}
+  - {{name: cabinet, model: cabinet, at: {{position: [0.75, 0.1, 0.1], yaw: 180 deg}}}}
+  - {{name: drawer, model: drawer, at: {{position: [0.75, 0.1, 0.1], yaw: 180 deg}}, with: {{parent: cabinet}}}}
+  - {{name: board, model: block, at: {{position: [0.56, 0.1, 50 mm]}}, with: {{size: [120 mm, 120 mm, {height} mm]}}}}
+"""
+
+
 @pytest.fixture(scope="module")
 def problem(tmp_path_factory: pytest.TempPathFactory) -> PlanningProblem:
     path = tmp_path_factory.mktemp("blocks") / "blocks.yaml"
@@ -110,6 +122,19 @@ def test_what_stands_in_a_closed_drawer_is_reached_by_opening_that(tmp_path: Pat
     assert "Opening" not in first and second == f"Opening(Patient=drawer) {first}"
     others, _ = replanned(inside, Refutation((1,), ()), Refutation((1,), ()))
     assert not any("Opening" in plan for plan in others)
+
+
+@pytest.mark.parametrize(("height", "pushed"), [(16, True), (60, False)])
+def test_what_is_flat_and_no_hand_takes_hold_of_is_pushed_aside(tmp_path: Path, height: int, pushed: bool) -> None:
+    """After it could not be carried; what is higher is only carried."""
+    path = tmp_path / "board.yaml"
+    path.write_text(BOARD.format(height=height))
+    scene = ENGINE.setting(read_scenario(path)).symbolic(ENGINE.knowledge.taxonomy)
+    given = planning_problem(Goal(("drawer open",)), scene, ENGINE.knowledge)
+    plans, _ = replanned(given, Refutation((1,), (("board",),)), Refutation((1,), ()))
+    assert plans[0] == "Opening(Patient=drawer)" and plans[1].startswith("Grasping(Patient=board)")
+    assert any("Pushing(Patient=board)" in p for p in plans) == pushed
+    assert plans[2:] == ["Pushing(Patient=board) Retracting(Relatum=board) Opening(Patient=drawer)"] if pushed else True
 
 
 def test_with_one_that_stays_in_each_set_nothing_helps(problem: PlanningProblem) -> None:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from cramlite import Engine, NoSolution, Trace, read_scenario
+from cramlite import Engine, NoSolution, Solution, Trace, read_scenario
 from cramlite.cli.main import main
 from cramlite.model import ImportedScene, StatedJoint, Thing
 from cramlite.planning.diagnosis import failure_text
@@ -79,18 +79,23 @@ def test_what_is_wrong_in_a_stated_joint_is_said_where_it_stands(
     assert "wrong.yaml:" in said or "joints.xml:1" in said, said
 
 
-def _attempt(goal: str, keyframe: str, scene: Path = SCENE, proofs: int = 3) -> str:
-    """Resolve a goal: "proven", or why not."""
+def _resolve(goal: str, keyframe: str, trace: Trace, scene: Path = SCENE, proofs: int = 3) -> Solution | None:
+    """Resolve a goal."""
     spec = {
         "scenario": "joints", "robot": {"type": "ur5e"}, "world": {"file": str(scene), "keyframe": keyframe}, "goal": [goal],
         "budget": {"sequences": 2, "proofs": proofs},
     }  # fmt: skip
-    scenario, engine, trace = read_scenario(spec), Engine(), Trace()
+    scenario, engine = read_scenario(spec), Engine()
+    return next(engine.resolve(scenario, setting=engine.setting(scenario, twins=0), trace=trace), None)
+
+
+def _attempt(goal: str, keyframe: str, scene: Path = SCENE, proofs: int = 3) -> str:
+    """Resolve a goal: "proven", or why not."""
+    trace = Trace()
     try:
-        solution = next(engine.resolve(scenario, setting=engine.setting(scenario, twins=0), trace=trace), None)
+        return "proven" if _resolve(goal, keyframe, trace, scene, proofs) else failure_text(trace, ())
     except NoSolution as refused:
         return str(refused)
-    return "proven" if solution else failure_text(trace, engine.registry.faults)
 
 
 def _stuck(folder: Path, joint: str) -> Path:
@@ -102,7 +107,7 @@ def _stuck(folder: Path, joint: str) -> Path:
 
 GOALS = {
     "cabinet_top closed": ("open", "top_level"), "cabinet_bottom open": ("closed", "bottom_level"),
-    "stove_button turned on": ("closed", "button"), "stove_button turned off": ("open", "button"),
+    "stove_button turned on": ("closed", "button"),
     "oven_door closed": ("open", "door"),
 }  # fmt: skip
 
@@ -119,3 +124,11 @@ def test_a_goal_about_a_joint_that_is_stuck_is_not(goal: str, tmp_path: Path) ->
     keyframe, joint = GOALS[goal]
     said = _attempt(goal, keyframe, _stuck(tmp_path, joint), proofs=1)
     assert said != "proven" and ("force" in said or "does not hold" in said), said
+
+
+@pytest.mark.heavy
+def test_a_knob_that_is_turned_off_stays_at_its_stop() -> None:
+    """It has 1 kg m2 and little damping: let go while it turned, or before its stop, it glided on by 8 mrad; others count 5 mrad as on."""
+    solution = _resolve("stove_button turned off", "open", Trace())
+    assert solution is not None and solution.candidate.rollout is not None
+    assert solution.candidate.rollout.values["stove_button"][-50:] == pytest.approx(-0.005, abs=0.0005)

@@ -30,6 +30,7 @@ REFUSED = {
 }
 """Scenario -> words of the reason for which its sibling ``NAME_fails`` is refused."""
 GOALS = {
+    "board_before_drawer": "of its own way 'drawer' is",
     "boxed_in": "12.93 kg on the flange, gripper included, > 5 kg that 'ur5e' carries",
     "drawer_blocked": "12.93 kg on the flange, gripper included, > 5 kg that 'ur5e' carries",
     "regrasp": "its outline would overlap that of 'roof'",

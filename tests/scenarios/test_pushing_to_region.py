@@ -6,7 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from cramlite import Budget, Engine, Trace, failure_text, read_scenario
+from cramlite import Budget, Engine, Goal, Trace, failure_text, planning_problem, read_scenario
+from cramlite.planning.plan_stream import task_plans
 
 SCENE = """
 <mujoco><worldbody>
@@ -30,6 +31,15 @@ def _pushed(engine: Engine, folder: Path, mass: float = 0.3, rest: str = "") -> 
     trace = Trace()
     found = next(engine.resolve(read_scenario(folder / "scenario.yaml"), budget=Budget(sequences=2, proofs=2), trace=trace), None)
     return (str(found.plan), "") if found else ("", failure_text(trace, engine.registry.faults))
+
+
+def test_what_is_flat_is_carried_there_before_it_is_pushed(engine: Engine, tmp_path: Path) -> None:
+    (tmp_path / "scene.xml").write_text(SCENE.format(mass=0.3, rest=""))
+    (path := tmp_path / "scenario.yaml").write_text(SCENARIO)
+    scene = engine.setting(read_scenario(path)).symbolic(engine.knowledge.taxonomy)
+    plans = task_plans(planning_problem(Goal(("plate on table/left_region",)), scene, engine.knowledge))
+    first = next(plans).steps
+    assert [s.task for s in first] == ["soma:Grasping", "soma:PickingUp", "soma:Placing"]
 
 
 def test_it_is_pushed_there(engine: Engine, tmp_path: Path) -> None:

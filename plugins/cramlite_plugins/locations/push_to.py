@@ -162,15 +162,16 @@ def _stopped(no: Refusal, location: Location, context: Context, entity: str) -> 
 
 
 def _around(location: Location, belief: Belief, context: Context, entity: str) -> Iterator[Grounding | Refused]:
-    """Ways around what is in the way that the arm can follow."""
+    """Ways around what is in the way that the arm can follow; where it can follow none, what is on a shorter way is to blame, too."""
     from ..motion_planning.reach import tcp
     from ..motion_planning.space import Refusal
-    from .push_way import STEP, met_alone, met_with_hand, ways_around
+    from .push_way import STEP, met_alone, met_with_hand, on_a_shorter_way, ways_around
 
     pose, thing = belief.pose(entity), belief.thing(entity)
     left = _left(*_region(thing, pose, str(location.parameters["region"]), belief))
     hand, (x, y, _) = met_with_hand(belief, context, entity, tcp(belief, context)), pose.position
-    ways = ways_around((x, y), left, met_alone(belief, context, entity), hand)
+    alone, followed = met_alone(belief, context, entity), False
+    ways = ways_around((x, y), left, alone, hand)
     if isinstance(ways, Refusal):
         raise _stopped(ways, location, context, entity)
     for k, (steps, corners) in enumerate(ways):
@@ -178,7 +179,10 @@ def _around(location: Location, belief: Belief, context: Context, entity: str) -
         if isinstance(there, Refusal):
             yield there.refused(key)
         else:
+            followed = True
             yield Grounding(there, f"{len(corners) - 1} corners, room for {key}", 0.1 * k, key=key)
+    if not followed and (shorter := on_a_shorter_way((x, y), left, alone, hand)):
+        raise _stopped(shorter, location, context, entity)
 
 
 def _last(location: Location, belief: Belief, context: Context, entity: str, area: Feature, frame: Pose) -> Floats | Refusal:

@@ -25,6 +25,7 @@ SIDES = ((1, 0), (0, 1), (-1, 0), (0, -1), (1, 1), (-1, 1), (-1, -1), (1, -1))
 ASIDE = (1, 2)  # steps of the lattice
 MOST = 1500  # places that are looked at: a square of 0.7 m
 SHOVED = 0.3  # longer ways around are rather gone than something movable is counted on to be elsewhere by then [m]
+TAKEN_ASIDE = 0.3  # longer ways take at least half as long as to put one thing elsewhere, 10 s at 60 mm/s being 0.6 [m]
 LIFT, CLEAR = np.array([0.0, 0.0, 0.003]), 0.002  # while its way is checked, above what it slides along, and from all else [m]
 
 Spot = tuple[float, float]
@@ -35,8 +36,12 @@ Left = Callable[[Spot], float]
 """How far a point is from an area [m]; 0 in it."""
 
 
-def way_around(start: Spot, left: Left, met: Met) -> list[Spot] | Refusal:
+def way_around(start: Spot, left: Left, met: Met, cleared: bool = False) -> list[Spot] | Refusal:
     """Find the shortest way on a lattice (A*, Hart, Nilsson and Raphael 1968): its corners and its end, without its start.
+
+    Args:
+        cleared: whether each movable thing on it costs what taking it aside does, however long the way is through it; else so much for
+            each place where it is met that nearly any free way is preferred.
 
     Returns:
         A refusal where there is none while movable things are where they are: it names those on the way that would be the best
@@ -53,7 +58,7 @@ def way_around(start: Spot, left: Left, met: Met) -> list[Spot] | Refusal:
         came[here] = before
         if before is not None and not left(_spot(start, here)):
             return _traced(start, here, came, blame)
-        for there, cost, no in _steps(start, here, met):
+        for there, cost, no in _steps(start, here, met, cleared):
             if there not in came:
                 if no is not None:
                     blame[here, there] = no
@@ -73,13 +78,21 @@ def _spot(start: Spot, cell: Side) -> Spot:
     return start[0] + STEP * cell[0], start[1] + STEP * cell[1]
 
 
-def _steps(start: Spot, here: Side, met: Met) -> Iterator[tuple[Side, float, Refusal | None]]:
+def _steps(start: Spot, here: Side, met: Met, cleared: bool) -> Iterator[tuple[Side, float, Refusal | None]]:
     """Neighbours that a thing can be pushed to, with what that costs [m], and what movable things are in the way."""
+    gone = _names(met(_spot(start, here))) if cleared else frozenset()
     for side in SIDES:
         there = (here[0] + side[0], here[1] + side[1])
         no = met(_spot(start, there))
         if no is None or no.blocking:
-            yield there, STEP * math.hypot(*side) + (SHOVED if no else 0.0), no
+            more = TAKEN_ASIDE * len(_names(no) - gone) if cleared else SHOVED if no else 0.0
+            yield there, STEP * math.hypot(*side) + more, no
+
+
+def _names(no: Refusal | None) -> frozenset[str]:
+    """Movable things that are met."""
+    blocking = (no.blocking or ()) if no else ()
+    return frozenset(name for one in blocking for name in ((one,) if isinstance(one, str) else one))
 
 
 def _traced(start: Spot, end: Side, came: dict[Side, Side | None], blame: dict[tuple[Side, Side], Refusal]) -> list[Spot] | Refusal:
@@ -92,7 +105,7 @@ def _traced(start: Spot, end: Side, came: dict[Side, Side | None], blame: dict[t
     pairs = list(itertools.pairwise(cells))
     stopped = [blame[pair] for pair in pairs if pair in blame]
     if stopped:
-        names = {name for no in stopped for one in no.blocking or () for name in ((one,) if isinstance(one, str) else one)}
+        names = frozenset[str]().union(*map(_names, stopped))
         return replace(stopped[0], blocking=(tuple(sorted(names)),))
     ways = [(b[0] - a[0], b[1] - a[1]) for a, b in pairs]
     return [_spot(start, cell) for cell, way, after in zip(cells[1:], ways, [*ways[1:], None], strict=True) if way != after]
@@ -126,6 +139,13 @@ def _wider(
         if not isinstance(way, Refusal):
             yield steps, _shortened(start, way, met)
     yield 0, _shortened(start, narrowest, narrow)
+
+
+def on_a_shorter_way(start: Spot, left: Left, alone: Met, hand: Met) -> Refusal | None:
+    """Return what movable things are on a way that would be shorter without them by more than it takes to put them elsewhere; None where
+    there is no such way. What is met as in ``ways_around``."""
+    found = way_around(start, left, cache(lambda spot: alone(spot) or hand(spot)), cleared=True)
+    return found if isinstance(found, Refusal) and found.blocking else None
 
 
 def _shortened(start: Spot, corners: list[Spot], met: Met) -> list[Spot]:

@@ -23,8 +23,9 @@ from .itself import Itself
 
 FLAT = 0.002
 """Faces of one surface lie in one plane within this, and this near to its lowest point a thing touches what is under it [m]."""
-LEVEL = math.radians(5.0)
-"""What leans more is no surface: wood on wood slides at 11 deg (a friction of .2), and half of that is left."""
+LEVEL = math.atan(0.2) / 2
+"""What leans more is no surface: wood on wood slides at 11.3 deg (a friction of .2), and half of that is left. A plate whose floor is made
+of boxes that lean by 1.5 deg, and that lies on a box at 3.7 deg, has one."""
 EDGE = 0.005
 """How far a centre of mass is inside of what supports it [m]."""
 SURFACE = "vrps:SurfaceFeature"

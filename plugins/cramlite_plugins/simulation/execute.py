@@ -71,16 +71,21 @@ def execute(
     drive = GripperDrive if typed else GripperServer
     run = _Run(compiled, mount, force_noise, seed, safety or Safety(), drive)
     machine = _typed(run, text) if typed else _urscript(run, text, limits)
-    for _ in range(round(BEFORE / run.controller.period)):
-        run.controller.hold()
-    if reason := unstable(run.data):
-        raise UserError(f"the world does not come to rest before the program starts: {reason}")
+    _come_to_rest(run)
     run.start()
     outcome, reason = run.play(machine, time_limit)
     for _ in range(round(settle / run.controller.period)):
         run.controller.hold()
         run.observe(0)
     return replace(run.recorder.rollout(outcome, reason), **run.peaks.arrays())
+
+
+def _come_to_rest(run: _Run) -> None:
+    """Let the world settle while the arm holds."""
+    for _ in range(round(BEFORE / run.controller.period)):
+        run.controller.hold()
+    if reason := unstable(run.data):
+        raise UserError(f"the world does not come to rest before the program starts: {reason}")
 
 
 class _Runner(Protocol):

@@ -15,6 +15,7 @@ from cramlite.plugin import UserError
 from cramlite_plugins.backends.stream.backend import Stream
 from cramlite_plugins.backends.stream.messages import Action, Hello, State
 from cramlite_plugins.backends.stream.run import drive, stream
+from cramlite_plugins.kinematics.kinematics import forward
 from cramlite_plugins.robots.fr3 import FR3
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.simulation.typed_program.machine import load_program
@@ -156,6 +157,8 @@ def test_a_spring_that_says_its_inertia_does_not_overshoot(told: bool, least: fl
     ran = stream(loaded, UR5E, arm)
     assert ran.outcome == "finished", ran.reason
     assert least <= max(arm.seen) - end <= most
+    there, goal = (forward(UR5E, np.array(q)) for q in (ran.joints[-1], turn.path[-1]))
+    assert there.distance(goal)[0] <= arm.hello().tolerance[0], "the last motion of a program is awaited to its tolerance"
 
 
 # What is no answer

@@ -3,9 +3,22 @@
 from __future__ import annotations
 
 import pytest
+from msgspec.structs import replace
 
 from cramlite import Engine
-from cramlite.model import Action, Belief, Location, Motion, Object, Pose, RobotMount, Thing, World, initial_belief
+from cramlite.model import (
+    Action,
+    Belief,
+    Location,
+    Motion,
+    Object,
+    Place,
+    Pose,
+    RobotMount,
+    Thing,
+    World,
+    initial_belief,
+)
 from cramlite.plugin import Context, Unresolvable
 from cramlite_plugins.locations import handles, push
 from cramlite_plugins.robots.ur5e import UR5E
@@ -87,6 +100,27 @@ def test_the_hand_that_presses_comes_down_fast_and_touches_slowly() -> None:
     *_, pressing = Opening().decompose(action, belief)
     (down,) = (s for s in pressing.steps if isinstance(s, Motion) and s.kind == "until_contact")
     assert down.parameters["free_m_s"] >= 0.1 and down.parameters["speed_m_s"] <= 0.01
+
+
+def test_all_that_stands_in_its_way_is_named_at_once() -> None:
+    """To put aside what it comes to first would be no help."""
+    behind = block("behind", Pose((0.73 - 0.02 - 0.15, 0.0, 0.03)), (0.04, 0.04, 0.06))
+    with pytest.raises(Unresolvable, match=r"after 1[0-9][0-9] mm .* inside 'it'") as ended:
+        list(handles.resolve_location(place("handle", 0.9), *asked(standing(0.13), behind)) or ())
+    assert ended.value.blocking == (("behind", "it"),)
+    screwed = table("screwed", behind.pose, (0.04, 0.04, 0.06))
+    with pytest.raises(Unresolvable) as ended:
+        list(handles.resolve_location(place("handle", 0.9), *asked(standing(0.13), screwed)) or ())
+    assert ended.value.blocking == ()
+
+
+def test_another_place_of_what_was_put_in_its_way_may_do() -> None:
+    belief, context = asked(standing(0.13))
+    put, held = (Place(Pose(), Pose(), thing="it", values=v) for v in ({"height_m": 0.01}, {"width_m": 0.04}))
+    context = replace(context, bindings={**context.bindings, "spot": put, "grasp": held})
+    with pytest.raises(Unresolvable) as ended:
+        list(handles.resolve_location(place("handle", 0.8), belief, context) or ())
+    assert ended.value.because == ("drawer", "spot")
 
 
 def test_what_lies_in_it_comes_along() -> None:

@@ -7,7 +7,16 @@ import math
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from cramlite_plugins.locations.push_way import STEP, Met, Refusal, Spot, way_around, way_straight, ways_around
+from cramlite_plugins.locations.push_way import (
+    STEP,
+    Met,
+    Refusal,
+    Spot,
+    on_a_shorter_way,
+    way_around,
+    way_straight,
+    ways_around,
+)
 
 START, END = (0.0, 0.0), (0.3, 0.0)
 
@@ -55,3 +64,28 @@ def test_a_short_way_through_what_is_loose_blames_it_and_a_fence_nothing() -> No
     assert isinstance(no, Refusal) and no.blocking == (("board",),)
     fenced = way_around(START, _left, lambda spot: Refusal("fence") if 0.1 < spot[0] < 0.14 else None)
     assert isinstance(fenced, Refusal) and not fenced.blocking
+
+
+def _wall_with_a_gap(gap: Refusal, end: float) -> Met:
+    """A wall across the way, whose gap is blocked, that one gets around beyond its end [m]."""
+    wall = Refusal("wall")
+    return lambda spot: None if not 0.05 < spot[0] < 0.19 or abs(spot[1]) > end else gap if abs(spot[1]) < 0.05 else wall
+
+
+def test_what_blocks_a_much_shorter_way_is_named_though_there_is_a_free_one() -> None:
+    block = Refusal("block", blocking=(("block",),))
+    for end, names in ((0.4, (("block",),)), (0.1, None)):
+        met = _wall_with_a_gap(block, end)
+        assert not isinstance(way_around(START, _left, met), Refusal)
+        found = on_a_shorter_way(START, _left, met, _nothing)
+        assert (found.blocking if found else None) == names
+    assert on_a_shorter_way(START, _left, _wall_with_a_gap(Refusal("bolted down"), 0.4), _nothing) is None
+
+
+def test_each_thing_on_a_shorter_way_counts_once() -> None:
+    block, other = (Refusal(n, blocking=((n,),)) for n in ("block", "other"))
+    met = _wall_with_a_gap(block, math.inf)
+    beside = on_a_shorter_way(START, _left, lambda s: other if 0.21 < s[0] < 0.25 and abs(s[1]) < 0.05 else met(s), _nothing)
+    assert beside and beside.blocking == (("block",),)  # the other is passed by
+    across = on_a_shorter_way(START, _left, lambda s: other if 0.21 < s[0] < 0.25 else met(s), _nothing)
+    assert across and across.blocking == (("block", "other"),)

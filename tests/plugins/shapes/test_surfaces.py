@@ -30,7 +30,8 @@ def _leaning(degrees: float) -> Pose:
     [
         (block("it", Pose(), (0.06, 0.04, 0.1)), Pose(), [0.05], [0.06 * 0.04]),
         (block("it", Pose(), (0.06, 0.04, 0.1)), _leaning(90), [0.02], [0.06 * 0.1]),
-        (block("it", Pose(), (0.06, 0.04, 0.1)), _leaning(10), [], []),
+        (block("it", Pose(), (0.06, 0.04, 0.1)), _leaning(5.5), [0.05 * math.cos(math.radians(5.5))], [0.06 * 0.04]),
+        (block("it", Pose(), (0.06, 0.04, 0.1)), _leaning(6), [], []),
         (mug("it", Pose(), 0.042, 0.095), UPSIDE_DOWN, [0.0475], [math.pi * 0.042**2]),
         (table("it", Pose((0, 0, 0.15)), (0.3, 0.2, 0.02)), Pose((0, 0, 0.15)), [0.15], [0.06]),
     ],

@@ -130,21 +130,8 @@ def compile_world(
         UserError: the world does not compile; names the thing and the reason.
     """
     check(world, robots)
-    spec = mujoco.MjSpec()
-    set_options(spec, world.physics)
-    for mount in world.robots:
-        attach(spec, robots[mount.type].mjcf(), mount)
     hands = dict(zip(HANDS, _rests(hand), strict=False))
-    for name, rest in hands.items():
-        attach(spec, hand_mjcf(rest), RobotMount(name, name))
-    mask_robots(spec, world.physics.pad_friction)
-    for thing in world.things:
-        add_thing(spec, thing, planning, (carried or {}).get(thing.name))
-        if not planning:
-            add_grains(spec, thing)
-    if not planning:
-        add_pairs(spec, _stated(world))
-    model = finish(spec)
+    model = finish(_described(world, robots, hands, carried or {}, planning=planning))
     found = {name: hand_index(model, rest, name) for name, rest in hands.items()}
     return Compiled(
         world=world,
@@ -155,6 +142,26 @@ def compile_world(
         hand=found.get(HANDS[0]),
         other_hand=found.get(HANDS[1]),
     )
+
+
+def _described(
+    world: World, robots: Mapping[str, Robot], hands: Mapping[str, Pose], carried: Mapping[str, Carried], *, planning: bool
+) -> mujoco.MjSpec:
+    """The robots, the hands of a demonstration and the things of a world, as MuJoCo compiles them."""
+    spec = mujoco.MjSpec()
+    set_options(spec, world.physics)
+    for mount in world.robots:
+        attach(spec, robots[mount.type].mjcf(), mount)
+    for name, rest in hands.items():
+        attach(spec, hand_mjcf(rest), RobotMount(name, name))
+    mask_robots(spec, world.physics.pad_friction)
+    for thing in world.things:
+        add_thing(spec, thing, planning, carried.get(thing.name))
+        if not planning:
+            add_grains(spec, thing)
+    if not planning:
+        add_pairs(spec, _stated(world))
+    return spec
 
 
 def _stated(world: World) -> frozenset[str]:
