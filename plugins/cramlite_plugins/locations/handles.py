@@ -26,8 +26,8 @@ CHORD = 0.001  # between a corner and the next a path is off the arc of a hinge 
 TURN = math.radians(45)  # and turns no further [rad]
 CLOSED, AJAR = 0.005, 0.08
 """Shares of the range that a joint is closed to: by its handle, all but what friction leaves; pushed, so far that the rest is felt."""
-LEFT = 0.025
-"""What is left to be felt of the way of a hand that pushes a door [m]: with 15 mm, as of a drawer of 0.16 m, one met its stop before."""
+LEFT = 0.015
+"""What is left to be felt of the way of a hand that pushes a door [m], as of a drawer of 0.16 m."""
 OPENED = (0.95, 0.9)
 """Shares of the range that something is opened to: as far as the arm comes, short of the stop."""
 TURNED = (0.97, 0.6, 0.4)

@@ -48,7 +48,7 @@ def test_over_the_upper_edge_of_a_wide_open_door_the_hand_points_down() -> None:
     assert over
 
 
-def test_not_much_more_is_left_to_be_felt_of_a_door_than_of_a_drawer() -> None:
+def test_as_little_is_left_to_be_felt_of_a_door_as_of_a_drawer() -> None:
     it = door("door", Pose(), swing=2.0).joint
     assert it is not None
     hand = it.pose * Pose((0.0, -0.25, 0.0))
