@@ -23,9 +23,6 @@ TILTS = (0.0, 30.0, -30.0, 45.0, -45.0, 60.0, -60.0)
 LEANS = (15.0, -15.0, 30.0, -30.0)
 """Turns along the bar [deg], by the tips, as the palm comes near to it: last, for arms that straight on to it are folded or stretched."""
 CHORD = 0.001  # between a corner and the next a path is off the arc of a hinge by so much at most [m]: the arm gives way sideways
-SLIDES = 0.002
-"""The same of fingers that push a front [m]: off the arc they slide along it, and each corner is a stop. With 5 mm a door was pressed on
-with 25 N before its stop."""
 TURN = math.radians(45)  # and turns no further [rad]
 CLOSED, AJAR = 0.005, 0.08
 """Shares of the range that a joint is closed to: by its handle, all but what friction leaves; pushed, so far that the rest is felt."""
@@ -130,7 +127,7 @@ def _path(location: Location, belief: Belief, context: Context) -> Iterator[Grou
         raise Unresolvable(f"'{entity}' must have a joint, and the hand nothing else", causes(location, context), blocking=())
     now = held_pose(belief, context) if held else belief.pose(thing.name)
     for k, share in enumerate(_shares(location, thing.joint, now.inverse() * tcp(belief, context), held)):
-        yield _led(thing, thing.joint, belief, context, now, share, 0.1 * k, CHORD if held else SLIDES)
+        yield _led(thing, thing.joint, belief, context, now, share, 0.1 * k)
 
 
 def _shares(location: Location, joint: Joint, hand: Pose, held: bool) -> tuple[float, ...]:
@@ -156,12 +153,12 @@ def _radius(joint: Joint, hand: Pose) -> float:
     return float(np.linalg.norm((joint.pose.inverse() * hand).position[:2]))
 
 
-def _led(thing: Thing, joint: Joint, belief: Belief, context: Context, now: Pose, share: float, cost: float, chord: float) -> Grounding:
+def _led(thing: Thing, joint: Joint, belief: Belief, context: Context, now: Pose, share: float, cost: float) -> Grounding:
     from ..motion_planning.reach import tcp
 
     goal = joint.lower + share * (joint.upper - joint.lower)
     value = joint_value(belief, thing.name, belief.base() * now)
-    path, way = _corners(joint, now, tcp(belief, context), goal - value, chord), goal - value
+    path, way = _corners(joint, now, tcp(belief, context), goal - value), goal - value
     said = f"'{thing.name}' from {value:.3f} to {goal:.3f} {'m' if joint.kind == 'slide' else 'rad'}"
     return Grounding(Place(path[-1], path[-1], path=path, thing=thing.name, values={"moved": way}), said, cost, key=f"to {share:g}")
 
@@ -171,14 +168,14 @@ def along_joint(thing: Thing, belief: Belief, hand: Pose, share: float) -> tuple
     assert thing.joint is not None
     joint, now = thing.joint, belief.pose(thing.name)
     goal = joint.lower + share * (joint.upper - joint.lower)
-    return _corners(joint, now, hand, goal - joint_value(belief, thing.name, belief.base() * now), SLIDES)
+    return _corners(joint, now, hand, goal - joint_value(belief, thing.name, belief.base() * now))
 
 
-def _corners(joint: Joint, now: Pose, tcp: Pose, way: float, chord: float) -> tuple[Pose, ...]:
+def _corners(joint: Joint, now: Pose, tcp: Pose, way: float) -> tuple[Pose, ...]:
     """The TCP at a thing, from a pose on, while its joint moves on by so much [m, rad]: a line, or the chords of an arc."""
     hand = now.inverse() * tcp
     radius = _radius(joint, hand)
-    most = min(TURN, 2 * math.acos(max(0.0, 1.0 - chord / max(radius, chord))))
+    most = min(TURN, 2 * math.acos(max(0.0, 1.0 - CHORD / max(radius, CHORD))))
     count = max(1, math.ceil(abs(way) / most)) if joint.kind == "hinge" else 1
     return tuple(joint.moved(now, way * k / count) * hand for k in range(1, count + 1))
 
