@@ -27,7 +27,7 @@ SPOTS = ((0.0, 0.0), (0.8, 0.0), (-0.8, 0.0), (0.0, 0.6), (0.8, 0.6), (-0.8, 0.6
 """On a front: at its handle, towards its edges, and higher."""
 TILTS, TURNS = (0.0, -30.0, -45.0, -60.0), (90.0, -90.0, 0.0, 180.0)
 """Of the hand before a front about the level line across it, from above, and about its own axis, its slim side up first [deg]."""
-FROM_ABOVE = ((0.8, 0.8), (0.4, 0.8), (0.0, 0.8)), (-70.0, -90.0), tuple(45.0 * k for k in range(8))
+FROM_ABOVE = ((0.55, 0.8), (0.8, 0.8), (0.3, 0.8), (0.0, 0.8)), (-70.0, -90.0), tuple(45.0 * k for k in range(8))
 """Spots, tilts and turns of a hand over the upper edge of a front, its fingers alone before it: last, for what turns so far that no hand
 before it comes along."""
 DOWN = (-45.0, -35.0, -30.0)

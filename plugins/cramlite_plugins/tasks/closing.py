@@ -34,7 +34,7 @@ class Closing(ByHandle):
         front, back = Location(action.inside("front"), "front", patient.name), Location(action.inside("away"), "retreat")
         way, end = self.way(action), Location(action.inside("stop"), "stop", patient.name)
         limits = {k: self.parameter(action, k) for k in ("speed_m_s", "force_limit_n")}
-        press = {"speed_m_s": 0.015, "force_n": self.parameter(action, "press_n"), "beyond_m": 0.02, "expect": "any"}
+        press = {"speed_m_s": 0.015, "force_n": self.parameter(action, "press_n"), "beyond_m": 0.05, "expect": "any"}
         steps = (
             front,
             Motion(action.inside("transfer"), "transfer", front, reason=f"before {patient.entity}"),
