@@ -74,10 +74,9 @@ def _falling(compiled: Compiled, data: Data) -> Iterator[tuple[str, str]]:
         mujoco.mj_step(compiled.model, data)
     for name in free:
         fall = before[name][2] - compiled.pose(data, name).position[2]
-        high = _height(compiled.world.thing(name))
         if fall > FALL:
             yield name, f"'{name}' stands on nothing and falls; {beneath[name]}"
-        elif fall > LOWER * high:
+        elif fall > LOWER * (high := _height(compiled.world.thing(name))):
             said = f"'{name}', which is {1000 * high:.0f} mm high, begins {1000 * fall:.0f} mm over what it then lies on"
             yield name, f"{said}; write it lower, since hands go to where it is said to be"
 
