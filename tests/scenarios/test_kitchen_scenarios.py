@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from task_scenarios import attempt
 
-from cramlite import Engine, Trace, UserError, data_folder, find_scenario, read_scenario
+from cramlite import Engine, Trace, UserError, data_folder, failure_text, find_scenario, read_scenario
 from cramlite.engine.scenario_doubts import doubts
 
 REFUSED = {
@@ -89,6 +89,15 @@ def test_blocks_are_put_aside_until_the_one_between_them_can_be_grasped(engine: 
 def test_what_stands_in_the_way_of_a_drawer_is_put_aside_before_it_is_opened(engine: Engine) -> None:
     tasks, reasons = resolved(engine, "drawer_blocked")
     assert tasks and tasks.index("Grasping stool") < tasks.index("Opening drawer") < tasks.index("Grasping tin"), reasons
+
+
+@pytest.mark.heavy
+def test_a_flat_board_before_a_drawer_is_pushed_aside_in_twins_too(engine: Engine) -> None:
+    """Also where it lies a little elsewhere, and is smoother."""
+    scenario, trace = read_scenario(find_scenario("kitchen/board_before_drawer")), Trace()
+    solution = next(engine.resolve(scenario, setting=engine.setting(scenario, twins=8), trace=trace), None)
+    assert solution is not None, failure_text(trace, engine.registry.faults)
+    assert [a.task for a in solution.plan.actions] == ["soma:Pushing", "soma:Retracting", "soma:Opening"]
 
 
 @pytest.mark.heavy

@@ -13,7 +13,7 @@ from cramlite_plugins.locations import push_to
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.simulation.objects.products_and_fixtures import block, table
 
-MOUNT, AT = RobotMount("arm", "ur5e"), (0.45, 0.0, 0.013)
+MOUNT, AT = RobotMount("arm", "ur5e"), (0.45, 0.0, 0.003)
 FAR = 0.1
 BOARD = block("board", Pose(AT), (0.12, 0.12, 0.016))
 
