@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import Action, Belief, EntityName, Floats, Location, Motion, Place, Pose
+from cramlite.model import Action, Belief, EntityName, Floats, Location, Motion, Place, Pose, enclosing_names
 from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 
 from ..motions.gripping import release_opening
@@ -123,7 +123,7 @@ def brought_there_by(location: Location, belief: Belief, context: Context) -> tu
     if entity.thing not in belief.poses or not any(roofed(belief.thing(entity.thing), belief.pose(entity.thing), region)):
         return ()
     leading = (m for m in context.agenda if isinstance(m, Motion) and m.to is not None and m.to.name == location.name)
-    return tuple(dict.fromkeys(m.name.rpartition("/")[0] for m in leading))
+    return tuple(dict.fromkeys(whole for m in leading for whole in [*enclosing_names(m.name)][1:2]))
 
 
 def _grasps(belief: Belief, context: Context) -> tuple[str, ...]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from msgspec.structs import replace
 
-from cramlite.model import AnyStep, MoveJoints, Parallel, Program, SetGripper
+from cramlite.model import AnyStep, MoveJoints, Parallel, Program, SetGripper, enclosing_names
 
 
 def opened_on_the_way(program: Program) -> Program:
@@ -49,4 +49,4 @@ def _shuts(before: SetGripper | None, order: SetGripper) -> bool:
 
 def _of_one(one: AnyStep, other: AnyStep) -> bool:
     """Whether two steps are of the same task."""
-    return one.origin.rpartition("/")[0] == other.origin.rpartition("/")[0]
+    return [*enclosing_names(one.origin)][1:] == [*enclosing_names(other.origin)][1:]
