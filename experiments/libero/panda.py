@@ -1,8 +1,9 @@
 """The Panda of robosuite 1.4 as a robot of cramlite, a plugin file: what LIBERO's scenes are driven with.
 
 Kinematics: links and joint ranges of robosuite 1.4, models/assets/robots/panda/robot.xml: the Franka Research 3's but for the flange
-(106.5 mm) and the ranges. Speeds: Panda data sheet. Links and their masses are the FR3's (cramlite_plugins/robots/fr3.py), which
-are larger than the Panda's. Hand: models/assets/grippers/panda_gripper.xml: fingers from 52.4 mm, pads of 16 x 16 x 8 mm whose middle is at
+(106.5 mm) and the ranges. Speeds: Panda data sheet. Links and their masses are the FR3's (cramlite_plugins/robots/fr3.py), not those of
+the Panda: the hulls of robosuite's meshes, with which MuJoCo collides, stick out of them by up to 40 mm (link 5; link 6 by 16 mm, roughly
+measured in one posture). Hand: models/assets/grippers/panda_gripper.xml: fingers from 52.4 mm, pads of 16 x 16 x 8 mm whose middle is at
 93.4 mm, tips at 106 mm, 20 N a finger; the site that its controller moves is at 97 mm. Its frame is that of
 cramlite_plugins/robots/franka_hand.py.
 """

@@ -12,6 +12,7 @@ import time
 from pathlib import Path
 
 import pytest
+from as_a_user import hears_ctrl_c
 from quick_experiment import order, quick_experiment, told
 
 from cramlite.experiment.bench import Trial
@@ -99,7 +100,7 @@ def read_episode(path):
 
 def start(experiment: Path, out: Path, plugin: Path) -> subprocess.Popen[str]:
     words = [sys.executable, "-m", "cramlite", "experiment", experiment, "--out", out, "--workers", "1", "--plugin", plugin]
-    return subprocess.Popen(words, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True)
+    return subprocess.Popen(words, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True, preexec_fn=hears_ctrl_c)
 
 
 def wait_for(path: Path) -> None:

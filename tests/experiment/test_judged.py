@@ -14,6 +14,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from as_a_user import hears_ctrl_c
 from conftest import ROOT, Run
 from msgspec.structs import replace
 
@@ -176,7 +177,8 @@ def test_ctrl_c_and_kill_end_workers_and_judges_and_keep_what_is_done(how: int, 
     out = tmp_path / "out"
     words = [sys.executable, "-m", "cramlite", "experiment", SMALL, "--suite", "table", "--tasks", "2", "--states", "0:2", "--out", out]
     hangs = {**os.environ, "SMALL_JUDGE": "hang 6"}
-    running = subprocess.Popen([*words, "--workers", "1"], stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True, env=hangs)
+    words += ["--workers", "1"]
+    running = subprocess.Popen(words, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True, env=hangs, preexec_fn=hears_ctrl_c)
     try:
         begun = out / "episodes" / "table-2-1" / "begun"
         assert wait_until(begun.exists), running.communicate()[1]

@@ -6,6 +6,7 @@ That a process of its own says the same is what test_cli.py, test_bad_input.py, 
 from __future__ import annotations
 
 import io
+import signal
 from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
 from subprocess import CompletedProcess
@@ -33,3 +34,8 @@ def changed(scenario: Path, folder: Path, *changes: tuple[str, str]) -> Path:
     path = folder / "variant.yaml"
     path.write_text(text)
     return path
+
+
+def hears_ctrl_c() -> None:
+    """Make a command that is about to begin end on Ctrl-C, also where the tests run in the background of a shell, which ignores it."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
