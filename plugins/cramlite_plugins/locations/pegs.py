@@ -108,12 +108,13 @@ def _insert(location: Location, belief: Belief, context: Context) -> Iterator[Gr
     centres = peg.root + peg.axis * peg.length + peg.over_tip + np.cumsum(steps, axis=0)
     depth = float(np.linalg.norm(steps[3]))
     values = {"play_m": peg.play, "push_m": depth + float(peg.over_tip @ peg.axis)}
-    no: Refusal | None = None
+    refused: list[Refusal] = []
     for k, (side, hole) in enumerate(_ways_round(peg, belief, context)):
         corners = [_hand(belief, Pose(_three(centre), hole.quaternion)) for centre in centres]
         name = f"{side} of the hole along the peg, {1000 * depth:.0f} mm onto it"
         no = _unreachable(location, belief, context, corners)
         if no is not None:
+            refused.append(no)
             yield no.refused(name)
             continue
         place = Place(
@@ -121,9 +122,20 @@ def _insert(location: Location, belief: Belief, context: Context) -> Iterator[Gr
             thing=belief.held.thing if belief.held else "", values=values,
         )  # fmt: skip
         yield Grounding(place, name, 0.1 * k, key=side, anew=True)
-    if no is not None:
+    if refused and refused[-1] is no:
         said = f"the hole cannot be led onto the peg: {no.reason}"
-        raise Unresolvable(said, causes(location, context), blocking=no.blocking, collision=no.collision)
+        because = causes(location, context) if any(r.blocking for r in refused) else _held_so(location, belief, context)
+        raise Unresolvable(said, because, blocking=no.blocking, collision=no.collision)
+
+
+def _held_so(location: Location, belief: Belief, context: Context) -> tuple[str, ...]:
+    """Return what it depends on whether the arm reaches a peg with what is held, where nothing that can be moved is in the way: the peg, and
+    the grasp, but not how high the thing was lifted. All places where nobody knows the grasp."""
+    from ..motion_planning.reach import causes
+
+    held = belief.held.thing if belief.held else ""
+    grasps = tuple(n for n, v in context.bindings.items() if isinstance(v, Place) and v.thing == held and "width_m" in v.values)
+    return (*grasps, location.of or "") if grasps else causes(location, context)
 
 
 def _three(vector: Floats) -> Vector3:
