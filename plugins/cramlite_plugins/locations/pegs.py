@@ -129,7 +129,7 @@ def _insert(location: Location, belief: Belief, context: Context) -> Iterator[Gr
 
 
 def _held_so(location: Location, belief: Belief, context: Context) -> tuple[str, ...]:
-    """Return what it depends on whether the arm reaches a peg with what is held, where nothing that can be moved is in the way: the peg, and
+    """Return what it depends on whether the arm reaches a peg with what is held, where nothing that can be moved is in the way: the peg and
     the grasp, but not how high the thing was lifted. All places where nobody knows the grasp."""
     from ..motion_planning.reach import causes
 
