@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from cramlite.model import Belief, Location, Place, Pose
+from cramlite.model import Belief, Location, Pose
 from cramlite.plugin import Context, Unresolvable
 
 from ..shapes.standing_up import stood_up
@@ -63,6 +63,7 @@ def check_turn(now: Pose, asked: Pose, wanted: Wanted) -> None:
         raise Unresolvable(f"'{wanted.thing.name}' holds something that would be spilled", (wanted.entity,))
     rise = float((asked * held.tcp_to_thing.inverse()).rotate((0.0, 0.0, 1.0))[2])
     if rise > PALM_UP:
-        grasps = (n for n, v in context.bindings.items() if isinstance(v, Place) and v.thing == held.thing and "width_m" in v.values)
+        from ..motion_planning.reach import taken_at
+
         said = f"turned so, the hand would be under '{held.thing}' and reach up by {math.degrees(math.asin(min(rise, 1.0))):.0f} deg"
-        raise Unresolvable(said, tuple(grasps))
+        raise Unresolvable(said, taken_at(wanted.belief, context))

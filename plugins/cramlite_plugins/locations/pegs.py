@@ -131,10 +131,9 @@ def _insert(location: Location, belief: Belief, context: Context) -> Iterator[Gr
 def _held_so(location: Location, belief: Belief, context: Context) -> tuple[str, ...]:
     """Return what it depends on whether the arm reaches a peg with what is held, where nothing that can be moved is in the way: the peg and
     the grasp, but not how high the thing was lifted. All places where nobody knows the grasp."""
-    from ..motion_planning.reach import causes
+    from ..motion_planning.reach import causes, taken_at
 
-    held = belief.held.thing if belief.held else ""
-    grasps = tuple(n for n, v in context.bindings.items() if isinstance(v, Place) and v.thing == held and "width_m" in v.values)
+    grasps = taken_at(belief, context)
     return (*grasps, location.of or "") if grasps else causes(location, context)
 
 

@@ -19,7 +19,7 @@ from cramlite.model import Belief, EntityName, Floats, Location, Place, Pose, Th
 from cramlite.plugin import Answers, Context, Grounding, Refused, Unresolvable, hookimpl
 
 from ..motions.gripping import OPEN, release_opening
-from ..shapes.bounds import centre_of_mass, corners, support
+from ..shapes.bounds import centre_of_mass, corners, height, support
 from ..shapes.front import front
 from .attitude import check_turn, held_now, put_down
 from .covers import closed_in, covers
@@ -203,14 +203,14 @@ def _from_above(
     """The lowest height at which all is free; from a stand-off that is blocked no other height is tried, but from aside."""
     cheap, blocked = len(CHEAP[relation]), None
     reason: Refused | None = None
-    for k, (height, above) in enumerate(heights):
-        spot = at(height, above)
+    for k, (over, above) in enumerate(heights):
+        spot = at(over, above)
         again = blocked is not None and blocked.distance(spot.before)[0] < SAME
         reason = reason if again else _refusal(spot, wanted, {**CHEAP[relation], **DEAR})
         if relation == "in" and reason is not None and ABOVE_IT in reason.reason and (aside := _from_aside(spot, wanted, above)):
             spot, reason = aside, None
         if reason is None:
-            values = {"height_m": height, TURNED: float(attitude)}
+            values = {"height_m": over, TURNED: float(attitude)}
             if wanted.lowered:
                 values[OPEN] = opened(spot, wanted)[0].opening
             place = Place(spot.pose, spot.before, approach=(0, 0, -1), thing=wanted.thing.name, values=values)
@@ -347,13 +347,12 @@ def _obstacles(wanted: Wanted, context: Context) -> tuple[Obstacle, ...]:
     from ..motion_planning.reach import uncertainty_margins
     from ..shapes.surfaces import FLAT, footprint
 
-    belief, to, up = wanted.belief, wanted.target.pose.inverse(), np.array([0.0, 0.0, 1.0])
-    now, margins = held_now(belief, context), uncertainty_margins(belief)
-    height, reach = support(wanted.thing, now, up) + support(wanted.thing, now, -up), wanted.target.area
+    belief, to, margins = wanted.belief, wanted.target.pose.inverse(), uncertainty_margins(wanted.belief)
+    high, reach = height(wanted.thing, held_now(belief, context)), wanted.target.area
     found = []
     for name in belief.poses:
-        outline = footprint(belief.world.thing(name), to * belief.pose(name), 2 * FLAT, height)
-        if not outline.is_empty and outline.distance(reach) < 2 * GAP + height:
+        outline = footprint(belief.world.thing(name), to * belief.pose(name), 2 * FLAT, high)
+        if not outline.is_empty and outline.distance(reach) < 2 * GAP + high:
             top = float(corners(belief.world.thing(name), to * belief.pose(name))[:, 2].max()) + GAP
             found.append(Obstacle(name, outline.buffer(GAP + margins.get(name, 0.0)), top))
     return tuple(found)

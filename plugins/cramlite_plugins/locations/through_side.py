@@ -18,7 +18,7 @@ from cramlite.model import Action, Belief, EntityName, Floats, Location, Motion,
 from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 
 from ..motions.gripping import release_opening
-from ..shapes.bounds import centre_of_mass, support
+from ..shapes.bounds import centre_of_mass, height, support
 from ..shapes.roofs import open_sides, roofed
 from .attitude import held_now
 from .place_filters import Filter, Spot, Wanted, beside, in_region, near, reachable, room_to_open, supported, visible
@@ -41,6 +41,8 @@ def places_through_a_side(location: Location, belief: Belief, context: Context) 
     Raises:
         Unresolvable: there is none. Where what is held has no way in itself, no other grasp helps.
     """
+    from ..motion_planning.reach import taken_at
+
     found, fits, kept = 0, False, list[Refused]()
     for wanted, out, now in _ways(location, belief, context):
         for spot in _spots(wanted, out, now):
@@ -50,13 +52,13 @@ def places_through_a_side(location: Location, belief: Belief, context: Context) 
                 yield Grounding(_place(spot, wanted, out), f"'{wanted.entity}', {spot.name}", 0.1 * found, key=spot.name, anew=True)
                 found += 1
             elif fits:
-                yield replace(no, because=_grasps(belief, context))
+                yield replace(no, because=taken_at(belief, context))
             else:
                 kept.append(no)
     yield from kept if found else ()
     if not found:
         said = max(kept, key=lambda no: no.passed).reason if kept and not fits else "the hand has no way in"
-        grasps = _grasps(belief, context) if fits or not kept else ()
+        grasps = taken_at(belief, context) if fits or not kept else ()
         because = (location.of or "", *grasps, *brought_there_by(location, belief, context))
         in_the_way = dict.fromkeys(name for no in kept for name in no.blocking or ())
         raise Unresolvable(f"through its sides: {said}", because, blocking=tuple(in_the_way))
@@ -69,16 +71,16 @@ def _ways(location: Location, belief: Belief, context: Context) -> Iterator[tupl
         Unresolvable: it is too high for each of them, or no side is open.
     """
     now, low, none = held_now(belief, context), math.inf, True
-    for wanted, height in _targets(location, belief, context):
-        tall = support(wanted.thing, now, (0, 0, 1)) + support(wanted.thing, now, (0, 0, -1))
+    for wanted, room in _targets(location, belief, context):
+        tall = height(wanted.thing, now)
         thing = belief.thing(wanted.entity)
-        for out in open_sides(thing, belief.pose(thing.name), wanted.target, tall / 2) if tall + 2 * HIGH <= height else ():
+        for out in open_sides(thing, belief.pose(thing.name), wanted.target, tall / 2) if tall + 2 * HIGH <= room else ():
             yield wanted, out, now
             none = False
-        low = min(low, height - tall)
+        low = min(low, room - tall)
     if none:
-        room = f"{1000 * low:.0f} mm higher than '{belief.held.thing if belief.held else ''}', {2000 * HIGH:.0f} mm is needed"
-        said = f"the room under the roof of '{location.of}' is {room}" if low < 2 * HIGH else f"no side of '{location.of}' is open"
+        more = f"{1000 * low:.0f} mm higher than '{belief.held.thing if belief.held else ''}', {2000 * HIGH:.0f} mm is needed"
+        said = f"the room under the roof of '{location.of}' is {more}" if low < 2 * HIGH else f"no side of '{location.of}' is open"
         raise Unresolvable(said, (location.of or "", *brought_there_by(location, belief, context)), blocking=())
 
 
@@ -126,19 +128,13 @@ def brought_there_by(location: Location, belief: Belief, context: Context) -> tu
     return tuple(dict.fromkeys(whole for m in leading for whole in [*enclosing_names(m.name)][1:2]))
 
 
-def _grasps(belief: Belief, context: Context) -> tuple[str, ...]:
-    """Names of the places at which what is held was taken: how the hand points is settled there."""
-    held = belief.held.thing if belief.held else ""
-    return tuple(name for name, v in context.bindings.items() if isinstance(v, Place) and v.thing == held and "width_m" in v.values)
-
-
 def _targets(location: Location, belief: Belief, context: Context) -> list[tuple[Wanted, float]]:
     """What is put where, and the room over it [m].
 
     Raises:
         Unresolvable: nothing is held, no surface has a roof, or the hand points downwards.
     """
-    from ..motion_planning.reach import bound, make_scene, reference_pose, tcp
+    from ..motion_planning.reach import bound, make_scene, reference_pose, taken_at, tcp
 
     entity = bound(context, location.of)
     if belief.held is None:
@@ -151,7 +147,7 @@ def _targets(location: Location, belief: Belief, context: Context) -> list[tuple
     down = -float(tcp(belief, context).rotate((0.0, 0.0, 1.0))[2])
     if down > STEEP:
         said = f"the hand points down by {math.degrees(math.asin(min(down, 1.0))):.0f} deg, and would be higher than what it brings"
-        raise Unresolvable(said, (*_grasps(belief, context), *brought_there_by(location, belief, context)), blocking=())
+        raise Unresolvable(said, (*taken_at(belief, context), *brought_there_by(location, belief, context)), blocking=())
     held, scene = belief.world.thing(belief.held.thing), make_scene(belief, context)
     opened = (make_scene(belief, context, (entity,), release_opening(belief, context), 0.0),)
     return [(Wanted(held, entity, s, belief, context, scene, location.parameters, opened=opened), h) for s, h in found]

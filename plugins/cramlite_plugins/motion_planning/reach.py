@@ -173,6 +173,12 @@ def causes(location: Location, context: Context) -> tuple[str, ...]:
     return (*(name for name, value in context.bindings.items() if isinstance(value, Place)), location.of or "")
 
 
+def taken_at(belief: Belief, context: Context) -> tuple[str, ...]:
+    """Return the names of the grasps of what is held: how it is in the hand depends on these, and on no place that it was led to since."""
+    held = belief.held.thing if belief.held else ""
+    return tuple(n for n, v in context.bindings.items() if isinstance(v, Place) and v.thing == held and "width_m" in v.values)
+
+
 def led_here(context: Context) -> tuple[str, ...]:
     """Return what a short way from where the hand is depends on: the last place that it was led to, and earlier ones of the same thing,
     such as the grasp of what was put there."""

@@ -47,6 +47,11 @@ def lowest(thing: Thing, pose: Pose) -> float:
     return -support(thing, Pose((0.0, 0.0, 0.0), pose.quaternion), (0.0, 0.0, -1.0))
 
 
+def height(thing: Thing, pose: Pose) -> float:
+    """Height of a thing [m], from its lowest point to its highest, turned as in a pose whose parent frame's z is up."""
+    return support(thing, pose, (0.0, 0.0, 1.0)) + support(thing, pose, (0.0, 0.0, -1.0))
+
+
 def bounds(geom: Geom) -> tuple[Floats, Floats]:
     """Lowest and highest corner (3,) of the axis-aligned box around a primitive [m], in its thing's frame."""
     if geom.shape == "convex":

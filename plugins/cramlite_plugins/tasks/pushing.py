@@ -5,13 +5,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-import numpy as np
 from msgspec.structs import replace
 
 from cramlite.model import Action, Belief, Location, Motion
 from cramlite.plugin import Decomposition, Parameter, Role, TaskType, Unresolvable, hookimpl
 
-from ..shapes.bounds import support
+from ..shapes.bounds import height
 from ..shapes.carried_along import CAME_ALONG
 
 APART = 0.6
@@ -51,7 +50,7 @@ class Pushing(TaskType):
         if belief.held is not None:
             raise Unresolvable.because_of_earlier_tasks(f"the gripper holds '{belief.held.thing}'; empty fingers push")
         patient, name = action.roles["Patient"].name, action.roles["Patient"].entity or ""
-        to_region, low = bool(action.parameters.get("where")), _height(belief, name) < LOW
+        to_region, low = bool(action.parameters.get("where")), height(belief.thing(name), belief.pose(name)) < LOW
         if to_region or low:
             far = self.begins_at(action) if to_region else Location(f"behind({patient})", "behind", patient, {"aside_m": OUT_OF_THE_WAY})
             heavy = _resists(belief, name) > PRESSED
@@ -141,12 +140,6 @@ class Pushing(TaskType):
 
 def _where(far: Location) -> str:
     return "to its region" if "region" in far.parameters else "out of the way"
-
-
-def _height(belief: Belief, name: str) -> float:
-    """Of a thing, as it is turned [m]."""
-    thing, pose, up = belief.thing(name), belief.pose(name), np.array([0.0, 0.0, 1.0])
-    return support(thing, pose, up) + support(thing, pose, -up)
 
 
 def _resists(belief: Belief, name: str) -> float:

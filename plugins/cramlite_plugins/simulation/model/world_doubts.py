@@ -7,10 +7,10 @@ from collections.abc import Iterator, Mapping
 import mujoco
 import numpy as np
 
-from cramlite.model import Robot, Thing, World
+from cramlite.model import Robot, World
 from cramlite.plugin import UserError
 
-from ...shapes.bounds import support
+from ...shapes.bounds import height
 from .compile import Compiled, compile_world
 from .index import Data
 
@@ -18,7 +18,6 @@ DEEP = 0.002
 """Of an overlap [m]: shipped scenarios let things settle from above, none begins deeper inside another."""
 TOO_DEEP = 0.005
 """Of an overlap that no settling cures [m]: contacts would push the two apart at once, and nothing is then where it was said to be."""
-UP = np.array([0.0, 0.0, 1.0])
 FALL, WITHIN = 0.05, 0.15
 """A thing that falls so far [m] in so short a time [s] stands on nothing: free fall takes 0.101 s for it."""
 LOWER = 1 / 3
@@ -76,14 +75,9 @@ def _falling(compiled: Compiled, data: Data) -> Iterator[tuple[str, str]]:
         fall = before[name][2] - compiled.pose(data, name).position[2]
         if fall > FALL:
             yield name, f"'{name}' stands on nothing and falls; {beneath[name]}"
-        elif fall > LOWER * (high := _height(compiled.world.thing(name))):
+        elif fall > LOWER * (high := height(thing := compiled.world.thing(name), thing.pose)):
             said = f"'{name}', which is {1000 * high:.0f} mm high, begins {1000 * fall:.0f} mm over what it then lies on"
             yield name, f"{said}; write it lower, since hands go to where it is said to be"
-
-
-def _height(thing: Thing) -> float:
-    """Of a thing, as it is turned at the start [m]."""
-    return support(thing, thing.pose, UP) + support(thing, thing.pose, -UP)
 
 
 def _beneath(compiled: Compiled, data: Data, thing: str) -> str:
