@@ -15,7 +15,7 @@ from .pipeline import Pipeline, plan_pipeline
 from .query import Condition, ObjectQuery
 from .result import Annotation, Perceived, Percept, Run
 
-OnFault = Callable[[str, Exception], str]
+OnFault = Callable[[str, BaseException], str]
 NEAR = 0.1
 """Two answers whose confidences differ by less than this are not told apart."""
 

@@ -15,7 +15,15 @@ from ..base.errors import DEFECTS, PluginError, Unresolvable, UserError, nearest
 from ..base.value import Value
 from . import hookspecs
 from .entry_points import GROUP, OWN_DISTRIBUTION, Point, entry_points, module_from
-from .validation import NAMED_BY, check_answer, check_declared, check_hooks, check_many, error_with_location, why_not_loaded
+from .validation import (
+    NAMED_BY,
+    check_answer,
+    check_declared,
+    check_hooks,
+    check_many,
+    error_with_location,
+    why_not_loaded,
+)
 
 
 class PluginInfo(Value):
