@@ -38,6 +38,9 @@ a door, over its edge, and caught on that when they left."""
 NEAR_HINGE = 0.5
 """A hand that is nearer to a hinge than this share of its handle's distance pushes with more than twice the force, and turns as much on
 half the way: it is tried last."""
+OFF = 0.008
+"""How far a streamed hand may be from where it is planned on a front, once it has slid there [m]: of fingers that met the last 8 mm of a
+bar, which others would miss, some slid over its end, and were 45 mm behind it."""
 DOWN = (-45.0, -35.0, -30.0)
 """The same of a hand that presses on a bar from above."""
 UPRIGHT = 0.9
@@ -107,16 +110,20 @@ def _before_front(location: Location, belief: Belief, context: Context) -> Itera
 
 
 def _at_front(thing: Thing, joint: Joint, handle: Feature, pose: Pose, gripper: Gripper) -> Iterator[tuple[Pose, str]]:
-    """Closed fingers before a front, and words for where; of a door last those that are much nearer to its hinge than its handle is."""
-    late, far = list[tuple[Pose, str]](), NEAR_HINGE * lever(joint, handle.pose)
+    """Closed fingers before a front, and words for where; last those that may slip off what they meet, and those much nearer to a hinge
+    than the handle is."""
+    loose, near, far = list[tuple[Pose, str]](), list[tuple[Pose, str]](), NEAR_HINGE * lever(joint, handle.pose)
     for spot, tilt, turn in itertools.chain(itertools.product(SPOTS, TILTS, TURNS), itertools.product(*FROM_ABOVE)):
-        at, (aside, up) = _against(thing, handle, pose, spot, (tilt, turn), gripper), (100 * share for share in spot)
+        at, firm = _against(thing, handle, pose, spot, (tilt, turn), gripper)
+        aside, up = (100 * share for share in spot)
         name = f"before its front at {aside:+.0f} % of its width, {up:+.0f} % of its height, tilted {tilt:+.0f} deg, turned {turn:.0f} deg"
         if joint.kind == "hinge" and lever(joint, pose.inverse() * at) < far:
-            late.append((at, name))
-        else:
+            near.append((at, name))
+        elif firm:
             yield at, name
-    yield from late
+        else:
+            loose.append((at, name))
+    yield from (*loose, *near)
 
 
 def _follows(thing: Thing, at: Pose, joints: Joints, belief: Belief, context: Context) -> Refusal | None:
@@ -132,8 +139,8 @@ def _follows(thing: Thing, at: Pose, joints: Joints, belief: Belief, context: Co
 
 def _against(
     thing: Thing, handle: Feature, pose: Pose, spot: tuple[float, float], turns: tuple[float, float], gripper: Gripper
-) -> Pose:
-    """The TCP of closed fingers ``ALMOST`` before a front.
+) -> tuple[Pose, bool]:
+    """The TCP of closed fingers ``ALMOST`` before a front, and whether they still meet it there if they are ``OFF`` to any side.
 
     Args:
         spot: how far from its handle, to a side and up, as shares of the way to the edge of the thing.
@@ -145,8 +152,11 @@ def _against(
     at = np.asarray((pose * handle.pose).position)
     ways = [share * way for share, way in zip(spot, (level, np.cross(out, level)), strict=True) if share]
     point = at + sum((w * (support(thing, pose, w) - w @ at) / np.linalg.norm(w) for w in ways), np.zeros(3))
-    x, y, z = (float(v) for v in point + out * (_clear_of(thing, pose, replace(hand, position=tuple(point)), out, gripper) + ALMOST))
-    return Pose((x, y, z), hand.quaternion)
+    across = [OFF * way / np.linalg.norm(way) for way in (level, np.cross(out, level))]
+    points = [point, *(point + sign * way for way in across for sign in (1.0, -1.0))]
+    reach, *beside = (_clear_of(thing, pose, replace(hand, position=tuple(p.tolist())), out, gripper) for p in points)
+    x, y, z = (float(v) for v in point + out * (reach + ALMOST))
+    return Pose((x, y, z), hand.quaternion), min(beside) > reach - OFF
 
 
 def _clear_of(thing: Thing, pose: Pose, hand: Pose, out: Floats, gripper: Gripper) -> float:

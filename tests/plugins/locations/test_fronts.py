@@ -54,7 +54,7 @@ def test_over_the_upper_edge_of_a_wide_open_door_the_hand_points_down() -> None:
 
 
 def test_fingers_come_at_a_door_along_the_arc_that_it_turns_on() -> None:
-    """And not into its front: at a bar that stands before it the two are 14 deg apart, and what friction holds is pressed along the door."""
+    """And not into its front: at a bar before it the two are 14 deg apart, and fingers that friction holds press along the door."""
     found, _, belief = _fronts(UR5E, Pose.from_rotvec((0.75, 0.1, 0.35), (0, 0, math.pi)), 1.3)
     thing, pose = belief.world.thing("door"), belief.pose("door")
     assert thing.joint is not None
@@ -78,7 +78,7 @@ def test_no_finger_begins_inside_a_bar_beside_the_spot_that_it_points_at() -> No
 
 
 def test_a_door_is_pushed_near_its_hinge_last() -> None:
-    found, refused, belief = _fronts(UR5E, Pose.from_rotvec((0.75, 0.1, 0.35), (0, 0, math.pi)), 1.3)
+    found, _, belief = _fronts(UR5E, Pose.from_rotvec((0.75, 0.1, 0.35), (0, 0, math.pi)), 1.3)
     thing, handle = belief.world.thing("door"), belief.feature("door", "cram:Handle")
     assert thing.joint is not None and handle is not None
     near = [lever(thing.joint, belief.pose("door").inverse() * a.value.pose) < lever(thing.joint, handle.pose) / 2 for a in found]
