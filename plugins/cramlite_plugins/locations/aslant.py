@@ -18,7 +18,7 @@ from ..motions.gripping import OPEN, release_opening
 from ..shapes.bounds import corners
 from ..shapes.standing_up import stood_up
 from .attitude import held_now
-from .covers import LOW, RISE, covers, free_on_way, openings, over_floor
+from .covers import LOWS, RISE, covers, free_on_way, openings, over_floor
 from .free_area import free_area
 from .place_filters import CHEAP, OFF_WALLS, Filter, Spot, Wanted, reachable, room_to_open, visible
 from .through_side import brought_onto
@@ -40,6 +40,7 @@ TURNS, FIRST = 24, 3
 STRAIGHTEN = (0.25, 0.5, 0.75)  # parts of its turn at which all has to be free
 OFF_PATH = 0.004  # how far beside its place what is let go may be [m]: where an arm has arrived
 STANDS = math.radians(3.0)  # what leans by no more has come to stand
+LEAST = 0.01  # from the middle of an opening to that of what covers it, by which it is on one side [m]
 COVERS = 0.3  # over an opening what covers it is looked for [m]: as high as a thing is carried
 
 
@@ -133,13 +134,12 @@ def _entries(wanted: Wanted, now: Pose) -> Iterator[Entry]:
     for towards, tilt in product(_under(wanted), TILTS):
         turns = _hand_down(wanted, _lean(towards, tilt), now)
         for offset, turned in product(_offsets(wanted, now, towards), turns):
-            left = over_floor(wanted, _lean(towards, LEFT) * turned, offset, LOW)
-            if _met(wanted, left):
-                continue
-            for back, over in product(BACK, OVER):
-                at = over_floor(wanted, _lean(towards, tilt) * turned, _moved(wanted, offset, -back * towards), LOW + over)
+            lows = ((low, over_floor(wanted, _lean(towards, LEFT) * turned, offset, low)) for low in LOWS)
+            low, left = next(((low, pose) for low, pose in lows if not _met(wanted, pose)), (0.0, None))
+            for back, over in product(BACK, OVER) if left else ():
+                at = over_floor(wanted, _lean(towards, tilt) * turned, _moved(wanted, offset, -back * towards), low + over)
                 out = next((o for o in _ways_out(towards) if free_on_way(wanted, at, o)), None)
-                if out is not None and _straightens(wanted, at, left):
+                if left is not None and out is not None and _straightens(wanted, at, left):
                     x, y = (1000 * v for v in offset)
                     said = f"({x:+.0f} {y:+.0f}) mm from its middle, let down leaning by {tilt:.0f} deg, {1000 * back:.0f} mm farther out"
                     yield Entry(at, left, out, f"{said}, {1000 * over:.0f} mm higher")
@@ -166,7 +166,7 @@ def _under(wanted: Wanted) -> list[Floats]:
     middle = wanted.target.area.centroid
     to = wanted.target.pose.rotate((over.x - middle.x, over.y - middle.y, 0.0))
     axes = [sign * wanted.target.pose.rotate(axis) for axis in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0)) for sign in (1.0, -1.0)]
-    return sorted((a for a in axes if a @ to > LOW), key=lambda a: -float(a @ to))
+    return sorted((a for a in axes if a @ to > LEAST), key=lambda a: -float(a @ to))
 
 
 def _hand_down(wanted: Wanted, lean: Pose, now: Pose) -> list[Pose]:
@@ -230,7 +230,7 @@ def _spot(entry: Entry, wanted: Wanted) -> Spot:
 
     assert wanted.belief.held is not None
     grip = wanted.belief.held.tcp_to_thing.inverse()
-    return Spot(entry.name, entry.left, entry.left * grip, shift(entry.leaning * grip, entry.out), LOW - wanted.depth)
+    return Spot(entry.name, entry.left, entry.left * grip, shift(entry.leaning * grip, entry.out), LOWS[0] - wanted.depth)
 
 
 def _place(entry: Entry, wanted: Wanted) -> Place:

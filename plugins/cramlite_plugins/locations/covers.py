@@ -26,8 +26,8 @@ free: a gap of less than 30 mm at 0.1 m, such as around the front of a drawer, i
 RISE = 0.12
 """Of a way into an opening [m]: twice as deep as drawers of desks are."""
 PARTS = (0.0, 0.1, 0.2, 0.3, 0.45, 0.7, 1.0)  # of such a way that have to be free
-LOW = 0.01  # of its lowest point over the floor of a cavity at the end of one [m]
-PITCH = 0.015  # between positions in an opening at which one is looked for [m]
+LOWS = (0.01, 0.02, 0.03)  # of its lowest point over the floor of a cavity at the end of one, which may be a little higher than stated [m]
+PITCH = 0.02  # between positions in an opening at which one is looked for [m]
 
 
 def openings(thing: Thing, pose: Pose, region: str = "") -> list[tuple[Any, float]]:
@@ -116,4 +116,5 @@ def goes_in_upright(wanted: Wanted, now: Pose) -> bool:
     low, high = np.reshape(wanted.target.area.buffer(-half).bounds or (0.0,) * 4, (2, 2))
     ways = [np.array((0.0, 0.0, RISE)), *(way for _, way in slants(RISE))]
     spots = product(*(np.arange(low[k], high[k] + PITCH, PITCH).tolist() for k in (0, 1)))
-    return any(free_on_way(wanted, over_floor(wanted, now, spot, LOW), way, hand=False) for spot in spots for way in ways)
+    ends = (over_floor(wanted, now, spot, low) for spot, low in product(spots, LOWS))
+    return any(free_on_way(wanted, end, way, hand=False) for end in ends for way in ways)
