@@ -27,9 +27,9 @@ if TYPE_CHECKING:
     from ..motion_planning.space import Refusal
 
 TILTS = (25.0, 30.0, 20.0)
-"""From upright [deg]: between handles and wall a bowl of 107 mm has the more room the more it leans, and the hand that holds its rim less."""
+"""From upright [deg]: between handles and wall a bowl of 107 mm has more room the more it leans, and the hand at its rim less."""
 LEFT = 12.0
-"""Of that when it is let go of [deg]: upright, a hand that leans by 30 deg would be in the wall; from a flank of 30 deg a bowl stands up."""
+"""Of that when it is let go of [deg]: upright, a hand that leans by 30 deg would be in the wall; from there a bowl stands up."""
 SHARES = (0.75, 1.0, 0.5)  # of its height that a way in leads aside, below what it comes in under
 INWARDS = (0.012, 0.006, 0.018, 0.0)  # from where it would stand as far out as it can [m]: farther in it is farther from the wall
 ACROSS = (0.0, 0.6, -0.6)  # of the room to each side, across the way that it leans

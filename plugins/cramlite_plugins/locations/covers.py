@@ -9,8 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from cramlite.model import Belief, EntityName, Floats, Location, Pose, Thing, thing_of
-from cramlite.plugin import Context
+from cramlite.model import Floats, Pose, Thing, thing_of
 
 from ..shapes import ray_casting as rays
 from ..shapes.bounds import corners
@@ -91,8 +90,8 @@ def _directions() -> Floats:
 
 
 def over_floor(wanted: Wanted, turned: Pose, offset: tuple[float, float], over: float) -> Pose:
-    """Return the pose in the base frame of a thing, turned so, the middle of whose outline is over a position of an opening and whose lowest
-    point is so far over the floor [m]."""
+    """Return the pose in the base frame of a thing, turned so, the middle of whose outline is over a position of an opening and whose
+    lowest point is so far over the floor [m]."""
     points = corners(wanted.thing, Pose((0.0, 0.0, 0.0), turned.quaternion))
     low, high = points.min(axis=0), points.max(axis=0)
     x, y, z = wanted.target.pose.apply((*offset, over - wanted.depth))
@@ -109,8 +108,7 @@ def free_on_way(wanted: Wanted, pose: Pose, out: Floats, hand: bool = True) -> b
 
 
 def goes_in_upright(wanted: Wanted, now: Pose) -> bool:
-    """Check whether what is held, turned as at a pose in the base frame, gets into an opening straight from above or from aside, whatever holds
-    it."""
+    """Check whether what is held, turned as at a pose in the base frame, gets into an opening from above or aside, whatever holds it."""
     points = corners(wanted.thing, Pose((0.0, 0.0, 0.0), now.quaternion))
     half = float(np.min(np.ptp(points, axis=0)[:2])) / 2  # of the narrower side
     low, high = np.reshape(wanted.target.area.buffer(-half).bounds or (0.0,) * 4, (2, 2))

@@ -184,8 +184,8 @@ def _in_order(
     grips: Sequence[Grip], thing: Thing, belief: Belief, context: Context, room: HandRoom
 ) -> list[tuple[float, Grasp]]:
     """All grasps with their cost [m], those without room for the hand last, and after all others the late kinds of grips; those at
-    which it would be in the thing itself are left out. Of what goes under a roof those at which the hand points inwards come before, of what
-    is let down leaning those of a hand that leans."""
+    which it would be in the thing itself are left out. Of what goes under a roof those at which the hand points inwards come before, of
+    what is let down leaning those of a hand that leans."""
     from ..motion_planning.planning_scene import CLEARANCE
     from ..motion_planning.reach import tcp
 

@@ -21,8 +21,8 @@ from cramlite.plugin import Answers, Context, Grounding, Refused, Unresolvable, 
 from ..motions.gripping import OPEN, release_opening
 from ..shapes.bounds import centre_of_mass, corners, height, support
 from ..shapes.front import front
-from .attitude import check_turn, held_now, put_down
 from .aslant import places_aslant
+from .attitude import check_turn, held_now, put_down
 from .covers import closed_in, covers, goes_in_upright, openings
 from .free_area import Offset, beside, free_area, positions
 from .from_aside import is_free, slants
@@ -61,8 +61,8 @@ in the same time."""
 
 @hookimpl
 def resolve_location(location: Location, belief: Belief, context: Context) -> Answers:
-    """Resolve locations "on" and "in", from above, "through", on a surface that is reached from its side, and "aslant", into an opening that
-    is partly covered; None for other relations."""
+    """Resolve locations "on" and "in", from above, "through", on a surface that is reached from its side, and "aslant", into an opening
+    that is partly covered; None for other relations."""
     if location.relation == "through":
         return places_through_a_side(location, belief, context)
     if location.relation == "aslant":

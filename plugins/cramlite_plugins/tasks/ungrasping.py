@@ -29,11 +29,13 @@ class Ungrasping(TaskType):
 
     def _let_down(self, action: Action, place: Location, said: str) -> Decomposition:
         container = action.roles["Relatum"].entity
+        upright = Motion(action.inside("straighten"), "linear", place, {"stage": "end"}, reason="upright")
+        straighten = (upright,) if place.relation == "aslant" else ()
         steps = (
             place,
             Motion(action.inside("transfer"), "transfer", place, reason=f"above {container}"),
             Motion(action.inside("lower"), "linear", place, {"stage": "pose"}, reason=f"as deep into {container} as the hand fits"),
-            *((Motion(action.inside("straighten"), "linear", place, {"stage": "end"}, reason="upright"),) if place.relation == "aslant" else ()),
+            *straighten,
             Motion(action.inside("open"), "gripper", place, {"to": "open", "expect": "none"}, reason="let go"),
             Motion(action.inside("payload"), "payload", reason="the gripper is empty again"),
         )
