@@ -251,8 +251,8 @@ def _refusal(entry: Entry, wanted: Wanted) -> Refused | None:
             return (replace(no, reason=f"not {name}: {no.reason}") if isinstance(no, Refusal) else Refusal(f"not {name}: {no}")).refused(
                 spot.name, passed
             )
-    no = _arm_leads_out(entry, spot, wanted)
-    return no.refused(spot.name, len(FILTERS)) if no else None
+    stuck = _arm_leads_out(entry, spot, wanted)
+    return stuck.refused(spot.name, len(FILTERS)) if stuck else None
 
 
 def _arm_leads_out(entry: Entry, spot: Spot, wanted: Wanted) -> Refusal | None:
