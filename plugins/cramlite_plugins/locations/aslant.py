@@ -207,15 +207,20 @@ def _met(wanted: Wanted, pose: Pose) -> bool:
 
 
 def _straightens(wanted: Wanted, leaning: Pose, left: Pose) -> bool:
-    """Whether hand and thing are free as it leans less and less, and it comes to stand when it is let go of, as simulation says."""
+    """Whether hand and thing are free as it leans less and less."""
     from ..motion_planning.cartesian import interpolate
-    from ..shapes.surfaces import footprint
-    from ..simulation.resting import rests
 
     assert wanted.belief.held is not None
     held = wanted.belief.held.tcp_to_thing
-    if any(_met(wanted, interpolate(leaning * held.inverse(), left * held.inverse(), part) * held) for part in STRAIGHTEN):
-        return False
+    ways = (interpolate(leaning * held.inverse(), left * held.inverse(), part) * held for part in STRAIGHTEN)
+    return not any(_met(wanted, pose) for pose in ways)
+
+
+def _stands_up(wanted: Wanted, left: Pose) -> bool:
+    """Whether a thing comes to stand in the opening when it is let go of at a pose, as simulation says."""
+    from ..shapes.surfaces import footprint
+    from ..simulation.resting import rests
+
     below = wanted.belief.thing(thing_of(wanted.entity))
     for end in rests(wanted.thing, left, below, wanted.belief.pose(below.name), OFF_PATH):
         if end is None or end.distance(stood_up(wanted.thing, end))[1] > STANDS:
@@ -252,6 +257,8 @@ def _refusal(entry: Entry, wanted: Wanted) -> Refused | None:
                 spot.name, passed
             )
     stuck = _arm_leads_out(entry, spot, wanted)
+    if stuck is None and not _stands_up(wanted, entry.left):
+        stuck = Refusal(f"'{wanted.thing.name}' may come to lie otherwise than it stands when it is let go of")
     return stuck.refused(spot.name, len(FILTERS)) if stuck else None
 
 
