@@ -43,17 +43,17 @@ def _cabinets(opened: float = 0.2) -> tuple[Thing, ...]:
     return (*lower, cabinet("upper", HIGH, size), drawer("upper_drawer", HIGH, "upper", inner))
 
 
-def _grip(it: Thing, world: World, leans: bool) -> Grip:
-    """The best one from above of a hand that leans, or does not."""
+def _grips(it: Thing, world: World, leans: bool) -> list[Grip]:
+    """Those from above of a hand that leans, or does not, best first."""
     found = ranked(it, FR3.gripper, pair_friction(world.physics.pad_friction, it.least_friction))
-    return next(g for g in found if bool(g.lean) == leans and not g.ends and g.pose.rotate((0.0, 0.0, 1.0))[2] < -0.8)
+    return [g for g in found if bool(g.lean) == leans and not g.ends and g.pose.rotate((0.0, 0.0, 1.0))[2] < -0.8]
 
 
-def _asked(radius: float, leans: bool = True, opened: float = 0.2) -> tuple[Belief, Context]:
+def _asked(radius: float, leans: bool = True, opened: float = 0.2, grip: int = 0) -> tuple[Belief, Context]:
     """A bowl in the hand of an arm before two cabinets, one on the other."""
     it = bowl("it", Pose((0.4, -0.3, 0.4)), radius, 0.05, 0.003, 0.06)
     world = World((*_cabinets(opened), it), (MOUNT,))
-    hand = it.pose * _grip(it, world, leans).pose
+    hand = it.pose * _grips(it, world, leans)[grip].pose
     start = initial_belief(world, "arm", FR3.home, 0.04)
     belief = start.grasped(Held("it", hand.inverse() * it.pose, 0.003)).moved(inverse(FR3, hand, seed=FR3.home)[0])
     bindings = {"drawer": "drawer", "it": "it", "grasp(it)": Place(hand, hand, thing="it", values={"width_m": 0.003})}
@@ -70,9 +70,20 @@ def _refused(location: Location, belief: Belief, context: Context) -> Unresolvab
     return no.value
 
 
+def _first_place() -> tuple[Belief, Context, Place]:
+    """By the first grip that does."""
+    for grip in range(20):
+        belief, context = _asked(0.0705, grip=grip)
+        try:
+            found = next(a for a in resolve_location(ASLANT, belief, context) or () if isinstance(a, Grounding))
+        except Unresolvable:
+            continue
+        return belief, context, found.value
+    raise AssertionError("no grip does")
+
+
 def test_a_bowl_comes_in_leaning_and_is_let_go_of_where_it_stands_up() -> None:
-    belief, context = _asked(0.0705)
-    place = next(a for a in resolve_location(ASLANT, belief, context) or () if isinstance(a, Grounding)).value
+    belief, context, place = _first_place()
     assert belief.held is not None
     before, there, end = (pose * belief.held.tcp_to_thing for pose in (place.before, place.pose, place.path[-1]))
     assert _lean(there) == pytest.approx(_lean(before), abs=1e-3) and round(_lean(there)) in TILTS
