@@ -83,7 +83,7 @@ def _first_place() -> tuple[Belief, Context, Place]:
 
 
 def test_a_bowl_comes_in_leaning_and_is_let_go_of_where_it_stands_up() -> None:
-    belief, context, place = _first_place()
+    belief, _, place = _first_place()
     assert belief.held is not None
     before, there, end = (pose * belief.held.tcp_to_thing for pose in (place.before, place.pose, place.path[-1]))
     assert _lean(there) == pytest.approx(_lean(before), abs=1e-3) and round(_lean(there)) in TILTS
