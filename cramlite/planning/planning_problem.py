@@ -225,8 +225,10 @@ class PlanningProblem(Value, eq=False):
         return new if new not in self.blocked else None
 
     def blockings(self, steps: Sequence[Operator], found: Refutation) -> tuple[Blocking, ...]:
-        """Return what the failure of a task sequence rules out, as ``blocking`` does, and of a task that was refused in one part of it alone,
-        such as putting down, that part, which would be refused as a task of its own."""
+        """Return what the failure of a task sequence rules out, as ``blocking`` does.
+
+        Of a task that was refused in one part of it alone, such as putting down, that part, too: it would be refused as a task of its own.
+        """
         new = self.blocking(steps, found)
         part = self._part(found) if new is not None else None
         return tuple(b for b in (new, part and new and replace(new, task=part)) if b is not None and b not in self.blocked)
