@@ -217,7 +217,8 @@ def _zero(motion: Motion, belief: Belief, context: Context) -> Found:
 
 
 def _hold(motion: Motion, belief: Belief, context: Context) -> Found:
-    step = Wait(value(motion, "duration_s"), origin=motion.name, comment=motion.reason)
+    pace = context.robot.pace if value(motion, "paced") else 1.0
+    step = Wait(value(motion, "duration_s") / pace, origin=motion.name, comment=motion.reason)
     yield Grounding((step,), f"stand still for {step.duration:.1f} s", key="hold")
 
 

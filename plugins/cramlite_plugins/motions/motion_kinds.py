@@ -123,7 +123,13 @@ KINDS: Mapping[str, MotionKind] = {
         ),
         MotionKind("payload", "SetPayload", "at once"),
         MotionKind("zero_sensor", "ZeroSensor", "after 0.3 s at rest"),
-        MotionKind("hold", "Wait", "after duration_s", (Parameter("duration_s", 1.0, "long enough for a slip of 1 mm/s to show"),)),
+        MotionKind(
+            "hold", "Wait", "after duration_s",
+            (
+                Parameter("duration_s", 1.0, "long enough for a slip of 1 mm/s to show"),
+                Parameter("paced", 0.0, "a time that is said is kept; 1: shorter by the robot's pace"),
+            ),
+        ),
         MotionKind(
             "tilt", "MoveJoints", "at the end of the place's path, or upright again at its beginning",
             (
