@@ -156,8 +156,7 @@ def _slide(motion: Motion, belief: Belief, context: Context) -> Found:
     points = line(motion, belief, context, list(place.path))
     corners = np.array([tcp(belief, context).position, *(c.position for c in place.path)])
     length = float(np.linalg.norm(np.diff(corners, axis=0), axis=1).sum())
-    pace, press = context.robot.pace if value(motion, "paced") else 1.0, value(motion, "press_n")
-    speed = pace * value(motion, "speed_m_s")
+    speed, press = value(motion, "speed_m_s"), value(motion, "press_n")
     step = CompliantSlide(
         place.path, frame_along(np.array([0.0, 0.0, -1.0])), press, speed, value(motion, "lost_s"),
         value(motion, "force_limit_n"), timeout(length, speed), points[-1], origin=motion.name, comment=motion.reason,

@@ -109,7 +109,6 @@ KINDS: Mapping[str, MotionKind] = {
                 Parameter("speed_m_s", 0.03, "below the 50 mm/s where inertia looks like contact"),
                 Parameter("press_n", 3.0, "keeps contact without lifting friction above 2 N"),
                 Parameter("lost_s", 0.5, "5 mm of settling at the 10 mm/s with which it follows the surface"), LIMIT,
-                Parameter("paced", 0.0, "a speed that is said is kept; 1: times the robot's pace"),
             ),
             (FORCE, "no contact for # s", LATE), SHIFT_SLIDE,
         ),

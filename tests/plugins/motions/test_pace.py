@@ -16,7 +16,6 @@ from cramlite_plugins.kinematics.kinematics import inverse
 from cramlite_plugins.motions import contact_motion, free_motion, gripping
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.tasks.grasping import FREE, Grasping
-from cramlite_plugins.tasks.pushing import Pushing
 from cramlite_plugins.tasks.putting_down import PuttingDown
 
 FAST = replace(UR5E, pace=2.0)
@@ -53,12 +52,6 @@ def test_straight_lines(robot: Robot, parameters: dict[str, float], speed: float
     assert (step.speed, step.acceleration) == pytest.approx((speed, acceleration))
 
 
-@pytest.mark.parametrize(("robot", "parameters", "speed"), [(UR5E, PACED, 0.05), (FAST, PACED, 0.1), (FAST, SLOW, 0.05)])
-def test_a_slide(robot: Robot, parameters: dict[str, float], speed: float) -> None:
-    (step,) = steps(robot, "compliant_slide", parameters)
-    assert step.speed == pytest.approx(speed)
-
-
 @pytest.mark.parametrize(("robot", "speed"), [(UR5E, 0.1), (replace(UR5E, pace=1.2), 0.12), (FAST, 0.15)])
 def test_fingers_keep_the_pace_as_far_as_they_can(robot: Robot, speed: float) -> None:
     (step,) = steps(robot, "gripper", {"to": "shut"})
@@ -82,11 +75,9 @@ def test_a_wait(robot: Robot, paced: float, duration: float) -> None:
     ("task", "held", "kind", "parameters"),
     [
         (Grasping(), None, "linear", {"paced": 1.0, "free_m_s": FREE}), (PuttingDown(), "cube", "hold", {"paced": 1.0}),
-        (Pushing(), None, "compliant_slide", {"paced": 1.0}),
     ],
 )  # fmt: skip
 def test_tasks_that_keep_the_pace(task: TaskType, held: str | None, kind: str, parameters: dict[str, float]) -> None:
-    where = {"where": {"region": "there"}} if kind == "compliant_slide" else {}  # things that are low, or wanted somewhere, are pushed so
-    ways = task.decompose(replace(sample_action(task), parameters=where), sample_belief(held))
+    ways = task.decompose(sample_action(task), sample_belief(held))
     motions = [s for way in ways for s in way.steps if isinstance(s, Motion) and s.kind == kind]
     assert motions and all(parameters.items() <= m.parameters.items() for m in motions)
