@@ -109,7 +109,6 @@ KINDS: Mapping[str, MotionKind] = {
                 Parameter("speed_m_s", 0.03, "below the 50 mm/s where inertia looks like contact"),
                 Parameter("press_n", 3.0, "keeps contact without lifting friction above 2 N"),
                 Parameter("lost_s", 0.5, "5 mm of settling at the 10 mm/s with which it follows the surface"), LIMIT,
-                Parameter("paced", 0.0, "a speed that is said is kept; 1: times the robot's pace"),
             ),
             (FORCE, "no contact for # s", LATE), SHIFT_SLIDE,
         ),
@@ -123,7 +122,13 @@ KINDS: Mapping[str, MotionKind] = {
         ),
         MotionKind("payload", "SetPayload", "at once"),
         MotionKind("zero_sensor", "ZeroSensor", "after 0.3 s at rest"),
-        MotionKind("hold", "Wait", "after duration_s", (Parameter("duration_s", 1.0, "long enough for a slip of 1 mm/s to show"),)),
+        MotionKind(
+            "hold", "Wait", "after duration_s",
+            (
+                Parameter("duration_s", 1.0, "long enough for a slip of 1 mm/s to show"),
+                Parameter("paced", 0.0, "a time that is said is kept; 1: shorter by the robot's pace"),
+            ),
+        ),
         MotionKind(
             "tilt", "MoveJoints", "at the end of the place's path, or upright again at its beginning",
             (

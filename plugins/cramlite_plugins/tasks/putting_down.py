@@ -29,7 +29,7 @@ class PuttingDown(TaskType):
         what_is_held(belief, "put down")
         place, surface = self.begins_at(action), action.roles["Relatum"]
         guard = {k: self.parameter(action, k) for k in ("speed_m_s", "force_n", "free_m_s")}
-        rest = {"duration_s": self.parameter(action, "duration_s")}
+        rest = {"duration_s": self.parameter(action, "duration_s"), "paced": 1.0}
         steps = (
             place,
             Motion(action.inside("transfer"), "transfer", place, reason=f"above {surface.entity}"),
@@ -46,7 +46,7 @@ class PuttingDown(TaskType):
         surface = action.roles["Relatum"]
         place = replace(spot("through", action), name=f"through({surface.name})")
         guard = {"speed_m_s": self.parameter(action, "speed_m_s"), "force_n": self.parameter(action, "force_n"), "corner": 0}
-        rest = {"duration_s": self.parameter(action, "duration_s")}
+        rest = {"duration_s": self.parameter(action, "duration_s"), "paced": 1.0}
         steps = (
             place,
             Motion(action.inside("transfer"), "transfer", place, reason=f"before {surface.entity}"),
