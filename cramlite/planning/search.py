@@ -12,7 +12,7 @@ from collections.abc import Callable, Generator, Mapping
 from msgspec import Struct, field
 from msgspec.structs import replace
 
-from ..base.errors import Unresolvable
+from ..base.errors import DEFECTS, Unresolvable
 from ..model.control_flow import Compound, Mark
 from ..model.designators import Action, Designator, Motion
 from ..plugin.grounding import Context
@@ -143,7 +143,7 @@ class Search(Struct, dict=True):
         action = effect.action
         try:
             after = state_after_action(state, action, self.tasks)
-        except Exception as error:
+        except DEFECTS as error:
             fault = self.registry.fault(self.owners.get(action.task, "engine"), "effects", action.name, error)
             self.trace.add(parent, action.name, str(action), "fault", fault.plugin, str(fault), kind="action")
             return _everything(state) | as_they_are(None)

@@ -7,7 +7,8 @@ from typing import Annotated, Any
 from pydantic import Field, model_validator
 
 from ..base.quantities import Angle, Force, Length
-from .spec_base import PoseSpec, Spec
+from ..base.spec import Spec
+from .pose_spec import PoseSpec
 
 
 class HangSpec(Spec):

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from msgspec.structs import replace
 from properties import examples
 
 from cramlite import Engine, Goal, Trace, find_scenario, planning_problem, read_scenario
@@ -122,6 +123,18 @@ def test_what_stands_in_a_closed_drawer_is_reached_by_opening_that(tmp_path: Pat
     assert "Opening" not in first and second == f"Opening(Patient=drawer) {first}"
     others, _ = replanned(inside, Refutation((1,), ()), Refutation((1,), ()))
     assert not any("Opening" in plan for plan in others)
+
+
+def test_a_drawer_in_the_way_is_moved_for_a_goal_about_which_no_rule_asks_of_joints(tmp_path: Path) -> None:
+    """Only what the goal and its rules ask about is planned with, until something of it was refused."""
+    path = tmp_path / "bowl.yaml"
+    path.write_text(BOWL)
+    scene = ENGINE.setting(read_scenario(path)).symbolic(ENGINE.knowledge.taxonomy)
+    whole = planning_problem(Goal(("tin in bowl",)), scene, ENGINE.knowledge)
+    seen = whole.alone("cabinet seen", replace(whole.wanted, needs=frozenset({("in_view", "cabinet")}), without=frozenset()))
+    plans, _ = replanned(seen, Refutation((1,), (("drawer",),)))
+    assert plans[0] == "LookingAt(Patient=cabinet)"
+    assert plans[1].endswith("(Patient=drawer) LookingAt(Patient=cabinet)")
 
 
 @pytest.mark.parametrize(("height", "pushed"), [(16, True), (60, False)])
