@@ -75,7 +75,7 @@ CIRCLES = (
 )  # fmt: skip
 """Whose hulls are base and links: axis, centre and radius [m], in the frames of robosuite's bodies, of the last link from the flange.
 MuJoCo collides the convex hulls of robosuite's meshes, meshes/link0.stl to link7.stl, the same files in 1.4 and 1.5.2; these were fitted
-about them: no corner of a mesh is outside by more than 0.1 mm, and none of theirs is farther from it than 4.4 (links 1, 2), 5.6 (3, 4),
+about them: no corner of a mesh is outside by more than 0.11 mm, and none of theirs is farther from it than 4.4 (links 1, 2), 5.6 (3, 4),
 8.8 (5), 9.7 (6), 9.5 (7) and 14.8 mm (base). LIBERO's robot collides all but link 7, that of 1.5.2 this one, too."""
 HULLS = tuple(Hull(tuple(Circle(*c) for c in circles)) for circles in CIRCLES)
 LINKS = tuple(replace(link, shape=(hull,)) for link, hull in zip(FR3_LINKS, HULLS[1:], strict=True))
