@@ -29,12 +29,14 @@ SPOTS = ((0.0, 0.0), (0.8, 0.0), (-0.8, 0.0), (0.0, 0.6), (0.8, 0.6), (-0.8, 0.6
 TILTS, TURNS = (0.0, -30.0, -45.0, -60.0), (90.0, -90.0, 0.0, 180.0)
 """Of the hand before a front about the level line across it, from above, and about its own axis, its slim side up first [deg]."""
 FROM_ABOVE = (
-    ((0.0, 0.75), (0.55, 0.8), (0.8, 0.8), (0.3, 0.8), (0.0, 0.8)), (-70.0, -90.0), (0.0, 90.0, 180.0, 270.0, 45.0, 135.0, 225.0, 315.0)
+    ((0.0, 0.6), (0.0, 0.75), (0.55, 0.8), (0.8, 0.8), (0.3, 0.8), (0.0, 0.8)), (-70.0, -90.0),
+    (0.0, 90.0, 180.0, 270.0, 45.0, 135.0, 225.0, 315.0),
 )  # fmt: skip
 """Spots, tilts and turns of a hand over the upper edge of a front, its fingers alone before it: last, for what turns so far that no hand
 before it comes along. At its handle first, and with a flat side before a corner: beside the bar of a microwave's door, and at the round
-end of that, fingers slid off it, 15 mm out along the door, and pressed on what is beside that. Nor near its side: fingers slid 30 mm along
-a door, over its edge, and caught on that when they left."""
+end of that, fingers slid off it, 15 mm out along the door, and pressed on what is beside that. Higher on the bar where the elbow folds too
+far else: the hand gives way, and was seen to rise by 10 mm. Nor near its side: fingers slid 30 mm along a door, over its edge, and caught
+on that when they left."""
 NEAR_HINGE = 0.5
 """A hand that is nearer to a hinge than this share of its handle's distance pushes with more than twice the force, and turns as much on
 half the way: it is tried last."""
