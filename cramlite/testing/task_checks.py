@@ -30,7 +30,7 @@ KINDS: Mapping[str, tuple[str, ...]] = {
     "force_path": ("speed_m_s", "press_n", "force_limit_n", "paced"),
     "spiral_search": (*FORCE, "speed_m_s", "radius_m", "advance_m", "corner"),
     "force_insert": (*FORCE, "speed_m_s", "corner", "end"), "force_extract": (*FORCE, "speed_m_s"),
-    "compliant_slide": ("speed_m_s", "press_n", "lost_s", "force_limit_n", "paced"),
+    "compliant_slide": ("speed_m_s", "press_n", "lost_s", "force_limit_n"),
     "payload": (), "zero_sensor": (), "hold": ("duration_s", "paced"), "tilt": (*TURN, "to"), "drive": (*LINE, *TURN),
     "back": ("to", "after"),
 }  # fmt: skip
