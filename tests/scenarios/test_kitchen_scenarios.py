@@ -13,6 +13,7 @@ from cramlite.engine.scenario_doubts import doubts
 REFUSED = {
     "bottle_from_drawer": "'bottle', which no task moved then, got",
     "bottle_on_rack": "not at rest: it would slide or fall off 'rack'",
+    "bowl_under_handle": "'bowl' does not get into 'drawer' upright",
     "each_onto_tray_camera": "its centre of mass would be only 4 mm from the edge of 'tray'; 5 mm inside is needed",
     "into_drawer": "'tin' is 0",
     "lid_on_pot": "1.PickAndPlace/Placing/PuttingDown/lower: no contact within 0.03 m",

@@ -1,14 +1,19 @@
-"""Covers: what is over a container's opening, so that a thing let go of above it would come to rest there and not in it."""
+"""Openings of containers and their covers: what is over an opening, so that a thing let go of above it would come to rest there and not in
+it."""
 
 from __future__ import annotations
 
 import math
+from itertools import product
+from typing import Any
 
 import numpy as np
 
-from cramlite.model import Floats, thing_of
+from cramlite.model import Floats, Pose, Thing, thing_of
 
 from ..shapes import ray_casting as rays
+from ..shapes.bounds import corners
+from .from_aside import slants
 from .place_filters import Obstacle, Wanted
 
 GAP = 0.006  # around what is over an opening, as what is let down is kept apart from it [m]
@@ -17,6 +22,26 @@ HAND = 0.25
 WAYS, BESIDE = 1000, math.cos(math.radians(8.0))
 """Directions in which a way out is looked for, 6 deg between neighbours, and the cosine of the angle around one in which all must be
 free: a gap of less than 30 mm at 0.1 m, such as around the front of a drawer, is no way out for a hand."""
+RISE = 0.12
+"""Of a way into an opening [m]: twice as deep as drawers of desks are."""
+PARTS = (0.0, 0.1, 0.2, 0.3, 0.45, 0.7, 1.0)  # of such a way that have to be free
+LOWS = (0.01, 0.02, 0.03)  # of its lowest point over the floor of a cavity at the end of one, which may be a little higher than stated [m]
+PITCH = 0.02  # between positions in an opening at which one is looked for [m]
+
+
+def openings(thing: Thing, pose: Pose, region: str = "") -> list[tuple[Any, float]]:
+    """Return the opening of a thing's cavity, the first or the one that is meant, as a surface, and how deep it is [m]."""
+    import shapely
+
+    from ..shapes.surfaces import Surface
+
+    cavity = next((f for f in thing.features if f.type == "cram:Cavity" and region in ("", f.name)), None)
+    if cavity is None:
+        return []
+    size = cavity.size
+    half = [size.get(name, math.inf) / 2 for name in ("width", "depth")]
+    area = shapely.Point(0, 0).buffer(size["radius"]) if "radius" in size else shapely.box(-half[0], -half[1], *half)
+    return [(Surface(pose * cavity.pose, area), size["height"])]
 
 
 def covers(wanted: Wanted, height: float) -> tuple[Obstacle, ...]:
@@ -62,3 +87,32 @@ def _directions() -> Floats:
     z, turn = 1.0 - 2.0 * k / WAYS, math.pi * (3.0 - math.sqrt(5.0)) * k
     level = np.sqrt(1.0 - z * z)
     return np.column_stack([level * np.cos(turn), level * np.sin(turn), z])
+
+
+def over_floor(wanted: Wanted, turned: Pose, offset: tuple[float, float], over: float) -> Pose:
+    """Return the pose in the base frame of a thing, turned so, the middle of whose outline is over a position of an opening and whose
+    lowest point is so far over the floor [m]."""
+    points = corners(wanted.thing, Pose((0.0, 0.0, 0.0), turned.quaternion))
+    low, high = points.min(axis=0), points.max(axis=0)
+    x, y, z = wanted.target.pose.apply((*offset, over - wanted.depth))
+    return Pose((float(x - (low + high)[0] / 2), float(y - (low + high)[1] / 2), float(z - low[2])), turned.quaternion)
+
+
+def free_on_way(wanted: Wanted, pose: Pose, out: Floats, hand: bool = True) -> bool:
+    """Check whether what is held has room at a pose in the base frame and on the straight way out (3,) [m], with the hand or without it."""
+    from ..motion_planning.reach import shift
+
+    assert wanted.belief.held is not None
+    base, at = wanted.belief.base(), pose * wanted.belief.held.tcp_to_thing.inverse()
+    return all(wanted.scene.met(base * shift(at, part * out), hand) is None for part in PARTS)
+
+
+def goes_in_upright(wanted: Wanted, now: Pose) -> bool:
+    """Check whether what is held, turned as at a pose in the base frame, gets into an opening from above or aside, whatever holds it."""
+    points = corners(wanted.thing, Pose((0.0, 0.0, 0.0), now.quaternion))
+    half = float(np.min(np.ptp(points, axis=0)[:2])) / 2  # of the narrower side
+    low, high = np.reshape(wanted.target.area.buffer(-half).bounds or (0.0,) * 4, (2, 2))
+    ways = [np.array((0.0, 0.0, RISE)), *(way for _, way in slants(RISE))]
+    spots = product(*(np.arange(low[k], high[k] + PITCH, PITCH).tolist() for k in (0, 1)))
+    ends = (over_floor(wanted, now, spot, low) for spot, low in product(spots, LOWS))
+    return any(free_on_way(wanted, end, way, hand=False) for end in ends for way in ways)

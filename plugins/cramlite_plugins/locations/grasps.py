@@ -24,6 +24,7 @@ from ..motions import grip_force
 from ..shapes import ray_casting as rays
 from ..shapes.bounds import centre_of_mass
 from . import antipodal
+from .aslant import goes_in_aslant
 from .from_aside import is_free, slants
 from .grips import AGAIN, SLACK, Grip, ranked, varied, why_none
 from .hand_room import HandRoom
@@ -183,7 +184,8 @@ def _in_order(
     grips: Sequence[Grip], thing: Thing, belief: Belief, context: Context, room: HandRoom
 ) -> list[tuple[float, Grasp]]:
     """All grasps with their cost [m], those without room for the hand last, and after all others the late kinds of grips; those at
-    which it would be in the thing itself are left out. Of what goes under a roof those at which the hand points inwards come before."""
+    which it would be in the thing itself are left out. Of what goes under a roof those at which the hand points inwards come before, of
+    what is let down leaning those of a hand that leans."""
     from ..motion_planning.planning_scene import CLEARANCE
     from ..motion_planning.reach import tcp
 
@@ -200,10 +202,11 @@ def _in_order(
     up = antipodal.Hands(hands.positions + LIFTED * belief.base().inverse().rotate((0.0, 0.0, 1.0)), hands.turns)
     others |= room.blocked(hands.moved(-STANDOFF), openings, CLEARANCE)[1] | room.blocked(up, openings, CLEARANCE)[1]
     others |= room.in_a_hole(hands, most)  # when it opens around what is threaded
+    kinds = (1, 0, 2) if goes_in_aslant(thing.name, belief, context) else (0, 1, 2)
     steep = (hands.approach[:, 2] < -STEEP) & goes_under_a_roof(thing.name, belief, context)
     return [
         grasp
-        for down, late, blocked in itertools.product((False, True), range(3), (False, True))
+        for down, late, blocked in itertools.product((False, True), kinds, (False, True))
         for grasp in varied(
             f
             for f, no, it, points_down in zip(found, others, own, steep, strict=True)

@@ -21,15 +21,16 @@ from cramlite.plugin import Answers, Context, Grounding, Refused, Unresolvable, 
 from ..motions.gripping import OPEN, release_opening
 from ..shapes.bounds import centre_of_mass, corners, height, support
 from ..shapes.front import front
+from .aslant import places_aslant
 from .attitude import check_turn, held_now, put_down
-from .covers import closed_in, covers
+from .covers import closed_in, covers, goes_in_upright, openings
 from .free_area import Offset, beside, free_area, positions
 from .from_aside import is_free, slants
 from .leaning import LET_GO, close_by, leaning, must_lean
 from .place_filters import ABOVE_IT, ASIDE, CHEAP, DEAR, OFF_WALLS, SIDES, Filter, Obstacle, Spot, Wanted, clear, opened
 from .resting_poses import DROPS, is_uneven, lowered_onto, resting_poses, spot_at_rest
 from .room_for_more import corner, roomiest, to_come
-from .through_side import brought_there_by, places_through_a_side
+from .through_side import brought_there_by, led_by, places_through_a_side
 
 FEW_YAWS = (0.0, 90.0, -45.0)  # away from the middle of a surface [deg]
 GOLDEN = 137.5077640500378  # of one further turn, another one everywhere: the golden angle [deg]
@@ -60,9 +61,12 @@ in the same time."""
 
 @hookimpl
 def resolve_location(location: Location, belief: Belief, context: Context) -> Answers:
-    """Resolve locations "on" and "in", from above, and "through", on a surface that is reached from its side; None for other relations."""
+    """Resolve locations "on" and "in", from above, "through", on a surface that is reached from its side, and "aslant", into an opening
+    that is partly covered; None for other relations."""
     if location.relation == "through":
         return places_through_a_side(location, belief, context)
+    if location.relation == "aslant":
+        return places_aslant(location, belief, context)
     return _spots(location, belief, context) if location.relation in ("on", "in") else None
 
 
@@ -75,6 +79,7 @@ def _spots(location: Location, belief: Belief, context: Context) -> Iterator[Gro
     targets, cheap = _targets(location, belief, context), len(CHEAP[location.relation])
     now = put_down(targets[0], location)
     check_turn(held_now(belief, context), now, targets[0])
+    _check_way_in(targets, now, location)
     work, kept, passed = context.samples, list[Refused](), False
     for k, answer in _answers(targets, now, location):
         shapes = isinstance(answer, Refused) and answer.passed < cheap
@@ -93,6 +98,19 @@ def _spots(location: Location, belief: Belief, context: Context) -> Iterator[Gro
             break
     if not passed:
         raise _no_room(kept or list(_at_best(targets, now, location)), targets, location, context)
+
+
+def _check_way_in(targets: list[Wanted], now: Pose, location: Location) -> None:
+    """Check that what covers an opening leaves room to get in as it is turned, whatever holds it.
+
+    Raises:
+        Unresolvable: it does not; leaning it may, which another way of the same task tries.
+    """
+    if not targets[0].covers or not _free(targets[0], now, location).is_empty or goes_in_upright(targets[0], now):
+        return
+    over = [o.name for o in targets[0].covers]
+    said = f"'{targets[0].thing.name}' does not get into '{targets[0].entity}' upright: {' and '.join(map(repr, over))} are over it"
+    raise Unresolvable(said, (location.of or "", *led_by(location, targets[0].context)), blocking=tuple(over))
 
 
 def _answers(targets: list[Wanted], now: Pose, location: Location) -> Iterator[tuple[int, Grounding | Refused]]:
@@ -283,7 +301,7 @@ def _targets(location: Location, belief: Belief, context: Context) -> list[Wante
         raise Unresolvable("nothing is held that could be brought there")
     thing, pose = belief.thing(entity), reference_pose(belief, location, context)
     into, region = location.relation == "in", str(location.parameters.get("region") or EntityName.parse(entity).part)
-    found = _opening(thing, pose, region) if into else [(s, 0.0) for s in surfaces(thing, pose, region)]
+    found = openings(thing, pose, region) if into else [(s, 0.0) for s in surfaces(thing, pose, region)]
     uneven = not into and not found and thing.furniture
     if uneven and (whole := stated_surface(thing, pose, region) if region else outline(thing, pose)):
         found = [(whole, 0.0)]
@@ -325,21 +343,6 @@ def _fits(wanted: Wanted, location: Location) -> bool:
     own = replace(wanted, obstacles=tuple(o for o in wanted.obstacles if o.name == thing_of(wanted.entity)))
     within = any(not clear(_spot(own, now, (0.0, 0.0), yaw, *ONTO[0]), own) for yaw in YAWS)
     return within and not _free(wanted, now, location).is_empty
-
-
-def _opening(thing: Thing, pose: Pose, region: str = "") -> list[tuple[Any, float]]:
-    """The opening of a thing's cavity, the first or the one that is meant, as an area, and how deep it is."""
-    import shapely
-
-    from ..shapes.surfaces import Surface
-
-    cavity = next((f for f in thing.features if f.type == "cram:Cavity" and region in ("", f.name)), None)
-    if cavity is None:
-        return []
-    size = cavity.size
-    half = [size.get(name, math.inf) / 2 for name in ("width", "depth")]
-    area = shapely.Point(0, 0).buffer(size["radius"]) if "radius" in size else shapely.box(-half[0], -half[1], *half)
-    return [(Surface(pose * cavity.pose, area), size["height"])]
 
 
 def _obstacles(wanted: Wanted, context: Context) -> tuple[Obstacle, ...]:

@@ -97,18 +97,22 @@ def goes_under_a_roof(thing: str, belief: Belief, context: Context) -> bool:
 
     if not any(_has_a_roof(other, belief) for other in belief.poses if other != thing):
         return False  # later tasks are not looked at, so that what follows from this holds whatever they are
+    for onto, region in brought_onto(thing, belief, context):
+        there, at = belief.thing(onto.thing), belief.pose(onto.thing)
+        if (region or not surfaces(there, at)) and any(roofed(there, at, region)):
+            return True
+    return False
+
+
+def brought_onto(thing: str, belief: Belief, context: Context) -> Iterator[tuple[EntityName, str]]:
+    """Generate what later tasks bring a thing to, of what is believed to be somewhere, each with the region that is meant, or ""."""
     for item in context.agenda:
         if not isinstance(item, Action):
             continue
         named = {k: EntityName.parse(str(context.bindings.get(o.name, o.entity or ""))) for k, o in item.roles.items()}
         what, onto = named.get("Locatum"), named.get("Relatum")
-        if what is None or onto is None or what.thing != thing or onto.thing not in belief.poses:
-            continue
-        region = str(item.parameters.get("where", {}).get("region") or onto.part)
-        there, at = belief.thing(onto.thing), belief.pose(onto.thing)
-        if (region or not surfaces(there, at)) and any(roofed(there, at, region)):
-            return True
-    return False
+        if what is not None and onto is not None and what.thing == thing and onto.thing in belief.poses:
+            yield onto, str(item.parameters.get("where", {}).get("region") or onto.part)
 
 
 def _has_a_roof(name: str, belief: Belief) -> bool:
@@ -124,6 +128,11 @@ def brought_there_by(location: Location, belief: Belief, context: Context) -> tu
     region = str(location.parameters.get("region") or entity.part)
     if entity.thing not in belief.poses or not any(roofed(belief.thing(entity.thing), belief.pose(entity.thing), region)):
         return ()
+    return led_by(location, context)
+
+
+def led_by(location: Location, context: Context) -> tuple[str, ...]:
+    """Return the names of the tasks whose motions lead to a location: what refuses one way of them may let in another."""
     leading = (m for m in context.agenda if isinstance(m, Motion) and m.to is not None and m.to.name == location.name)
     return tuple(dict.fromkeys(whole for m in leading for whole in [*enclosing_names(m.name)][1:2]))
 

@@ -119,7 +119,8 @@ def _linear(motion: Motion, belief: Belief, context: Context) -> Found:
     from ..motion_planning.reach import tcp
 
     place, here = place_of(motion, context), tcp(belief, context)
-    target = place.before if motion.parameters.get("stage") == "before" else place.pose
+    stages = {"before": place.before, "end": (place.pose, *place.path)[-1]}
+    target = stages.get(str(motion.parameters.get("stage")), place.pose)
     if near(here, target):
         yield Grounding((), "the tool is there already", key="there")
         return

@@ -125,10 +125,13 @@ def _opening(motion: Motion, belief: Belief, context: Context) -> float:
 def _let_go(motion: Motion, belief: Belief, context: Context, opening: float) -> Belief:
     """Released things are expected where they are; over a container, and if they were put down, on what is under them."""
     from ..motion_planning.reach import held_pose
+    from ..shapes.standing_up import stood_up
 
     assert belief.held is not None
     pose = belief.base() * held_pose(belief, context)
-    into = motion.to.of if motion.to is not None and motion.to.relation == "in" else None
+    if motion.to is not None and motion.to.relation == "aslant":  # a place from which it comes to stand
+        pose = stood_up(belief.world.thing(belief.held.thing), pose)
+    into = motion.to.of if motion.to is not None and motion.to.relation in ("in", "aslant") else None
     if into or belief.relates("on", belief.held.thing):
         pose = _fallen(belief, pose)
     on_rails = belief.world.thing(belief.held.thing).joint is not None  # or on hinges: it neither falls nor shifts

@@ -1,0 +1,121 @@
+"""Placements in a covered opening: what does not get in upright comes in leaning, where a hand leads it, and stands up in there."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from msgspec.structs import replace
+
+from cramlite import Engine
+from cramlite.model import (
+    Action,
+    Belief,
+    Held,
+    Location,
+    Object,
+    Place,
+    Pose,
+    RobotMount,
+    Thing,
+    World,
+    initial_belief,
+    pair_friction,
+)
+from cramlite.plugin import Context, Grounding, Unresolvable
+from cramlite_plugins.kinematics.kinematics import inverse
+from cramlite_plugins.locations.aslant import LEFT, TILTS, goes_in_aslant
+from cramlite_plugins.locations.grips import Grip, ranked
+from cramlite_plugins.locations.set_down import resolve_location
+from cramlite_plugins.robots.fr3 import FR3
+from cramlite_plugins.simulation.objects.furniture import cabinet, drawer
+from cramlite_plugins.simulation.objects.vessels import bowl
+
+MOUNT = RobotMount("arm", "fr3")
+LOW, HIGH = (Pose.from_rotvec((0.65, 0.0, z), (0.0, 0.0, np.pi)) for z in (0.14, 0.24))  # their fronts look to the robot
+ASLANT, UPRIGHT = (Location(f"{relation}(drawer)", relation, "drawer", {}) for relation in ("aslant", "in"))
+
+
+def _cabinets(opened: float = 0.2) -> tuple[Thing, ...]:
+    size, inner = (0.3, 0.3, 0.1), (0.25, 0.264, 0.07)
+    lower = (cabinet("cabinet", LOW, size), drawer("drawer", LOW, "cabinet", inner, opened=opened))
+    return (*lower, cabinet("upper", HIGH, size), drawer("upper_drawer", HIGH, "upper", inner))
+
+
+def _grip(it: Thing, world: World, leans: bool) -> Grip:
+    """The best one from above of a hand that leans, or does not."""
+    found = ranked(it, FR3.gripper, pair_friction(world.physics.pad_friction, it.least_friction))
+    return next(g for g in found if bool(g.lean) == leans and not g.ends and g.pose.rotate((0.0, 0.0, 1.0))[2] < -0.8)
+
+
+def _asked(radius: float, leans: bool = True, opened: float = 0.2) -> tuple[Belief, Context]:
+    """A bowl in the hand of an arm before two cabinets, one on the other."""
+    it = bowl("it", Pose((0.4, -0.3, 0.4)), radius, 0.05, 0.003, 0.06)
+    world = World((*_cabinets(opened), it), (MOUNT,))
+    hand = it.pose * _grip(it, world, leans).pose
+    start = initial_belief(world, "arm", FR3.home, 0.04)
+    belief = start.grasped(Held("it", hand.inverse() * it.pose, 0.003)).moved(inverse(FR3, hand, seed=FR3.home)[0])
+    bindings = {"drawer": "drawer", "it": "it", "grasp(it)": Place(hand, hand, thing="it", values={"width_m": 0.003})}
+    return belief, Context(FR3, MOUNT, bindings, Engine().knowledge.taxonomy)
+
+
+def _lean(pose: Pose) -> float:
+    return math.degrees(math.acos(float(pose.rotate((0.0, 0.0, 1.0))[2])))
+
+
+def _refused(location: Location, belief: Belief, context: Context) -> Unresolvable:
+    with pytest.raises(Unresolvable) as no:
+        list(resolve_location(location, belief, context) or ())
+    return no.value
+
+
+def test_a_bowl_comes_in_leaning_and_is_let_go_of_where_it_stands_up() -> None:
+    belief, context = _asked(0.0705)
+    place = next(a for a in resolve_location(ASLANT, belief, context) or () if isinstance(a, Grounding)).value
+    assert belief.held is not None
+    before, there, end = (pose * belief.held.tcp_to_thing for pose in (place.before, place.pose, place.path[-1]))
+    assert _lean(there) == pytest.approx(_lean(before), abs=1e-3) and round(_lean(there)) in TILTS
+    assert _lean(end) == pytest.approx(LEFT, abs=1e-3)
+    assert end.position[0] > there.position[0] > before.position[0]  # in under the handle, away from the robot
+    assert place.values["turned"] == 1.0
+
+
+def test_upright_it_is_refused_at_once_and_another_way_of_the_task_is_asked_for() -> None:
+    no = _refused(UPRIGHT, *_asked(0.0705))
+    assert no.reason.startswith("'it' does not get into 'drawer' upright: 'cabinet' and 'upper' and 'upper_drawer' are over it")
+    assert "upper_drawer" in (no.blocking or ())
+
+
+def test_one_that_is_narrow_enough_is_not_refused_upright() -> None:
+    found = resolve_location(UPRIGHT, *_asked(0.045, leans=False)) or ()
+    assert any(isinstance(a, Grounding) for a in found)
+
+
+def test_a_hand_that_does_not_lean_is_to_blame() -> None:
+    no = _refused(ASLANT, *_asked(0.0705, leans=False))
+    assert no.reason == "aslant: hand and thing have no way in between what is over it and its walls"
+    assert no.because == ("drawer", "grasp(it)")
+
+
+def test_between_a_front_and_a_handle_that_are_too_near_to_each_other_nothing_comes_in() -> None:
+    assert "no way in" in _refused(ASLANT, *_asked(0.0705, opened=0.11)).reason
+
+
+def test_under_nothing_things_go_in_from_above() -> None:
+    belief, context = _asked(0.0705)
+    alone = World(tuple(t for t in belief.world.things if not t.name.startswith("upper")), (MOUNT,))
+    held = belief.held
+    assert held is not None
+    free = initial_belief(alone, "arm", FR3.home, 0.04).grasped(held).moved(belief.joints)
+    poses = {n: e for n, e in free.poses.items() if n != "cabinet"}  # which is over the half of it that is not open
+    assert "things go in from above" in _refused(ASLANT, replace(free, poses=poses), context).reason
+
+
+@pytest.mark.parametrize(("radius", "leaning"), [(0.0705, True), (0.045, False)])
+def test_hands_that_lean_come_first_for_what_goes_in_aslant(radius: float, leaning: bool) -> None:
+    belief, context = _asked(radius, leans=False)
+    there = initial_belief(belief.world, "arm", FR3.home, 0.04)
+    drop = Action("1", "artm:Ungrasping", {"Locatum": Object("it", "it"), "Relatum": Object("drawer", "drawer")})
+    assert goes_in_aslant("it", there, replace(context, agenda=(drop,))) == leaning
+    assert not goes_in_aslant("it", there, context)  # nothing brings it there
