@@ -32,6 +32,10 @@ class PluginError(CramliteError):
     exit_code = 3
 
 
+DEFECTS = (Exception, SystemExit)
+"""What a plugin's code raises is its defect, also where it ends the process: a search that ended so would have looked solved (exit 0)."""
+
+
 class Unresolvable(Exception):
     """Infeasibility of a designator, raised by the plugin that is responsible for it ("mine, impossible").
 

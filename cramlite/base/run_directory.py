@@ -30,7 +30,7 @@ class RunDirectory:
         try:
             path.mkdir(parents=True, exist_ok=True)
             known = json.loads(manifest.read_text()) if manifest.is_file() else None
-            foreign = known is None and any(path.iterdir())
+            foreign = not _is_manifest(known) and any(path.iterdir())
         except (OSError, ValueError) as error:
             raise UserError(
                 f"The run directory '{path}' cannot be used: {error}. Choose another one with --out."
@@ -68,6 +68,10 @@ class RunDirectory:
     def write(self, name: str, content: str | bytes) -> Path:
         """Write a file of the run atomically."""
         return write_whole(self.path / name, content)
+
+
+def _is_manifest(known: Any) -> bool:
+    return isinstance(known, dict) and isinstance(known.get("key"), dict)
 
 
 def write_whole(target: Path, content: str | bytes) -> Path:

@@ -7,7 +7,7 @@ import shutil
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..base.errors import UserError, nearest
+from ..base.errors import UserError, did_you_mean
 from ..model.program_json import read_program
 from ..model.run_record import RunRecord
 from ..plugin.selection import INSTALLED, PluginChoice
@@ -66,7 +66,7 @@ def exporter_named(name: str, knowledge: Knowledge) -> Exporter:
 
     if name not in knowledge.exporters:
         known = ", ".join(f"{e.name} ({e.about})" for e in knowledge.exporters.values())
-        raise UserError(f"There is no format '{name}'; {nearest(name, knowledge.exporters)}. There are: {known}.")
+        raise UserError(f"There is no format '{name}'; {did_you_mean(name, knowledge.exporters)}valid are: {known}.")
     exporter = knowledge.exporters[name]
     for package, install in exporter.needs.items():
         if find_spec(package) is None:

@@ -7,7 +7,7 @@ import importlib
 import sys
 from collections.abc import Collection, Mapping, Sequence
 
-from ..base.errors import CramliteError, PluginError
+from ..base.errors import DEFECTS, CramliteError, PluginError
 from ..base.seeds import whole_seed
 from ..version import VERSION
 from .arguments import Command, Parser, add_plugin_choice, plugin_choice
@@ -62,7 +62,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     except CramliteError as error:
         print(f"cramlite: {error}", file=sys.stderr)
         return error.exit_code
-    except Exception as error:
+    except DEFECTS as error:
         print(f"cramlite: {_bug(error)}", file=sys.stderr)
         return PluginError.exit_code
     except KeyboardInterrupt:
@@ -127,7 +127,7 @@ def _leave() -> None:
         gc.freeze()
 
 
-def _bug(error: Exception) -> str:
+def _bug(error: BaseException) -> str:
     """A defect that nobody foresaw, with its place; CRAMLITE_DEBUG=1 shows everything."""
     import os
 

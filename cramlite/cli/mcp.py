@@ -31,12 +31,16 @@ def serve_mcp(*, folder: Path, runs: Path | None = None, port: int | None = None
         port: of loopback to serve at over HTTP, 0 for any that is free; None for standard input and output.
 
     Raises:
-        UserError: the extra is not installed, there is no such folder, or the port is taken.
+        UserError: the extra is not installed, there is no such folder, the runs cannot go where they should, or the port is taken.
     """
     if find_spec("mcp") is None:
         raise UserError("'cramlite mcp' needs the package mcp, which is not installed: pip install 'cramlite[mcp]'.")
     if not folder.is_dir():
         raise UserError(f"There is no folder '{folder}'; give one with --folder, from which clients may name scenarios and episodes.")
+    runs = runs or folder / "runs"
+    there = next(p for p in (runs.resolve(), *runs.resolve().parents) if p.exists())
+    if not there.is_dir():
+        raise UserError(f"The runs cannot go to '{runs}': '{there}' is no folder; give another one with --runs.")
     listening = None if port is None else _listen(port)
     import anyio
 
@@ -44,8 +48,7 @@ def serve_mcp(*, folder: Path, runs: Path | None = None, port: int | None = None
     from .client_files import ClientFiles
     from .mcp_server import make_server
 
-    place = folder.resolve()
-    server = make_server(Engine.with_plugins(plugins), ClientFiles(place, runs.resolve() if runs else place / "runs"))
+    server = make_server(Engine.with_plugins(plugins), ClientFiles(folder.resolve(), runs.resolve()))
     if listening is None:
         anyio.run(server.run_stdio_async)
     else:

@@ -21,7 +21,7 @@ from mcp.server.mcpserver.tools import Tool
 from mcp.types import Resource, ToolAnnotations
 from pydantic import ValidationError
 
-from ..base.errors import CramliteError, UserError, nearest
+from ..base.errors import DEFECTS, CramliteError, UserError, nearest
 from ..base.json_text import plain_json
 from ..base.resources import shipped_scenarios
 from ..engine.executor import Executor, ExecutorDied
@@ -254,7 +254,7 @@ class Tools:
             return await to_thread.run_sync(do, say, ended.is_set, abandon_on_cancel=True, limiter=self._one)
         except CramliteError as error:
             raise ToolError(str(error)) from error
-        except Exception as error:
+        except DEFECTS as error:
             raise ToolError(f"a defect: {type(error).__name__}: {error}") from error
         finally:
             ended.set()

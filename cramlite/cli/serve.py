@@ -19,7 +19,7 @@ from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import IO, Any
 
-from ..base.errors import CramliteError, NoSolution, nearest
+from ..base.errors import DEFECTS, CramliteError, NoSolution, nearest
 from ..base.value import Value
 from ..engine.engine import Engine
 from ..engine.solution import Solution
@@ -113,7 +113,7 @@ class Service:
                 self._open |= {request["id"]} - {None}
                 self._cancelled.discard(request["id"])
                 self._todo.put(request)
-        except Exception as error:
+        except DEFECTS as error:
             refused = error if isinstance(error, Refused) else Refused(INTERNAL, _defect(error))
             while len(line) > LONGEST_LINE and not line.endswith("\n"):  # the rest of a line that is too long
                 line = self._lines.readline(LONGEST_LINE + 1)
@@ -137,7 +137,7 @@ class Service:
             return {"error": {"code": refused.code, "message": str(refused), **more}}
         except CramliteError as error:
             return {"error": {"code": error.exit_code, "message": str(error)}}
-        except Exception as error:
+        except DEFECTS as error:
             return {"error": {"code": INTERNAL, "message": _defect(error)}}
 
     def _say(self, answer: dict[str, Any]) -> None:
@@ -227,7 +227,7 @@ def _request(line: str) -> dict[str, Any]:
     return {"id": id_, "method": method, "params": params}
 
 
-def _defect(error: Exception) -> str:
+def _defect(error: BaseException) -> str:
     return f"a defect: {type(error).__name__}: {error}"
 
 

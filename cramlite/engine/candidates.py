@@ -251,5 +251,5 @@ def _candidate(plan: Plan, state: State, setting: Setting, knowledge: Knowledge)
     candidate = assemble(plan, state, setting, knowledge)
     candidate = parametric(candidate, setting.late)
     for step in candidate.program.steps:
-        knowledge.registry.notify("on_step", step=step, candidate=candidate)
+        knowledge.registry.notify("on_step", candidate.program.name, step=step, candidate=candidate)
     return candidate

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from msgspec.structs import replace
 
-from ..base.errors import UserError
+from ..base.errors import DEFECTS, UserError
 from ..model.designator_name import task_of
 from ..model.designators import Action, Place, Stand
 from ..model.entity_name import thing_of
@@ -87,7 +87,7 @@ def _prove(
         candidate = replace(candidate, code=_code(backend.emit(candidate.program, candidate.robot)))
     except UserError as refused:
         return candidate, [*findings, Finding("code", False, f"backend '{backend.name}': {refused}")]
-    except Exception as error:
+    except DEFECTS as error:
         owner = knowledge.registry.owner("backends", backend.name)
         fault = knowledge.registry.fault(owner, "backends", candidate.program.name, error)
         return candidate, [*findings, Finding("code", False, f"backend '{backend.name}' failed: {fault.error}")]
@@ -192,7 +192,7 @@ def _ask(validator: Validator, candidate: Candidate, knowledge: Knowledge) -> It
     try:
         findings = _findings(validator.check(candidate))
         return [f.as_advice() for f in findings] if name in candidate.limits.advisory else findings
-    except Exception as error:
+    except DEFECTS as error:
         fault = knowledge.registry.fault(knowledge.registry.owner("validators", name), "validators", name, error)
         return [Finding(name, False, f"the validator itself failed: {fault.error}")]
 

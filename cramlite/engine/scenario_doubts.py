@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from ..plugin.catalogue import Knowledge
+    from ..scenario.pose_spec import PoseSpec
     from ..scenario.scenario import Scenario
-    from ..scenario.spec_base import PoseSpec
     from .setting import Setting
 
 FAR = 20.0

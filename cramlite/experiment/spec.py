@@ -7,10 +7,11 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import Field, ValidationError, model_validator
 
 from ..base.errors import UserError, nearest
 from ..base.resources import data_folder
+from ..base.spec import Spec
 from ..base.value import Value
 from ..base.yaml_file import explain_validation, line_of, load_yaml
 from ..planning.budget import Budget, budget_from
@@ -20,11 +21,7 @@ from .named_file import ExperimentFile
 FILE = "experiment.yaml"
 
 
-class _Spec(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-
-class SetSpec(_Spec):
+class SetSpec(Spec):
     """Set of demonstrations: ``count`` of each object, with the seeds ``first`` + 100 j + 0, 1, ... for the j-th.
 
     ``scenario`` stands for the experiment's own; ``short`` is how many of each object ``--short`` takes. With
@@ -42,7 +39,7 @@ class SetSpec(_Spec):
     about: str = ""
 
 
-class AblationSpec(_Spec):
+class AblationSpec(Spec):
     """Ablation: plugins that answer instead, other rules, further candidates, or a twin without errors."""
 
     about: str
@@ -52,7 +49,7 @@ class AblationSpec(_Spec):
     twin: bool = True
 
 
-class PublishedSpec(_Spec):
+class PublishedSpec(Spec):
     """Published figures, object by object in the order of ``objects``."""
 
     source: str
@@ -63,7 +60,7 @@ class PublishedSpec(_Spec):
     executed: tuple[int, ...]
 
 
-class ThresholdSpec(_Spec):
+class ThresholdSpec(Spec):
     """Thresholds that ``--short`` must reach: shares of demonstrations and of candidates."""
 
     solved: float = Field(default=1.0, ge=0, le=1)
@@ -72,7 +69,7 @@ class ThresholdSpec(_Spec):
     executed: float = Field(default=0.0, ge=0, le=1)
 
 
-class ExperimentSpec(_Spec):
+class ExperimentSpec(Spec):
     """Keys of an experiment file.
 
     ``product`` is the thing of the recording that the objects stand for; ``goal`` a relation that must hold at the end;

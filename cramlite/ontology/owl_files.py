@@ -49,6 +49,8 @@ def parse(files: list[tuple[Path, bytes]], origins: dict[Node, tuple[str, int]] 
 def _syntax(path: Path, content: bytes) -> str:
     start = content[:4000].lstrip(b"\xef\xbb\xbf \t\r\n")
     lines = [line for line in start.splitlines() if line.strip() and not line.startswith(b"#")]
+    if not content.strip():
+        raise UserError(f"{path}: this file is empty; an ontology is Turtle (.ttl) or RDF/XML (.owl, .rdf)")
     first = lines[0].lstrip() if lines else b""
     if first.startswith((b"Prefix(", b"Ontology(")):
         raise UserError(

@@ -275,12 +275,15 @@ def ontology_files(paths: Iterable[Path | str]) -> list[Path]:
     """List the ontology files that some paths mean: a folder stands for those in it.
 
     Raises:
-        UserError: there is no such file.
+        UserError: there is no such file, or none in a folder.
     """
     found: list[Path] = []
     for path in map(Path, paths):
         if path.is_dir():
-            found += sorted(p for p in path.iterdir() if p.suffix in {".ttl", ".owl", ".rdf"})
+            inside = sorted(p for p in path.iterdir() if p.suffix in {".ttl", ".owl", ".rdf"})
+            if not inside:
+                raise UserError(f"{path}: there is no ontology in this folder; give one with .ttl, .owl or .rdf files")
+            found += inside
         elif path.is_file():
             found.append(path)
         else:

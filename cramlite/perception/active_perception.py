@@ -390,7 +390,7 @@ def ask(query: ObjectQuery, view: View, fixtures: tuple[Thing, ...], knowledge: 
     }  # fmt: skip
     owners = knowledge.expert_owners
 
-    def fault(expert: str, error: Exception) -> str:
+    def fault(expert: str, error: BaseException) -> str:
         return str(knowledge.registry.fault(owners.get(expert, expert), "experts", expert, error))
 
     return perceive(query, knowledge.experts, priors, knowledge.taxonomy, fault)

@@ -8,14 +8,14 @@ from typing import Any
 
 from msgspec import Struct, field
 
-from ..base.errors import Unresolvable
+from ..base.errors import DEFECTS, Unresolvable
 from ..ontology.taxonomy import Taxonomy
 from ..plugin.expert import OBJECTS, SEGMENT, SEGMENTS, VIEW, Expert, Inputs, Judged
 from .pipeline import Pipeline, plan_pipeline
 from .query import Condition, ObjectQuery
 from .result import Annotation, Perceived, Percept, Run
 
-OnFault = Callable[[str, Exception], str]
+OnFault = Callable[[str, BaseException], str]
 NEAR = 0.1
 """Two answers whose confidences differ by less than this are not told apart."""
 
@@ -164,7 +164,7 @@ class _Running(Struct):
             return entries, ""
         except Unresolvable as impossible:
             return None, f"expert '{expert.name}': {impossible.reason}"
-        except Exception as error:
+        except DEFECTS as error:
             return None, self.on_fault(expert.name, error)
 
     def prune(self) -> None:

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from ..base.errors import CramliteError, InTheWay, Unresolvable, UserError, did_you_mean, nearest
     from ..base.html_template import html_template
     from ..base.quantities import Angle, Length, Mass, parse_quantity
+    from ..base.spec import Spec, read_value
     from ..base.yaml_file import explain_validation, load_yaml
     from ..interpretation.conditions import Compare, Not, atoms
     from ..interpretation.fluents import (
@@ -58,6 +59,7 @@ _HOMES = {
     "..base.errors": "CramliteError InTheWay Unresolvable UserError did_you_mean nearest",
     "..base.html_template": "html_template",
     "..base.quantities": "Angle Length Mass parse_quantity",
+    "..base.spec": "Spec read_value",
     "..base.yaml_file": "explain_validation load_yaml",
     "..interpretation.conditions": "Compare Not atoms",
     "..interpretation.fluents": "Bound EFFECTOR Fact Fluent GoalCondition GoalPhrase Manner Pattern SymbolicWorld"
@@ -139,6 +141,7 @@ __all__ = [
     "Segment",
     "Shown",
     "Simulator",
+    "Spec",
     "SymbolicWorld",
     "TaskSequence",
     "TaskType",
@@ -156,6 +159,7 @@ __all__ = [
     "measured",
     "nearest",
     "parse_quantity",
+    "read_value",
 ]
 
 

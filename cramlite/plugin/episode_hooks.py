@@ -6,7 +6,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from ..base.errors import PluginError, UserError
+from ..base.errors import DEFECTS, PluginError, UserError
 from ..model.episode import Episode
 from ..model.rollout import Rollout
 from .protocols import EpisodeRepair
@@ -87,7 +87,7 @@ class EpisodeHooks:
             return answer
         except UserError:
             raise
-        except Exception as error:
+        except DEFECTS as error:
             self._registry.fault(self._registry.owner(hook, repair.name), hook, repair.name, error)
             return episode
 

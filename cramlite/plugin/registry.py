@@ -11,11 +11,19 @@ from typing import Any
 import pluggy
 from msgspec import Struct, field
 
-from ..base.errors import PluginError, Unresolvable, UserError, nearest
+from ..base.errors import DEFECTS, PluginError, Unresolvable, UserError, nearest
 from ..base.value import Value
 from . import hookspecs
 from .entry_points import GROUP, OWN_DISTRIBUTION, Point, entry_points, module_from
-from .validation import NAMED_BY, check_answer, check_declared, check_hooks, error_with_location, why_not_loaded
+from .validation import (
+    NAMED_BY,
+    check_answer,
+    check_declared,
+    check_hooks,
+    check_many,
+    error_with_location,
+    why_not_loaded,
+)
 
 
 class PluginInfo(Value):
@@ -132,7 +140,7 @@ class Registry(Struct, dict=True):
                 hooks = tuple(sorted(h.name for h in self._manager.get_hookcallers(module) or ()))
                 fault = "" if hooks else "it has no hook: no function in it is marked with '@hookimpl'"
                 place = getattr(module, "__file__", None) or place
-            except (Exception, SystemExit) as error:
+            except DEFECTS as error:
                 fault = why_not_loaded(error, distribution)
         if fault:
             self.faults.append(Fault(name, version, "import", "", fault))
@@ -162,10 +170,10 @@ class Registry(Struct, dict=True):
         """Yield (plugin name, object) for everything that plugins declare under a hook; a broken plugin is skipped and named."""
         for impl in self._implementations(hook):
             try:
-                answers = list(impl.function())
+                answers = list(check_many(hook, impl.function()))
                 for answer in answers:
                     check_declared(hook, answer)
-            except Exception as error:
+            except DEFECTS as error:
                 self.fault(impl.plugin_name, hook, "", error)
                 continue
             yield from ((impl.plugin_name, answer) for answer in answers)
@@ -231,7 +239,7 @@ class Registry(Struct, dict=True):
                 check_answer(hook, answer)
             except UserError:
                 raise
-            except Exception as error:
+            except DEFECTS as error:
                 self.fault(impl.plugin_name, hook, about, error)
                 continue
             return answer
@@ -246,12 +254,14 @@ class Registry(Struct, dict=True):
             values = [arguments.get(a, designator) for a in impl.argnames]
             try:
                 answer = impl.function(*values)
+                if answer is not None:
+                    check_many(hook, answer)
             except UserError:
                 raise
             except Unresolvable as impossible:
                 yield impl.plugin_name, impossible
                 continue
-            except Exception as error:
+            except DEFECTS as error:
                 self.fault(impl.plugin_name, hook, name, error)
                 continue
             if answer is not None:
@@ -263,16 +273,20 @@ class Registry(Struct, dict=True):
             yield from answers
         except (Unresolvable, UserError, GeneratorExit):
             raise
-        except Exception as error:
+        except DEFECTS as error:
             self.fault(plugin, hook, designator, error)
 
-    def notify(self, hook: str, **arguments: Any) -> None:
-        """Notify every plugin under a hook; answers are ignored."""
+    def notify(self, hook: str, about: str, **arguments: Any) -> None:
+        """Notify every plugin under a hook; answers are ignored.
+
+        Args:
+            about: what a fault is said to be at.
+        """
         for impl in self._implementations(hook):
             try:
                 impl.function(*[arguments[a] for a in impl.argnames])
-            except Exception as error:
-                self.fault(impl.plugin_name, hook, "", error)
+            except DEFECTS as error:
+                self.fault(impl.plugin_name, hook, about, error)
 
     def owner(self, hook: str, name: str) -> str:
         """Return the plugin that declares a thing of that name under a hook; the name itself if none does."""

@@ -102,6 +102,17 @@ def check_declared(hook: str, item: object) -> None:
         _check_values(hook, item)
 
 
+def check_many(hook: str, answer: Any) -> Iterable[Any]:
+    """Return what a hook gave that may give several, checked to be a list or the like.
+
+    Raises:
+        WrongAnswer: it is none; names what it is.
+    """
+    if not isinstance(answer, Iterable) or isinstance(answer, str):
+        raise WrongAnswer(f"{hook} gave {_short(answer)}; it gives a list, empty where there is nothing, or yields")
+    return answer
+
+
 def check_answer(hook: str, answer: object) -> None:
     """Check that an answer that is not None has the type that its hook, or what was declared under it, has to give.
 

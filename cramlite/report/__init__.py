@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterator, Sequence
 from importlib.resources import files
 from typing import TYPE_CHECKING, Any
 
+from ..base.errors import DEFECTS
 from ..base.html_template import html_template
 from ..base.value import Value
 
@@ -138,6 +139,6 @@ def _part(plugin: str, section: ReportSection, done: Finished, anchor: str) -> P
     render: Callable[[Any], str] = section.render
     try:
         return Part(anchor, section.title, str(render(done)))
-    except Exception as error:
+    except DEFECTS as error:
         fault = done.engine.registry.fault(plugin, "report_sections", section.title, error)
         return Part(anchor, section.title, "", str(fault))

@@ -8,8 +8,9 @@ from pydantic import Field, model_validator
 
 from ..base.errors import UserError
 from ..base.quantities import Angle
+from ..base.spec import Spec
 from ..model.view import D435, Intrinsics
-from .spec_base import PoseSpec, Spec
+from .pose_spec import PoseSpec
 
 
 class IntrinsicsSpec(Spec):
@@ -43,7 +44,7 @@ class CameraSpec(Spec):
         try:
             self.pinhole()
         except UserError as error:
-            raise ValueError(str(error)) from error
+            raise ValueError(str(error).removesuffix(".")) from error
         return self
 
     def pinhole(self) -> Intrinsics:

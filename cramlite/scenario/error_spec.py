@@ -5,9 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 from msgspec.structs import replace
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 
 from ..base.quantities import Angle, Force, Length, Time
+from ..base.spec import Spec
 from ..model.error_model import ErrorModel, PoseError
 from ..model.proof_doubts import MOST_TWINS, ProofDoubts
 from ..model.sensor_errors import SensorErrors
@@ -16,11 +17,7 @@ FURTHEST, WIDEST, LATEST = 0.5, 3.2, 1.0
 """Errors of lengths [m], angles [rad] and times [s] beyond these are none: nothing would be where it is believed to be."""
 
 
-class _Spec(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-
-class PoseErrorSpec(_Spec):
+class PoseErrorSpec(Spec):
     """Error of a pose: in position [m] and in angle [rad]."""
 
     position: Length = Field(default=0.0, ge=0, le=FURTHEST)
@@ -37,7 +34,7 @@ class ThingErrorSpec(PoseErrorSpec):
     thing: str
 
 
-class ErrorSpec(_Spec):
+class ErrorSpec(Spec):
     """Keys of an error model (``cramlite.model.ErrorModel``); what is not written is as it was before."""
 
     position: Length | None = Field(default=None, ge=0, le=FURTHEST)
@@ -81,7 +78,7 @@ class ErrorSpec(_Spec):
         )
 
 
-class ProofSpec(_Spec):
+class ProofSpec(Spec):
     """Doubts that programs must stand: how many twins, which share of all runs must succeed, and how far twins are off."""
 
     twins: int | None = Field(default=None, ge=0, le=MOST_TWINS)

@@ -5,36 +5,34 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Annotated, Any
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, TypeAdapter, ValidationError
+from pydantic import BeforeValidator, ConfigDict, Field, TypeAdapter, ValidationError
 
 from ..base.errors import UserError
+from ..base.spec import Spec
 from .task_specs import WhereSpec
 
 
-class EachSpec(BaseModel):
+class EachSpec(Spec):
     """All things of a class in the place of one thing."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
     each: str
 
     def __str__(self) -> str:
         return f"each {self.each}"
 
 
-class AnySpec(BaseModel):
+class AnySpec(Spec):
     """One thing of a class."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
     any: str
 
     def __str__(self) -> str:
         return f"any {self.any}"
 
 
-class CountSpec(BaseModel):
+class CountSpec(Spec):
     """So many things of a class."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
     count: Annotated[int, Field(ge=1)]
     of: str
 
@@ -42,7 +40,7 @@ class CountSpec(BaseModel):
         return f"{self.count} of {self.of}"
 
 
-class PhraseSpec(BaseModel):
+class PhraseSpec(Spec):
     """Goal about things.
 
     Args:
@@ -52,7 +50,6 @@ class PhraseSpec(BaseModel):
         near, left_of, right_of, in_front_of, behind: a thing beside which the spot is.
     """
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
     goal: str
     things: Annotated[tuple[str | EachSpec | AnySpec | CountSpec, ...], Field(min_length=1, max_length=2)]
     amount: str = ""
@@ -69,27 +66,27 @@ class PhraseSpec(BaseModel):
         return " ".join(filter(None, words))
 
 
-class NotSpec(BaseModel):
+class NotSpec(Spec):
     """Denial of a goal."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True)
+    model_config = ConfigDict(populate_by_name=True)
     denied: Annotated[PhraseSpec, Field(alias="not")]
 
     def __str__(self) -> str:
         return f"not {self.denied}"
 
 
-class OrSpec(BaseModel):
+class OrSpec(Spec):
     """Alternatives, any of which will do."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True)
+    model_config = ConfigDict(populate_by_name=True)
     options: Annotated[tuple[PhraseSpec | NotSpec, ...], Field(alias="or", min_length=2)]
 
     def __str__(self) -> str:
         return " or ".join(map(str, self.options))
 
 
-_SPECS: Mapping[str, type[BaseModel]] = {"goal": PhraseSpec, "not": NotSpec, "or": OrSpec}
+_SPECS: Mapping[str, type[Spec]] = {"goal": PhraseSpec, "not": NotSpec, "or": OrSpec}
 
 
 def goal_text(data: Any) -> Any:
@@ -107,6 +104,11 @@ def goal_text(data: Any) -> Any:
         return str(spec.model_validate(data))
     except ValidationError as error:
         first = error.errors()[0]
+        if first["type"] == "string_type" and isinstance(first["input"], Mapping):
+            raise ValueError(
+                f"in the goal {dict(first['input'])} is no thing; that is its name, "
+                '{"each": CLASS}, {"any": CLASS} or {"count": NUMBER, "of": CLASS}'
+            ) from error
         place = ".".join(str(p) for p in first["loc"])
         raise ValueError(f"in the goal '{place}': {first['msg'].removeprefix('Value error, ').lower()}") from error
 

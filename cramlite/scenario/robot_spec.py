@@ -7,7 +7,8 @@ from typing import Annotated
 from pydantic import Field, model_validator
 
 from ..base.quantities import Angle, Force, Length, Mass
-from .spec_base import PoseSpec, Spec
+from ..base.spec import Spec
+from .pose_spec import PoseSpec
 
 
 class GripperSpec(Spec):

@@ -12,6 +12,7 @@ from pydantic import BaseModel, Field, ValidationError, model_validator
 
 from ..base.errors import UserError, nearest
 from ..base.quantities import Angle, Force, Length
+from ..base.spec import Spec
 from ..base.value import Value
 from ..base.yaml_file import explain_validation, line_of, load_yaml
 from ..model.imported_scene import StatedJoint
@@ -22,8 +23,8 @@ from ..plugin.selection import PluginChoice
 from .camera_spec import CameraSpec, IntrinsicsSpec
 from .error_spec import ErrorSpec, PoseErrorSpec, ProofSpec, ThingErrorSpec
 from .goal_spec import GoalText, goal_texts
+from .pose_spec import PoseSpec
 from .robot_spec import GripperSpec, RobotSpec
-from .spec_base import PoseSpec, Spec
 from .task_specs import TaskEntry
 from .thing_spec import HangSpec, LateSpec, ThingSpec, UnknownErrorSpec, VarySpec
 
@@ -120,7 +121,7 @@ class LimitsSpec(Spec):
     advisory: tuple[str, ...] | None = None
 
     def judging(self) -> JudgingLimits:
-        """The limits that are written, and the defaults of the others."""
+        """Return the limits that are written, and the defaults of the others."""
         written = self.model_dump(exclude_none=True)
         return JudgingLimits(**written, of_scenario=tuple(written))
 

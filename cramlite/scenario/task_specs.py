@@ -8,9 +8,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import (
     AfterValidator,
-    BaseModel,
     BeforeValidator,
-    ConfigDict,
     Discriminator,
     Field,
     Tag,
@@ -20,6 +18,7 @@ from pydantic import (
 
 from ..base.errors import nearest
 from ..base.quantities import Force, Length, Time, beyond_reason_by_name
+from ..base.spec import Spec
 
 RULES = ("sequence", "choose", "fallback", "try_all", "parallel", "repeat", "retry", "monitor")
 """A mapping with one of these as its only key is no task but a rule over tasks."""
@@ -32,7 +31,7 @@ RENAMED: Mapping[str, str] = {
 Path = tuple[str | int, ...]
 
 
-class WhereSpec(BaseModel):
+class WhereSpec(Spec):
     """Constraints on the place that a task chooses, beside what its roles say. Left and in front are as the robot's base looks, along x.
 
     Args:
@@ -43,8 +42,6 @@ class WhereSpec(BaseModel):
         facing: a thing that its front looks at, seen from above.
         region: the feature of the place, a surface or a cavity, that its origin is put on or in.
     """
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
 
     near: str | None = None
     within: Annotated[Length, Field(gt=0)] = 0.2
@@ -85,7 +82,7 @@ Parameters = Annotated[dict[str, float], AfterValidator(_within_reason)]
 """Parameter of a task -> its value, in the unit that the name ends with."""
 
 
-class TaskSpec(BaseModel):
+class TaskSpec(Spec):
     """Task with its roles: what scenarios write under ``tasks``, and one goal of ``Engine.resolve``.
 
     Whether there are such a task, roles, things and parameters is seen when it is planned: ``Engine.resolve`` and ``Engine.plans``
@@ -101,15 +98,13 @@ class TaskSpec(BaseModel):
         pydantic.ValidationError: a field that there is not, or of another type.
     """
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
     task: str
-    roles: dict[str, str] = {}
-    parameters: Parameters = {}
+    roles: dict[str, str] = Field(default={})
+    parameters: Parameters = Field(default={})
     where: WhereSpec | None = None
 
 
-class RuleSpec(BaseModel):
+class RuleSpec(Spec):
     """Tasks under a rule of the plan language, which may be nested: what ``task_entry`` makes of ``{RULE: ...}``.
 
     Args:
@@ -123,8 +118,6 @@ class RuleSpec(BaseModel):
     Raises:
         pydantic.ValidationError: a field that there is not or of another type, or a rule without what it needs.
     """
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
 
     rule: str
     do: tuple[tuple[TaskEntry, ...], ...]

@@ -7,7 +7,8 @@ from typing import Annotated, Any
 from pydantic import Field, model_validator
 
 from ..base.quantities import Angle, Force, Length
-from .spec_base import PoseSpec, Spec
+from ..base.spec import Spec
+from .pose_spec import PoseSpec
 
 
 class HangSpec(Spec):
@@ -43,8 +44,8 @@ class VarySpec(Spec):
     """
 
     thing: str
-    position: Length = 0.0
-    yaw: Angle = 0.0
+    position: Length = Field(0.0, ge=0.0)
+    yaw: Angle = Field(0.0, ge=0.0)
     model: list[str] = Field(default_factory=list)
     parameters: dict[str, Annotated[list[Any], Field(min_length=1)]] = Field({}, alias="with")
 
@@ -65,4 +66,4 @@ class LateSpec(Spec):
 
     thing: str
     position: Length = Field(ge=0.0)
-    yaw: Angle = 0.0
+    yaw: Angle = Field(0.0, ge=0.0)

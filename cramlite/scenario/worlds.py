@@ -39,7 +39,7 @@ def read_world(name: str, knowledge: Knowledge, seed: int) -> World:
     path = Path(name)
     inside = (path / "execution" / "world.json", path / "world.json")  # where the former is, the latter is what was believed
     path = next((file for file in inside if file.is_file()), path)
-    if path.suffix != ".json":
+    if path.suffix != ".json" or path.is_dir():
         scenario = read_scenario(_scenario_or_run(name))
         spec = scenario.spec
         world, relations = build_world(scenario, spec.things, spec.vary, knowledge, seed)

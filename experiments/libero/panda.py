@@ -40,6 +40,8 @@ JAWS = Jaws(
     stroke=0.080, pad=(0.016, 0.020, 0.008), palm=HEIGHT, tip=0.106, back=(0.0105, 0.004), knuckle=(0.0105, 0.0075, 0.004), mass=0.11,
     centre=0.10, force=20.0,
 )  # fmt: skip
+SPEED = 0.2
+"""Of the pads towards each other [m/s]: PandaGripper moves the command of its fingers by 10 mm of opening an action at 20 Hz."""
 MASS = 0.52
 """Of the hand and its fingers [kg]."""
 SLICES = ((0.0, 0.022, 0.0316, 0.104), (0.022, 0.044, 0.0276, 0.1028), (0.044, 0.057, 0.0221, 0.1013), (0.057, HEIGHT, 0.0189, 0.1003))
@@ -72,7 +74,7 @@ def mjcf() -> str:
 
 HAND = replace(
     FR3.gripper, type="libero_panda_hand", pad=JAWS.pad[:2], depth=SITE - HEIGHT, mass=MASS, tcp=TURN * Pose((0.0, 0.0, SITE)),
-    force=(5.0, 20.0),
+    force=(5.0, 20.0), speed=(FR3.gripper.speed[0], SPEED),
 )  # fmt: skip
 PANDA = replace(
     FR3, type="libero_panda", dh=TABLE, limits=LIMITS, velocity=(2.175,) * 4 + (2.61,) * 3, gripper=HAND, mjcf=mjcf, backend="stream",

@@ -37,6 +37,10 @@ def test_folders_that_are_no_run(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     with pytest.raises(UserError, match="cannot be used"):
         RunDirectory(tmp_path / "file", {})
+    for content in ("[1]", '{"key": [2]}', "{}"):
+        (tmp_path / "other" / "manifest.json").write_text(content)
+        with pytest.raises(UserError, match="is no run directory"):
+            RunDirectory(tmp_path / "other", {})
     (tmp_path / "broken").mkdir()
     (tmp_path / "broken" / "manifest.json").write_text("{")
     with pytest.raises(UserError, match="cannot be used"):

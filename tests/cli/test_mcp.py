@@ -399,6 +399,14 @@ def test_what_cannot_be_served_is_said(tmp_path: Path, capsys: pytest.CaptureFix
         serve_mcp(folder=tmp_path / "nowhere")
 
 
+@pytest.mark.parametrize("runs", ["file", "file/runs", None])
+def test_runs_go_to_a_folder(runs: str | None, tmp_path: Path) -> None:
+    taken = tmp_path / (runs or "runs").split("/")[0]
+    taken.write_text("")
+    with pytest.raises(UserError, match=f"The runs cannot go to .*: '{taken}' is no folder; give another one with --runs"):
+        serve_mcp(folder=tmp_path, runs=tmp_path / runs if runs else None)
+
+
 def test_nothing_of_it_is_loaded_before_it_is_asked_for() -> None:
     code = "import sys; from cramlite.cli.main import main\ntry: main(['mcp', '--help'])\nexcept SystemExit: pass\n"
     code += "print([m for m in ('mcp', 'anyio', 'uvicorn', 'starlette', 'pydantic') if m in sys.modules])"

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from subprocess import CompletedProcess
 
+import pytest
 from as_a_user import cramlite
 
 TURTLE = """
@@ -41,3 +43,12 @@ def test_without_it_the_class_is_unknown(tmp_path: Path) -> None:
     done = resolve(tmp_path, SCENARIO)
     assert done.returncode == 2, done.stderr
     assert "cram:Chocolate" in done.stderr
+
+
+@pytest.mark.parametrize("empty", ["folder", "sweets.ttl", "sweets.owl"])
+def test_nothing_is_not_called_sound(empty: str, tmp_path: Path) -> None:
+    (tmp_path / "folder").mkdir()
+    (tmp_path / empty).write_text("\n") if empty != "folder" else None
+    done = cramlite("ontology", "check", tmp_path / empty)
+    assert done.returncode == 2
+    assert re.search(rf"{empty}: (there is no ontology in this folder|this file is empty)", done.stderr)

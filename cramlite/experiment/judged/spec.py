@@ -7,19 +7,16 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
+from pydantic import Field, ValidationError, field_validator, model_validator
 
 from ...base.errors import UserError
+from ...base.spec import Spec
 from ...base.value import Value
 from ...base.yaml_file import explain_validation, load_yaml
 from ..named_file import ExperimentFile
 
 
-class _Spec(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-
-class SuiteSpec(_Spec):
+class SuiteSpec(Spec):
     """Suite of tasks, numbered from 0, and the actions that an episode of it may take in the published protocol; ``of`` is the suite
     that it is a variant of."""
 
@@ -30,7 +27,7 @@ class SuiteSpec(_Spec):
     of: str = ""
 
 
-class FailureSpec(_Spec):
+class FailureSpec(Spec):
     """Class of failures: those whose reason a pattern is found in, asked in the order of the file."""
 
     kind: str
@@ -46,7 +43,7 @@ class FailureSpec(_Spec):
         return text
 
 
-class PublishedSpec(_Spec):
+class PublishedSpec(Spec):
     """Published rate of another system over some suites, and what that system was given."""
 
     system: str
@@ -56,7 +53,7 @@ class PublishedSpec(_Spec):
     source: str
 
 
-class JudgedSpec(_Spec):
+class JudgedSpec(Spec):
     """Keys of the file of a judged experiment.
 
     ``judge`` is the Python file that answers for the judge, and ``plugins`` are those that its episodes need, both beside the

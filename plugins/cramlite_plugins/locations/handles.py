@@ -9,7 +9,7 @@ from collections.abc import Iterator
 import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import Belief, Feature, Joint, Location, Place, Pose, Thing
+from cramlite.model import Belief, Feature, Floats, Joint, Location, Place, Pose, Thing
 from cramlite.plugin import Answers, Context, Grounding, Refused, Unresolvable, hookimpl
 
 from ..shapes import ray_casting as rays
@@ -144,12 +144,12 @@ def _shares(location: Location, joint: Joint, hand: Pose, held: bool) -> tuple[f
 
 def ajar(joint: Joint, hand: Pose) -> float:
     """Return the share of its range that a joint is pushed to by a hand at a pose in its thing's frame, before the rest is felt."""
-    reach = _radius(joint, hand) * (joint.upper - joint.lower) if joint.kind == "hinge" else 0.0
+    reach = lever(joint, hand) * (joint.upper - joint.lower) if joint.kind == "hinge" else 0.0
     return min(AJAR, LEFT / reach) if reach > 0.0 else AJAR
 
 
-def _radius(joint: Joint, hand: Pose) -> float:
-    """How far from a hinge's axis a hand is, at a pose in the frame of what turns [m]."""
+def lever(joint: Joint, hand: Pose) -> float:
+    """Return how far from a hinge's axis a hand is, at a pose in the frame of what turns [m]."""
     return float(np.linalg.norm((joint.pose.inverse() * hand).position[:2]))
 
 
@@ -171,10 +171,25 @@ def along_joint(thing: Thing, belief: Belief, hand: Pose, share: float) -> tuple
     return _corners(joint, now, hand, goal - joint_value(belief, thing.name, belief.base() * now))
 
 
+def way_along(joint: Joint, now: Pose, hand: Pose) -> Floats:
+    """Return the direction (3,) in which a hand that a thing takes along sets off when its joint begins to close.
+
+    Of a door it is not that into its front: at a handle that stands 40 mm before it the two were 14 deg apart, and fingers that went into
+    the front, held to the bar by friction, pressed 14 N along the door without feeling 3 N into it.
+
+    Args:
+        now: of the thing, in the same frame as the hand.
+    """
+    frame = now * joint.pose
+    axis, off = np.asarray(frame.rotate((0.0, 0.0, 1.0))), np.subtract(hand.position, frame.position)
+    way: Floats = -axis if joint.kind == "slide" else np.cross(off, axis)
+    return way / float(np.linalg.norm(way))
+
+
 def _corners(joint: Joint, now: Pose, tcp: Pose, way: float) -> tuple[Pose, ...]:
     """The TCP at a thing, from a pose on, while its joint moves on by so much [m, rad]: a line, or the chords of an arc."""
     hand = now.inverse() * tcp
-    radius = _radius(joint, hand)
+    radius = lever(joint, hand)
     most = min(TURN, 2 * math.acos(max(0.0, 1.0 - CHORD / max(radius, CHORD))))
     count = max(1, math.ceil(abs(way) / most)) if joint.kind == "hinge" else 1
     return tuple(joint.moved(now, way * k / count) * hand for k in range(1, count + 1))

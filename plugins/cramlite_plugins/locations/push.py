@@ -8,14 +8,15 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
+from msgspec.structs import replace
 
-from cramlite.model import Belief, Feature, Floats, Gripper, Joints, Location, Place, Pose, Thing
+from cramlite.model import Belief, Feature, Floats, Gripper, Joint, Joints, Location, Place, Pose, Thing
 from cramlite.plugin import Answers, Context, Grounding, Refused, Unresolvable, hookimpl
 
 from ..shapes.bounds import support
-from ..shapes.ray_casting import body, spans
+from ..shapes.ray_casting import body, intervals, spans
 from .antipodal import FINGER
-from .handles import ajar, along_joint, check_way
+from .handles import ajar, along_joint, check_way, lever, way_along
 
 if TYPE_CHECKING:
     from ..motion_planning.space import Refusal
@@ -27,9 +28,19 @@ SPOTS = ((0.0, 0.0), (0.8, 0.0), (-0.8, 0.0), (0.0, 0.6), (0.8, 0.6), (-0.8, 0.6
 """On a front: at its handle, towards its edges, and higher."""
 TILTS, TURNS = (0.0, -30.0, -45.0, -60.0), (90.0, -90.0, 0.0, 180.0)
 """Of the hand before a front about the level line across it, from above, and about its own axis, its slim side up first [deg]."""
-FROM_ABOVE = ((0.55, 0.8), (0.8, 0.8), (0.3, 0.8), (0.0, 0.8)), (-70.0, -90.0), tuple(45.0 * k for k in range(8))
+FROM_ABOVE = (
+    ((0.0, 0.6), (0.55, 0.8), (0.8, 0.8), (0.3, 0.8), (0.0, 0.8)), (-70.0, -90.0), (0.0, 90.0, 180.0, 270.0, 45.0, 135.0, 225.0, 315.0)
+)  # fmt: skip
 """Spots, tilts and turns of a hand over the upper edge of a front, its fingers alone before it: last, for what turns so far that no hand
-before it comes along. Not near its side first: fingers slid 30 mm along a door, over its edge, and caught on that when they left."""
+before it comes along. At its handle first, and with a flat side before a corner: beside the bar of a microwave's door, and at the round
+end of that, fingers slid off it, 15 mm out along the door, and pressed on what is beside that. Nor near its side: fingers slid 30 mm along
+a door, over its edge, and caught on that when they left."""
+NEAR_HINGE = 0.5
+"""A hand that is nearer to a hinge than this share of its handle's distance pushes with more than twice the force, and turns as much on
+half the way: it is tried last."""
+OFF = 0.008
+"""How far a streamed hand may be from where it is planned on a front, once it has slid there [m]: of fingers that met the last 8 mm of a
+bar, which others would miss, some slid over its end, and were 45 mm behind it."""
 DOWN = (-45.0, -35.0, -30.0)
 """The same of a hand that presses on a bar from above."""
 UPRIGHT = 0.9
@@ -85,20 +96,34 @@ def _before_front(location: Location, belief: Belief, context: Context) -> Itera
     if handle is None or thing.joint is None:
         raise Unresolvable(f"'{entity}' has no handle and joint: nobody knows where its front is", (location.of or "",), blocking=())
     free, near = make_scene(belief, context, (), shut), make_scene(belief, context, [thing.name], shut)
-    every = itertools.chain(itertools.product(SPOTS, TILTS, TURNS), itertools.product(*FROM_ABOVE))
-    for k, (spot, tilt, turn) in enumerate(every):
-        at, out = _against(thing, handle, belief.pose(thing.name), spot, (tilt, turn), context.robot.gripper)
-        aside, up = (100 * share for share in spot)
-        name = f"before its front at {aside:+.0f} % of its width, {up:+.0f} % of its height, tilted {tilt:+.0f} deg, turned {turn:.0f} deg"
+    for k, (at, name) in enumerate(_at_front(thing, thing.joint, handle, belief.pose(thing.name), context.robot.gripper)):
         there = collision_free_ik(near, context, at, belief.joints)
-        before = shift(at, BEHIND * out)
+        way = way_along(thing.joint, belief.pose(thing.name), at)
+        before = shift(at, -BEHIND * way)
         stops = there if isinstance(there, Refusal) else _follows(thing, at, there, belief, context)
         off = stops or collision_free_ik(free, context, before, belief.joints if isinstance(there, Refusal) else there)
         if isinstance(off, Refusal):
             yield off.refused(name)
         else:
-            x, y, z = (float(v) for v in -out)
+            x, y, z = (float(v) for v in way)
             yield Grounding(Place(at, before, shut, (x, y, z), thing=thing.name), name, 0.1 * k, key=name)
+
+
+def _at_front(thing: Thing, joint: Joint, handle: Feature, pose: Pose, gripper: Gripper) -> Iterator[tuple[Pose, str]]:
+    """Closed fingers before a front, and words for where; last those that may slip off what they meet, and those much nearer to a hinge
+    than the handle is."""
+    loose, near, far = list[tuple[Pose, str]](), list[tuple[Pose, str]](), NEAR_HINGE * lever(joint, handle.pose)
+    for spot, tilt, turn in itertools.chain(itertools.product(SPOTS, TILTS, TURNS), itertools.product(*FROM_ABOVE)):
+        at, firm = _against(thing, handle, pose, spot, (tilt, turn), gripper)
+        aside, up = (100 * share for share in spot)
+        name = f"before its front at {aside:+.0f} % of its width, {up:+.0f} % of its height, tilted {tilt:+.0f} deg, turned {turn:.0f} deg"
+        if joint.kind == "hinge" and lever(joint, pose.inverse() * at) < far:
+            near.append((at, name))
+        elif firm:
+            yield at, name
+        else:
+            loose.append((at, name))
+    yield from (*loose, *near)
 
 
 def _follows(thing: Thing, at: Pose, joints: Joints, belief: Belief, context: Context) -> Refusal | None:
@@ -114,8 +139,8 @@ def _follows(thing: Thing, at: Pose, joints: Joints, belief: Belief, context: Co
 
 def _against(
     thing: Thing, handle: Feature, pose: Pose, spot: tuple[float, float], turns: tuple[float, float], gripper: Gripper
-) -> tuple[Pose, Floats]:
-    """The TCP of closed fingers ``ALMOST`` before a front, and the way out of it.
+) -> tuple[Pose, bool]:
+    """The TCP of closed fingers ``ALMOST`` before a front, and whether they still meet it there if they are ``OFF`` to any side.
 
     Args:
         spot: how far from its handle, to a side and up, as shares of the way to the edge of the thing.
@@ -127,12 +152,20 @@ def _against(
     at = np.asarray((pose * handle.pose).position)
     ways = [share * way for share, way in zip(spot, (level, np.cross(out, level)), strict=True) if share]
     point = at + sum((w * (support(thing, pose, w) - w @ at) / np.linalg.norm(w) for w in ways), np.zeros(3))
-    met = spans(body(thing.geoms), pose.inverse().apply(point), pose.inverse().rotate(out))
-    reach = max((end for begin, end, _ in met if begin <= 0.0), default=0.0)
-    # of the tips, a box as wide as the pads and as thick as two fingers, the corner that is farthest ahead
-    ahead = np.abs(hand.inverse().rotate(out)) @ (gripper.pad[0] / 2, FINGER, gripper.pad[1] / 2)
-    x, y, height = (float(v) for v in point + out * (reach + ahead + ALMOST))
-    return Pose((x, y, height), hand.quaternion), out
+    across = [OFF * way / np.linalg.norm(way) for way in (level, np.cross(out, level))]
+    points = [point, *(point + sign * way for way in across for sign in (1.0, -1.0))]
+    reach, *beside = (_clear_of(thing, pose, replace(hand, position=tuple(p.tolist())), out, gripper) for p in points)
+    x, y, z = (float(v) for v in point + out * (reach + ALMOST))
+    return Pose((x, y, z), hand.quaternion), min(beside) > reach - OFF
+
+
+def _clear_of(thing: Thing, pose: Pose, hand: Pose, out: Floats, gripper: Gripper) -> float:
+    """How far out closed fingers at a TCP pose must go until they are in nothing of a thing [m]: a bar beside where they point counts."""
+    across, thick = np.linspace(-0.5, 0.5, 3) * gripper.pad[0], np.linspace(-FINGER, FINGER, 5)
+    along = np.linspace(-gripper.depth, gripper.pad[1] / 2, 6)
+    fingers, to = np.array(list(itertools.product(across, thick, along))), pose.inverse()
+    _, high = intervals(body(thing.geoms), to.apply(hand.apply(fingers)), np.tile(to.rotate(out), (len(fingers), 1)))
+    return max(float(high.max()), -gripper.depth)  # where they are beside all of it, no farther in than to the palm
 
 
 def _atop_handle(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:

@@ -85,15 +85,11 @@ def _behind(location: Location, belief: Belief, context: Context) -> Iterator[Gr
         else:
             x, y, _ = (float(v) for v in way + pose.position)
             place = Place(at, before, opening, (0.0, 0.0, -1.0), thing=thing.name, values={"x_m": x, "y_m": y})
-            yield Grounding(place, f"'{entity}' {name}", 0.1 * k, key=name)
+            yield Grounding(place, f"'{entity}' {name}", 0.1 * k, key=name, anew=True)
 
 
-def _to_region(thing: Thing, pose: Pose, location: Location, belief: Belief, context: Context) -> Iterator[Hand]:
-    """Hands that bring a thing to its region.
-
-    Raises:
-        Unresolvable: fingers in it cannot.
-    """
+def _to_region(thing: Thing, pose: Pose, location: Location, belief: Belief, context: Context) -> Iterator[Hand | Refused]:
+    """Hands that bring a thing to its region; with fingers in it what is in its way, whatever hand that is."""
     from ..motion_planning.space import Refusal
 
     area, frame = _region(thing, pose, str(location.parameters["region"]), belief)
@@ -102,7 +98,8 @@ def _to_region(thing: Thing, pose: Pose, location: Location, belief: Belief, con
         return
     last = _last(location, belief, context, thing.name, area, frame)
     if isinstance(last, Refusal):
-        raise Unresolvable(last.reason, (), blocking=last.blocking, collision=last.collision)
+        yield last.refused("by any hand")
+        return
     yield from _hands_in(thing, pose, context.robot.gripper, _towards(pose, area, frame, 0.0), last)
 
 
@@ -150,15 +147,14 @@ def _pushed_to(location: Location, belief: Belief, context: Context) -> Iterator
     to = begun.values["x_m"], begun.values["y_m"]
     there = _along(belief, context, entity, [to], _gap(belief, context, entity, to, begun.opening or 0.0))
     if isinstance(there, Refusal):
-        raise _stopped(there, location, context, entity)
-    yield Grounding(there, f"{1000 * there.values[PUSHED]:.0f} mm straight on", key="on")
+        yield _stopped(there, location, entity)
+    else:
+        yield Grounding(there, f"{1000 * there.values[PUSHED]:.0f} mm straight on", key="on")
 
 
-def _stopped(no: Refusal, location: Location, context: Context, entity: str) -> Unresolvable:
-    from ..motion_planning.reach import causes
-
-    said = f"'{entity}' cannot be pushed on: {no.reason}"
-    return Unresolvable(said, causes(location, context), blocking=no.blocking, collision=no.collision)
+def _stopped(no: Refusal, location: Location, entity: str, way: str = "on") -> Refused:
+    """What is in the way depends on where that is and on the hand, but not on how the arm did what it did before."""
+    return replace(no.refused(way), reason=f"'{entity}' cannot be pushed on: {no.reason}", because=(str(location.parameters["begin"]),))
 
 
 def _around(location: Location, belief: Belief, context: Context, entity: str) -> Iterator[Grounding | Refused]:
@@ -173,16 +169,17 @@ def _around(location: Location, belief: Belief, context: Context, entity: str) -
     alone, followed = met_alone(belief, context, entity), False
     ways = ways_around((x, y), left, alone, hand)
     if isinstance(ways, Refusal):
-        raise _stopped(ways, location, context, entity)
+        yield _stopped(ways, location, entity)
+        return
     for k, (steps, corners) in enumerate(ways):
         there, key = _along(belief, context, entity, corners), f"{1000 * steps * STEP:.0f} mm aside"
         if isinstance(there, Refusal):
-            yield there.refused(key)
+            yield _stopped(there, location, entity, key)
         else:
             followed = True
             yield Grounding(there, f"{len(corners) - 1} corners, room for {key}", 0.1 * k, key=key)
     if not followed and (shorter := on_a_shorter_way((x, y), left, alone, hand)):
-        raise _stopped(shorter, location, context, entity)
+        yield _stopped(shorter, location, entity)
 
 
 def _last(location: Location, belief: Belief, context: Context, entity: str, area: Feature, frame: Pose) -> Floats | Refusal:

@@ -5,18 +5,19 @@ from __future__ import annotations
 import heapq
 import itertools
 import math
-from collections.abc import Callable, Iterator, Sequence
-from functools import cache
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import cache, lru_cache
 
 import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import Belief, Held, Pose
+from cramlite.model import Belief, Estimate, Held, Pose, Relation, World
 from cramlite.plugin import Context
 
 from ..motion_planning.reach import make_scene, shift
 from ..motion_planning.space import Refusal
 from ..shapes.carried_along import carried_along
+from ..shapes.itself import Itself
 from ..shapes.surfaces import resting_height
 
 STEP = 0.02  # of the lattice of places that a way is looked for on [m]
@@ -68,10 +69,18 @@ def way_around(start: Spot, left: Left, met: Met, cleared: bool = False) -> list
 
 
 def way_straight(start: Spot, end: Spot, met: Met) -> list[Spot] | Refusal:
-    """Check the straight way between two points: its end, or what is met on it."""
+    """Check the straight way between two points: its end, or what is met on it: all that is loose, or first what nothing can move."""
+    stopped = [no for no in map(met, _between(start, end)) if no is not None]
+    fixed = next((no for no in stopped if not no.blocking), None)
+    if not stopped or fixed:
+        return fixed or [end]
+    return replace(stopped[0], blocking=(tuple(sorted(frozenset[str]().union(*map(_names, stopped)))),))
+
+
+def _between(start: Spot, end: Spot) -> Iterator[Spot]:
+    """Points of a straight way after its start, its end as the last of them."""
     parts = math.ceil(math.dist(start, end) / STEP)
-    between = (tuple(a + k / parts * (b - a) for a, b in zip(start, end, strict=True)) for k in range(1, parts + 1))
-    return next((no for x, y in between if (no := met((x, y)))), [end])
+    return ((start[0] + k / parts * (end[0] - start[0]), start[1] + k / parts * (end[1] - start[1])) for k in range(1, parts + 1))
 
 
 def _spot(start: Spot, cell: Side) -> Spot:
@@ -152,7 +161,7 @@ def _shortened(start: Spot, corners: list[Spot], met: Met) -> list[Spot]:
     """The same way without the corners that a straight way can leave out."""
     found: list[Spot] = []
     while corners:
-        straight = [not isinstance(way_straight(start, to, met), Refusal) for to in corners]
+        straight = [not any(map(met, _between(start, to))) for to in corners]
         furthest = max((k for k, free in enumerate(straight) if free), default=0)
         start, corners = corners[furthest], corners[furthest + 1 :]
         found.append(start)
@@ -165,13 +174,24 @@ def met_alone(belief: Belief, context: Context, entity: str) -> Met:
     others = [(t, belief.pose(t.name)) for t in belief.world.things if t.name in belief.poses and t.name != entity]
     owner = resting_height(thing, pose, others)[1]
     under, meets = [(t, at) for t, at in others if t.name == owner], _meets(belief, context, entity, pose)
+    known = _known(Itself(belief.world), Itself(belief.poses), belief.relations, belief.base(), entity)
 
     def met(spot: Spot) -> Refusal | None:
-        there = shift(pose, (spot[0] - pose.position[0], spot[1] - pose.position[1], 0.0))
-        falls = bool(under) and not resting_height(thing, there, under)[1]
-        return Refusal(f"it would fall off '{owner}'") if falls else meets(spot)
+        if spot not in known:
+            there = shift(pose, (spot[0] - pose.position[0], spot[1] - pose.position[1], 0.0))
+            falls = bool(under) and not resting_height(thing, there, under)[1]
+            known[spot] = Refusal(f"it would fall off '{owner}'") if falls else meets(spot)
+        return known[spot]
 
-    return cache(met)
+    return met
+
+
+@lru_cache(maxsize=4)
+def _known(
+    world: Itself[World], poses: Itself[Mapping[str, Estimate]], relations: frozenset[Relation], base: Pose, entity: str
+) -> dict[Spot, Refusal | None]:
+    """What a thing alone was found to meet where all stands as it does: each hand that is tried asks it again."""
+    return {}
 
 
 def met_with_hand(belief: Belief, context: Context, entity: str, hand: Pose) -> Met:

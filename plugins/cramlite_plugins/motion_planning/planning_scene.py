@@ -155,9 +155,10 @@ class PlanningScene(Value):
         if not close:
             return None
         touch = [(self.compiled.owners[g].touch, self.compiled.owners[h].touch, -d) for d, g, h in close]
-        said = {pair[:2]: str(self._state(self.robot.home, *pair)) for pair in reversed(touch)}  # of each pair the deepest
         loose = {self._loose(g, h) for _, g, h in close}
-        reason = ", ".join(said[pair] for pair in list(dict.fromkeys(t[:2] for t in touch))[:2])
+        deepest = {pair[:2]: pair for pair in reversed(touch)}  # of each pair
+        named = list(dict.fromkeys(pair[:2] for pair in touch))[:2]
+        reason = ", ".join(str(self._state(self.robot.home, *deepest[names])) for names in named)
         there = {name: tcp * pose for name, pose in self.held.items()}
         drawn = None if hand else replace(self._state(self.robot.home, *touch[0]), held={}, moved={**self.displaced, **there})
         return Refusal(reason, blocking=() if "" in loose else (tuple(sorted(loose)),), collision=drawn)

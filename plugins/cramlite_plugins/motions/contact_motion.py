@@ -156,7 +156,8 @@ def _slide(motion: Motion, belief: Belief, context: Context) -> Found:
     points = line(motion, belief, context, list(place.path))
     corners = np.array([tcp(belief, context).position, *(c.position for c in place.path)])
     length = float(np.linalg.norm(np.diff(corners, axis=0), axis=1).sum())
-    speed, press = value(motion, "speed_m_s"), value(motion, "press_n")
+    pace, press = context.robot.pace if value(motion, "paced") else 1.0, value(motion, "press_n")
+    speed = pace * value(motion, "speed_m_s")
     step = CompliantSlide(
         place.path, frame_along(np.array([0.0, 0.0, -1.0])), press, speed, value(motion, "lost_s"),
         value(motion, "force_limit_n"), timeout(length, speed), points[-1], origin=motion.name, comment=motion.reason,
@@ -203,7 +204,8 @@ def _in_the_air(motion: Motion, belief: Belief, context: Context, target: Pose, 
     pace, slow, length = context.robot.pace, value(motion, "free_m_s"), float(np.linalg.norm(way))
     speed = steady_speed(context.robot, points, length, pace * slow, slow)
     comment = f"{motion.reason}, the part in the air"
-    return (MoveLinear(there, speed, pace * CORRECTION, points[-1], origin=motion.name, comment=comment),)
+    acceleration = pace * math.sqrt(pace) * CORRECTION
+    return (MoveLinear(there, speed, acceleration, points[-1], origin=motion.name, comment=comment),)
 
 
 def _zero(motion: Motion, belief: Belief, context: Context) -> Found:

@@ -20,6 +20,8 @@ from .motion_kinds import value
 from .ontology_limits import adapted, noted
 
 Found = Iterator[Grounding]
+# The acceleration of paced motions whose speed is said grows with the square root of the pace: an arm that is led by its tool goes too far
+# where its elbow is folded, by 5 mm with 0.5 m/s2 and by 7 mm with 1.25 m/s2.
 GOALS = 6  # nearest inverse solutions that a transfer may end at
 
 
@@ -123,9 +125,10 @@ def _linear(motion: Motion, belief: Belief, context: Context) -> Found:
         return
     points = line(motion, belief, context, [target])
     bare = "speed_m_s" not in motion.parameters
-    pace, brakes = context.robot.pace if bare or value(motion, "paced") else 1.0, context.robot.pace if bare else 1.0
-    slow, acceleration = value(motion, "speed_m_s"), brakes * value(motion, "acceleration_m_s2")  # who brakes hard goes too far
-    speed = steady_speed(context.robot, points, here.distance(target)[0], pace * slow, slow)
+    pace = context.robot.pace if bare or value(motion, "paced") else 1.0
+    slow, acceleration = value(motion, "speed_m_s"), (pace if bare else math.sqrt(pace)) * value(motion, "acceleration_m_s2")
+    fast = max(slow, value(motion, "free_m_s")) if pace > 1.0 else slow
+    speed = steady_speed(context.robot, points, here.distance(target)[0], pace * fast, slow)
     step = MoveLinear(target, speed, acceleration, points[-1], origin=motion.name, comment=motion.reason)
     reason = f"straight {1000 * here.distance(target)[0]:.0f} mm, free of collision{noted(motion)}"
     after = pushed_along(belief, place).moved(points[-1])

@@ -16,6 +16,7 @@ from cramlite.model import (
     Motion,
     Place,
     Pose,
+    Robot,
     SetGripper,
     SetPayload,
     enclosing_names,
@@ -61,7 +62,7 @@ def _close(motion: Motion, belief: Belief, context: Context) -> Found:
     force, why = grip_force(grip, value(motion, "force_n"), context, is_it, tuple(enclosing_names(motion.name)))
     expect = motion.parameters.get("expect", "any")
     comment = "; ".join(filter(None, (motion.reason, why)))
-    step = SetGripper(gripper.opening[0], _speed(gripper), force, expect, origin=motion.name, comment=comment)
+    step = SetGripper(gripper.opening[0], _speed(context.robot), force, expect, origin=motion.name, comment=comment)
     lifted = belief.unrelated("on", place.thing).unrelated("in", place.thing)  # nothing else supports it until that is known
     yield Grounding(
         (step,), "; ".join(filter(None, (f"close on {1000 * width:.0f} mm with {force:.0f} N", why))), 0.0,
@@ -84,7 +85,7 @@ def _open(motion: Motion, belief: Belief, context: Context) -> Found:
         return
     expect = motion.parameters.get("expect", "any")
     after = _let_go(motion, belief, context, opening) if belief.held else replace(belief, opening=opening)
-    step = SetGripper(opening, _speed(gripper), gripper.force[0], expect, origin=motion.name, comment=motion.reason)
+    step = SetGripper(opening, _speed(context.robot), gripper.force[0], expect, origin=motion.name, comment=motion.reason)
     yield Grounding((step,), f"open to {1000 * opening:.0f} mm", 0.0, after, key="open")
 
 
@@ -96,9 +97,9 @@ def _is_open(belief: Belief, gripper: Gripper) -> bool:
     return (belief.opening - low) / (high - low) > OPENED
 
 
-def _speed(gripper: Gripper) -> float:
-    low, high = gripper.speed
-    return min(max(PADS_SPEED, low), high)
+def _speed(robot: Robot) -> float:
+    low, high = robot.gripper.speed
+    return min(max(PADS_SPEED * robot.pace, low), high)
 
 
 def release_opening(belief: Belief, context: Context) -> float:

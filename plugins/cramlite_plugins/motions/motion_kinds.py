@@ -55,6 +55,7 @@ KINDS: Mapping[str, MotionKind] = {
                 Parameter("speed_m_s", 0.10, "under half of URScript's default 0.25"),
                 Parameter("acceleration_m_s2", 0.5, "under half of URScript's default 1.2"),
                 Parameter("paced", 0.0, "a speed that is said is kept; 1: times the robot's pace, as speeds that nobody says"),
+                Parameter("free_m_s", 0.0, "a robot with a pace over 1 goes no faster than others"),
             ),
         ),
         MotionKind(
@@ -108,6 +109,7 @@ KINDS: Mapping[str, MotionKind] = {
                 Parameter("speed_m_s", 0.03, "below the 50 mm/s where inertia looks like contact"),
                 Parameter("press_n", 3.0, "keeps contact without lifting friction above 2 N"),
                 Parameter("lost_s", 0.5, "5 mm of settling at the 10 mm/s with which it follows the surface"), LIMIT,
+                Parameter("paced", 0.0, "a speed that is said is kept; 1: times the robot's pace"),
             ),
             (FORCE, "no contact for # s", LATE), SHIFT_SLIDE,
         ),

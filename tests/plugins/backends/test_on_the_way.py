@@ -20,6 +20,7 @@ BACK = MoveJoints((UR5E.home,), 1.0, 2.0, origin="2.PickingUp/lift")
 OPEN = SetGripper(opening=0.08, speed=0.1, force=30.0, origin="1.Grasping/open")
 LET_GO = SetGripper(opening=0.08, speed=0.1, force=30.0, expect="none", origin="1.Releasing/open")
 HALF = SetGripper(opening=0.04, speed=0.1, force=30.0, expect="none", origin="1.Opening/half")
+NARROW = SetGripper(opening=0.03, speed=0.1, force=30.0, origin="1.Grasping/open")
 CLOSE = SetGripper(opening=0.0, speed=0.1, force=30.0, expect="object", origin="1.Grasping/close")
 SHUT = SetGripper(opening=0.0, speed=0.1, force=30.0, origin="1.Opening/shut")
 ON_NOTHING = SetGripper(opening=0.0, speed=0.1, force=30.0, expect="none", origin="1.Grasping/shut")
@@ -39,6 +40,12 @@ def test_empty_fingers_open_on_the_way(before: tuple[AnyStep, ...]) -> None:
     assert (first.first, first.last, second.first, second.last) == (0, len(before) + 1, len(before) + 1, len(before) + 2)
 
 
+@pytest.mark.parametrize("narrower", [NARROW, ON_NOTHING])
+def test_fingers_that_have_let_go_close_on_the_way(narrower: SetGripper) -> None:
+    made = opened_on_the_way(program(LET_GO, narrower, GO, BACK))
+    assert made.steps == (LET_GO, Parallel(((narrower,), (GO,)), origin=GO.origin, comment="; "), BACK)
+
+
 @pytest.mark.parametrize("before", [(), (LET_GO,), (HALF,)])
 def test_empty_fingers_close_on_nothing_on_the_way_there(before: tuple[AnyStep, ...]) -> None:
     made = opened_on_the_way(program(*before, GO, ON_NOTHING, BACK))
@@ -48,12 +55,12 @@ def test_empty_fingers_close_on_nothing_on_the_way_there(before: tuple[AnyStep, 
 @pytest.mark.parametrize(
     "waited",
     [
-        (GO, CLOSE), (CLOSE, GO, ON_NOTHING), (GO, SHUT), (GO, LET_GO), (GO, OTHERS), (ON_NOTHING, GO),
-        (CLOSE, OPEN, GO), (SHUT, GO), (LET_GO, GO), (SHUT, OPEN, GO), (OPEN, CLOSE, GO), (GO, OPEN),
+        (GO, CLOSE), (CLOSE, GO, ON_NOTHING), (GO, SHUT), (GO, LET_GO), (GO, OTHERS), (CLOSE, ON_NOTHING, GO),
+        (CLOSE, OPEN, GO), (SHUT, GO), (LET_GO, GO), (SHUT, OPEN, GO), (OPEN, CLOSE, GO), (GO, OPEN), (LET_GO, SHUT, GO),
     ],
 )  # fmt: skip
 def test_fingers_that_hold_let_go_or_close_are_waited_for(waited: tuple[AnyStep, ...]) -> None:
-    whole = program(*waited, BACK) if waited[-1] is not OPEN else program(*waited)
+    whole = program(*waited) if waited[-1] in (OPEN, OTHERS) else program(*waited, BACK)
     assert opened_on_the_way(whole) == whole
 
 

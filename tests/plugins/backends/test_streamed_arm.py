@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
-from cramlite.model import Pose
+from cramlite.model import MoveJoints, MoveLinear, Parallel, Pose, Program, SetGripper, SetPayload, typed_code
 from cramlite_plugins.backends.stream.arm import StreamedArm
 from cramlite_plugins.backends.stream.messages import Action, Hello, State
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.simulation.controller.nominal_arm import NominalArm
+from cramlite_plugins.simulation.typed_program.machine import ProgramMachine, load_program
 
 MOST = 0.01, 0.1
 HELLO = Hello(protocol=1, robot="ur5e", actions="deltas", rate=20.0, joints=UR5E.home, opening=0.08, most=MOST)
@@ -57,9 +58,15 @@ def test_a_tool_that_only_passes_its_target_has_not_arrived(before: float, more:
     assert len(led(lambda period: before if period == count - 1 else 0.001 * (period >= count))[0]) == count + more
 
 
-@pytest.mark.parametrize(("off", "awaited"), [(0.0, (1, 1)), (0.004, (1, 5)), (0.006, (5, 5))])
-def test_a_motion_between_joint_positions_ends_where_a_line_leads_on_and_a_program_does_not(
-    off: float, awaited: tuple[int, int]
+@pytest.mark.parametrize(
+    ("straight", "leads_on", "off", "awaited"),
+    [
+        (False, False, 0.0, (1, 1)), (False, False, 0.004, (1, 5)), (False, False, 0.006, (5, 5)),
+        (True, False, 0.004, (5, 5)), (True, True, 0.004, (1, 5)), (True, True, 0.006, (5, 5)),
+    ],
+)  # fmt: skip
+def test_a_motion_ends_where_the_next_one_leads_on_and_a_program_does_not(
+    straight: bool, leads_on: bool, off: float, awaited: tuple[int, int]
 ) -> None:
     """The tool is ``off`` [m] until the fourth period after the motion's time; 5 mm do in the open, 2 mm at the end."""
     nominal, over = NominalArm(UR5E), [0]
@@ -75,10 +82,36 @@ def test_a_motion_between_joint_positions_ends_where_a_line_leads_on_and_a_progr
         return State(joints=tuple(q.tolist()), opening=0.08)
 
     arm = StreamedArm(UR5E, replace(HELLO, most=None), step)
-    motion = arm.move_joints(np.array(UR5E.home) + 0.05, 1.0, 2.0)
+    arm.leads_on, (x, y, z) = leads_on, (here := arm.kinematics.forward(arm.q)).position
+    goal = Pose((x + 0.05, y, z), here.quaternion)
+    motion = arm.move_linear(goal, 0.5, 1.0) if straight else arm.move_joints(np.array(UR5E.home) + 0.05, 1.0, 2.0)
     while arm.motion is motion:
         arm.cycle()
     in_the_open = over[0]
     while not arm.settled():
         arm.cycle()
     assert (in_the_open, over[0]) == awaited
+
+
+def test_lines_lead_on_to_transfers_alone_and_a_payload_takes_no_time() -> None:
+    """What each step of a program finds of what follows it, and how many actions the whole takes."""
+    arm = StreamedArm(UR5E, replace(HELLO, most=None), lambda _: State(joints=tuple(arm.q.tolist()), opening=0.08))
+    here = arm.kinematics.forward(arm.q)
+    up, go = MoveLinear(here, 0.1, 0.5, UR5E.home), MoveJoints((UR5E.home,), 1.0, 2.0)
+    both, payload = Parallel(((SetGripper(0.08, 0.1, 30.0),), (go,))), SetPayload(1.0, (0.0, 0.0, 0.0))
+
+    def played(*steps: MoveLinear | MoveJoints | Parallel | SetPayload) -> tuple[list[bool], int]:
+        text = typed_code(Program("test", "arm", "ur5e", UR5E.gripper.tcp, UR5E.home, steps, ())).text
+        machine, seen, count = ProgramMachine(load_program(text, UR5E), arm, str), list[bool](), 0
+        while not machine.finished:
+            line = machine.main_line
+            machine.cycle()
+            if machine.main_line != line:
+                seen.append(arm.leads_on)
+            arm.cycle()
+            count += 1
+        return seen, count
+
+    assert played(up, go, up, up)[0] == [True, False, False, False]
+    assert played(up, both)[0][0]
+    assert played(up, payload, up)[1] == played(up, up)[1]

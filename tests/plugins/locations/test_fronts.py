@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 
+import numpy as np
 import pytest
 from msgspec.structs import replace
 
@@ -11,11 +13,13 @@ from cramlite import Engine
 from cramlite.model import Belief, Location, Pose, Robot, RobotMount, World, initial_belief
 from cramlite.plugin import Context, Grounding, Refused
 from cramlite_plugins.kinematics.kinematics import inverse
-from cramlite_plugins.locations.handles import LEFT, ajar, along_joint
+from cramlite_plugins.locations.antipodal import FINGER
+from cramlite_plugins.locations.handles import LEFT, ajar, along_joint, lever
 from cramlite_plugins.locations.push import resolve_location
 from cramlite_plugins.motion_planning.cartesian import COARSE, JointPath, plan_straight_line
 from cramlite_plugins.robots.fr3 import FR3
 from cramlite_plugins.robots.ur5e import UR5E
+from cramlite_plugins.shapes.ray_casting import body, intervals
 from cramlite_plugins.simulation.objects.furniture import cabinet, door, drawer
 
 
@@ -46,7 +50,39 @@ def test_over_the_upper_edge_of_a_wide_open_door_the_hand_points_down() -> None:
     over = [a for a in found if a.value.pose.rotate((0.0, 0.0, 1.0))[2] < -0.99]
     far = [a for a in over if "+80 % of its width" in a.key]  # where the hinge gives way
     first = belief.pose("door").inverse() * over[0].value.pose
-    assert far and 0.15 - abs(first.position[1]) > 0.04, "fingers slid 30 mm along a door, over its edge, and caught on that"
+    assert far and 0.15 - abs(first.position[1]) > 0.039, "fingers slid 30 mm along a door, over its edge, and caught on that"
+
+
+def test_fingers_come_at_a_door_along_the_arc_that_it_turns_on() -> None:
+    """And not into its front: at a bar before it the two are 14 deg apart, and fingers that friction holds press along the door."""
+    found, _, belief = _fronts(UR5E, Pose.from_rotvec((0.75, 0.1, 0.35), (0, 0, math.pi)), 1.3)
+    thing, pose = belief.world.thing("door"), belief.pose("door")
+    assert thing.joint is not None
+    place = found[0].value
+    nearly = thing.joint.moved(pose, -0.01) * pose.inverse() * place.pose
+    arc, way = (np.subtract(to, at) for at, to in ((place.pose.position, nearly.position), (place.before.position, place.pose.position)))
+    assert way @ arc / np.linalg.norm(way) / np.linalg.norm(arc) > math.cos(math.radians(0.5))
+    into = pose.rotate((-1.0, 0.0, 0.0))
+    assert place.approach @ into < math.cos(math.radians(5.0)), "else it tells nothing"
+
+
+def test_no_finger_begins_inside_a_bar_beside_the_spot_that_it_points_at() -> None:
+    found, _, belief = _fronts(UR5E, Pose.from_rotvec((0.75, 0.1, 0.35), (0, 0, math.pi)), 1.3)
+    shape = body(belief.world.thing("door").geoms)
+    depth, (wide, long) = UR5E.gripper.depth, UR5E.gripper.pad
+    fingers = np.array(list(itertools.product((-wide / 2, wide / 2), (-FINGER, FINGER), np.linspace(-depth, long / 2, 12))))
+    for place in (a.value for a in found):
+        points = belief.pose("door").inverse().apply(place.pose.apply(fingers))
+        low, high = intervals(shape, points, np.tile((1.0, 0.0, 0.0), (len(points), 1)))
+        assert not ((low < -0.001) & (high > 0.001)).any(), place
+
+
+def test_a_door_is_pushed_near_its_hinge_last() -> None:
+    found, _, belief = _fronts(UR5E, Pose.from_rotvec((0.75, 0.1, 0.35), (0, 0, math.pi)), 1.3)
+    thing, handle = belief.world.thing("door"), belief.feature("door", "cram:Handle")
+    assert thing.joint is not None and handle is not None
+    near = [lever(thing.joint, belief.pose("door").inverse() * a.value.pose) < lever(thing.joint, handle.pose) / 2 for a in found]
+    assert any(near) and near == sorted(near)
 
 
 def test_as_little_is_left_to_be_felt_of_a_door_as_of_a_drawer() -> None:

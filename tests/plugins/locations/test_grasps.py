@@ -134,6 +134,22 @@ def test_a_flat_box_is_also_taken_by_a_hand_that_leans_but_upright_first() -> No
     assert {g.lean for g in grips.ranked(Thing("can", "cram:Product", Pose(), (Geom("cylinder", (0.03, 0.05)),)), GRIPPER, 0.9)} == {0.0}
 
 
+def test_grasps_of_a_hand_that_leans_come_after_all_others_whatever_they_cost(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of a flat box before a wall, which leaves an upright hand no room on two of its sides."""
+    monkeypatch.setattr(grips, "PER_LEAN", 0.0)
+    mount, half = RobotMount("arm", "ur5e"), (0.04, 0.021, 0.03)
+    floor = Thing("floor", "cram:Table", Pose((0.45, 0.0, -0.01)), (Geom("box", (0.5, 0.5, 0.01)),))
+    wall = Thing("wall", "soma:DesignedFurniture", Pose((0.52, 0.0, 0.1)), (Geom("box", (0.02, 0.3, 0.1)),))
+    box = Thing("box", "cram:Product", Pose((0.45, 0.0, half[2])), (Geom("box", half),), mass=0.1)
+    belief = initial_belief(World((floor, wall, box), (mount,)), "arm", UR5E.home, 0.085)
+    context = Context(UR5E, mount, {"box": "box"}, Engine().knowledge.taxonomy, seed=0)
+    found = [f for f in resolve_location(Location("grasp(box)", "grasp", "box"), belief, context) or () if isinstance(f, Grounding)]
+    kinds = [2 if "by their ends" in f.key else int("leaning" in f.key) for f in found]
+    assert {0, 1} <= set(kinds) and kinds == sorted(kinds)
+    costs = {k: [f.cost for f, kind in zip(found, kinds, strict=True) if kind == k] for k in (0, 1)}
+    assert min(costs[1]) < max(costs[0]), "else their costs alone put them last"
+
+
 def under_a_bar(reach: float) -> dict[str, list[bool]]:
     """Whether a box of 50 mm, 110 mm high, catches on the pads when it is let go, by the axis that it is gripped across from above, best
     first; on a post over it is a bar that reaches so far from its middle along x [m]."""

@@ -50,6 +50,15 @@ def test_a_free_way_has_no_corner() -> None:
     assert way_straight(START, END, _nothing) == [END]
 
 
+def test_a_straight_way_blames_all_that_is_loose_on_it_and_nothing_where_something_is_fixed() -> None:
+    """Else things would be put elsewhere one after the other, or in vain."""
+    near, far = (Refusal(name, blocking=((name,),)) for name in ("near", "far"))
+    loose = way_straight(START, END, lambda spot: near if 0.05 < spot[0] < 0.1 else far if 0.2 < spot[0] < 0.25 else None)
+    assert isinstance(loose, Refusal) and loose.blocking == (("far", "near"),)
+    fixed = way_straight(START, END, lambda spot: near if 0.05 < spot[0] < 0.1 else Refusal("wall") if spot[0] > 0.2 else None)
+    assert isinstance(fixed, Refusal) and fixed.reason == "wall" and not fixed.blocking
+
+
 def test_a_wider_way_is_further_from_a_disc() -> None:
     met = _disc(0.15, 0.0, 0.05)
     ways = ways_around(START, _left, met, _nothing)

@@ -23,7 +23,8 @@ ARRIVAL = 3.0
 """How long the arm may take to come near enough after a motion should have ended [s]."""
 IN_THE_OPEN = 2.5
 """Times its tolerance an arm may still be off where a motion between joint positions ends: in the open, and a straight line leads on. Of
-35 such motions in LIBERO the tool was 10 mm off 7 actions before it had come to rest within 4 mm. A program's last one is awaited."""
+35 such motions in LIBERO the tool was 10 mm off 7 actions before it had come to rest within 4 mm. So is the end of a straight line that a
+transfer follows: what was lifted, or left, is behind it. A program's last motion is awaited."""
 ASTRAY = 0.10
 """A tool that is further off its path than this has left it [m]; at 0.3 m/s, an arm with a lag of 0.16 s is 50 mm behind."""
 SLOWEST, HALVINGS = 0.1, 8
@@ -42,6 +43,8 @@ class StreamedArm(CommandedArm):
         hello: what the process said of it.
         step: sends an action and returns what the robot feels after it.
     """
+
+    carries = True  # told or not, what it holds
 
     def __init__(self, robot: Robot, hello: Hello, step: Callable[[Action], State]) -> None:
         super().__init__(robot, np.array(hello.joints), 1.0 / hello.rate)
@@ -109,7 +112,7 @@ class StreamedArm(CommandedArm):
             raise ProtectiveStop(self.state.stop)
         self._check()
         if motion is not None and self.motion is None and not isinstance(motion, StoppingMotion) and self.force_mode is None:
-            between = isinstance(motion, JointMotion | BlendedMotion)
+            between = isinstance(motion, JointMotion | BlendedMotion) or self.leads_on
             self.motion = None if self._arrived(IN_THE_OPEN if between else 1.0) else motion
             self.under_way = between and self.motion is None
 

@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import Field, ValidationError, model_validator
 
 from cramlite.model import Floats
-from cramlite.plugin import UserError, explain_validation, load_yaml
+from cramlite.plugin import Spec, UserError, explain_validation, load_yaml
 
 from .convention import EULER, PRESETS, QUATERNIONS, ROTATION_VECTOR, TIMES, UNITS, Convention, axes_from, axes_of
 
@@ -19,12 +19,6 @@ Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 Format = Literal["csv", "jsonl", "optitrack", "vicon"]
 FORMATS = {".csv": "csv", ".tsv": "csv", ".txt": "csv", ".jsonl": "jsonl", ".ndjson": "jsonl", ".json": "jsonl"}
 """Formats by the end of a file's name."""
-
-
-class Spec(BaseModel):
-    """Part of a mapping file; keys that it does not know are refused."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True)
 
 
 class TimeSpec(Spec):

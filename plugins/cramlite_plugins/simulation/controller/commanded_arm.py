@@ -30,6 +30,8 @@ class CommandedArm(ABC):
     """
 
     gripper: GripperOrder
+    carries = False
+    """Whether it reckons itself with what it carries: to tell it takes no time."""
 
     def __init__(self, robot: Robot, q: Floats, period: float) -> None:
         self.arm, self.kinematics = robot, NominalArm(robot)
@@ -41,6 +43,8 @@ class CommandedArm(ABC):
         self.pace = 1.0  # of motions: a share of the speed that they were planned with
         self.force_mode: ForceMode | None = None
         self.force_gain = 1.0
+        self.leads_on = False
+        """Whether the next step is a transfer: a straight line then ends in the open."""
         self.nominal = self.kinematics.forward(self.q)
 
     # What it measures

@@ -6,10 +6,10 @@ from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict
+from pydantic import Field
 
 from cramlite.model import Feature, Geom, Inertia, MeshFile, Pose, Thing
-from cramlite.plugin import Length, Mass, UserError
+from cramlite.plugin import Length, Mass, Spec, UserError
 
 from ...shapes.shape import Shape, shape_of
 
@@ -18,17 +18,15 @@ Direction = tuple[float, float, float]
 STANDS = 0.0005  # what is this far above the lowest point is still underside [m]
 
 
-class DeclaredFeature(BaseModel):
+class DeclaredFeature(Spec):
     """A feature as scenarios write it, in the file's frame: z is the functional axis, ``up`` its y axis."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
 
     name: str
     type: str
     position: tuple[Length, Length, Length] = (0.0, 0.0, 0.0)
     axis: Direction = (0.0, 0.0, 1.0)
     up: Direction | None = None
-    size: dict[str, Length] = {}
+    size: dict[str, Length] = Field({})
 
     def feature(self) -> Feature:
         """Convert it to the model's feature.

@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping
 from typing import Any, get_args, get_origin, get_type_hints
 
 from cramlite.model import Feature, Geom, Pose, Thing
-from cramlite.plugin import Length, Mass, UserError, nearest
+from cramlite.plugin import Length, Mass, UserError, nearest, read_value
 
 from .controls import knob, switch
 from .furniture import cabinet, door, drawer
@@ -251,12 +251,12 @@ def make(model: str, name: str, pose: Pose, parameters: Mapping[str, object] | N
 
 
 def _checked(thing: str, key: str, value: object, hint: Any) -> Any:
-    from pydantic import TypeAdapter, ValidationError
+    from pydantic import ValidationError
 
     try:
-        return TypeAdapter(hint).validate_python(value)
-    except ValidationError as error:
-        said = error.errors()[0]["msg"].removeprefix("Value error, ")
+        return read_value(hint, value)
+    except ValueError as error:
+        said = error.errors()[0]["msg"].removeprefix("Value error, ") if isinstance(error, ValidationError) else str(error)
         if get_origin(hint) is tuple and isinstance(value, list | tuple) and len(value) != len(get_args(hint)):
             said = f"{len(get_args(hint))} values are needed"
         raise UserError(f"thing '{thing}': parameter '{key}' is {value!r}: {said}") from None

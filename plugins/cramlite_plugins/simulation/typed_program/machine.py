@@ -7,6 +7,7 @@ start check, tare; while it runs, it watches the program's force limit.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
+from itertools import zip_longest
 from typing import Any
 
 import numpy as np
@@ -109,6 +110,12 @@ def _count(q: tuple[float, ...], robot: Robot, where: str) -> None:
         raise UserError(f"The program's {where} has {len(q)} joints; a '{robot.type}' has {len(robot.joints)}.")
 
 
+def _transfers(step: AnyStep | None) -> bool:
+    """Whether a step moves the arm between joint positions, at once."""
+    first = [branch[0] for branch in step.branches if branch] if isinstance(step, Parallel) else [step]
+    return any(isinstance(one, MoveJoints) for one in first)
+
+
 class ProgramMachine:
     """A program in execution.
 
@@ -158,8 +165,9 @@ class ProgramMachine:
         Raises:
             StepFailed: one of them did not come to its end.
         """
-        for step in steps:
+        for step, following in zip_longest(row := tuple(steps), row[1:]):
             self.main_line = self.lines.get(id(step), self.main_line)
+            self.arm.leads_on = _transfers(following)
             yield from STEPS[type(step)](self, step)
 
     def _run(self) -> Cycles:

@@ -109,7 +109,8 @@ def set_payload(run: Running, step: SetPayload) -> Cycles:
     if not 0 <= step.mass <= payload:
         raise StepFailed(f"{step.origin}: payload {step.mass:.3f} kg is outside 0 .. {payload:g} kg")
     run.arm.set_payload(step.mass, np.array(step.center))
-    yield
+    if not run.arm.carries:
+        yield
 
 
 def zero_sensor(run: Running, step: ZeroSensor) -> Cycles:

@@ -1,17 +1,10 @@
-"""What keys of scenario files share: unknown keys are refused, poses are written as people write them."""
+"""Poses of scenario files, as people write them."""
 
 from __future__ import annotations
 
-from pydantic import BaseModel, ConfigDict
-
 from ..base.quantities import Angle, Length
+from ..base.spec import Spec
 from ..model.geometry import Pose
-
-
-class Spec(BaseModel):
-    """Mapping of a scenario file; unknown keys are refused."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
 
 
 class PoseSpec(Spec):

@@ -1,0 +1,56 @@
+"""Mappings of hand-written files as pydantic models: unknown keys are refused, and for numbers truth values and what is not finite."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from pydantic import BaseModel, ConfigDict, TypeAdapter, field_validator
+
+
+class Spec(BaseModel):
+    """Mapping of a file; an unknown key is refused, and so are ``.nan``, ``.inf``, and ``true`` in the place of a number, which pydantic by
+    itself reads as 1."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    @field_validator("*", mode="wrap")
+    @classmethod
+    def _numbers_are_numbers(cls, value: Any, read: Callable[[Any], Any]) -> Any:
+        found = read(value)
+        _refuse_no_number(value, found)
+        return found
+
+
+def read_value(kind: Any, value: Any) -> Any:
+    """Return a value as a type, by the rules of the fields of a ``Spec``.
+
+    Args:
+        kind: a type, or ``Length`` and the like.
+
+    Raises:
+        pydantic.ValidationError: it is not of the type.
+        ValueError: it is or holds what is not finite, or a truth value where the type asks for a number.
+    """
+    found = TypeAdapter(kind).validate_python(value)
+    _refuse_no_number(value, found)
+    return found
+
+
+def _refuse_no_number(written: Any, found: Any, name: str = "this") -> None:
+    """Refuse what was written as true or false and was read as something else, and what is no finite number.
+
+    Raises:
+        ValueError: it was, or something in it.
+    """
+    if isinstance(written, float) and not math.isfinite(written):
+        raise ValueError(f"{name} is {written}, which is not finite; it should be a number")
+    if isinstance(written, bool) and not isinstance(found, bool):
+        raise ValueError(f"{name} is {str(written).lower()}; it should be a number")
+    if isinstance(written, list | tuple) and isinstance(found, list | tuple):
+        for one, other in zip(written, found, strict=False):
+            _refuse_no_number(one, other, name)
+    elif isinstance(written, Mapping) and isinstance(found, Mapping):
+        for key in written.keys() & found.keys():
+            _refuse_no_number(written[key], found[key], f"'{key}'")
