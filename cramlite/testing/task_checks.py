@@ -31,7 +31,8 @@ KINDS: Mapping[str, tuple[str, ...]] = {
     "spiral_search": (*FORCE, "speed_m_s", "radius_m", "advance_m", "corner"),
     "force_insert": (*FORCE, "speed_m_s", "corner", "end"), "force_extract": (*FORCE, "speed_m_s"),
     "compliant_slide": ("speed_m_s", "press_n", "lost_s", "force_limit_n"),
-    "payload": (), "zero_sensor": (), "hold": ("duration_s", "paced"), "tilt": (*TURN, "to"), "drive": (*LINE, *TURN),
+    "payload": (), "zero_sensor": (), "hold": ("duration_s", "paced"), "tilt": (*TURN, "to"), "swing": (*LINE, "to"),
+    "drive": (*LINE, *TURN),
     "back": ("to", "after"),
 }  # fmt: skip
 """Motion kinds that the motion plugins of cramlite resolve (``Motion.kind``), each with the parameters that it knows."""

@@ -137,6 +137,13 @@ KINDS: Mapping[str, MotionKind] = {
             ),
         ),
         MotionKind(
+            "swing", "MoveLinear", "at the place, where it hangs; or at the last corner of the place's path, where it lies",
+            (
+                Parameter("speed_m_s", 0.05, "a plate of 0.13 m then turns at 25 mm/s in the hand; above 30 it would count as slipping"),
+                Parameter("acceleration_m_s2", 0.5, "under half of URScript's default 1.2"),
+            ),
+        ),
+        MotionKind(
             "drive", "Drive", "where the platform stands at the place",
             (
                 Parameter("speed_m_s", 0.5, "a little over half of an MPO-500's 0.9"),
