@@ -1,7 +1,8 @@
-"""Mappings of hand-written files as pydantic models: unknown keys are refused, and truth values where numbers are asked for."""
+"""Mappings of hand-written files as pydantic models: unknown keys are refused, and for numbers truth values and what is not finite."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -9,15 +10,16 @@ from pydantic import BaseModel, ConfigDict, TypeAdapter, field_validator
 
 
 class Spec(BaseModel):
-    """Mapping of a file; an unknown key is refused, and so is ``true`` in the place of a number, which pydantic by itself reads as 1."""
+    """Mapping of a file; an unknown key is refused, and so are ``.nan``, ``.inf``, and ``true`` in the place of a number, which pydantic by
+    itself reads as 1."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
     @field_validator("*", mode="wrap")
     @classmethod
-    def _no_truth_as_number(cls, value: Any, read: Callable[[Any], Any]) -> Any:
+    def _numbers_are_numbers(cls, value: Any, read: Callable[[Any], Any]) -> Any:
         found = read(value)
-        _refuse_truth(value, found)
+        _refuse_no_number(value, found)
         return found
 
 
@@ -29,24 +31,26 @@ def read_value(kind: Any, value: Any) -> Any:
 
     Raises:
         pydantic.ValidationError: it is not of the type.
-        ValueError: it is a truth value, or holds one, where the type asks for a number.
+        ValueError: it is or holds what is not finite, or a truth value where the type asks for a number.
     """
     found = TypeAdapter(kind).validate_python(value)
-    _refuse_truth(value, found)
+    _refuse_no_number(value, found)
     return found
 
 
-def _refuse_truth(written: Any, found: Any, name: str = "this") -> None:
-    """Refuse what was written as true or false and was read as something else.
+def _refuse_no_number(written: Any, found: Any, name: str = "this") -> None:
+    """Refuse what was written as true or false and was read as something else, and what is no finite number.
 
     Raises:
         ValueError: it was, or something in it.
     """
+    if isinstance(written, float) and not math.isfinite(written):
+        raise ValueError(f"{name} is {written}, which is not finite; it should be a number")
     if isinstance(written, bool) and not isinstance(found, bool):
         raise ValueError(f"{name} is {str(written).lower()}; it should be a number")
     if isinstance(written, list | tuple) and isinstance(found, list | tuple):
         for one, other in zip(written, found, strict=False):
-            _refuse_truth(one, other, name)
+            _refuse_no_number(one, other, name)
     elif isinstance(written, Mapping) and isinstance(found, Mapping):
         for key in written.keys() & found.keys():
-            _refuse_truth(written[key], found[key], f"'{key}'")
+            _refuse_no_number(written[key], found[key], f"'{key}'")

@@ -11,6 +11,7 @@ from .errors import UserError, nearest
 
 if TYPE_CHECKING:
     from pydantic import ValidationError
+    from pydantic_core import ErrorDetails
 
 LARGEST = 5_000_000
 """Bytes: hand-written files are far smaller; a larger one is a mistake, and parsing it would take minutes."""
@@ -69,8 +70,11 @@ def explain_validation(
         fields: keys that are right where the first unknown key stands.
         renamed: keys that older files have -> what they are called now.
     """
+    problems = error.errors()
+    inside = {p["loc"][:k] for p in problems for k in range(len(p["loc"]))}  # a list of which nothing can be used is not short as well
+    problems = [p for p in problems if p["type"] != "too_short" or p["loc"] not in inside]
     clauses = []
-    for problem in error.errors()[:3]:
+    for problem in problems[:3]:
         location = [part for part in problem["loc"] if isinstance(part, int | str)]
         line, key = line_of(data, location), _in_words(data, location)
         if problem["type"] == "extra_forbidden":
@@ -80,9 +84,9 @@ def explain_validation(
         elif problem["type"] == "missing":
             clauses.append(f"{path}:{line}: {key} is missing")
         else:
-            said = _said(problem["type"], problem["msg"], problem["input"])
+            said = _said(problem)
             clauses.append(f"{path}:{line}: {key}: {said}" if key else f"{path}:{line}: {said}")
-    more = error.error_count() - len(clauses)
+    more = len(problems) - len(clauses)
     return UserError("; ".join(clauses) + (f"; and {more} more." if more > 0 else "."))
 
 
@@ -93,8 +97,12 @@ KINDS = {
 """What pydantic calls by Python's names, as YAML calls it."""
 
 
-def _said(kind: str, said: str, given: Any) -> str:
+def _said(problem: ErrorDetails) -> str:
     """A complaint in the words of YAML."""
+    kind, said, given = problem["type"], problem["msg"], problem["input"]
+    if kind == "too_short":
+        least = problem["ctx"]["min_length"]
+        return f"{len(given) or 'nothing'} is in it, and {least} at least should be"
     if kind == "string_pattern_mismatch":  # names are the only text with a pattern
         return f"'{given}' is no name; a name is a letter of A to Z, then such letters, digits and underscores"
     if kind not in KINDS:

@@ -61,6 +61,7 @@ if TYPE_CHECKING:
         uses_arm,
         walk,
     )
+    from .swing import Swing
     from .twin_verdict import Draw, TwinRun, TwinVerdict
     from .verdict import Cost, Finding, Verdict
     from .view import D435, Depth, Image, Intrinsics, Mask, Points, View
@@ -109,6 +110,7 @@ _HOMES = {
     ".steps": "AnyStep CompliantSlide Control Drive Fallback ForceExtract ForceInsert ForceMove Joints"
     " Monitor MoveJoints MoveLinear MoveUntilContact Parallel Repeat SetGripper SetPayload"
     " SpiralSearch Step Wait ZeroSensor branch_conflict uses_arm walk",
+    ".swing": "Swing",
     ".twin_verdict": "Draw TwinRun TwinVerdict",
     ".verdict": "Cost Finding Verdict",
     ".view": "D435 Depth Image Intrinsics Mask Points View",
@@ -205,6 +207,7 @@ __all__ = [
     "Stated",
     "StatedJoint",
     "Step",
+    "Swing",
     "Thing",
     "TimeSpan",
     "Touch",

@@ -10,6 +10,7 @@ from msgspec.structs import replace
 from ..base.value import Value
 from .entity_name import EntityName, thing_of
 from .geometry import Pose
+from .swing import Swing
 from .world import Feature, Thing, World
 
 
@@ -36,6 +37,7 @@ class Held(Value):
         sigma: standard deviation of its position in the hand [m]; motions in contact widen it.
         joints: of the arm when it was grasped: where they still are, nothing has moved.
         carries: what is in it, on it or hung on it, directly or through others, and moves along: poses in its frame.
+        swing: of a thing that turns between the pads when it is lifted, from as it lies to as it hangs; None for what is held fast.
     """
 
     thing: str
@@ -44,6 +46,7 @@ class Held(Value):
     sigma: float = 0.0
     joints: tuple[float, ...] = ()
     carries: Mapping[str, Estimate] = field(default_factory=dict)
+    swing: Swing | None = None
 
 
 Relation = tuple[str, str, str]

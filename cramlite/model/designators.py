@@ -17,6 +17,7 @@ from ..base.value import Value
 from .designator_name import part_name
 from .entity_name import thing_of
 from .geometry import Pose
+from .swing import Swing
 
 
 class Object(Value):
@@ -97,6 +98,7 @@ class Place(Value):
         path: further TCP poses from ``pose`` onwards, for locations that are traversed.
         thing: the thing that is meant; "" for none.
         values: numbers that motions need, with units in their names, e.g. {"width_m": 0.04}.
+        swing: of what is grasped there, as it is lifted; None for what is held fast.
     """
 
     pose: Pose
@@ -106,6 +108,7 @@ class Place(Value):
     path: tuple[Pose, ...] = ()
     thing: str = ""
     values: Mapping[str, float] = field(default_factory=dict)
+    swing: Swing | None = None
 
 
 class Stand(Value):

@@ -111,7 +111,7 @@ class Code(Value):
     suffix: str
 
     def lines_of(self, first: int) -> tuple[str, ...]:
-        """What the text says of the step that begins at a line, but for comments and blank lines; empty where its code was
+        """Return the lines of the step that begins at a line, but for comments and blank lines; empty where its code was
         taken out.
 
         Args:

@@ -12,6 +12,7 @@ from typing import Literal
 
 from ..base.value import Value
 from .geometry import Pose, Vector3
+from .swing import Swing
 
 Joints = tuple[float, ...]
 """Joint position, base to flange [rad]."""
@@ -211,12 +212,14 @@ class MoveLinear(Step):
     Args:
         target: TCP in base.
         speed, acceleration: of the TCP [m/s, m/s2].
+        swing: what is held turns so between the pads meanwhile; None where it stays as it is.
     """
 
     target: Pose
     speed: float
     acceleration: float
     joints: Joints = ()
+    swing: Swing | None = None
 
 
 class SetGripper(Step):

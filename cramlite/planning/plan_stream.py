@@ -81,12 +81,12 @@ class _Given:
     def learn(self, plan: TaskPlan, trace: Trace | None) -> bool:
         """Whether the failure of a sequence rules something out that was not known."""
         found = trace.refutation if trace is not None else None
-        new = self.problem.blocking(plan.steps, found) if found is not None else None
-        if new is None or trace is None:
-            return False
-        self.problem = replace(self.problem, blocked=(*self.problem.blocked, new))
-        trace.add(0, "goal", said(new.task), "refused", "engine", str(new), kind="goal")
-        return True
+        new = self.problem.blockings(plan.steps, found) if found is not None else ()
+        if trace is not None:
+            self.problem = replace(self.problem, blocked=(*self.problem.blocked, *new))
+            for blocking in new:
+                trace.add(0, "goal", said(blocking.task), "refused", "engine", str(blocking), kind="goal")
+        return bool(new)
 
 
 def _asked(

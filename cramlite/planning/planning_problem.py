@@ -23,11 +23,11 @@ from .goal_planner import (
     parse_goals,
     reasons,
 )
-from .handling import handled
+from .handling import Done, handled
 from .handling import said as said_task
 from .operators import Grounder, Operator, conditions_of, held_in
 from .pddl import PddlText, PlanStep, write_pddl
-from .refutation import Refutation
+from .refutation import WHOLE, Refutation
 
 if TYPE_CHECKING:
     from ..plugin.catalogue import Knowledge
@@ -223,6 +223,23 @@ class PlanningProblem(Value, eq=False):
         loose = (n for n, t in self.grounder.things.items() if t.movable or t.joint is not None)
         new = blocking_of(found, steps, [self._asked_about(f) for f in facts], frozenset(loose))
         return new if new not in self.blocked else None
+
+    def blockings(self, steps: Sequence[Operator], found: Refutation) -> tuple[Blocking, ...]:
+        """Return what the failure of a task sequence rules out, as ``blocking`` does.
+
+        Of a task that was refused in one part of it alone, such as putting down, that part, too: it would be refused as a task of its own.
+        """
+        new = self.blocking(steps, found)
+        part = self._part(found) if new is not None else None
+        return tuple(b for b in (new, part and new and replace(new, task=part)) if b is not None and b not in self.blocked)
+
+    def _part(self, found: Refutation) -> Done | None:
+        """The part that a refutation names as a task that plans have; None where it names none, or plans have no such task."""
+        task, fillers = found.part or WHOLE
+        rule = next((r for r in self.knowledge.goal_rules if r.task == task), None)
+        roles = {} if rule is None else {r: dict(fillers).get(r, EFFECTOR) for r in rule.roles}
+        known = all((r, e) in roles.items() for r, e in fillers)
+        return (task, tuple(sorted(roles.items()))) if roles and known else None
 
     def tasks(self, steps: Sequence[Operator]) -> list[TaskSpec]:
         """Return the tasks of a plan as a scenario lists them, for ``Engine.resolve``."""

@@ -11,10 +11,23 @@ ANY = ""
 """Stands for every thing of the world."""
 
 
+Part = tuple[str, tuple[tuple[str, str], ...]]
+"""A task that another one is made of: its class, and the entity of each role."""
+
+WHOLE: Part = ("", ())
+"""Stands for a task as a whole."""
+
+
 class InTask(Value):
-    """Part of a conflict set: something was refused in this task of the plan, counted from 1."""
+    """Part of a conflict set: something was refused in a task of the plan.
+
+    Args:
+        number: of the task, counted from 1.
+        part: in which of the tasks that it is made of; None where that is said of each refusal below.
+    """
 
     number: int
+    part: Part | None = WHOLE
 
 
 class AsItIs(Value):
@@ -41,11 +54,13 @@ class Refutation(Value):
         things: sets of things that were in the way: it fails while of each set at least one is as it then was; None where it was
             not said of all refusals what they depend on.
         reason: the refusal that came after the most choices.
+        part: of the last of these tasks, in which alone all of it was refused; None where it was in several, or in no part.
     """
 
     tasks: tuple[int, ...]
     things: tuple[tuple[str, ...], ...] | None
     reason: str = ""
+    part: Part | None = None
 
 
 def as_they_are(things: InTheWay) -> frozenset[AsItIs]:
@@ -60,4 +75,6 @@ def refutation(conflict: Iterable[object], reason: str = "") -> Refutation:
     sets = {c.things for c in found if isinstance(c, AsItIs)}
     least = sorted(tuple(sorted(s)) for s in sets if not any(other < s for other in sets))
     tasks = sorted({c.number for c in found if isinstance(c, InTask)})
-    return Refutation(tuple(tasks), None if any(ANY in s for s in sets) else tuple(least), reason)
+    parts = {c.part for c in found if isinstance(c, InTask) and c.number == tasks[-1] and c.part is not None}
+    part = next(iter(parts)) if len(parts) == 1 and WHOLE not in parts else None
+    return Refutation(tuple(tasks), None if any(ANY in s for s in sets) else tuple(least), reason, part)

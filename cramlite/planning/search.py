@@ -23,8 +23,8 @@ from .answers import Answers
 from .budget import Budget, BudgetSpent, Stopped
 from .choice_point import ChoicePoint, Conflict, Nogoods, key_of
 from .control_steps import state_after_mark
-from .refutation import Capped, InTask, Later, as_they_are
-from .state import Effect, State, renewed, state_after_action, state_after_choice
+from .refutation import WHOLE, Capped, InTask, Later, Part, as_they_are
+from .state import Effect, State, ground_roles, renewed, state_after_action, state_after_choice
 from .trace import Trace
 
 Below = Generator[State, Conflict | None, Conflict]
@@ -185,7 +185,7 @@ class Search(Struct, dict=True):
             if item.name not in below:
                 return below
             point.conflict |= below - {item.name}
-        point.conflict |= {InTask(number)} if (number := within.get("task")) else set()
+        point.conflict |= {InTask(number, self._part(item, state, tried))} if (number := within.get("task")) else set()
         self._nogoods.remember(frozenset(point.conflict), state.choices)
         point.exhausted(tried)
         return frozenset(point.conflict)
@@ -199,6 +199,16 @@ class Search(Struct, dict=True):
         left = sum(isinstance(i, Action) for i in state.agenda[max(behind, default=0) :])
         depth = sum(isinstance(i, Effect) and not isinstance(i.action, Compound) for i in state.agenda)
         return {"task": self._planned - left, "depth": depth}
+
+    def _part(self, item: Designator, state: State, tried: int) -> Part | None:
+        """The task in which something comes up, of those that a task of the plan is made of; None of a task of the plan that was tried."""
+        opened = [i.action for i in reversed(state.agenda) if isinstance(i, Effect)]
+        tasks = [a for a in (*opened, item) if isinstance(a, Action) and not isinstance(a, Compound)]
+        inner = tasks[1] if len(tasks) > 1 else None
+        if inner is None:
+            return None if tried and not opened else WHOLE
+        roles = ground_roles(inner, state.bindings).roles
+        return inner.task, tuple(sorted((name, filler.entity or "") for name, filler in roles.items()))
 
     def _count(self) -> None:
         """Count a node that is expanded: a designator that plugins are asked about.

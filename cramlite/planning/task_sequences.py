@@ -182,12 +182,30 @@ def _trace_unreachable(
     choice: Goal, problem: PlanningProblem, trace: Trace, progress: Callable[[str], None], stop: Callable[[], bool]
 ) -> None:
     """Why no tasks achieve a goal, and which of its parts could be achieved alone."""
-    from .parts_alone import trace_alone
     from .planning_problem import why_unreachable
 
     trace.add(0, "goal", str(choice), "refused", "engine", why_unreachable(problem), kind="goal")
     if len(choice.says) > 1:
-        trace_alone(problem, trace, progress, stop)
+        _trace_alone(problem, trace, progress, stop)
+
+
+def _trace_alone(problem: PlanningProblem, trace: Trace, progress: Callable[[str], None], stop: Callable[[], bool]) -> None:
+    """Why each part of a goal is not achieved, where no tasks achieve all of it."""
+    from .goal_parts import PART
+    from .plan_stream import task_plans
+    from .planning_problem import why_unreachable
+
+    for says, wanted in problem.parts():
+        if stop():
+            return
+        part = problem.alone(says, wanted)
+        if wanted.met(problem.facts):
+            trace.add(0, PART, says, "asked", "engine", "holds at the start", kind="goal", numbers={"first": 0, "last": 0})
+            continue
+        plan = next(task_plans(part, progress, stop, 1), None)
+        names = " -> ".join(s.task.split(":")[-1] for s in plan.steps) if plan is not None else ""
+        why = f"alone {names} would do, but not with the other parts" if plan is not None else why_unreachable(part)
+        trace.add(0, PART, says, "refused", "engine", why, kind="goal")
 
 
 def _trace_plan(number: int, plan: TaskPlan, choice: Goal, problem: PlanningProblem, trace: Trace) -> None:

@@ -137,7 +137,7 @@ class TaskType(ABC):
         return goal
 
     def allowance(self, action: Action, bindings: Mapping[str, Any]) -> Allowance:
-        """What ``action`` may touch and move, by what the task declares: ``touches``, ``moves``, and its "force_limit_n".
+        """Return what ``action`` may touch and move, by what the task declares: ``touches``, ``moves``, and its "force_limit_n".
 
         Args:
             action: with its roles grounded.

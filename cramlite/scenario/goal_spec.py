@@ -104,6 +104,11 @@ def goal_text(data: Any) -> Any:
         return str(spec.model_validate(data))
     except ValidationError as error:
         first = error.errors()[0]
+        if first["type"] == "string_type" and isinstance(first["input"], Mapping):
+            raise ValueError(
+                f"in the goal {dict(first['input'])} is no thing; that is its name, "
+                '{"each": CLASS}, {"any": CLASS} or {"count": NUMBER, "of": CLASS}'
+            ) from error
         place = ".".join(str(p) for p in first["loc"])
         raise ValueError(f"in the goal '{place}': {first['msg'].removeprefix('Value error, ').lower()}") from error
 

@@ -121,7 +121,7 @@ class LimitsSpec(Spec):
     advisory: tuple[str, ...] | None = None
 
     def judging(self) -> JudgingLimits:
-        """The limits that are written, and the defaults of the others."""
+        """Return the limits that are written, and the defaults of the others."""
         written = self.model_dump(exclude_none=True)
         return JudgingLimits(**written, of_scenario=tuple(written))
 

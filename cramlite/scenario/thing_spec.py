@@ -44,8 +44,8 @@ class VarySpec(Spec):
     """
 
     thing: str
-    position: Length = 0.0
-    yaw: Angle = 0.0
+    position: Length = Field(0.0, ge=0.0)
+    yaw: Angle = Field(0.0, ge=0.0)
     model: list[str] = Field(default_factory=list)
     parameters: dict[str, Annotated[list[Any], Field(min_length=1)]] = Field({}, alias="with")
 
@@ -66,4 +66,4 @@ class LateSpec(Spec):
 
     thing: str
     position: Length = Field(ge=0.0)
-    yaw: Angle = 0.0
+    yaw: Angle = Field(0.0, ge=0.0)

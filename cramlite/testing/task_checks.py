@@ -25,13 +25,14 @@ from ..plugin.task_type import Decomposition, TaskType
 FORCE, LINE = ("force_n", "force_limit_n"), ("speed_m_s", "acceleration_m_s2")
 TURN = ("speed_rad_s", "acceleration_rad_s2")
 KINDS: Mapping[str, tuple[str, ...]] = {
-    "transfer": TURN, "linear": (*LINE, "stage", "paced"), "gripper": ("force_n", "speed_m_s", "to", "expect"),
+    "transfer": TURN, "linear": (*LINE, "stage", "paced", "free_m_s"), "gripper": ("force_n", "speed_m_s", "to", "expect"),
     "until_contact": ("speed_m_s", "force_n", "beyond_m", "free_m_s", "corner", "expect"),
     "force_path": ("speed_m_s", "press_n", "force_limit_n", "paced"),
     "spiral_search": (*FORCE, "speed_m_s", "radius_m", "advance_m", "corner"),
     "force_insert": (*FORCE, "speed_m_s", "corner", "end"), "force_extract": (*FORCE, "speed_m_s"),
     "compliant_slide": ("speed_m_s", "press_n", "lost_s", "force_limit_n"),
-    "payload": (), "zero_sensor": (), "hold": ("duration_s",), "tilt": (*TURN, "to"), "drive": (*LINE, *TURN),
+    "payload": (), "zero_sensor": (), "hold": ("duration_s", "paced"), "tilt": (*TURN, "to"), "swing": (*LINE, "to"),
+    "drive": (*LINE, *TURN),
     "back": ("to", "after"),
 }  # fmt: skip
 """Motion kinds that the motion plugins of cramlite resolve (``Motion.kind``), each with the parameters that it knows."""

@@ -1,11 +1,9 @@
 """The Panda of robosuite 1.4 as a robot of cramlite, a plugin file: what LIBERO's scenes are driven with.
 
 Kinematics: links and joint ranges of robosuite 1.4, models/assets/robots/panda/robot.xml: the Franka Research 3's but for the flange
-(106.5 mm) and the ranges. Speeds: Panda data sheet. Links and their masses are the FR3's (cramlite_plugins/robots/fr3.py), not those of
-the Panda: the hulls of robosuite's meshes, with which MuJoCo collides, stick out of them by up to 40 mm (link 5; link 6 by 16 mm, roughly
-measured in one posture). Hand: models/assets/grippers/panda_gripper.xml: fingers from 52.4 mm, pads of 16 x 16 x 8 mm whose middle is at
-93.4 mm, tips at 106 mm, 20 N a finger; the site that its controller moves is at 97 mm. Its frame is that of
-cramlite_plugins/robots/franka_hand.py.
+(106.5 mm) and the ranges. Speeds: Panda data sheet. Masses of the links are the FR3's (cramlite_plugins/robots/fr3.py). Hand:
+models/assets/grippers/panda_gripper.xml: fingers from 52.4 mm, pads of 16 x 16 x 8 mm whose middle is at 93.4 mm, tips at 106 mm, 20 N a
+finger; the site that its controller moves is at 97 mm. Its frame is that of cramlite_plugins/robots/franka_hand.py.
 """
 
 from __future__ import annotations
@@ -17,8 +15,10 @@ from msgspec.structs import replace
 from cramlite.model import Pose, Robot
 from cramlite.plugin import hookimpl
 from cramlite_plugins.robots.dh_arm import arm_mjcf
-from cramlite_plugins.robots.fr3 import APART, BASE, DH, FR3, JOINTS, LINKS
+from cramlite_plugins.robots.fr3 import DH, FR3, JOINTS
+from cramlite_plugins.robots.fr3 import LINKS as FR3_LINKS
 from cramlite_plugins.robots.franka_hand import HEIGHT, TURN
+from cramlite_plugins.robots.hull import Circle, Hull
 from cramlite_plugins.robots.parallel_gripper import Jaws, beside, finger
 
 FLANGE, SITE = 0.1065, 0.097
@@ -36,6 +36,49 @@ CONDITIONING = 0.08
 through the stretched elbow out on its other side, where it is stuck against its stop. Of the freeze's 83 programs 12 came
 below 0.065 with the arm stretched: 11 of them did so, and none of the 70 that kept 0.09."""
 TABLE = (*DH[:-1], (DH[-1][0], DH[-1][1] - 0.107 + FLANGE, DH[-1][2]))
+CIRCLES = (
+    (
+        ("z", (-0.026, 0.0, -0.0065), 0.098), ("z", (-0.127, 0.046, 0.0), 0.0305), ("z", (-0.127, -0.046, 0.0), 0.0305),
+        ("z", (-0.1055, 0.03, 0.0575), 0.0215), ("z", (-0.1015, -0.03, 0.064), 0.021), ("z", (-0.0045, 0.0, 0.0405), 0.0755),
+        ("z", (-0.002, 0.0, 0.14), 0.065),
+    ),
+    (
+        ("z", (0.0, 0.0, -0.192), 0.055), ("z", (0.0, 0.0005, -0.129), 0.0555), ("y", (0.0, -0.0005, -0.001), 0.056),
+        ("y", (0.0, -0.06, 0.0), 0.0555), ("y", (0.0, -0.1065, -0.0005), 0.0495), ("y", (0.0, -0.1295, 0.0005), 0.021),
+    ),
+    (
+        ("y", (0.0, -0.194, 0.0), 0.0555), ("y", (0.0, -0.1275, 0.0), 0.0555), ("z", (0.0, 0.0005, 0.0005), 0.055),
+        ("z", (0.0, 0.0, 0.065), 0.055), ("z", (0.0, -0.001, 0.108), 0.0485), ("z", (0.0, 0.001, 0.1295), 0.0205),
+    ),
+    (
+        ("z", (0.0, 0.0, -0.121), 0.058), ("z", (-0.001, 0.0, -0.0335), 0.046), ("y", (0.0815, -0.0005, -0.0015), 0.057),
+        ("y", (0.082, 0.06, 0.0), 0.054), ("y", (0.082, 0.093, -0.001), 0.049), ("y", (0.083, 0.1115, 0.0), 0.021),
+    ),
+    (
+        ("y", (-0.0825, 0.124, 0.0), 0.058), ("y", (-0.082, 0.0335, 0.0), 0.047), ("z", (-0.0005, 0.0005, 0.0), 0.056),
+        ("z", (0.0005, -0.0005, 0.057), 0.054), ("z", (-0.0005, 0.001, 0.0945), 0.0475), ("z", (0.0, -0.001, 0.111), 0.0205),
+    ),
+    (
+        ("z", (0.0, 0.0, -0.2645), 0.054), ("z", (0.0, -0.001, -0.244), 0.058), ("z", (0.0, 0.0345, -0.1875), 0.0575),
+        ("y", (0.0, 0.0145, 0.0005), 0.0475), ("y", (0.0, 0.1035, -0.001), 0.0535), ("y", (0.0, 0.132, 0.0025), 0.022),
+    ),
+    (
+        ("y", (0.0895, -0.0545, -0.0005), 0.044), ("y", (0.084, 0.049, 0.0015), 0.048), ("y", (0.081, 0.082, -0.0005), 0.0325),
+        ("z", (0.0085, 0.0025, -0.015), 0.0565), ("z", (-0.0005, 0.0, 0.034), 0.0465), ("z", (0.009, 0.0, 0.0575), 0.025),
+    ),
+    (
+        ("z", (-0.003, -0.002, -0.0545), 0.0475), ("z", (-0.0055, -0.0055, -0.012), 0.046), ("z", (0.002, 0.0015, 0.0005), 0.0325),
+        ("z", (0.0375, 0.072, -0.0285), 0.0095), ("z", (0.037, 0.07, -0.0115), 0.0115), ("z", (0.073, 0.039, -0.028), 0.009),
+        ("z", (0.074, 0.0375, -0.0115), 0.007), ("z", (0.0185, -0.013, 0.001), 0.005), ("z", (0.0, -0.002, -0.0365), 0.0445),
+        ("z", (0.046, 0.0455, -0.0065), 0.0165),
+    ),
+)  # fmt: skip
+"""Whose hulls are base and links: axis, centre and radius [m], in the frames of robosuite's bodies, of the last link from the flange.
+MuJoCo collides the convex hulls of robosuite's meshes, meshes/link0.stl to link7.stl, the same files in 1.4 and 1.5.2; these were fitted
+about them: no corner of a mesh is outside by more than 0.11 mm, and none of theirs is farther from it than 4.4 (links 1, 2), 5.6 (3, 4),
+8.8 (5), 9.7 (6), 9.5 (7) and 14.8 mm (base). LIBERO's robot collides all but link 7, that of 1.5.2 this one, too."""
+HULLS = tuple(Hull(tuple(Circle(*c) for c in circles)) for circles in CIRCLES)
+LINKS = tuple(replace(link, shape=(hull,)) for link, hull in zip(FR3_LINKS, HULLS[1:], strict=True))
 JAWS = Jaws(
     stroke=0.080, pad=(0.016, 0.020, 0.008), palm=HEIGHT, tip=0.106, back=(0.0105, 0.004), knuckle=(0.0105, 0.0075, 0.004), mass=0.11,
     centre=0.10, force=20.0,
@@ -69,7 +112,7 @@ def gripper_mjcf(wrist: str) -> tuple[str, str]:
 
 def mjcf() -> str:
     """Write the arm and its hand as MJCF text."""
-    return arm_mjcf("libero_panda", TABLE, LINKS, JOINTS, LIMITS, BASE, gripper_mjcf(LINKS[-1].name), APART)
+    return arm_mjcf("libero_panda", TABLE, LINKS, JOINTS, LIMITS, HULLS[:1], gripper_mjcf(LINKS[-1].name))
 
 
 HAND = replace(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -69,6 +70,8 @@ class _Own(Spec):
         ({"pair": [1, True]}, "this is true"),
         ({"by_name": {"proofs": False}}, "'proofs' is false"),
         ({"rows": [[1], [2, True]]}, "this is true"),
+        ({"pair": [1, math.inf]}, "this is inf, which is not finite"),
+        ({"things": {"damping": math.nan}}, "'damping' is nan, which is not finite"),
     ],
 )
 def test_nor_within_a_list_or_a_mapping(data: dict[str, Any], says: str) -> None:
@@ -99,3 +102,5 @@ def test_a_models_number_is_no_truth_value() -> None:
     assert make("table", "floor", Pose(), {"size": [1, 1, 0.1], "friction": 1}).name == "floor"
     with pytest.raises(UserError, match="parameter 'friction' is True: this is true; it should be a number"):
         make("table", "floor", Pose(), {"size": [1, 1, 0.1], "friction": True})
+    with pytest.raises(UserError, match="parameter 'damping' is nan: this is nan, which is not finite"):
+        make("door", "door", Pose(), {"parent": "cabinet", "damping": math.nan})

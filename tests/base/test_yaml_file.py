@@ -140,6 +140,12 @@ WRONG = {
     "scenario: x\nrobot: {type: ur5e}\nthings: {a: b}\n": ":3: 'things': this is a mapping; it should be a list",
     "scenario: x\nrobot: {type: true}\n": ":2: 'robot.type': this is true or false; it should be text",
     "scenario:\nrobot: {type: ur5e}\n": ":1: 'scenario': this is empty; it should be text",
+    "scenario: x\nrobot: {type: ur5e}\nthings: []\ngoal: []\n": ":4: 'goal': nothing is in it, and 1 at least should be",
+    "scenario: x\nrobot: {type: ur5e}\nthings: []\ngoal: [3]\n": ":4: the first value of 'goal': this is a number; it should be text\\.$",
+    "scenario: x\nrobot: {type: ur5e}\nthings: []\ngoal: [{goal: 'on', things: [{count: true, of: Tin}, a]}]\n":
+        ":4: the first goal: in the goal {'count': True, 'of': 'Tin'} is no thing; that is its name, ",
+    "scenario: x\nrobot: {type: ur5e}\nthings: []\ngoal: [a]\nvary: [{thing: a, position: -1}]\n":
+        ":5: 'position' of the first vary: Input should be greater than or equal to 0",
     "scenario: x\nrobot:\n\ttype: ur5e\n": ":3: not valid YAML: .*there is a tab in this line",
 }
 

@@ -6,9 +6,10 @@ A judge's environment is played by a folder with a shell script for a Python.
 from __future__ import annotations
 
 import sys
-from itertools import pairwise
+from itertools import pairwise, product
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -151,6 +152,42 @@ def test_the_hand_is_as_thick_as_its_mesh_at_the_flange_and_thinner_at_the_finge
     for height, half in mesh.items():
         x = next(b[2] for b in bounds if b[0] <= height < b[1])
         assert half <= x < half + 0.006
+
+
+REACH = {
+    "link1": (55, 55, 55, 55, 129, 192, 45, 156, 100, 156, 45, 156, 100, 156),
+    "link2": (55, 55, 129, 55, 194, 55, 100, 45, 157, 157, 100, 44, 157, 157),
+    "link3": (138, 111, 55, 55, 55, 121, 139, 139, 92, 115, 43, 115, 16, 115),
+    "link4": (55, 124, 111, 138, 55, 55, 91, 69, 91, 45, 164, 164, 90, 64),
+    "link5": (55, 130, 52, 55, 55, 265, 100, 194, 30, 194, 100, 194, 30, 194),
+    "link6": (132, 82, 56, 48, 51, 44, 119, 119, 116, 116, 56, 48, 55, 48),
+    "link7": (81, 81, 0, 44, 44, 55, 63, 87, 30, 67, 30, 67, 34, 67),
+    "base_link": (72, 95, 140, 154, 95, 0, 126, 58, 126, 58, 126, 117, 126, 117),
+}
+"""How far robosuite's meshes reach along x, y, z, -x, -y, -z and the eight diagonals of the link's frame [mm], measured in its files."""
+
+
+@pytest.mark.parametrize("link", REACH)
+def test_a_link_reaches_as_far_as_the_mesh_that_the_judge_collides(link: str) -> None:
+    import mujoco
+
+    model = mujoco.MjModel.from_xml_string(module_of(LIBERO / "panda.py").mjcf())
+    geoms = [g for g in range(model.ngeom) if model.body(model.geom_bodyid[g]).name == link]
+    corners = np.vstack([_corners(model, g) for g in geoms])
+    ways = np.array([*np.eye(3), *-np.eye(3), *(np.array(s) / 3**0.5 for s in product((1, -1), repeat=3))])
+    beyond = 1000 * (corners @ ways.T).max(axis=0) - REACH[link]
+    assert beyond.min() > -0.7, "rounded to a millimetre"
+    assert beyond.max() < (14 if link == "base_link" else 9)
+
+
+def _corners(model: Any, geom: int) -> np.ndarray:
+    """The corners of a hull in the frame of its body [m]."""
+    import mujoco
+
+    mesh, turn = int(model.geom_dataid[geom]), np.zeros(9)
+    mujoco.mju_quat2Mat(turn, model.geom_quat[geom])
+    points = model.mesh_vert[model.mesh_vertadr[mesh] : model.mesh_vertadr[mesh] + model.mesh_vertnum[mesh]]
+    return np.asarray(points.astype(float) @ turn.reshape(3, 3).T + model.geom_pos[geom])
 
 
 def test_an_episode_begins_alike_whatever_was_played_before(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -11,12 +11,12 @@ from hypothesis import strategies as st
 from msgspec.structs import replace
 from properties import examples
 
-from cramlite import Engine, Goal, Trace, find_scenario, planning_problem, read_scenario
+from cramlite import Budget, Engine, Goal, Trace, find_scenario, planning_problem, read_scenario
 from cramlite.planning.blocking import Blocking
 from cramlite.planning.handling import Done, Handling, Track
 from cramlite.planning.plan_stream import task_plans
 from cramlite.planning.planning_problem import PlanningProblem
-from cramlite.planning.refutation import InTask, Refutation, as_they_are, refutation
+from cramlite.planning.refutation import InTask, Part, Refutation, as_they_are, refutation
 
 ENGINE = Engine()
 SCENE = """
@@ -95,6 +95,45 @@ def test_what_does_not_fit_as_it_is_held_is_set_down_and_taken_again(problem: Pl
     plans, _ = replanned(problem, Refutation((1, 3), ()), Refutation((1, 3), ()))
     assert "Placing(Locatum=prize, Relatum=tray)" not in plans[1]  # another task for the same, with the same grasp
     assert plans[2].count("Grasping(Patient=prize)") == 2 and plans[2].endswith("Placing(Locatum=prize, Relatum=tray)")
+
+
+PUT_DOWN = ("soma:PuttingDown", (("Locatum", "prize"), ("Relatum", "tray")))
+"""A part of placing, and a task of its own."""
+
+
+def test_what_was_refused_in_one_part_alone_is_refused_where_that_is_a_task_of_its_own(problem: PlanningProblem) -> None:
+    """Else it would be tried in vain once more; but not where the task was refused in another part, too."""
+    plans, trace = replanned(problem, Refutation((1, 3), (), part=PUT_DOWN))
+    assert plans[1].count("Grasping(Patient=prize)") == 2 and "PuttingDown(Locatum=prize, Relatum=tray)" not in plans[1]
+    said = [e.reason.split(" with ")[0] for e in trace.entries if e.kind == "goal" and e.outcome == "refused"]
+    assert said == ["no Placing(prize, tray)", "no PuttingDown(prize, tray)"]
+    plans, _ = replanned(problem, Refutation((1, 3), ()))
+    assert "PuttingDown(Locatum=prize, Relatum=tray)" in plans[1]
+
+
+def test_a_part_that_no_plan_has_as_a_task_rules_out_no_more(problem: PlanningProblem) -> None:
+    steps = next(task_plans(problem)).steps
+    for part in (("soma:Dreaming", (("Locatum", "prize"),)), ("soma:PuttingDown", (("Witness", "prize"),))):
+        assert len(problem.blockings(steps, Refutation((1, 3), (), part=part))) == 1
+
+
+def test_the_part_is_that_of_the_last_refused_task_if_there_is_but_one() -> None:
+    releasing = ("soma:Releasing", PUT_DOWN[1])
+    assert refutation({InTask(3, PUT_DOWN), InTask(3, None), InTask(1)}).part == PUT_DOWN
+    for other in (InTask(3, releasing), InTask(3), InTask(4), InTask(4, None)):
+        assert refutation({InTask(3, PUT_DOWN), other}).part is None
+
+
+@pytest.mark.parametrize(("size", "part"), [(0.25, None), (0.01, PUT_DOWN)])
+def test_the_search_tells_in_which_part_a_task_was_refused(tmp_path: Path, size: float, part: Part | None) -> None:
+    """In putting down, on a tray that is too small; of a thing that is too wide for the hand, in none."""
+    wide = "" if part else ", with: {size: [0.2 m, 0.2 m, 60 mm]}"
+    scene = SCENE.replace("size: [0.25 m, 0.25 m", f"size: [{size} m, {size} m").replace("0.23", "0.4")  # the other one is out of the way
+    (tmp_path / "blocks.yaml").write_text(scene.replace("[0.5, 0.15, 31 mm]}", f"[0.5, 0.15, 31 mm]}}{wide}"))
+    trace = Trace()
+    assert next(ENGINE.resolve(read_scenario(tmp_path / "blocks.yaml"), budget=Budget(sequences=1), trace=trace), None) is None
+    trace.candidate = 1
+    assert trace.refutation is not None and trace.refutation.part == part
 
 
 @pytest.mark.parametrize(

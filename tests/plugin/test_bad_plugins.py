@@ -125,7 +125,7 @@ BAD_DECLARATIONS = {
         "task_types gave the class T; declare an instance, T()",
     ),
     "something else": (THING.format(hook="robots", thing="'ur5e'"), "robots gave 'ur5e', which has no 'type'"),
-    "nothing to iterate": ("@hookimpl\ndef experts():\n    return 5\n", "'int' object is not iterable"),
+    "nothing to iterate": ("@hookimpl\ndef experts():\n    return 5\n", "experts gave 5; it gives a list"),
     "a name that is taken": (
         "class E:\n    name = 'urscript'\n    executable = False\n    def emit(self, p, r): ...\n"
         + THING.format(hook="backends", thing="E()"),

@@ -70,11 +70,11 @@ class EpisodeResult(Value, kw_only=True):
     failure: str = ""
 
     def first(self, *, unlimited: bool = False) -> bool:
-        """Whether the judge's check was ever true: within the budget, or in unlimited time."""
+        """Return whether the judge's check was ever true: within the budget, or in unlimited time."""
         return self.attempt is not None and in_time(self.attempt, self.budget, unlimited=unlimited)
 
     def rest(self, *, unlimited: bool = False) -> bool:
-        """Whether it was, and still is when things are at rest."""
+        """Return whether it was, and still is when things are at rest."""
         return self.first(unlimited=unlimited) and self.attempt is not None and self.attempt.rest
 
 

@@ -23,7 +23,7 @@ from cramlite.plugin import Answers, Context, Grounding, Refused, Unresolvable, 
 from ..motions import grip_force
 from ..shapes import ray_casting as rays
 from ..shapes.bounds import centre_of_mass
-from . import antipodal
+from . import antipodal, pinched
 from .aslant import goes_in_aslant
 from .from_aside import is_free, slants
 from .grips import AGAIN, SLACK, Grip, ranked, varied, why_none
@@ -89,13 +89,14 @@ def _places(location: Location, belief: Belief, context: Context) -> Iterator[Gr
 
     thing, gripper = belief.thing(bound(context, location.of)), context.robot.gripper
     grips = ranked(thing, gripper, pair_friction(belief.world.physics.pad_friction, thing.least_friction))
-    if not grips:
+    rims = pinched.pinches(thing, belief, context)
+    if not grips and not rims:
         raise Unresolvable(why_none(thing, gripper), (location.of or "",), blocking=())
     reference_pose(belief, location, context)
     near, free = make_scene(belief, context, [thing.name]), make_scene(belief, context)
     room = HandRoom.about(thing, belief, free)
     ordered = _in_order(grips, thing, belief, context, room)
-    if not ordered:
+    if not ordered and not rims:
         reason = f"at each of {len(grips)} grips of '{thing.name}' the hand would be inside it"
         raise Unresolvable(reason, (location.of or "",), blocking=())
     as_near, as_free = lru_cache(OPENINGS)(near.opened), lru_cache(OPENINGS)(free.opened)
@@ -111,6 +112,7 @@ def _places(location: Location, belief: Belief, context: Context) -> Iterator[Gr
         wide = (o for o in _openings(grasp, thing, belief, gripper) if _as_wide(reached, as_near(o), as_free(o)))
         place = _place(grasp, grasp.before, next(wide, grasp.opening), thing.name)
         yield Grounding(place, _says(grasp), cost, key=grasp.name, anew=True)
+    yield from pinched.places(rims, thing, belief, context)
 
 
 def _place(grasp: Grasp, before: Pose, opening: float, thing: str) -> Place:

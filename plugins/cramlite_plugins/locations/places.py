@@ -8,15 +8,17 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import Belief, Collision, Location, Place, Pose
+from cramlite.model import Belief, Collision, Location, Place, Pose, Swing
 from cramlite.plugin import Answers, Context, Grounding, Refused, Unresolvable, hookimpl
 
 from .from_aside import is_free, slants
+from .laying_down import dropped
 
 Found = Iterator[Grounding | Refused]
 BACK = (0.12, 0.08, 0.05)  # retreat distances that are tried [m]: the longest frees the pads of a 2F-85, 38 mm long
 DIRECTIONS = (0.0, 180.0, 90.0, -90.0)  # of a slide, in the base frame [deg]
 SHARES = (1.0, 0.7, 0.4)  # of its height that a lift leads aside, where straight up something is in the way
+OFF = 0.03  # what it lay on a thing hangs when it is lifted [m]: room for the path that goes on from there
 ALONG = (0.1, 0.2, 0.3, 0.45, 0.65, 1.0)
 """Parts of a lift at which all must be free: before the first the thing may touch what it stands on."""
 
@@ -54,11 +56,25 @@ def _lift(location: Location, belief: Belief, context: Context) -> Found:
     from ..motion_planning.reach import shift, tcp
 
     height, here = float(location.parameters["height_m"]), tcp(belief, context)
+    if belief.held is not None and belief.held.swing is not None:
+        yield from _until_it_hangs(here, height, belief, belief.held.swing, context)
+        return
     heights = (height, 0.6 * height)  # a lower lift, where the full one is out of reach
     ways = [(f"{h * 1000:.0f} mm up", shift(here, (0, 0, h))) for h in heights]
     yield from _reachable(ways, belief, context)
     if height > 0:
         yield from _out_from_under(here, heights, belief, context)
+
+
+def _until_it_hangs(here: Pose, height: float, belief: Belief, swing: Swing, context: Context) -> Found:
+    """So far up that what swings down in the hand is off what it lay on."""
+    from ..motion_planning.reach import shift
+
+    assert belief.held is not None
+    needed = dropped(belief.world.thing(belief.held.thing), here, swing) + OFF
+    hanging = replace(belief, held=replace(belief.held, tcp_to_thing=swing.end))
+    ways = [(f"{1000 * h:.0f} mm up", shift(here, (0, 0, h))) for h in dict.fromkeys((max(height, needed), needed))]
+    yield from _reachable(ways, hanging, context)
 
 
 def _out_from_under(here: Pose, heights: Sequence[float], belief: Belief, context: Context) -> Found:

@@ -29,18 +29,20 @@ SPOTS = ((0.0, 0.0), (0.8, 0.0), (-0.8, 0.0), (0.0, 0.6), (0.8, 0.6), (-0.8, 0.6
 TILTS, TURNS = (0.0, -30.0, -45.0, -60.0), (90.0, -90.0, 0.0, 180.0)
 """Of the hand before a front about the level line across it, from above, and about its own axis, its slim side up first [deg]."""
 FROM_ABOVE = (
-    ((0.0, 0.6), (0.55, 0.8), (0.8, 0.8), (0.3, 0.8), (0.0, 0.8)), (-70.0, -90.0), (0.0, 90.0, 180.0, 270.0, 45.0, 135.0, 225.0, 315.0)
+    ((0.0, 0.6), (0.0, 0.75), (0.55, 0.8), (0.8, 0.8), (0.3, 0.8), (0.0, 0.8)), (-70.0, -90.0),
+    (0.0, 90.0, 180.0, 270.0, 45.0, 135.0, 225.0, 315.0),
 )  # fmt: skip
 """Spots, tilts and turns of a hand over the upper edge of a front, its fingers alone before it: last, for what turns so far that no hand
 before it comes along. At its handle first, and with a flat side before a corner: beside the bar of a microwave's door, and at the round
-end of that, fingers slid off it, 15 mm out along the door, and pressed on what is beside that. Nor near its side: fingers slid 30 mm along
-a door, over its edge, and caught on that when they left."""
+end of that, fingers slid off it, 15 mm out along the door, and pressed on what is beside that. Higher on the bar where the elbow folds too
+far else: the hand gives way, and was seen to rise by 10 mm. Nor near its side: fingers slid 30 mm along a door, over its edge, and caught
+on that when they left."""
 NEAR_HINGE = 0.5
 """A hand that is nearer to a hinge than this share of its handle's distance pushes with more than twice the force, and turns as much on
 half the way: it is tried last."""
-OFF = 0.008
-"""How far a streamed hand may be from where it is planned on a front, once it has slid there [m]: of fingers that met the last 8 mm of a
-bar, which others would miss, some slid over its end, and were 45 mm behind it."""
+OFF, FIRM = 0.008, 0.002
+"""How far a hand may be from where it is planned on a front [m], and how much less far out it may then meet that: fingers that had a bar by
+the last 10 mm of it, which is round, slid over its end, and came 45 mm farther in."""
 DOWN = (-45.0, -35.0, -30.0)
 """The same of a hand that presses on a bar from above."""
 UPRIGHT = 0.9
@@ -156,7 +158,7 @@ def _against(
     points = [point, *(point + sign * way for way in across for sign in (1.0, -1.0))]
     reach, *beside = (_clear_of(thing, pose, replace(hand, position=tuple(p.tolist())), out, gripper) for p in points)
     x, y, z = (float(v) for v in point + out * (reach + ALMOST))
-    return Pose((x, y, z), hand.quaternion), min(beside) > reach - OFF
+    return Pose((x, y, z), hand.quaternion), min(beside) > reach - FIRM
 
 
 def _clear_of(thing: Thing, pose: Pose, hand: Pose, out: Floats, gripper: Gripper) -> float:

@@ -26,6 +26,7 @@ from .attitude import check_turn, held_now, put_down
 from .covers import closed_in, covers, goes_in_upright, openings
 from .free_area import Offset, beside, free_area, positions
 from .from_aside import is_free, slants
+from .laying_down import laid_down
 from .leaning import LET_GO, close_by, leaning, must_lean
 from .place_filters import ABOVE_IT, ASIDE, CHEAP, DEAR, OFF_WALLS, SIDES, Filter, Obstacle, Spot, Wanted, clear, opened
 from .resting_poses import DROPS, is_uneven, lowered_onto, resting_poses, spot_at_rest
@@ -67,6 +68,8 @@ def resolve_location(location: Location, belief: Belief, context: Context) -> An
         return places_through_a_side(location, belief, context)
     if location.relation == "aslant":
         return places_aslant(location, belief, context)
+    if location.relation == "on" and belief.held is not None and belief.held.swing is not None:
+        return laid_down(location, belief, context, _spots)
     return _spots(location, belief, context) if location.relation in ("on", "in") else None
 
 

@@ -156,8 +156,7 @@ def _slide(motion: Motion, belief: Belief, context: Context) -> Found:
     points = line(motion, belief, context, list(place.path))
     corners = np.array([tcp(belief, context).position, *(c.position for c in place.path)])
     length = float(np.linalg.norm(np.diff(corners, axis=0), axis=1).sum())
-    pace, press = context.robot.pace if value(motion, "paced") else 1.0, value(motion, "press_n")
-    speed = pace * value(motion, "speed_m_s")
+    speed, press = value(motion, "speed_m_s"), value(motion, "press_n")
     step = CompliantSlide(
         place.path, frame_along(np.array([0.0, 0.0, -1.0])), press, speed, value(motion, "lost_s"),
         value(motion, "force_limit_n"), timeout(length, speed), points[-1], origin=motion.name, comment=motion.reason,
@@ -217,7 +216,8 @@ def _zero(motion: Motion, belief: Belief, context: Context) -> Found:
 
 
 def _hold(motion: Motion, belief: Belief, context: Context) -> Found:
-    step = Wait(value(motion, "duration_s"), origin=motion.name, comment=motion.reason)
+    pace = context.robot.pace if value(motion, "paced") else 1.0
+    step = Wait(value(motion, "duration_s") / pace, origin=motion.name, comment=motion.reason)
     yield Grounding((step,), f"stand still for {step.duration:.1f} s", key="hold")
 
 

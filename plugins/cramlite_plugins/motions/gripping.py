@@ -55,8 +55,8 @@ def _close(motion: Motion, belief: Belief, context: Context) -> Found:
     place, gripper = place_of(motion, context), context.robot.gripper
     width = place.values.get("width_m", 0.0)
     held = Held(
-        place.thing, tcp(belief, context).inverse() * belief.pose(place.thing), width,
-        carries=carried_along(belief, place.thing),
+        place.thing, place.swing.start if place.swing else tcp(belief, context).inverse() * belief.pose(place.thing), width,
+        carries=carried_along(belief, place.thing), swing=place.swing,
     )  # fmt: skip
     grip, is_it = grip_of(held, belief.world, gripper), _names_of(place.thing, context)
     force, why = grip_force(grip, value(motion, "force_n"), context, is_it, tuple(enclosing_names(motion.name)))

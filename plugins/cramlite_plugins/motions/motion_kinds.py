@@ -109,7 +109,6 @@ KINDS: Mapping[str, MotionKind] = {
                 Parameter("speed_m_s", 0.03, "below the 50 mm/s where inertia looks like contact"),
                 Parameter("press_n", 3.0, "keeps contact without lifting friction above 2 N"),
                 Parameter("lost_s", 0.5, "5 mm of settling at the 10 mm/s with which it follows the surface"), LIMIT,
-                Parameter("paced", 0.0, "a speed that is said is kept; 1: times the robot's pace"),
             ),
             (FORCE, "no contact for # s", LATE), SHIFT_SLIDE,
         ),
@@ -123,12 +122,25 @@ KINDS: Mapping[str, MotionKind] = {
         ),
         MotionKind("payload", "SetPayload", "at once"),
         MotionKind("zero_sensor", "ZeroSensor", "after 0.3 s at rest"),
-        MotionKind("hold", "Wait", "after duration_s", (Parameter("duration_s", 1.0, "long enough for a slip of 1 mm/s to show"),)),
+        MotionKind(
+            "hold", "Wait", "after duration_s",
+            (
+                Parameter("duration_s", 1.0, "long enough for a slip of 1 mm/s to show"),
+                Parameter("paced", 0.0, "a time that is said is kept; 1: shorter by the robot's pace"),
+            ),
+        ),
         MotionKind(
             "tilt", "MoveJoints", "at the end of the place's path, or upright again at its beginning",
             (
                 Parameter("speed_rad_s", 0.5, "of the tilt: contents slide on walls faster than that"),
                 Parameter("acceleration_rad_s2", 1.4, "of the leading axis: URScript's default"),
+            ),
+        ),
+        MotionKind(
+            "swing", "MoveLinear", "at the place, where it hangs; or at the last corner of the place's path, where it lies",
+            (
+                Parameter("speed_m_s", 0.05, "a plate of 0.13 m then turns at 25 mm/s in the hand; above 30 it would count as slipping"),
+                Parameter("acceleration_m_s2", 0.5, "under half of URScript's default 1.2"),
             ),
         ),
         MotionKind(

@@ -69,12 +69,12 @@ class CandidateDecisions(Value):
 
 
 def of_plan(entry: Entry) -> bool:
-    """Whether an entry asks for a task of the plan, or for a rule of the plan language."""
+    """Return whether an entry asks for a task of the plan, or for a rule of the plan language."""
     return entry.kind in ("action", "compound") and entry.numbers.get("depth") == 0
 
 
 def attempts(trace: Trace) -> list[CandidateDecisions]:
-    """The candidates in the order in which they were tried."""
+    """Return the candidates in the order in which they were tried."""
     groups: dict[int, list[Entry]] = defaultdict(list)
     for entry in trace.entries:
         groups[entry.candidate].append(entry)

@@ -56,9 +56,10 @@ def measured(finding: Finding) -> Measured:
 
 
 def _number(value: float | None, unit: str) -> str:
-    """Three digits; lengths below 0.1 m in mm."""
+    """Three digits; lengths below 0.1 m in mm. Less than a thousandth is what simulation rounds, and no measurement."""
     if value is None:
         return ""
     if unit == "m" and abs(value) < 0.1:
         value, unit = value * 1000, "mm"
-    return f"{value:.3g} {unit}".strip()
+    said = f"{value:.3g}" if not 0 < abs(value) < 0.001 else "< 0.001"
+    return f"{said} {unit}".strip()

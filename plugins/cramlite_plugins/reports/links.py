@@ -31,7 +31,7 @@ def look_name(number: int) -> str:
 
 
 def target(designator: str, known: Collection[str]) -> str:
-    """The designator itself if it has a place, else the nearest one that it is part of; "" for none."""
+    """Return the designator itself if it has a place, else the nearest one that it is part of; "" for none."""
     return next((name for name in enclosing_names(designator) if name in known), "")
 
 

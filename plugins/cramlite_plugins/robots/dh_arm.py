@@ -2,7 +2,7 @@
 
 Body ``i`` carries joint ``i``. Its origin is frame ``i - 1`` moved by d_i along the joint axis (the
 convention of the manufacturer's URDF), so that the last body's frame is the flange frame when a = alpha = 0.
-Shapes are cylinders and boxes, never capsules: MuJoCo 4.0.0 misses a capsule whose axis passes
+Shapes are cylinders, boxes and convex hulls, never capsules: MuJoCo 4.0.0 misses a capsule whose axis passes
 through a thin box (docs/explanation/simulation.md).
 """
 
@@ -14,6 +14,8 @@ import numpy as np
 from msgspec import field
 
 from cramlite.model import Floats, Pose, Value
+
+from .hull import Hull, corners
 
 Row = tuple[float, float, float]
 
@@ -37,7 +39,7 @@ class Link(Value):
         inertia: (ixx, iyy, izz, ixy, ixz, iyz) about the centre of mass, axes of that frame [kg m2].
         torque: limit of its joint [Nm].
         kp: position gain of its servo [Nm/rad]; the velocity gain is 0.04 kp.
-        shape: its cylinders.
+        shape: its cylinders and hulls.
         own: mass data are in the body's frame, as in a URDF, not in the Denavit-Hartenberg frame.
     """
 
@@ -47,7 +49,7 @@ class Link(Value):
     inertia: tuple[float, float, float, float, float, float]
     torque: float
     kp: float
-    shape: tuple[Cylinder, ...] = field(default_factory=tuple)
+    shape: tuple[Cylinder | Hull, ...] = field(default_factory=tuple)
     own: bool = False
 
 
@@ -71,7 +73,7 @@ def arm_mjcf(
     links: tuple[Link, ...],
     joints: tuple[str, ...],
     limits: tuple[tuple[float, float], ...],
-    base: tuple[Cylinder, ...],
+    base: tuple[Cylinder | Hull, ...],
     tool: tuple[str, str],
     apart: tuple[tuple[str, str], ...] = (),
     carrier: tuple[str, str, str] = ("", "", ""),
@@ -97,8 +99,9 @@ def arm_mjcf(
     pairs = (("base_link", links[0].name), *apart)
     skip = "<contact>" + "".join(f'<exclude body1="{a}" body2="{b}"/>' for a, b in pairs) + "</contact>"
     still = "".join(_geom(c, "base_link", i) for i, c in enumerate(base))
+    assets = "".join(_mesh(s, n, k) for n, shape in [("base_link", base), *((v.name, v.shape) for v in links)] for k, s in enumerate(shape))
     return (
-        f'<mujoco model="{name}"><compiler angle="radian" autolimits="true"/><worldbody>{carrier[0]}'
+        f'<mujoco model="{name}"><compiler angle="radian" autolimits="true"/><asset>{assets}</asset><worldbody>{carrier[0]}'
         f'<body name="base_link">{still}{inner}</body>{carrier[1]}</worldbody>'
         f"<actuator>{servos}{carrier[2]}</actuator>{skip}{tool[1]}</mujoco>"
     )
@@ -126,11 +129,16 @@ def _inertial(row: Row, link: Link) -> str:
     return f'<inertial pos="{_text(turn.apply(link.com))}" mass="{link.mass}" fullinertia="{_text(full)}"/>'
 
 
-def _geom(c: Cylinder, owner: str, k: int) -> str:
-    return (
-        f'<geom name="{owner}/{k}" type="cylinder" fromto="{_text((*c.start, *c.end))}" size="{c.radius}"'
-        f' rgba="{c.rgba}" mass="0"/>'
-    )
+def _mesh(shape: Cylinder | Hull, owner: str, k: int) -> str:
+    return f'<mesh name="{owner}/{k}" vertex="{_text(corners(shape).ravel())}"/>' if isinstance(shape, Hull) else ""
+
+
+def _geom(shape: Cylinder | Hull, owner: str, k: int) -> str:
+    if isinstance(shape, Hull):
+        form = f'type="mesh" mesh="{owner}/{k}"'
+    else:
+        form = f'type="cylinder" fromto="{_text((*shape.start, *shape.end))}" size="{shape.radius}"'
+    return f'<geom name="{owner}/{k}" {form} rgba="{shape.rgba}" mass="0"/>'
 
 
 def _text(values: object) -> str:

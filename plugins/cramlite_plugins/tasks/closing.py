@@ -10,8 +10,8 @@ from cramlite.plugin import Decomposition, Parameter, TaskType, hookimpl
 from ..task_kit.bases import FORCES, SPEED, ByHandle
 from ..task_kit.preconditions import empty_hand
 
-TOUCH = {"speed_m_s": 0.03, "force_n": 3.0, "beyond_m": 0.01, "expect": "any"}
-"""Fingers meet the front slowly: what is hit sets off with a jolt."""
+TOUCH = {"speed_m_s": 0.012, "free_m_s": 0.1, "force_n": 3.0, "beyond_m": 0.01, "expect": "any"}
+"""Fingers meet the front slowly: what is hit sets off with a jolt. Through the air they come as fast as things are lifted."""
 PRESS = {"beyond_m": 0.05, "expect": "any"}
 """Until it is shut: a compliant push that a door's damping held back ended 13 mm before its place, and pressing 20 mm on left it open."""
 

@@ -9,7 +9,7 @@ from cramlite.plugin import Decomposition, Parameter, Role, TaskType, hookimpl
 
 from ..task_kit.preconditions import empty_hand, grasp_of
 
-FREE = 0.1  # of an arm that has a pace, on its way to a grasp [m/s]: with a pace of 2.5 it brakes in the last 40 mm
+FREE = 0.08  # of an arm that has a pace, on its way to a grasp [m/s]: with a pace of 2.5 it brakes in the last 25 mm
 IN_PLACE = 0.01  # standard deviation [m] up to which a thing that was let go may still be between the fingers
 
 

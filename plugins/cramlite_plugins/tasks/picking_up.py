@@ -7,6 +7,8 @@ from collections.abc import Iterable
 from cramlite.model import Action, Belief, Location, Motion
 from cramlite.plugin import Decomposition, Parameter, Role, TaskType, Unresolvable, hookimpl
 
+SWINGS = "it turns between the pads until it hangs"
+
 
 class PickingUp(TaskType):
     task = "soma:PickingUp"
@@ -27,6 +29,10 @@ class PickingUp(TaskType):
             raise Unresolvable(reason)
         up = Location(action.inside("up"), "lift", parameters={"height_m": self.parameter(action, "height_m")})
         touched = tuple(o.name for k, o in action.roles.items() if k == "Relatum")
+        if belief.held.swing is not None:
+            swings = Motion(action.inside("lift"), "swing", up, {"to": "hangs"}, touched, SWINGS)
+            yield Decomposition((up, swings), f"straight up; {SWINGS}")
+            return
         yield Decomposition(
             (up, Motion(action.inside("lift"), "linear", up, {"stage": "pose"}, touched, "straight up")), "straight up"
         )

@@ -102,7 +102,6 @@ class Pushing(TaskType):
         far = Location(action.inside("far"), "pushed_to", patient.name, {**where, "begin": inside.name})
         slide = {
             "press_n": self.parameter(action, "press_n"), "speed_m_s": self.parameter(action, "slide_m_s"), "lost_s": LOST,
-            "paced": 1.0,
         }  # fmt: skip
         steps = (
             *self._over(action, inside, "with closed fingers in it", "shut"),

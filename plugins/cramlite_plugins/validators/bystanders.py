@@ -87,8 +87,8 @@ def _objections(candidate: Candidate, name: str, stay: Stay, tasks: list[str], j
 
 
 def stays(rollout: Rollout, thing: Thing, moved: Moved) -> Iterator[Stay]:
-    """Each stretch of a run in which no task moves a thing: how far it got from where it was at its beginning. Of what hangs on a
-    peg it is the hole that stays; the rest may swing as far as the limit of tilt lets it."""
+    """Yield for each stretch of a run in which no task moves a thing how far it got from where it was at its beginning. Of what hangs
+    on a peg it is the hole that stays; the rest may swing as far as the limit of tilt lets it."""
     for nobody, stretch in groupby(range(len(rollout.times)), key=lambda k: moved[thing.name][k] is None):
         rows = list(stretch)
         if nobody:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from cramlite.plugin import Candidate, Cost, Finding, Validator, hookimpl
 from ..motions.grip_force import ACCELERATION, GRAVITY, MARGIN, Grip, grip_of
 from . import grips as hand
 from .physics import SLIP
+from .swings import Turn, declared
 from .task_times import origins
 
 SOON = 0.5  # after the pads last pressed a thing that was lost, the fingers go on to close [s]
@@ -26,11 +27,11 @@ class GripStrength(Value):
     def check(self, candidate: Candidate) -> Iterator[Finding]:
         rollout = candidate.rollout
         assert rollout is not None
-        came_from = origins(candidate)
+        came_from, turns = origins(candidate), declared(candidate)
         closings = {s.origin: s for s in walk(candidate.program.steps) if isinstance(s, SetGripper)}
         for found in hand.grips(rollout):
             step = closings.get(next((o for o in came_from[found.first :: -1] if o in closings), ""))  # the last one by then
-            if step is None or not _lost(rollout, found):
+            if step is None or not _lost(rollout, found, turns):
                 continue
             grip = grip_of(Held(found.thing, Pose(), 0.0), candidate.world, candidate.robot.gripper)
             carried, weight = 2 * grip.friction * step.force, GRAVITY * grip.mass
@@ -52,9 +53,9 @@ def explained(grip: Grip, force: float) -> str:
     )
 
 
-def _lost(rollout: Rollout, grip: hand.Grip) -> bool:
+def _lost(rollout: Rollout, grip: hand.Grip, turns: Sequence[Turn]) -> bool:
     """Whether a thing slid in the hand, or the fingers closed further once they had lost it."""
-    if hand.slip(rollout, grip).max() > SLIP:
+    if hand.slip(rollout, grip, turns).max() > SLIP:
         return True
     soon = int(np.searchsorted(rollout.times, rollout.times[grip.last] + SOON))
     wide = float(np.median(rollout.opening[grip.first : grip.last + 1]))

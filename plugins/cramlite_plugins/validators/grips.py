@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from cramlite.model import Floats, Rollout, Touch, thing_of
+
+from .swings import Turn, off
 
 SHORTEST = 0.2  # both pads on a thing for less is a brush in passing [s]
 SHUT = 0.001  # fingers that are closer have nothing between them: they push, or slide along a surface [m]
@@ -77,8 +79,8 @@ def _pressed(touches: Iterable[Touch]) -> str:
     return min(both, default="")
 
 
-def slip(rollout: Rollout, grip: Grip) -> Floats:
-    """Return how far a thing moved in the effector's frame since it was gripped, at each sample [m].
+def slip(rollout: Rollout, grip: Grip, turns: Sequence[Turn] = ()) -> Floats:
+    """Return how far a thing moved in the effector's frame since it was gripped, beyond the turns that are declared, at each sample [m].
 
     The first and last tenth of a second are left out: fingers that close or open push a thing.
     """
@@ -89,4 +91,4 @@ def slip(rollout: Rollout, grip: Grip) -> Floats:
     rows = slice(grip.first + margin, grip.last - margin + 1)
     hand, thing = rollout.poses["effector"][rows], rollout.poses[grip.thing][rows]
     local = Rotation.from_quat(hand[:, 3:], scalar_first=True).inv().apply(thing[:, :3] - hand[:, :3])
-    return np.asarray(np.linalg.norm(local - local[0], axis=1))
+    return off(local, grip.first + margin, turns)

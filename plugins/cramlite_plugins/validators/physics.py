@@ -11,6 +11,7 @@ from cramlite.plugin import Candidate, Cost, Finding, Validator, hookimpl
 
 from .collision import Collision
 from .grips import grips, slip
+from .swings import declared
 from .task_times import inner_tasks, task_at
 
 SLIP = 0.012  # a held thing may settle this far between the pads [m]: half the pad width of a 2F-85
@@ -89,7 +90,7 @@ def _limit(candidate: Candidate, task: str) -> tuple[float, str]:
 
 
 class GraspSlip(Value):
-    """Check that what was grasped did not move in the hand until it was let go."""
+    """Check that what was grasped did not move in the hand until it was let go, but for the turns that the program declares."""
 
     name: str = "grasp_slip"
     cost: Cost = "rollout"
@@ -97,8 +98,9 @@ class GraspSlip(Value):
     def check(self, candidate: Candidate) -> Iterator[Finding]:
         rollout = candidate.rollout
         assert rollout is not None
+        turns = declared(candidate)
         for grip in grips(rollout):
-            moved = slip(rollout, grip)
+            moved = slip(rollout, grip, turns)
             k = grip.first + int(np.argmax(moved >= min(SLIP, moved.max())))  # what came loose then ends in the task that loosened it
             reason = f"'{grip.thing}' moved {1000 * moved.max():.1f} mm in the hand, limit {1000 * SLIP:.0f} mm"
             yield Finding(

@@ -18,14 +18,14 @@ class Span(NamedTuple):
 
 
 def task_at(candidate: Candidate, sample: int) -> str:
-    """The task of the plan whose code ran at a sample."""
+    """Return the task of the plan whose code ran at a sample."""
     assert candidate.rollout is not None and candidate.code is not None
     return candidate.code.task_of(int(candidate.rollout.lines[sample]))
 
 
 def origins(candidate: Candidate) -> list[str]:
-    """What the code that ran at each sample came from, e.g. "3.Placing/PuttingDown/lower"; "" before the first step. After the
-    last one, while things settle, it is the last one's."""
+    """Return for each sample the designator that the code which ran then came from, e.g. "3.Placing/PuttingDown/lower"; "" before the
+    first step. After the last one, while things settle, it is the last one's."""
     rollout, code = candidate.rollout, candidate.code
     assert rollout is not None and code is not None
     starts, lines = sorted(code.origins), rollout.lines.astype(int)
@@ -37,7 +37,7 @@ def origins(candidate: Candidate) -> list[str]:
 
 
 def inner_tasks(candidate: Candidate) -> list[str]:
-    """The innermost action, of the plan or a part of one, whose code ran at each sample; "" where none did."""
+    """Return for each sample the innermost action, of the plan or a part of one, whose code ran; "" where none did."""
     known = {a.name for a in (*candidate.actions, *candidate.parts)}
     found = origins(candidate)
     inner = {o: next((n for n in enclosing_names(o) if n in known), "") for o in set(found)}

@@ -85,6 +85,15 @@ def test_a_door_is_pushed_near_its_hinge_last() -> None:
     assert any(near) and near == sorted(near)
 
 
+def test_fingers_that_may_slip_off_the_end_of_a_bar_come_after_those_that_meet_it_whole() -> None:
+    found, _, _ = _fronts(UR5E, Pose.from_rotvec((0.75, 0.1, 0.35), (0, 0, math.pi)), 1.3)
+    keys = [a.key for a in found]
+    steep = ("tilted -70 deg", "tilted -90 deg")  # along the fingers, which then have all of the bar
+    ends = [k for k, n in enumerate(keys) if "+0 % of its width, +60 % of its height" in n and not any(tilt in n for tilt in steep)]
+    whole = [k for k, name in enumerate(keys) if "+0 % of its width, +75 % of its height" in name or "-80 % of its width, +60 %" in name]
+    assert ends and whole and min(ends) > max(k for k in whole if "turned 90 deg" in keys[k])
+
+
 def test_as_little_is_left_to_be_felt_of_a_door_as_of_a_drawer() -> None:
     it = door("door", Pose(), swing=2.0).joint
     assert it is not None

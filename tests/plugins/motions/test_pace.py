@@ -10,9 +10,13 @@ from scenes import TABLE, down, world
 
 from cramlite.model import Location, Motion, Place, Pose, Robot, initial_belief
 from cramlite.plugin import Context
+from cramlite.plugin.task_type import TaskType
+from cramlite.testing.task_checks import sample_action, sample_belief
 from cramlite_plugins.kinematics.kinematics import inverse
 from cramlite_plugins.motions import contact_motion, free_motion, gripping
 from cramlite_plugins.robots.ur5e import UR5E
+from cramlite_plugins.tasks.grasping import FREE, Grasping
+from cramlite_plugins.tasks.putting_down import PuttingDown
 
 FAST = replace(UR5E, pace=2.0)
 ROOT = 2.0**0.5
@@ -48,12 +52,6 @@ def test_straight_lines(robot: Robot, parameters: dict[str, float], speed: float
     assert (step.speed, step.acceleration) == pytest.approx((speed, acceleration))
 
 
-@pytest.mark.parametrize(("robot", "parameters", "speed"), [(UR5E, PACED, 0.05), (FAST, PACED, 0.1), (FAST, SLOW, 0.05)])
-def test_a_slide(robot: Robot, parameters: dict[str, float], speed: float) -> None:
-    (step,) = steps(robot, "compliant_slide", parameters)
-    assert step.speed == pytest.approx(speed)
-
-
 @pytest.mark.parametrize(("robot", "speed"), [(UR5E, 0.1), (replace(UR5E, pace=1.2), 0.12), (FAST, 0.15)])
 def test_fingers_keep_the_pace_as_far_as_they_can(robot: Robot, speed: float) -> None:
     (step,) = steps(robot, "gripper", {"to": "shut"})
@@ -65,3 +63,21 @@ def test_the_part_of_a_guarded_motion_in_the_air(robot: Robot, acceleration: flo
     air, guarded = steps(robot, "until_contact", {"free_m_s": 0.1, "beyond_m": 0.03}, BELOW)
     assert air.acceleration == pytest.approx(acceleration)
     assert guarded.distance == pytest.approx(0.045)
+
+
+@pytest.mark.parametrize(("robot", "paced", "duration"), [(UR5E, 1.0, 0.3), (FAST, 1.0, 0.15), (FAST, 0.0, 0.3)])
+def test_a_wait(robot: Robot, paced: float, duration: float) -> None:
+    (step,) = steps(robot, "hold", {"duration_s": 0.3, "paced": paced})
+    assert step.duration == pytest.approx(duration)
+
+
+@pytest.mark.parametrize(
+    ("task", "held", "kind", "parameters"),
+    [
+        (Grasping(), None, "linear", {"paced": 1.0, "free_m_s": FREE}), (PuttingDown(), "cube", "hold", {"paced": 1.0}),
+    ],
+)  # fmt: skip
+def test_tasks_that_keep_the_pace(task: TaskType, held: str | None, kind: str, parameters: dict[str, float]) -> None:
+    ways = task.decompose(sample_action(task), sample_belief(held))
+    motions = [s for way in ways for s in way.steps if isinstance(s, Motion) and s.kind == kind]
+    assert motions and all(parameters.items() <= m.parameters.items() for m in motions)

@@ -158,6 +158,8 @@ def test_numbers_are_in_units_that_people_read() -> None:
     slip = measured(Finding("slip", True, "", 0.00075, 0.012, "m"))
     assert (slip.value, slip.limit) == ("0.75 mm", "12 mm")
     assert slip.share == pytest.approx(0.0625)
+    still = measured(Finding("bystanders", True, "", 2.62e-13, 0.005, "m"))
+    assert (still.value, measured(Finding("bystanders", True, "", 0.0, 0.005, "m")).value) == ("< 0.001 mm", "0 mm")
     assert measured(Finding("limits", True, "", 0.7, 0.0, "rad")).share is None
 
 

@@ -98,7 +98,7 @@ def _check_thing(thing: Thing) -> None:
             )
         friction = thing.friction if geom.friction is None else geom.friction
         if not 0 <= friction < 100:
-            raise UserError(f"{where}: friction {friction}; it must not be negative")
+            raise UserError(f"{where}: friction {friction:g}; it must lie between 0 and 100")
 
 
 def _check_joint(thing: Thing, world: World) -> None:

@@ -24,7 +24,6 @@ SPEED = (0.010, 0.100)
 """Of pads where nobody states it [m/s]: what a Franka Hand does; a 2F-85 does 0.02 to 0.15."""
 WEAKEST = 0.1
 """Lowest grip force as a share of the highest, where nobody states it."""
-STALLED = 0.03  # within such an angle or 2.5 mm of its goal a servo that is to exert a stated force does [rad]
 TURNING = 4  # condim of contacts with torsional friction
 SECTIONS = ("default", "asset", "tendon", "equality", "actuator")
 Mjcf = Callable[[str], tuple[str, str]]

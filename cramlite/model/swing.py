@@ -1,0 +1,31 @@
+"""Swing of a thing between the pads that hold it: a pinch across a slanted rim becomes flat as it is lifted."""
+
+from __future__ import annotations
+
+from ..base.value import Value
+from .geometry import Pose, Vector3, quaternion_product, rotvec_quaternion
+
+
+class Swing(Value):
+    """Declared turn of a held thing in the hand: poses of the thing in the TCP frame.
+
+    Args:
+        start, end: before and after it.
+        pivot: the point of the thing, in its frame, that stays between the pads: it goes straight from where it is to where it will be [m].
+    """
+
+    start: Pose
+    end: Pose
+    pivot: Vector3
+
+    def at(self, share: float) -> Pose:
+        """Return the pose of the thing in the TCP frame at a share of the turn, 0 to 1."""
+        turn = rotvec_quaternion([share * v for v in (self.start.inverse() * self.end).rotvec])
+        turned = Pose((0.0, 0.0, 0.0), quaternion_product(self.start.quaternion, turn))
+        first, last, off = (pose.apply(self.pivot).tolist() for pose in (self.start, self.end, turned))
+        x, y, z = (a + share * (b - a) - c for a, b, c in zip(first, last, off, strict=True))
+        return Pose((x, y, z), turned.quaternion)
+
+    def part(self, first: float, last: float) -> Swing:
+        """Return the turn between two shares of it, whichever comes first."""
+        return Swing(self.at(first), self.at(last), self.pivot)

@@ -1,0 +1,96 @@
+"""Laying down what hangs from the fingers that pinch its rim: its far side touches first, and the hand leads the near one down about it.
+
+The hand keeps its attitude, in which it took hold of the thing where that lay: as its far side is held up by what it is put onto, the thing
+turns back between the pads as it swung when it was lifted.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+
+import numpy as np
+from msgspec.structs import replace
+
+from cramlite.model import Belief, Floats, Location, Place, Pose, Swing, Thing
+from cramlite.plugin import Context, Grounding, Refused
+
+from ..shapes.bounds import corners
+
+PART = math.radians(10.0)  # of the turn on each line: the chord of an arc of 0.13 m is then 0.5 mm from it
+OVER = 0.001  # the surface its lowest point is led along [m]
+ABOVE = 0.03  # the first contact the way begins [m]
+EDGE = 0.0005  # points that are no higher than this over the lowest one touch as well [m]
+
+Spots = Callable[[Location, Belief, Context], Iterator[Grounding | Refused]]
+
+
+def laid_down(location: Location, belief: Belief, context: Context, spots: Spots) -> Iterator[Grounding | Refused]:
+    """Yield the placements of a thing as it lies in the hand when it does not hang, each with the way on which it comes to lie.
+
+    Args:
+        spots: placements of what is held fast.
+    """
+    assert belief.held is not None and belief.held.swing is not None
+    lying = replace(belief, held=replace(belief.held, tcp_to_thing=belief.held.swing.start, swing=None))
+    for answer in spots(location, lying, context):
+        yield answer if isinstance(answer, Refused) else _led(answer, location, belief, context)
+
+
+def _led(answer: Grounding, location: Location, belief: Belief, context: Context) -> Grounding | Refused:
+    """A placement with its way, or why the arm cannot lead it there."""
+    from ..motion_planning.reach import bound, collision_free_ik, make_scene, shift
+    from ..motion_planning.space import Refusal
+
+    held, place = belief.held, answer.value
+    assert held is not None and held.swing is not None
+    lies = shift(place.pose, (0.0, 0.0, OVER - place.values["height_m"]))
+    shares, way = rolled(belief.world.thing(held.thing), lies, held.swing)
+    before, seed = shift(way[0], (0.0, 0.0, ABOVE)), belief.joints
+    for share, hand, touch in ((1.0, before, ()), *((s, h, (bound(context, location.of),)) for s, h in zip(shares, way, strict=True))):
+        there = replace(belief, held=replace(held, tcp_to_thing=held.swing.at(share)))
+        scene = make_scene(there, context, touch, clearance=0.0, hand=False)
+        found = collision_free_ik(scene, context, hand, seed)
+        if isinstance(found, Refusal):
+            said = f"{answer.key}, laid down, {math.degrees(_angle(held.swing)) * share:.0f} deg to go"
+            return replace(found, reason=f"not led down: {found.reason}").refused(said)
+        seed = found
+    led = Place(way[0], before, approach=place.approach, path=tuple(way[1:]), thing=place.thing, values=place.values)
+    return replace(answer, value=led, reason=f"{answer.reason}, led down about its far side")
+
+
+def rolled(thing: Thing, lies: Pose, swing: Swing) -> tuple[list[float], list[Pose]]:
+    """Return shares of a swing, from 1 to 0, and the TCP poses at which the thing then rolls on the level that it lies on in the end.
+
+    Args:
+        lies: the TCP there.
+    """
+    count = max(1, math.ceil(_angle(swing) / PART))
+    shares, hands, now = [0.0], [lies], lies * swing.start
+    floor = float(corners(thing, now)[:, 2].min())
+    for k in range(1, count + 1):
+        at = swing.at(k / count)
+        turned = Pose((0.0, 0.0, 0.0), (Pose((0.0, 0.0, 0.0), lies.quaternion) * at).quaternion)
+        now = _resting(thing, turned, now, floor)
+        shares.append(k / count)
+        hands.append(now * at.inverse())
+    return shares[::-1], hands[::-1]
+
+
+def _resting(thing: Thing, turned: Pose, before: Pose, floor: float) -> Pose:
+    """The pose that is turned so, in which what touches the floor is where it was before."""
+    points: Floats = corners(thing, turned)
+    low = points[:, 2].min()
+    edge = points[:, 2] < low + EDGE
+    by = corners(thing, before)[edge].mean(axis=0) - points[edge].mean(axis=0)
+    return Pose((float(by[0]), float(by[1]), floor - float(low)), turned.quaternion)
+
+
+def _angle(swing: Swing) -> float:
+    return math.hypot(*(swing.start.inverse() * swing.end).rotvec)
+
+
+def dropped(thing: Thing, hand: Pose, swing: Swing) -> float:
+    """Return how much farther below the hand its lowest point is when it hangs than as it lies [m]."""
+    lowest: Sequence[float] = [float(np.min(corners(thing, hand * at)[:, 2])) for at in (swing.start, swing.end)]
+    return lowest[0] - lowest[1]

@@ -1,0 +1,69 @@
+"""Lines on which a thing that is pinched at its rim turns between the pads: up with the hand until it hangs, and down until it lies."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
+
+import numpy as np
+from msgspec.structs import replace
+
+from cramlite.model import Belief, Motion, MoveLinear, Pose
+from cramlite.plugin import Answers, Context, Grounding, Unresolvable, hookimpl
+
+from .free_motion import because, place_of
+from .motion_kinds import value
+
+RISES = 6  # parts of a lift, on each of which it hangs a little more: 20 mm of height each
+
+
+@hookimpl
+def resolve_motion(motion: Motion, belief: Belief, context: Context) -> Answers:
+    """Resolve motion "swing"; None for other kinds."""
+    return _swing(motion, belief, context) if motion.kind == "swing" else None
+
+
+def _swing(motion: Motion, belief: Belief, context: Context) -> Iterator[Grounding]:
+    """To the place ("hangs"), the whole turn in one line; or along its path ("lies"), an even part of it on each line."""
+    held = belief.held
+    assert held is not None and held.swing is not None, f"motion '{motion.name}' needs something that swings in the hand"
+    place, hangs = place_of(motion, context), motion.parameters["to"] == "hangs"
+    targets, shares, swing = _raised(place.pose, belief, context) if hangs else place.path, (0.0, 1.0) if hangs else (1.0, 0.0), held.swing
+    steps, now = list[MoveLinear](), belief
+    speed, acceleration = value(motion, "speed_m_s"), value(motion, "acceleration_m_s2")
+    for target, (first, last) in zip(targets, pairwise(np.linspace(*shares, len(targets) + 1).tolist()), strict=True):
+        points = _line(motion, now, swing.at(first), target, context)
+        turn = swing.part(first, last)
+        steps.append(MoveLinear(target, speed, acceleration, points[-1], turn, origin=motion.name, comment=motion.reason))
+        now = now.moved(points[-1])
+    if hangs:
+        steps = [replace(steps[-1], swing=swing)]
+    after = replace(now, held=replace(held, tcp_to_thing=swing.at(shares[1])))
+    angle = math.degrees(math.hypot(*(swing.start.inverse() * swing.end).rotvec))
+    yield Grounding(tuple(steps), f"turns by {angle:.0f} deg between the pads, {len(steps)} lines", 0.0, after, key="swing")
+
+
+def _raised(target: Pose, belief: Belief, context: Context) -> Sequence[Pose]:
+    """Poses on the line up to a target: its near side rises from the start, its far side last of all."""
+    from ..motion_planning.cartesian import interpolate
+    from ..motion_planning.reach import tcp
+
+    here = tcp(belief, context)
+    return [interpolate(here, target, k / RISES) for k in range(1, RISES + 1)]
+
+
+def _line(motion: Motion, belief: Belief, tcp_to_thing: Pose, target: Pose, context: Context) -> Sequence[tuple[float, ...]]:
+    """A straight line with the thing in the hand as it is at its beginning."""
+    from ..motion_planning.cartesian import plan_straight_line
+    from ..motion_planning.reach import make_scene, touched
+    from ..motion_planning.space import Refusal
+
+    assert belief.held is not None
+    there = replace(belief, held=replace(belief.held, tcp_to_thing=tcp_to_thing))
+    scene = make_scene(there, context, touched(motion.may_touch, context), clearance=0.0)
+    found = plan_straight_line(scene, context.robot, belief.joints, [target])
+    if isinstance(found, Refusal):
+        said = f"no straight line to {motion.to}, on which it swings: {found.reason}"
+        raise Unresolvable(said, because(motion, context), blocking=found.blocking, collision=found.collision)
+    return found.points
