@@ -28,15 +28,13 @@ SPOTS = ((0.0, 0.0), (0.8, 0.0), (-0.8, 0.0), (0.0, 0.6), (0.8, 0.6), (-0.8, 0.6
 """On a front: at its handle, towards its edges, and higher."""
 TILTS, TURNS = (0.0, -30.0, -45.0, -60.0), (90.0, -90.0, 0.0, 180.0)
 """Of the hand before a front about the level line across it, from above, and about its own axis, its slim side up first [deg]."""
-FROM_ABOVE = (
-    ((0.0, 0.6), (0.0, 0.75), (0.55, 0.8), (0.8, 0.8), (0.3, 0.8), (0.0, 0.8)), (-70.0, -90.0),
-    (0.0, 90.0, 180.0, 270.0, 45.0, 135.0, 225.0, 315.0),
-)  # fmt: skip
+FROM_ABOVE = ((0.55, 0.8), (0.8, 0.8), (0.3, 0.8), (0.0, 0.8)), (-70.0, -90.0), tuple(45.0 * k for k in range(8))
+AT_BAR = ((0.0, 0.6), (0.0, 0.75), *FROM_ABOVE[0]), FROM_ABOVE[1], (0.0, 90.0, 180.0, 270.0, 45.0, 135.0, 225.0, 315.0)
 """Spots, tilts and turns of a hand over the upper edge of a front, its fingers alone before it: last, for what turns so far that no hand
-before it comes along. At its handle first, and with a flat side before a corner: beside the bar of a microwave's door, and at the round
-end of that, fingers slid off it, 15 mm out along the door, and pressed on what is beside that. Higher on the bar where the elbow folds too
-far else: the hand gives way, and was seen to rise by 10 mm. Nor near its side: fingers slid 30 mm along a door, over its edge, and caught
-on that when they left."""
+before it comes along. Not near its side first: fingers slid 30 mm along a door, over its edge, and caught on that when they left. Of a door
+at its bar before, and with a flat side before a corner: beside the bar of a microwave's door, and at the round end of that, fingers slid
+off it, 15 mm out along the door, and pressed on what is beside that. Higher on the bar where the elbow folds too far else: the hand gives
+way, and was seen to rise by 10 mm."""
 NEAR_HINGE = 0.5
 """A hand that is nearer to a hinge than this share of its handle's distance pushes with more than twice the force, and turns as much on
 half the way: it is tried last."""
@@ -115,8 +113,9 @@ def _at_front(thing: Thing, joint: Joint, handle: Feature, pose: Pose, gripper: 
     """Closed fingers before a front, and words for where; last those that may slip off what they meet, and those much nearer to a hinge
     than the handle is."""
     loose, near, far = list[tuple[Pose, str]](), list[tuple[Pose, str]](), NEAR_HINGE * lever(joint, handle.pose)
-    for spot, tilt, turn in itertools.chain(itertools.product(SPOTS, TILTS, TURNS), itertools.product(*FROM_ABOVE)):
-        at, firm = _against(thing, handle, pose, spot, (tilt, turn), gripper)
+    over = AT_BAR if joint.kind == "hinge" else FROM_ABOVE
+    for spot, tilt, turn in itertools.chain(itertools.product(SPOTS, TILTS, TURNS), itertools.product(*over)):
+        at, firm = _against(thing, handle, pose, spot, (tilt, turn), gripper, joint.kind == "hinge")
         aside, up = (100 * share for share in spot)
         name = f"before its front at {aside:+.0f} % of its width, {up:+.0f} % of its height, tilted {tilt:+.0f} deg, turned {turn:.0f} deg"
         if joint.kind == "hinge" and lever(joint, pose.inverse() * at) < far:
@@ -140,13 +139,14 @@ def _follows(thing: Thing, at: Pose, joints: Joints, belief: Belief, context: Co
 
 
 def _against(
-    thing: Thing, handle: Feature, pose: Pose, spot: tuple[float, float], turns: tuple[float, float], gripper: Gripper
+    thing: Thing, handle: Feature, pose: Pose, spot: tuple[float, float], turns: tuple[float, float], gripper: Gripper, swings: bool
 ) -> tuple[Pose, bool]:
     """The TCP of closed fingers ``ALMOST`` before a front, and whether they still meet it there if they are ``OFF`` to any side.
 
     Args:
         spot: how far from its handle, to a side and up, as shares of the way to the edge of the thing.
         turns: of the hand about the level line across the front, and about its own axis [deg].
+        swings: of a door all of the fingers is clear of its bar, which slides along them; a drawer goes straight.
     """
     out = pose.rotate(handle.pose.rotate((0.0, 0.0, 1.0)))
     up = np.array([0.0, 0.0, 1.0]) if abs(out[2]) < UPRIGHT else pose.rotate(handle.pose.rotate((0.0, 1.0, 0.0)))
@@ -154,6 +154,13 @@ def _against(
     at = np.asarray((pose * handle.pose).position)
     ways = [share * way for share, way in zip(spot, (level, np.cross(out, level)), strict=True) if share]
     point = at + sum((w * (support(thing, pose, w) - w @ at) / np.linalg.norm(w) for w in ways), np.zeros(3))
+    if not swings:
+        met = spans(body(thing.geoms), pose.inverse().apply(point), pose.inverse().rotate(out))
+        far = max((end for begin, end, _ in met if begin <= 0.0), default=0.0)
+        # of the tips, a box as wide as the pads and as thick as two fingers, the corner that is farthest ahead
+        ahead = np.abs(hand.inverse().rotate(out)) @ (gripper.pad[0] / 2, FINGER, gripper.pad[1] / 2)
+        x, y, z = (float(v) for v in point + out * (far + ahead + ALMOST))
+        return Pose((x, y, z), hand.quaternion), True
     across = [OFF * way / np.linalg.norm(way) for way in (level, np.cross(out, level))]
     points = [point, *(point + sign * way for way in across for sign in (1.0, -1.0))]
     reach, *beside = (_clear_of(thing, pose, replace(hand, position=tuple(p.tolist())), out, gripper) for p in points)
