@@ -12,6 +12,9 @@ from cramlite_plugins.simulation.controller.gripper_order import GripperOrder
 # a soft hand that closes on nothing, 20 times a second [mm]: friction stops it short of 0
 EMPTY = (39.77, 34.99, 27.92, 19.57, 12.09, 7.66, 5.16, 3.77, 2.99, 2.55, 2.31, 2.17, 2.08, 1.99, 1.9, 1.82, 1.74, 1.67, 1.6)
 
+# the same hand, sent from there to 34.9 mm at 0.2 m/s, but for what it rounds its orders to
+OPENS = (5.72, 5.9, 8.33, 13.95, 19.88, 23.45, 25.46, 26.58, 27.2, 27.56, 27.75, 27.86, 27.93, 27.97)
+
 
 def closed_on(thickness: float | None, closed: float | None) -> str:
     """The state in which fingers come to rest on something as thick [mm], of a hand that is this near to closed on nothing [m]."""
@@ -55,3 +58,14 @@ def periods(thickness: float | None, first: bool = False) -> int:
         if order.state() == "stopped closing":
             return count
     return 0
+
+
+def test_fingers_that_open_creep_to_the_end_of_their_way() -> None:
+    order = GripperOrder(FRANKA_HAND)
+    order.tolerance, order.patience, order.opening = 0.007, 0.45, OPENS[0] / 1000
+    order.move(0.03488, 0.2, 5.0)
+    seen = []
+    for opening in OPENS:
+        order.follow(opening / 1000, 0.05)
+        seen.append(order.state())
+    assert seen[-1] == "there" and "stopped opening" not in seen

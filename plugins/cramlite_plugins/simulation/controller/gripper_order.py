@@ -56,9 +56,9 @@ class GripperOrder:
 
     @property
     def _stopped(self) -> bool:
-        """Whether fingers that stand still have been stopped for certain, and do not only hesitate: they had begun to move, press with all
-        that they are ordered to, and are not nearly closed."""
-        return self.moved and self.command == self.goal and self.opening > CREEP * self.closed
+        """Whether fingers that stand still have been stopped for certain, and do not only hesitate: they had begun to close, press with all
+        that they are ordered to, and are not nearly closed. Fingers that open press on nothing, and creep to the end of their way."""
+        return self.moved and self.goal < self.opening and self.command == self.goal and self.opening > CREEP * self.closed
 
     @property
     def _near(self) -> float:
