@@ -24,6 +24,7 @@ from cramlite.model import (
     Section,
     SetGripper,
     Step,
+    Value,
     Wait,
     is_program_text,
     read_program,
@@ -50,6 +51,8 @@ def values(hint: Any) -> st.SearchStrategy[Any]:
     if get_origin(hint) in (Union, types.UnionType):
         plain = [k for k in get_args(hint) if k not in get_args(Control)]  # one level of steps in steps is enough
         return st.one_of(*(steps(k) if isinstance(k, type) and issubclass(k, Step) else values(k) for k in plain))
+    if isinstance(hint, type) and issubclass(hint, Value):
+        return steps(hint)
     kinds = {float: NUMBER, str: TEXT, int: st.integers(-9, 9), bool: st.booleans(), type(None): st.none()}
     return kinds[hint]
 

@@ -88,11 +88,11 @@ def _places(location: Location, belief: Belief, context: Context) -> Iterator[Gr
     from ..motion_planning.space import Refusal
 
     thing, gripper = belief.thing(bound(context, location.of)), context.robot.gripper
+    reference_pose(belief, location, context)
     grips = ranked(thing, gripper, pair_friction(belief.world.physics.pad_friction, thing.least_friction))
     rims = pinched.pinches(thing, belief, context)
     if not grips and not rims:
         raise Unresolvable(why_none(thing, gripper), (location.of or "",), blocking=())
-    reference_pose(belief, location, context)
     near, free = make_scene(belief, context, [thing.name]), make_scene(belief, context)
     room = HandRoom.about(thing, belief, free)
     ordered = _in_order(grips, thing, belief, context, room)

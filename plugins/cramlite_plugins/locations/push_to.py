@@ -98,7 +98,7 @@ def _to_region(thing: Thing, pose: Pose, location: Location, belief: Belief, con
         return
     last = _last(location, belief, context, thing.name, area, frame)
     if isinstance(last, Refusal):
-        yield last.refused("by any hand")
+        yield last.refused("by any hand", passed=1)  # says more than where each hand is stopped
         return
     yield from _hands_in(thing, pose, context.robot.gripper, _towards(pose, area, frame, 0.0), last)
 

@@ -16,6 +16,7 @@ from cramlite.model import Belief, Feature, Filling, Geom, Location, Place, Pose
 from cramlite.plugin import Grounding, Refused, Unresolvable
 from cramlite_plugins.locations import set_down
 from cramlite_plugins.locations.attitude import as_asked, check_turn
+from cramlite_plugins.locations.covers import openings
 from cramlite_plugins.locations.place_filters import Spot, clear
 from cramlite_plugins.locations.set_down import ARM, GAP, INSET, OUTLINE, YAWS
 from cramlite_plugins.motion_planning.reach import held_pose, tcp, uncertainty_margins
@@ -333,9 +334,9 @@ def vessel(**size: float) -> Thing:
 )
 def test_an_opening_is_round_or_has_a_width_and_a_depth(size: dict[str, float], area: tuple[float, ...]) -> None:
     thing = vessel(**size)
-    ((surface, depth),) = set_down._opening(thing, thing.pose)
+    ((surface, depth),) = openings(thing, thing.pose)
     assert surface.area.bounds == pytest.approx(area) and depth == 0.05
-    assert set_down._opening(TIN, TIN.pose) == []
+    assert openings(TIN, TIN.pose) == []
 
 
 # What is said of none
