@@ -67,16 +67,19 @@ CIRCLES = (
         ("z", (0.0085, 0.0025, -0.015), 0.0565), ("z", (-0.0005, 0.0, 0.034), 0.0465), ("z", (0.009, 0.0, 0.0575), 0.025),
     ),
     (
-        ("z", (-0.003, -0.002, -0.0545), 0.0475), ("z", (-0.0055, -0.0055, -0.012), 0.046), ("z", (0.002, 0.0015, 0.0005), 0.0325),
-        ("z", (0.0375, 0.072, -0.0285), 0.0095), ("z", (0.037, 0.07, -0.0115), 0.0115), ("z", (0.073, 0.039, -0.028), 0.009),
-        ("z", (0.074, 0.0375, -0.0115), 0.007), ("z", (0.0185, -0.013, 0.001), 0.005), ("z", (0.0, -0.002, -0.0365), 0.0445),
-        ("z", (0.046, 0.0455, -0.0065), 0.0165),
+        ("z", (0.0, 0.0, -0.0545), 0.0441, 24), ("z", (0.0, 0.0, -0.0096), 0.044, 24), ("z", (0.0004, 0.0004, 0.0003), 0.031, 24),
+        ("z", (-0.0346, -0.0369, -0.0216), 0.0041), ("z", (-0.0378, -0.0355, -0.0182), 0.0034), ("z", (0.0757, 0.037, -0.0305), 0.0033),
+        ("z", (0.0369, 0.0779, -0.0308), 0.0022), ("z", (0.0766, 0.0383, -0.0241), 0.0049), ("z", (0.0387, 0.0766, -0.0208), 0.0056),
+        ("z", (0.0772, 0.0383, -0.0115), 0.0031), ("z", (0.0376, 0.0773, -0.013), 0.0033), ("z", (0.074, 0.0344, -0.0128), 0.0041),
+        ("z", (0.0354, 0.0731, -0.0102), 0.0043), ("z", (0.0606, 0.0614, -0.0231), 0.0026), ("z", (0.0594, 0.0568, -0.0123), 0.0041),
+        ("z", (0.0603, 0.0563, -0.0277), 0.0049), ("z", (0.06, 0.0588, -0.0181), 0.0045),
     ),
 )  # fmt: skip
-"""Whose hulls are base and links: axis, centre and radius [m], in the frames of robosuite's bodies, of the last link from the flange.
+"""Whose hulls are base and links: axis, centre, radius [m], sides; in the frames of robosuite's bodies, of the last link from the flange.
 MuJoCo collides the convex hulls of robosuite's meshes, meshes/link0.stl to link7.stl, the same files in 1.4 and 1.5.2; these were fitted
-about them: no corner of a mesh is outside by more than 0.11 mm, and none of theirs is farther from it than 4.4 (links 1, 2), 5.6 (3, 4),
-8.8 (5), 9.7 (6), 9.5 (7) and 14.8 mm (base). LIBERO's robot collides all but link 7, that of 1.5.2 this one, too."""
+about them: no corner of a mesh is outside by more than 0.11 mm (link 7: 0.4 mm), and none of theirs is farther from it than 4.4 (links 1,
+2), 5.6 (3, 4), 8.8 (5), 9.7 (6), 1.6 (7) and 14.8 mm (base). LIBERO's robot collides all but link 7, that of 1.5.2 this one, too: a shape
+that stuck out by 9.5 mm let no hand lead a nut by its handle down beside its peg."""
 HULLS = tuple(Hull(tuple(Circle(*c) for c in circles)) for circles in CIRCLES)
 LINKS = tuple(replace(link, shape=(hull,)) for link, hull in zip(FR3_LINKS, HULLS[1:], strict=True))
 JAWS = Jaws(

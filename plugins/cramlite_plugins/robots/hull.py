@@ -9,7 +9,7 @@ import numpy as np
 from cramlite.model import Floats, Value, Vector3
 
 SIDES = 12
-"""Of the polygon about each circle: it sticks out of it by 3.5 % of the radius."""
+"""Of the polygon about a circle of which nothing else is said: it sticks out of it by 3.5 % of the radius, one of 24 sides by 0.9 %."""
 
 
 class Circle(Value):
@@ -19,11 +19,13 @@ class Circle(Value):
         axis: "x", "y" or "z".
         centre: [m].
         radius: [m].
+        sides: of the polygon about it.
     """
 
     axis: str
     centre: Vector3
     radius: float
+    sides: int = SIDES
 
 
 class Hull(Value):
@@ -39,10 +41,10 @@ def corners(hull: Hull) -> Floats:
 
 
 def _polygon(circle: Circle) -> Floats:
-    """The corners (SIDES, 3) of the regular polygon about a circle, two sides of it along each of the other axes."""
+    """The corners (sides, 3) of the regular polygon about a circle, two sides of it along each of the other axes."""
     one, other = {"x": (1, 2), "y": (2, 0), "z": (0, 1)}[circle.axis]
-    turns, radius = (np.arange(SIDES) + 0.5) * math.tau / SIDES, circle.radius / math.cos(math.pi / SIDES)
-    found = np.tile(np.asarray(circle.centre, dtype=float), (SIDES, 1))
+    turns, radius = (np.arange(circle.sides) + 0.5) * math.tau / circle.sides, circle.radius / math.cos(math.pi / circle.sides)
+    found = np.tile(np.asarray(circle.centre, dtype=float), (circle.sides, 1))
     found[:, one] += radius * np.cos(turns)
     found[:, other] += radius * np.sin(turns)
     return found
