@@ -114,5 +114,5 @@ def goes_in_upright(wanted: Wanted, now: Pose) -> bool:
     low, high = np.reshape(wanted.target.area.buffer(-half).bounds or (0.0,) * 4, (2, 2))
     ways = [np.array((0.0, 0.0, RISE)), *(way for _, way in slants(RISE))]
     spots = product(*(np.arange(low[k], high[k] + PITCH, PITCH).tolist() for k in (0, 1)))
-    ends = (over_floor(wanted, now, spot, low) for spot, low in product(spots, LOWS))
+    ends = (over_floor(wanted, now, spot, over) for spot, over in product(spots, LOWS))
     return any(free_on_way(wanted, end, way, hand=False) for end in ends for way in ways)
