@@ -169,7 +169,7 @@ def _check_typed(path: Path, plugins: PluginChoice) -> int:
     found = [f"{path}:{lines.get(o.origin, 1)}: {o.origin or 'the program'}: {o.rule}: {o.reason}"
              for o in violations(read.program, robot)]  # fmt: skip
     if found:
-        raise UserError("\n".join([f"{len(found)} things stand against the program:", *found]))
+        raise UserError("\n".join([f"{counted(len(found), 'objection')} to the program:", *found]))
     print(f"{path}: a program for '{robot.type}', {counted(len(read.program.steps), 'step')}, nothing stands against it")
     return 0
 

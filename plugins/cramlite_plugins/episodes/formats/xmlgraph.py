@@ -64,8 +64,12 @@ def parse(path: Path) -> Graph:
         with _quiet():
             return Graph().parse(data=text, format=format_)
     except Exception as error:
-        line = error.getLineNumber() if hasattr(error, "getLineNumber") else getattr(error, "lines", "?")
-        reason = " ".join(str(error).split())[:300]
+        if hasattr(error, "getLineNumber"):
+            line, said = error.getLineNumber(), error.getMessage()
+        else:  # Turtle's has the number of line ends before, and its words without the bytes that it shows
+            ended, said = getattr(error, "lines", None), getattr(error, "_why", error)
+            line = "?" if ended is None else ended + 1
+        reason = " ".join(str(said).split())[:300]
         raise UserError(
             f"{path}:{line}: cannot be read as RDF ({format_}): {reason}. Check that the file is complete."
         ) from None
@@ -123,6 +127,8 @@ def _check_xml(path: Path, text: str) -> None:
     for match in found:
         parameter, name, value = match[1], match[2], match[3] if match[3] is not None else match[4]
         line = text.count("\n", 0, match.start()) + 1
+        if (match[5] or "").startswith(('"', "'")):
+            raise UserError(f"{path}:{line}: the file ends within the declaration of entity '{name}'. Check that it is complete.")
         if (
             parameter
             or value is None
