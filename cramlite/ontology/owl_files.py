@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from decimal import Decimal
 from pathlib import Path
 from typing import Any
+from xml.sax import SAXParseException
 
 import rdflib
 from rdflib.collection import Collection
@@ -83,8 +84,8 @@ def _quiet() -> Iterator[None]:
 
 def _complaint(error: Exception) -> tuple[str, str]:
     """Where, as ":line" or "", and what a parser of rdflib objects to, without the bytes that it shows."""
-    if hasattr(error, "getLineNumber"):  # of RDF/XML
-        return f":{error.getLineNumber()}", str(getattr(error, "getMessage", lambda: error)())
+    if isinstance(error, SAXParseException):
+        return f":{error.getLineNumber()}", error.getMessage()
     why, before = getattr(error, "_why", None), getattr(error, "lines", None)  # of Turtle; lines that end before
     if why is not None and before is not None:
         return f":{before + 1}", " ".join(str(why).split())[:300]

@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
+from xml.sax import SAXParseException
 
 from cramlite.plugin import UserError
 
@@ -64,7 +65,7 @@ def parse(path: Path) -> Graph:
         with _quiet():
             return Graph().parse(data=text, format=format_)
     except Exception as error:
-        if hasattr(error, "getLineNumber"):
+        if isinstance(error, SAXParseException):
             line, said = error.getLineNumber(), error.getMessage()
         else:  # Turtle's has the number of line ends before, and its words without the bytes that it shows
             ended, said = getattr(error, "lines", None), getattr(error, "_why", error)
