@@ -86,10 +86,8 @@ def _complaint(error: Exception) -> tuple[str, str]:
     """Where, as ":line" or "", and what a parser of rdflib objects to, without the bytes that it shows."""
     if isinstance(error, SAXParseException):
         return f":{error.getLineNumber()}", error.getMessage()
-    why, before = getattr(error, "_why", None), getattr(error, "lines", None)  # of Turtle; lines that end before
-    if why is not None and before is not None:
-        return f":{before + 1}", " ".join(str(why).split())[:300]
-    return "", " ".join(str(error).split())[:300]
+    before = getattr(error, "lines", None)  # of Turtle: lines that end before
+    return "" if before is None else f":{before + 1}", " ".join(str(getattr(error, "_why", error)).split())[:300]
 
 
 def prefixes_of(graph: rdflib.Graph) -> dict[str, str]:

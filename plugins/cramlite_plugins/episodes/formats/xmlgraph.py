@@ -65,15 +65,19 @@ def parse(path: Path) -> Graph:
         with _quiet():
             return Graph().parse(data=text, format=format_)
     except Exception as error:
-        if isinstance(error, SAXParseException):
-            line, said = error.getLineNumber(), error.getMessage()
-        else:  # Turtle's has the number of line ends before, and its words without the bytes that it shows
-            ended, said = getattr(error, "lines", None), getattr(error, "_why", error)
-            line = "?" if ended is None else ended + 1
-        reason = " ".join(str(said).split())[:300]
+        line, said = _complaint(error)
+        reason = " ".join(said.split())[:300]
         raise UserError(
-            f"{path}:{line}: cannot be read as RDF ({format_}): {reason}. Check that the file is complete."
+            f"{path}{line}: cannot be read as RDF ({format_}): {reason}. Check that the file is complete."
         ) from None
+
+
+def _complaint(error: Exception) -> tuple[str, str]:
+    """Where, as ":line" or "", and what a parser of rdflib objects to, without the bytes that it shows."""
+    if isinstance(error, SAXParseException):
+        return f":{error.getLineNumber()}", error.getMessage()
+    before = getattr(error, "lines", None)  # of Turtle: lines that end before
+    return "" if before is None else f":{before + 1}", str(getattr(error, "_why", error))
 
 
 def _check_contexts(path: Path, text: str) -> None:
