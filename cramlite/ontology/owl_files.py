@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Iterator
+from contextlib import contextmanager
 from decimal import Decimal
 from pathlib import Path
 from typing import Any
+from xml.sax import SAXParseException
 
 import rdflib
 from rdflib.collection import Collection
@@ -28,17 +31,16 @@ def parse(files: list[tuple[Path, bytes]], origins: dict[Node, tuple[str, int]] 
     """
     graph = rdflib.Graph()
     for number, (path, content) in enumerate(files):
+        syntax = _syntax(path, content)
+        data = content if syntax == "xml" else _text(path, content)  # XML says itself how it is encoded
         try:
-            graph.parse(
-                data=content, format=_syntax(path, content), publicID=path.as_uri() if path.is_absolute() else None
-            )
-        except UserError:
-            raise
+            with _quiet():
+                graph.parse(data=data, format=syntax, publicID=path.as_uri() if path.is_absolute() else None)
         except Exception as error:  # rdflib's parsers raise whatever their lexers raise
-            words = " ".join(str(error).split())[:300]
+            line, words = _complaint(error)
             raise UserError(
-                f"{path}: this cannot be read as an ontology: {words}. "
-                "It should be Turtle (.ttl) or RDF/XML (.owl, .rdf); open it at the place named and correct it"
+                f"{path}{line}: this cannot be read as an ontology: {words}. "
+                "It should be Turtle (.ttl) or RDF/XML (.owl, .rdf); correct it there, or write it anew if it was cut off"
             ) from None
         if origins is not None:
             for node in graph.subjects(OWL.onProperty):
@@ -59,6 +61,33 @@ def _syntax(path: Path, content: bytes) -> str:
             f"'pyhornedowl.open_ontology(\"{path.name}\", \"ofn\").save_to_file(\"{path.stem}.rdf\", \"rdf\")'"
         )
     return "xml" if first.startswith(b"<") and not first.startswith(b"<http") else "turtle"
+
+
+def _text(path: Path, content: bytes) -> str:
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = content.count(b"\n", 0, error.start) + 1
+        raise UserError(f"{path}:{line}: this is not UTF-8 text (byte {error.start}); save it as UTF-8") from None
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """rdflib logs names that are no IRIs before it raises what is wrong; the error says it, and names the file."""
+    logger = logging.getLogger("rdflib.term")
+    before, logger.disabled = logger.disabled, True
+    try:
+        yield
+    finally:
+        logger.disabled = before
+
+
+def _complaint(error: Exception) -> tuple[str, str]:
+    """Where, as ":line" or "", and what a parser of rdflib objects to, without the bytes that it shows."""
+    if isinstance(error, SAXParseException):
+        return f":{error.getLineNumber()}", error.getMessage()
+    before = getattr(error, "lines", None)  # of Turtle: lines that end before
+    return "" if before is None else f":{before + 1}", " ".join(str(getattr(error, "_why", error)).split())[:300]
 
 
 def prefixes_of(graph: rdflib.Graph) -> dict[str, str]:

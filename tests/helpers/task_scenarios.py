@@ -7,8 +7,9 @@ from itertools import islice
 from msgspec.structs import replace
 
 from cramlite import Engine, NoSolution, Trace, find_scenario, read_scenario
-from cramlite.engine.candidates import attempts, search_in
+from cramlite.engine.candidates import attempts
 from cramlite.engine.execution import execute
+from cramlite.engine.search_in_setting import search_in
 from cramlite.model import Verdict
 from cramlite.planning.budget import budget_of
 from cramlite.plugin import Candidate
