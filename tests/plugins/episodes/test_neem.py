@@ -102,6 +102,9 @@ def transforms(count: int = 3) -> list[dict[str, Any]]:
     ]
 
 
+PACKED = b"".join(map(bson.encode, transforms()))
+
+
 def cup_of(folder: Path) -> list[float]:
     found = read_neem(folder)
     assert found is not None
@@ -151,7 +154,7 @@ def test_two_dumps_in_one_folder_are_refused(tmp_path: Path, names: tuple[str, s
 @pytest.mark.parametrize(
     ("name", "content", "said"),
     [
-        ("tf.bson.gz", gzip.compress(bson.encode({"a": "b" * 99}), mtime=0)[:-9], "cannot be unpacked|bytes early|no field"),
+        ("tf.bson.gz", gzip.compress(PACKED, mtime=0)[:-9], "cannot be unpacked"),
         ("tf.bson.gz", b"no archive", "cannot be unpacked"),
         ("tf.json", b'{"child_frame_id": "cup"', "tf.json:1: no document as mongoexport writes it"),
         ("tf.json", b"[1, 2]", "a document is an object, not '1'"),
