@@ -162,7 +162,9 @@ BAD = {
         '<robot name="r">\n<link name="a"><collision><geometry>\n<mesh filename="package://far/a.stl"/></geometry></collision></link></robot>',
         r"scene.xml:3: the package 'far' is in no folder",
     ),
-    "y up": ('<mujoco><option gravity="0 -9.81 0"/><worldbody><geom size=".1"/></worldbody></mujoco>', r"scene.xml:1: gravity is .0, -9.81, 0."),
+    "y up": (
+        '<mujoco><option gravity="0 -9.81 0"/><worldbody><geom size=".1"/></worldbody></mujoco>', r"scene.xml:1: gravity is .0, -9.81, 0.",
+    ),
     "xacro": ('<robot name="r">\n<!-- ${a} -->\n<xacro:include filename="b.xacro"/></robot>', r"scene.xml:3: this is xacro"),
     "xacro's values": ('<robot name="r">\n<link name="${a}"/></robot>', r"scene.xml:2: this is xacro"),
     "two roots": ('<robot name="r">\n<link name="a"/>\n<link name="b"/></robot>', r"scene.xml:3: a URDF has one root link"),
