@@ -39,6 +39,7 @@ INSET = 0.12  # of what is nearest to a robot that drove, from the edge [m]
 GAP = 0.006  # between outlines seen from above [m]: a little more than paths keep
 SAME = 1e-6  # stand-offs that are one [m]
 ROUNDED = 0.0002  # twice what positions are rounded by [m]
+STRAIGHT = 0.99  # of the rectangle about an outline, of one that is that rectangle
 PER_PLACE = 0.5  # cost of each position that comes before: more than any turn and height
 YAWS = (0.0, 30.0, -30.0, 60.0, -60.0, 90.0, -90.0, 135.0, -135.0, 180.0)  # turns about the vertical that are tried first [deg]
 ONTO = ((0.02, 0.06), (0.01, 0.015))
@@ -140,13 +141,14 @@ def _turns(wanted: Wanted, now: Pose, offset: Offset, few: tuple[float, ...]) ->
     from ..shapes.surfaces import footprint
 
     area = wanted.target.area
-    if not wanted.depth or area.area < 0.99 * shapely.box(*area.bounds).area:
+    if not wanted.depth or area.area < STRAIGHT * shapely.box(*area.bounds).area:
         return few  # nothing is let down, or the opening is round
     there, axis = _spot(wanted, now, offset, 0.0, 0.0, 0.0).thing, wanted.target.pose.rotate((1.0, 0.0, 0.0))
     side = np.subtract(*_rectangle(wanted, there)[:2])
     apart = math.degrees(math.atan2(axis[1], axis[0]) - math.atan2(side[1], side[0]))
     along = sorted((round(math.remainder(apart + quarter, 360.0), 2) for quarter in (0.0, 90.0, 180.0, 270.0)), key=abs)
-    narrow = not area.buffer(-OFF_WALLS).covers(footprint(wanted.thing, wanted.target.pose.inverse() * there))
+    seen = footprint(wanted.thing, wanted.target.pose.inverse() * there)
+    narrow = not area.buffer(-OFF_WALLS).covers(seen) or seen.area > STRAIGHT * shapely.minimum_rotated_rectangle(seen).area
     return (*along, *few) if narrow else (*few[:1], *along, *few[1:])
 
 

@@ -121,6 +121,15 @@ def test_at_the_best_position_every_turn_is_tried_at_others_a_few_and_one_of_the
     assert len(found) == 19 and found[0][0] == "middle"
 
 
+@pytest.mark.parametrize(("geom", "along"), [(Geom("box", (0.02, 0.03, 0.05)), True), (Geom("cylinder", (0.02, 0.05)), False)])
+def test_straight_sides_are_put_along_straight_walls_however_much_room_there_is(geom: Geom, along: bool) -> None:
+    belief = _belief(basket("box", Pose((0.4, 0.35, 0.0)), (0.3, 0.4, 0.1)))
+    things = tuple(replace(t, geoms=(geom,)) if t.name == "it" else t for t in belief.world.things)
+    belief = replace(belief, world=replace(belief.world, things=things))
+    x, y, _ = placed(first(1, into("box"), belief)[0]).rotate((1.0, 0.0, 0.0))
+    assert (abs(math.sin(2 * math.atan2(y, x))) < 1e-3) == along
+
+
 def test_a_position_later_costs_more_than_any_turn_and_a_turn_by_its_angle() -> None:
     found = first(16, on("shelf"), _belief())
     angles = [0, 30, 30, 60, 60, 90, 90, 135, 135, 180, 0, 90, 45, 137.5077640500378, 0, 90]
