@@ -21,7 +21,7 @@ from .attitude import held_now
 from .covers import LOWS, RISE, covers, free_on_way, openings, over_floor
 from .free_area import free_area
 from .place_filters import CHEAP, OFF_WALLS, Filter, Spot, Wanted, reachable, room_to_open, visible
-from .through_side import brought_onto
+from .through_side import brought_onto, led_by
 
 if TYPE_CHECKING:
     from ..motion_planning.space import Refusal
@@ -77,7 +77,8 @@ def places_aslant(location: Location, belief: Belief, context: Context) -> Itera
         else:
             no = refused if refused.passed >= no.passed else no
     if not found:
-        raise Unresolvable(f"aslant: {no.reason}", (location.of or "", *taken_at(belief, context)), blocking=no.blocking)
+        because = (location.of or "", *led_by(location, context), *taken_at(belief, context))
+        raise Unresolvable(f"aslant: {no.reason}", because, blocking=no.blocking)
 
 
 def goes_in_aslant(thing: str, belief: Belief, context: Context) -> bool:
@@ -119,9 +120,11 @@ def _wanted(location: Location, belief: Belief, context: Context) -> Wanted:
     bare = Wanted(held, entity, target, belief, context, make_scene(belief, context), location.parameters, depth=depth, opened=(opened,))
     over = covers(bare, COVERS)
     if not over:
-        raise Unresolvable(f"nothing is over the opening of '{entity}': things go in from above", (location.of or "",), blocking=())
+        because = (location.of or "", *led_by(location, context))  # straight from above another grasp may do
+        raise Unresolvable(f"nothing is over the opening of '{entity}': things go in from above", because, blocking=())
     if held.filling is not None or belief.held.carries:
-        raise Unresolvable(f"'{held.name}' holds something that would fall out as it leans", (location.of or "",))
+        because = (location.of or "", *led_by(location, context))
+        raise Unresolvable(f"'{held.name}' holds something that would fall out as it leans", because)
     return replace(bare, covers=over)
 
 

@@ -9,12 +9,14 @@ from collections.abc import Iterator
 import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import Belief, Feature, Floats, Joint, Location, Place, Pose, Thing
+from cramlite.model import Belief, Estimate, Feature, Floats, Joint, Location, Place, Pose, Thing
 from cramlite.plugin import Answers, Context, Grounding, Refused, Unresolvable, hookimpl
 
 from ..shapes import ray_casting as rays
 from ..shapes.bounds import box_around
+from ..shapes.carried_along import DRIVEN
 from .antipodal import Hands, pinches
+from .through_side import led_by
 
 TIPS = 0.006  # how much farther out the pads also take it, where their ends come too near to the front behind [m]
 ROOM = 0.006  # about the hand, without which a grip comes last [m]: streamed arms come to rest within 4 mm
@@ -33,6 +35,8 @@ OPENED = (0.95, 0.9)
 TURNED = (0.97, 0.6, 0.4)
 """Shares that a knob is turned on to: as far as the wrist turns; from a fifth on it counts as on."""
 
+DISTURBED = "bystanders"
+"""The judge of what no task moves: where it only advises (``limits: {advisory: [bystanders]}``), a drawer may drive things before it."""
 LEAVES = {"height_m", "x_m"}
 """Values of the places where things were put down, or pushed to, by which it is known that another place may do."""
 
@@ -79,16 +83,21 @@ def check_way(location: Location, thing: Thing, belief: Belief, context: Context
     Raises:
         Unresolvable: something is in its way; whatever hand moves it, it meets that.
     """
-    from .joint_way import met_on_its_way
+    from ..motion_planning.space import Refusal
+    from .joint_way import driven_along, met_on_its_way
 
     if (joint := thing.joint) is None or (least := location.parameters.get("least")) is None:
         return
     value = joint_value(belief, thing.name, belief.base() * belief.pose(thing.name))
     goal = joint.lower + least * (joint.upper - joint.lower)
     if goal > value and (met := met_on_its_way(thing, value, goal, belief, context)):
+        may_drive = DISTURBED in context.limits.advisory
+        if may_drive and location.parameters.get("drives") and not isinstance(driven_along(thing, value, goal, belief, context), Refusal):
+            return
         there = {name for entry in met.blocking or () for name in ((entry,) if isinstance(entry, str) else entry)}
         put = (n for n, v in context.bindings.items() if isinstance(v, Place) and v.thing in there and LEAVES & set(v.values))
-        raise Unresolvable(met.reason, (location.of or "", *put), blocking=met.blocking, collision=met.collision)
+        ways = led_by(location, context) if may_drive else ()
+        raise Unresolvable(met.reason, (location.of or "", *put, *ways), blocking=met.blocking, collision=met.collision)
 
 
 def _held(name: str, place: Place, cost: float) -> Grounding:
@@ -127,7 +136,24 @@ def _path(location: Location, belief: Belief, context: Context) -> Iterator[Grou
         raise Unresolvable(f"'{entity}' must have a joint, and the hand nothing else", causes(location, context), blocking=())
     now = held_pose(belief, context) if held else belief.pose(thing.name)
     for k, share in enumerate(_shares(location, thing.joint, now.inverse() * tcp(belief, context), held)):
-        yield _led(thing, thing.joint, belief, context, now, share, 0.1 * k)
+        led = _led(thing, thing.joint, belief, context, now, share, 0.1 * k)
+        yield _driving(led, thing, now, belief, context) if location.parameters.get("drives") else led
+
+
+def _driving(led: Grounding, thing: Thing, now: Pose, belief: Belief, context: Context) -> Grounding | Refused:
+    """The same path of a drawer, with how far it drives each loose thing before it; or what is in the way of that."""
+    from ..motion_planning.space import Refusal
+    from .joint_way import driven_along
+
+    there, place = Estimate(belief.base() * now), led.value
+    free = belief.released(there, belief.opening) if belief.held else belief
+    value = joint_value(free, thing.name, there.pose)
+    found = driven_along(thing, value, value + place.values["moved"], free, context)
+    if isinstance(found, Refusal):
+        return found.refused(led.key)
+    values = {**place.values, **{DRIVEN + name: metres for name, metres in found.items()}}
+    said = f"{led.reason}; {', '.join(map(repr, found)) or 'nothing'} is driven along"
+    return replace(led, value=replace(place, values=values), reason=said)
 
 
 def _shares(location: Location, joint: Joint, hand: Pose, held: bool) -> tuple[float, ...]:

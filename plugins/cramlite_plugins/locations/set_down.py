@@ -248,9 +248,11 @@ def _from_above(
 
 def _from_aside(spot: Spot, wanted: Wanted, above: float) -> Spot | None:
     """The same placement, brought there from aside: a drawer under another one has no room above, and some before it."""
+    from ..kinematics.kinematics import inverse
     from ..motion_planning.reach import shift
 
-    if wanted.scene.met(wanted.belief.base() * spot.pose) is not None:
+    reached = inverse(wanted.context.robot, spot.pose, seed=wanted.belief.joints)
+    if not reached or wanted.scene.met(wanted.belief.base() * spot.pose) is not None:
         return None  # wherever it comes from
     for side, way in slants(above):
         aside = replace(spot, name=f"{spot.name}, from {side}", before=shift(spot.pose, way))

@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from itertools import combinations
+from typing import Any
 
 from msgspec.structs import replace
 
-from cramlite.model import Action, Belief, Location, Motion
-from cramlite.plugin import Decomposition, Parameter, TaskType, hookimpl
+from cramlite.model import Action, Belief, Location, Motion, Place
+from cramlite.plugin import Allowance, Decomposition, Parameter, TaskType, hookimpl
 
+from ..shapes.carried_along import driven
 from ..task_kit.bases import FORCES, SPEED, ByHandle
 
 LESS = (0.85, 0.8)
 """Shares of the range that something is opened to by its handle where no grip of that opens it further, or what is done next needs room
 before it."""
+DRIVES = "drives"
+"""Parameter of the locations of a way on which what a drawer meets goes along."""
 TOUCH = {"speed_m_s": 0.01, "free_m_s": 0.1, "force_n": 3.0, "beyond_m": 0.03}
 """As things are put down: through the air as fast as they are lifted, the last 15 mm slowly."""
 
@@ -37,6 +42,14 @@ class Opening(ByHandle):
                 for way in super().decompose(less, belief):
                     yield replace(way, reason=f"{way.reason}; to {share:g} of the range alone", cost=0.5 + 0.1 * k)
         yield self._pressing(action)
+        yield from self._driving(replace(action, parameters={**action.parameters, DRIVES: 1.0}), belief)
+
+    def _driving(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
+        """The same ways of a drawer, which drives what stands before it along; last, as where that ends nobody knows as well."""
+        joint = belief.thing(action.roles["Patient"].entity or "").joint
+        ways = (*super().decompose(action, belief), self._pressing(action)) if joint is not None and joint.kind == "slide" else ()
+        for way in ways:
+            yield replace(way, reason=f"{way.reason}; what it meets is driven along", cost=way.cost + 2.0)
 
     def _pressing(self, action: Action) -> Decomposition:
         patient, touch, way = action.roles["Patient"], (action.roles["Patient"].name,), self.way(action)
@@ -60,11 +73,22 @@ class Opening(ByHandle):
 
     def _least(self, action: Action) -> dict[str, float]:
         """How far it must get, whatever hand opens it."""
-        return {"least": self.parameter(action, "share") or LESS[-1]}
+        return {"least": self.parameter(action, "share") or LESS[-1], **self._drives(action)}
+
+    @staticmethod
+    def _drives(action: Action) -> dict[str, float]:
+        return {DRIVES: 1.0} if action.parameters.get(DRIVES) else {}
 
     def way(self, action: Action) -> Location:
         patient = action.roles["Patient"].name
-        return Location(f"opened({patient})", "opened", patient, {"share": self.parameter(action, "share")})
+        return Location(f"opened({patient})", "opened", patient, {"share": self.parameter(action, "share"), **self._drives(action)})
+
+    def allowance(self, action: Action, bindings: Mapping[str, Any]) -> Allowance:
+        """Return what it may touch, among it what the drawer drives before it, which may touch each other."""
+        allowed, patient = super().allowance(action, bindings), action.roles["Patient"]
+        way = bindings.get(self.way(action).name)
+        along = (patient.thing, *driven(way.values)) if isinstance(way, Place) else ()
+        return replace(allowed, touches=allowed.touches | {frozenset(pair) for pair in combinations(along, 2)})
 
 
 @hookimpl
