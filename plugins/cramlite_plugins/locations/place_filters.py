@@ -17,7 +17,6 @@ from cramlite.plugin import Context
 
 from ..shapes import ray_casting as rays
 from ..shapes.bounds import box_around, centre_of_mass, support
-from .room_to_close import room_to_close
 
 if TYPE_CHECKING:
     from ..motion_planning.space import Refusal
@@ -364,6 +363,6 @@ CHEAP: Mapping[str, Mapping[str, Filter]] = {
 DEAR: Mapping[str, Filter] = {
     "free to fall": falls_in, "collision-free": room, "reachable": reachable, "visible": visible,
     "collision-free with the arm": collision_free, "free to open": room_to_open,
-    "let down by the thing alone": hand_off, "free to be closed": room_to_close,
+    "let down by the thing alone": hand_off,
 }  # fmt: skip
 """Asked of the arm and the camera, in this order."""

@@ -14,10 +14,10 @@ from cramlite.plugin import Context
 from ..motions.gripping import LET_GO, fallen
 from ..shapes.carried_along import carried_along
 from .handles import ajar, joint_value
+from .place_filters import Spot, Wanted
 
 if TYPE_CHECKING:
     from ..motion_planning.space import Refusal
-    from .place_filters import Spot, Wanted
 
 SHUT = 0.05  # share of its range up to which something counts as closed
 TIGHT = 100.0  # cost of a place that comes after all others, since it leaves little room for what is to be closed
@@ -69,7 +69,7 @@ def _met(closing: Thing, put: str, after: Belief, context: Context, clearance: f
     handle = closing.feature("cram:Handle")
     end = joint.lower + (ajar(joint, handle.pose) if handle and clearance is None else 0.0) * whole
     along = put in carried_along(after, closing.name)
-    beside = [t.name for t in after.world.things if t.name != put and (t.name == closing.name) == along or along and not t.furniture]
+    beside = [t.name for t in after.world.things if (t.name != put and (t.name == closing.name) == along) or (along and not t.furniture)]
     scene = make_scene(after.grasped(Held(put, Pose(), 0.0)), context, beside, clearance=0.0 if along else clearance or 0.0)
     for left, moved in _on_its_way(joint, at, value, end):
         no = scene.met(moved * at.inverse() * here if along else at * moved.inverse() * here, hand=False)

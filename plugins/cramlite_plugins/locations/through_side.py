@@ -61,7 +61,8 @@ def places_through_a_side(location: Location, belief: Belief, context: Context) 
                 yield replace(no, because=taken_at(belief, context))
             else:
                 kept.append(no)
-    yield from (*kept, *tight) if found else ()
+    yield from kept if found else ()
+    yield from tight
     if not found:
         said = max(kept, key=lambda no: no.passed).reason if kept and not fits else "the hand has no way in"
         grasps = taken_at(belief, context) if fits or not kept else ()

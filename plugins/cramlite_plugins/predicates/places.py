@@ -125,8 +125,8 @@ def between_fingers(phase: Phase, name: str | None) -> Iterator[Row]:
 
 
 def _between_pads(phase: Phase) -> list[tuple[Floats, Floats]]:
-    """Lines between two fingers: between the middles of their pads and between their edges, and on to the ends of pads of known size; pairs of
-    points (3,)."""
+    """Lines between two fingers: between the middles of their pads, and, of pads of known size, between their edges and on to their ends;
+    pairs of points (3,)."""
     names = tips(phase.timeline)[:2]
     poses = [p for n in names if (p := pose_of(phase, n, phase.end)) is not None]
     if len(poses) < 2:
