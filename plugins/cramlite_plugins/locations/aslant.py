@@ -21,6 +21,7 @@ from .attitude import held_now
 from .covers import LOWS, RISE, covers, free_on_way, openings, over_floor
 from .free_area import free_area
 from .place_filters import CHEAP, OFF_WALLS, Filter, Spot, Wanted, reachable, room_to_open, visible
+from .room_to_close import room_to_close
 from .through_side import brought_onto, led_by
 
 if TYPE_CHECKING:
@@ -280,4 +281,11 @@ def _arm_leads_out(entry: Entry, spot: Spot, wanted: Wanted) -> Refusal | None:
     return replace(line, reason=f"on its way out {line.reason}") if isinstance(line, Refusal) else None
 
 
-FILTERS: Mapping[str, Filter] = {**CHEAP["in"], "reachable": reachable, "visible": visible, "free to open": room_to_open}
+def _room_to_close(spot: Spot, wanted: Wanted) -> str | Refusal:
+    """Check that it is in nobody's way once it stands."""
+    return room_to_close(replace(spot, thing=stood_up(wanted.thing, spot.thing)), wanted)
+
+
+FILTERS: Mapping[str, Filter] = {
+    **CHEAP["in"], "reachable": reachable, "visible": visible, "free to open": room_to_open, "free to be closed": _room_to_close,
+}  # fmt: skip

@@ -22,6 +22,10 @@ if TYPE_CHECKING:
     from ..motion_planning.space import Refusal
 
 BEHIND, ALMOST = 0.05, 0.003  # from the face to the fingers at the stand-off, and where feeling begins [m]
+NEARER = 0.02
+"""The stand-off last of all [m]: 50 mm before the handle of a microwave's door that was open by 110 deg, towards the robot, its elbow was
+folded too far."""
+LAST = 10.0  # cost of what comes after all else
 LOW, UNDER_PALM = 0.015, 0.010  # finger tips above what carries the thing; the palm above the thing [m]
 
 SPOTS = ((0.0, 0.0), (0.8, 0.0), (-0.8, 0.0), (0.0, 0.6), (0.8, 0.6), (-0.8, 0.6))
@@ -96,17 +100,25 @@ def _before_front(location: Location, belief: Belief, context: Context) -> Itera
     if handle is None or thing.joint is None:
         raise Unresolvable(f"'{entity}' has no handle and joint: nobody knows where its front is", (location.of or "",), blocking=())
     free, near = make_scene(belief, context, (), shut), make_scene(belief, context, [thing.name], shut)
+    late = list[Grounding]()
     for k, (at, name) in enumerate(_at_front(thing, thing.joint, handle, belief.pose(thing.name), context.robot.gripper)):
         there = collision_free_ik(near, context, at, belief.joints)
+        no = there if isinstance(there, Refusal) else _follows(thing, at, there, belief, context)
+        if no is not None:
+            yield no.refused(name)
+            continue
+        assert not isinstance(there, Refusal)
         way = way_along(thing.joint, belief.pose(thing.name), at)
-        before = shift(at, -BEHIND * way)
-        stops = there if isinstance(there, Refusal) else _follows(thing, at, there, belief, context)
-        off = stops or collision_free_ik(free, context, before, belief.joints if isinstance(there, Refusal) else there)
-        if isinstance(off, Refusal):
+        off, nearer = (collision_free_ik(free, context, shift(at, -far * way), there) for far in (BEHIND, NEARER))
+        x, y, z = (float(v) for v in way)
+        place = Place(at, shift(at, -BEHIND * way), shut, (x, y, z), thing=thing.name)
+        if not isinstance(off, Refusal):
+            yield Grounding(place, name, 0.1 * k, key=name)
+        elif isinstance(nearer, Refusal):
             yield off.refused(name)
         else:
-            x, y, z = (float(v) for v in way)
-            yield Grounding(Place(at, before, shut, (x, y, z), thing=thing.name), name, 0.1 * k, key=name)
+            late.append(Grounding(replace(place, before=shift(at, -NEARER * way)), f"{name}, from nearer", 0.1 * k + LAST, key=name))
+    yield from late
 
 
 def _at_front(thing: Thing, joint: Joint, handle: Feature, pose: Pose, gripper: Gripper) -> Iterator[tuple[Pose, str]]:

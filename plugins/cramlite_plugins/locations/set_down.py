@@ -31,6 +31,7 @@ from .leaning import LET_GO, close_by, leaning, must_lean
 from .place_filters import ABOVE_IT, ASIDE, CHEAP, DEAR, OFF_WALLS, SIDES, Filter, Obstacle, Spot, Wanted, clear, opened
 from .resting_poses import DROPS, is_uneven, lowered_onto, resting_poses, spot_at_rest
 from .room_for_more import corner, roomiest, to_come
+from .room_to_close import TIGHT, is_tight, room_to_close
 from .through_side import brought_there_by, led_by, places_through_a_side
 
 FEW_YAWS = (0.0, 90.0, -45.0)  # away from the middle of a surface [deg]
@@ -51,6 +52,7 @@ more."""
 OFF_FLOOR, RISE = 0.01, 0.03  # lowest point above a container's floor when let go, and steps up from there [m]
 ABOVE = 0.06  # stand-off above a rim [m]
 BETWEEN = (1.0, 0.67, 0.33)  # parts of a way down from aside that are looked at first
+LAST: Mapping[str, Filter] = {"free to be closed": room_to_close}  # asked after ``DEAR``
 TURNED = "turned"
 """Value of a place: 1 where it asks for an attitude, so that what is brought there need not be kept as it is held."""
 FACING = (0.0, 6.0, -6.0)
@@ -84,7 +86,7 @@ def _spots(location: Location, belief: Belief, context: Context) -> Iterator[Gro
     now = put_down(targets[0], location)
     check_turn(held_now(belief, context), now, targets[0])
     _check_way_in(targets, now, location)
-    work, kept, passed = context.samples, list[Refused](), False
+    work, kept, tight, passed = context.samples, list[Refused](), list[Grounding](), False
     for k, answer in _answers(targets, now, location):
         shapes = isinstance(answer, Refused) and answer.passed < cheap
         work -= OUTLINE if shapes else ARM
@@ -93,13 +95,20 @@ def _spots(location: Location, belief: Belief, context: Context) -> Iterator[Gro
         else:
             yield from kept
             passed, kept = True, []
-            yield replace(answer, cost=answer.cost + PER_PLACE * k) if isinstance(answer, Grounding) else answer
+            later = answer.cost >= TIGHT if isinstance(answer, Grounding) else False
+            answer = replace(answer, cost=answer.cost + PER_PLACE * k) if isinstance(answer, Grounding) else answer
+            if later and isinstance(answer, Grounding):
+                tight.append(answer)
+            else:
+                yield answer
         if work <= 0 and passed:
+            yield from tight
             said = f"{k + 1} positions were looked at, as many as the {context.samples} samples of a query allow"
             because = (location.of or "", *brought_there_by(location, belief, context))
             raise Unresolvable(said, because, blocking=tuple(n for t in targets for n in standing_there(t)))
         if work <= 0:
             break
+    yield from tight if work > 0 else ()
     if not passed:
         raise _no_room(kept or list(_at_best(targets, now, location)), targets, location, context)
 
@@ -229,7 +238,7 @@ def _from_above(
     for k, (over, above) in enumerate(heights):
         spot = at(over, above)
         again = blocked is not None and blocked.distance(spot.before)[0] < SAME
-        reason = reason if again else _refusal(spot, wanted, {**CHEAP[relation], **DEAR})
+        reason = reason if again else _refusal(spot, wanted, {**CHEAP[relation], **DEAR, **LAST})
         if relation == "in" and reason is not None and ABOVE_IT in reason.reason and (aside := _from_aside(spot, wanted, above)):
             spot, reason = aside, None
         if reason is None:
@@ -237,7 +246,8 @@ def _from_above(
             if wanted.lowered:
                 values[OPEN] = opened(spot, wanted)[0].opening
             place = Place(spot.pose, spot.before, approach=(0, 0, -1), thing=wanted.thing.name, values=values)
-            yield Grounding(place, f"'{wanted.entity}', {spot.name}", cost + PER_HEIGHT * k, key=spot.name, anew=True)
+            cost += PER_HEIGHT * k + TIGHT * is_tight(spot, wanted)
+            yield Grounding(place, f"'{wanted.entity}', {spot.name}", cost, key=spot.name, anew=True)
             return
         if not again:
             yield replace(reason, value=spot.name)
@@ -257,7 +267,7 @@ def _from_aside(spot: Spot, wanted: Wanted, above: float) -> Spot | None:
     for side, way in slants(above):
         aside = replace(spot, name=f"{spot.name}, from {side}", before=shift(spot.pose, way))
         free = is_free(wanted.scene, wanted.context, spot.pose, way, BETWEEN, wanted.belief.joints)
-        if free and _refusal(aside, wanted, DEAR) is None:
+        if free and _refusal(aside, wanted, {**DEAR, **LAST}) is None:
             return aside
     return None
 

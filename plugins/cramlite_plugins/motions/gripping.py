@@ -133,14 +133,14 @@ def _let_go(motion: Motion, belief: Belief, context: Context, opening: float) ->
         pose = stood_up(belief.world.thing(belief.held.thing), pose)
     into = motion.to.of if motion.to is not None and motion.to.relation in ("in", "aslant") else None
     if into or belief.relates("on", belief.held.thing):
-        pose = _fallen(belief, pose)
+        pose = fallen(belief, pose)
     on_rails = belief.world.thing(belief.held.thing).joint is not None  # or on hinges: it neither falls nor shifts
     sigma = math.hypot(DROPPED if into else 0.0 if on_rails else LET_GO, belief.held.sigma)
     return belief.released(Estimate(pose, sigma, f"predicted: let go by {motion.name}"), opening)
 
 
-def _fallen(belief: Belief, pose: Pose) -> Pose:
-    """Straight down onto what would support it there, as it is turned; where it is if nothing would."""
+def fallen(belief: Belief, pose: Pose) -> Pose:
+    """Return the pose in the world of what is held, fallen straight down onto what would support it there; as it is if nothing would."""
     from ..shapes.bounds import lowest
     from ..shapes.surfaces import resting_height
 
