@@ -36,7 +36,8 @@ if TYPE_CHECKING:
 
 
 ASIDE = 5
-"""Tasks that are rather done than one that moves something out of the way without holding it: nobody knows as well where that ends."""
+"""Tasks that are rather done than one that moves something out of the way without holding it: nobody knows as well where that ends. Than one
+that opens what is in the way, too: a drawer or a door takes more room when it is open, and to carry something away takes four."""
 
 
 class Scope(Value):
@@ -124,7 +125,8 @@ class PlanningProblem(Value, eq=False):
         """A schema with what it makes as the goal asks for it, and with the fillers that a scope allows."""
         change, task = schema.change, self.knowledge.tasks[schema.task]
         asked = constraint_facts(self.wanted, schema, task)
-        cost = ASIDE * schema.cost if not asked and _may_push(schema, self._in_the_way, self.grounder.fluents) else schema.cost
+        dear = _may_push(schema, self._in_the_way, self.grounder.fluents) or _may_fill(schema, task.lays_open, self._in_the_way)
+        cost = ASIDE * schema.cost if not asked and dear else schema.cost
         change = replace(change, adds=change.adds | asked)
         return replace(schema, change=change, cost=cost, tables=tuple(self._allowed(schema, t, scope) for t in schema.tables))
 
@@ -192,6 +194,20 @@ class PlanningProblem(Value, eq=False):
             else:
                 left = shorter
         return tuple(kept)
+
+    def shut_first(self, steps: tuple[Operator, ...]) -> tuple[Operator, ...]:
+        """Return a plan in which what it opens is opened behind all that it shuts, as far as it is a plan so, too.
+
+        What is open takes room: before a cabinet the handle of an open drawer keeps the hand from closing the one below.
+        """
+        for k, step in enumerate(steps):
+            opened = {f[0] for f in step.adds} if self.knowledge.tasks[step.task].lays_open else set[str]()
+            shuts = [j for j in range(k + 1, len(steps)) if opened & {f[0] for f in steps[j].needs - steps[j].apply(steps[j].needs)}]
+            swapped = ((*steps[:k], *steps[k + 1 : j + 1], step, *steps[j + 1 :]) for j in reversed(shuts))
+            better = next((s for s in swapped if not self.failing(s)), None)
+            if better is not None:
+                return self.shut_first(better)
+        return steps
 
     def _missed(self, without: Iterable[Operator], rest: Iterable[Operator], facts: frozenset[Fact]) -> bool:
         """Whether what steps bring about is needed later, before another brings it about: quicker than to apply all the rest."""
@@ -322,8 +338,18 @@ def _pushed(schema: ActionSchema, fluents: Fluents) -> frozenset[str]:
 def _may_push(schema: ActionSchema, things: frozenset[str], fluents: Fluents) -> bool:
     """Whether a schema may push one of some things, by what may fill its parameters."""
     pushed = _pushed(schema, fluents)
-    tables = [t.rows for t in schema.tables if not t.denied and len(t.terms) == 1 and t.terms[0] in pushed]
-    return bool(pushed) and any(all((thing,) in rows for rows in tables) for thing in things)
+    return _may_be(schema, pushed, things)
+
+
+def _may_fill(schema: ActionSchema, role: str, things: frozenset[str]) -> bool:
+    """Whether one of some things may fill a role of a schema."""
+    return role in schema.terms and _may_be(schema, frozenset({schema.terms[role]}), things)
+
+
+def _may_be(schema: ActionSchema, terms: frozenset[str], things: frozenset[str]) -> bool:
+    """Whether one of some things may be what terms stand for."""
+    tables = [t.rows for t in schema.tables if not t.denied and len(t.terms) == 1 and t.terms[0] in terms]
+    return bool(terms) and any(all((thing,) in rows for rows in tables) for thing in things)
 
 
 def _changed(schema: ActionSchema) -> set[str]:
