@@ -49,13 +49,14 @@ def task_plans(
         scopes = list(given.problem.scopes())
         if level == len(scopes):
             return
-        steps = _asked(given, scopes[level], progress, stop)
+        problem = given.problem.within(scopes[level])
+        steps = _asked(given, problem, scopes[level], progress, stop)
         if steps is None:
             if given.unexplained and not given.problem.blocked:
                 return
             level += 1
             continue
-        plan, kept = _plan(given.problem, steps)
+        plan, kept = _plan(problem, steps)
         new = plan is not None and NEEDLESS not in plan.reasons and not any(_within(e, plan.steps) for e in given.unexplained)
         missed = 0 if new else missed + 1
         if plan is not None and new:
@@ -93,18 +94,18 @@ class _Given:
 
 
 def _asked(
-    given: _Given, scope: Scope, progress: Callable[[str], None], stop: Callable[[], bool]
+    given: _Given, problem: PlanningProblem, scope: Scope, progress: Callable[[str], None], stop: Callable[[], bool]
 ) -> list[PlanStep] | None:
     """The planner's plan with the things of a scope; None where there is none."""
-    text = given.problem.pddl(scope, given.earlier)
-    things = [given.problem.grounder.things[n] for n in scope.things]
-    many = sum(ON_JOINT if t.joint is not None else t.movable for t in things)
-    answer = fast_downward(text, many <= FEW, progress, stop)
+    text = problem.pddl(scope, given.earlier)
+    things = [problem.grounder.things[n] for n in scope.things]
+    few = sum(ON_JOINT if t.joint is not None else t.movable for t in things) <= FEW
+    answer = fast_downward(text, few, progress, stop)
     return steps_of(answer.plan, text, "the planner's plan") if answer.plan is not None else None
 
 
 def _plan(problem: PlanningProblem, steps: list[PlanStep]) -> tuple[TaskPlan | None, list[PlanStep]]:
-    """A planner's plan as the engine sees it, without needless steps, and in an order that leaves room; and the steps that are left of it."""
+    """A planner's plan as the engine sees it, without needless steps and shutting first, and the steps that are left of it."""
     found = [(s, o) for s in steps if (o := problem.operator(s)) is not None]
     operators = [o for _, o in found]
     if len(found) < len(steps) or problem.failing(operators):

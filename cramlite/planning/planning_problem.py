@@ -36,8 +36,7 @@ if TYPE_CHECKING:
 
 
 ASIDE = 5
-"""Tasks that are rather done than one that moves something out of the way without holding it: nobody knows as well where that ends. Than one
-that opens what is in the way, too: a drawer or a door takes more room when it is open, and to carry something away takes four."""
+"""Tasks that are rather done than one that moves something out of the way without holding it: nobody knows as well where that ends."""
 
 
 class Scope(Value):
@@ -47,11 +46,13 @@ class Scope(Value):
         things: by name.
         on_fixed: whether things are put only where the goal asks for them, or on what cannot be moved.
         carried: whether they are only put there by a hand that holds them, and not pushed.
+        left_shut: whether nothing is opened because it was in the way of opening or shutting something else.
     """
 
     things: frozenset[str]
     on_fixed: bool = False
     carried: bool = False
+    left_shut: bool = False
 
 
 class PlanningProblem(Value, eq=False):
@@ -75,7 +76,8 @@ class PlanningProblem(Value, eq=False):
 
     def scopes(self) -> Iterator[Scope]:
         """Generate what plans may use, least first: what the goal names, and what was in the way, with all that this stands on or
-        carries, put where the goal says or on what cannot be moved; the same, pushed there, too; put on anything; and all things."""
+        carries, put where the goal says or on what cannot be moved; the same, pushed there, too; put on anything; and all things.
+        What was in the way of a drawer and is shut stays shut at first: open it takes more room."""
         names = {e for f in (*self.wanted.needs, *self.wanted.without) for e in f[1:] if e is not None}
         names |= {w for asked in self.wanted.constraints.values() for w in asked.where.values()}
         names |= {t.thing for b in self.blocked for t in b.tracks}
@@ -87,11 +89,17 @@ class PlanningProblem(Value, eq=False):
             if more == known:
                 break
             known = more
+        if any(b.shut for b in self.blocked):
+            yield Scope(frozenset(known), on_fixed=True, carried=True, left_shut=True)
         yield Scope(frozenset(known), on_fixed=True, carried=True)
         yield Scope(frozenset(known), on_fixed=True)
         yield Scope(frozenset(known))
         if known != every:
             yield Scope(every)
+
+    def within(self, scope: Scope) -> PlanningProblem:
+        """Return the problem with no more ways round what was refused than a scope leaves."""
+        return replace(self, blocked=tuple(b.left_shut() for b in self.blocked)) if scope.left_shut else self
 
     def _asked_about(self, facts: frozenset[Fact]) -> frozenset[Fact]:
         """Those of some facts whose predicates rules ask about."""
@@ -125,8 +133,7 @@ class PlanningProblem(Value, eq=False):
         """A schema with what it makes as the goal asks for it, and with the fillers that a scope allows."""
         change, task = schema.change, self.knowledge.tasks[schema.task]
         asked = constraint_facts(self.wanted, schema, task)
-        dear = _may_push(schema, self._in_the_way, self.grounder.fluents) or _may_fill(schema, task.lays_open, self._in_the_way)
-        cost = ASIDE * schema.cost if not asked and dear else schema.cost
+        cost = ASIDE * schema.cost if not asked and _may_push(schema, self._in_the_way, self.grounder.fluents) else schema.cost
         change = replace(change, adds=change.adds | asked)
         return replace(schema, change=change, cost=cost, tables=tuple(self._allowed(schema, t, scope) for t in schema.tables))
 
@@ -238,7 +245,19 @@ class PlanningProblem(Value, eq=False):
             facts.append(step.apply(facts[-1]))
         loose = (n for n, t in self.grounder.things.items() if t.movable or t.joint is not None)
         new = blocking_of(found, steps, [self._asked_about(f) for f in facts], frozenset(loose))
+        if new is not None and found.tasks:
+            new = replace(new, shut=self._shut(new, facts[found.tasks[-1] - 1]))
         return new if new not in self.blocked else None
+
+    def _shut(self, blocking: Blocking, facts: frozenset[Fact]) -> frozenset[str]:
+        """What is on a joint, and not open, and was in the way of a task about another thing on a joint."""
+        own = {thing_of(e) for _, e in blocking.task[1]}
+        joints = {n for n, t in self.grounder.things.items() if t.joint is not None}
+        tasks = self.knowledge.tasks
+        schemas = action_schemas(self.grounder, self.knowledge.goal_rules, tasks)
+        opened = {f[0] for s in schemas if tasks[s.task].lays_open for f in s.change.adds}
+        wide = {thing_of(f[1]) for f in facts if f[0] in opened}
+        return frozenset(t.thing for t in blocking.tracks if own & joints and t.thing in joints - own - wide)
 
     def blockings(self, steps: Sequence[Operator], found: Refutation) -> tuple[Blocking, ...]:
         """Return what the failure of a task sequence rules out, as ``blocking`` does.
@@ -338,18 +357,8 @@ def _pushed(schema: ActionSchema, fluents: Fluents) -> frozenset[str]:
 def _may_push(schema: ActionSchema, things: frozenset[str], fluents: Fluents) -> bool:
     """Whether a schema may push one of some things, by what may fill its parameters."""
     pushed = _pushed(schema, fluents)
-    return _may_be(schema, pushed, things)
-
-
-def _may_fill(schema: ActionSchema, role: str, things: frozenset[str]) -> bool:
-    """Whether one of some things may fill a role of a schema."""
-    return role in schema.terms and _may_be(schema, frozenset({schema.terms[role]}), things)
-
-
-def _may_be(schema: ActionSchema, terms: frozenset[str], things: frozenset[str]) -> bool:
-    """Whether one of some things may be what terms stand for."""
-    tables = [t.rows for t in schema.tables if not t.denied and len(t.terms) == 1 and t.terms[0] in terms]
-    return bool(terms) and any(all((thing,) in rows for rows in tables) for thing in things)
+    tables = [t.rows for t in schema.tables if not t.denied and len(t.terms) == 1 and t.terms[0] in pushed]
+    return bool(pushed) and any(all((thing,) in rows for rows in tables) for thing in things)
 
 
 def _changed(schema: ActionSchema) -> set[str]:
