@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -92,7 +92,7 @@ def _beside(location: Location, belief: Belief, context: Context) -> Iterator[Gr
 
 def _before_front(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
     """Closed fingers before what sticks out farthest of a drawer's or a door's front at its handle, straight or tilted."""
-    from ..motion_planning.reach import bound, collision_free_ik, make_scene, shift
+    from ..motion_planning.reach import bound, collision_free_ik, make_scene, shift, tcp
     from ..motion_planning.space import Refusal
 
     entity = bound(context, location.of)
@@ -100,8 +100,9 @@ def _before_front(location: Location, belief: Belief, context: Context) -> Itera
     if handle is None or thing.joint is None:
         raise Unresolvable(f"'{entity}' has no handle and joint: nobody knows where its front is", (location.of or "",), blocking=())
     free, near = make_scene(belief, context, (), shut), make_scene(belief, context, [thing.name], shut)
+    fronts = _at_front(thing, thing.joint, handle, belief.pose(thing.name), context.robot.gripper)
     late = list[Grounding]()
-    for k, (at, name) in enumerate(_at_front(thing, thing.joint, handle, belief.pose(thing.name), context.robot.gripper)):
+    for k, (at, name) in enumerate(_nearer_first(fronts, tcp(belief, context))):
         there = collision_free_ik(near, context, at, belief.joints)
         no = there if isinstance(there, Refusal) else _follows(thing, at, there, belief, context)
         if no is not None:
@@ -119,6 +120,26 @@ def _before_front(location: Location, belief: Belief, context: Context) -> Itera
         else:
             late.append(Grounding(replace(place, before=shift(at, -NEARER * way)), f"{name}, from nearer", 0.1 * k + LAST, key=name))
     yield from late
+
+
+def _nearer_first(fronts: Iterable[tuple[Pose, str]], now: Pose) -> Iterator[tuple[Pose, str]]:
+    """Hands before a front, of two in a row that are the same but for half a turn the one first that the hand has less far to turn to."""
+    last: tuple[Pose, str] | None = None
+    for found in fronts:
+        if last is not None and math.isclose(_apart(last[0], found[0]), math.pi, abs_tol=1e-6):
+            yield from sorted((last, found), key=lambda one: round(_apart(one[0], now), 6))
+            last = None
+            continue
+        if last is not None:
+            yield last
+        last = found
+    if last is not None:
+        yield last
+
+
+def _apart(one: Pose, other: Pose) -> float:
+    """How far a hand turns from one pose to another [rad]."""
+    return float(np.linalg.norm((one.inverse() * other).rotvec))
 
 
 def _at_front(thing: Thing, joint: Joint, handle: Feature, pose: Pose, gripper: Gripper) -> Iterator[tuple[Pose, str]]:
