@@ -49,8 +49,8 @@ REFUSED = {
 """Scenario -> words of the reason for which its sibling ``NAME_fails`` is refused."""
 
 MORE = {
-    "opening_door": "soma:Opening", "opening_turned_away": "soma:Opening", "closing_drawer": "soma:Closing", "looking_at_mobile": "soma:LookingAt",
-    "turning_on_switch": "cram:TurningOn", "pushing_around": "soma:Pushing", "placing_inside": "soma:Placing",
+    "opening_door": "soma:Opening", "opening_turned_away": "soma:Opening", "closing_drawer": "soma:Closing",
+    "looking_at_mobile": "soma:LookingAt", "turning_on_switch": "cram:TurningOn", "pushing_around": "soma:Pushing", "placing_inside": "soma:Placing",
     "laying_down": "soma:Placing",
 }  # fmt: skip
 """Further scenarios that are proven, with the task that they are about."""

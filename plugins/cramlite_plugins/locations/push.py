@@ -160,10 +160,10 @@ def _at_inner_side(thing: Thing, joint: Joint, handle: Feature, pose: Pose, grip
     near, far = list[tuple[Pose, str]](), NEAR_HINGE * lever(joint, handle.pose)
     out, up = _facing(pose * handle.pose, inner=True)
     side = math.copysign(1.0, np.cross(up, out) @ np.subtract((pose * joint.pose).position, (pose * handle.pose).position))
-    for (aside, up), tilt, turn in itertools.product(*OVER_EDGE):
-        at, _ = _against(thing, handle, pose, (side * aside, up), (tilt, turn), gripper, True, inner=True)
+    for (aside, high), tilt, turn in itertools.product(*OVER_EDGE):
+        at, _ = _against(thing, handle, pose, (side * aside, high), (tilt, turn), gripper, True, inner=True)
         name = (
-            f"behind it {100 * aside:.0f} % of the way from its handle to its hinge, {100 * up:+.0f} % of its height, "
+            f"behind it {100 * aside:.0f} % of the way from its handle to its hinge, {100 * high:+.0f} % of its height, "
             f"tilted {tilt:+.0f} deg, turned {turn:.0f} deg"
         )
         if lever(joint, pose.inverse() * at) < far:

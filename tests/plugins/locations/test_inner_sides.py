@@ -69,7 +69,7 @@ def test_a_hand_comes_from_behind_along_the_arc_and_is_in_nothing_of_the_door() 
 
 
 def test_near_the_hinge_it_is_pushed_last() -> None:
-    found, _, belief = _behind(0.6)
+    found, _, belief = _behind(1.2)
     thing, handle = belief.world.thing("door"), belief.feature("door", "cram:Handle")
     assert thing.joint is not None and handle is not None
     near = [lever(thing.joint, belief.pose("door").inverse() * a.value.pose) < lever(thing.joint, handle.pose) / 2 for a in found]
