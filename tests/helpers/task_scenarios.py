@@ -50,7 +50,8 @@ REFUSED = {
 
 MORE = {
     "opening_door": "soma:Opening", "opening_turned_away": "soma:Opening", "closing_drawer": "soma:Closing",
-    "looking_at_mobile": "soma:LookingAt", "turning_on_switch": "cram:TurningOn", "pushing_around": "soma:Pushing", "placing_inside": "soma:Placing",
+    "looking_at_mobile": "soma:LookingAt", "turning_on_switch": "cram:TurningOn", "pushing_around": "soma:Pushing",
+    "placing_inside": "soma:Placing",
     "laying_down": "soma:Placing",
 }  # fmt: skip
 """Further scenarios that are proven, with the task that they are about."""
