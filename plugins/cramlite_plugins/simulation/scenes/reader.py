@@ -52,7 +52,7 @@ def _read(path: Path, packages: Mapping[str, Path], keyframe: str, joints: Mappi
 
     source = read_source(path, packages, keyframe)
     groups = grouped(source.model)
-    notes = [*groups.notes, *_not_kept(source.model)]
+    notes = [*source.warnings, *groups.notes, *_not_kept(source.model)]
     try:
         made, said = _things(source, groups.groups, joints)
     except UserError as error:
@@ -123,15 +123,7 @@ def _apart(source: Any, group: Group) -> bool:
     model, data = source.model, source.data
     both = [(a, b) for a in group.bodies for b in group.carrier]
     excluded = bool({_pair(*p) for a, b in both for p in ((a, b), (b, a))} & {int(s) for s in model.exclude_signature})
-    geoms, around = ([g for g in range(model.ngeom) if int(model.geom_bodyid[g]) in bodies] for bodies in (group.bodies, group.carrier))
-    if excluded or not any(_meet(model, a, b) for a in geoms for b in around):
-        return True
-    return any(_between(model, data.contact[c].geom, group) and data.contact[c].dist < -0.002 for c in range(data.ncon))
-
-
-def _meet(model: Any, a: int, b: int) -> bool:
-    """Whether the bits of two geoms let them collide."""
-    return bool(model.geom_contype[a] & model.geom_conaffinity[b] | model.geom_contype[b] & model.geom_conaffinity[a])
+    return excluded or any(_between(model, data.contact[c].geom, group) and data.contact[c].dist < -0.002 for c in range(data.ncon))
 
 
 def _pair(a: int, b: int) -> int:
