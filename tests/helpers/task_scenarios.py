@@ -50,8 +50,9 @@ REFUSED = {
 """Scenario -> words of the reason for which its sibling ``NAME_fails`` is refused."""
 
 MORE = {
-    "opening_door": "soma:Opening", "closing_drawer": "soma:Closing", "looking_at_mobile": "soma:LookingAt",
-    "turning_on_switch": "cram:TurningOn", "pushing_around": "soma:Pushing", "placing_inside": "soma:Placing",
+    "opening_door": "soma:Opening", "opening_turned_away": "soma:Opening", "closing_drawer": "soma:Closing",
+    "looking_at_mobile": "soma:LookingAt", "turning_on_switch": "cram:TurningOn", "pushing_around": "soma:Pushing",
+    "placing_inside": "soma:Placing",
     "laying_down": "soma:Placing",
 }  # fmt: skip
 """Further scenarios that are proven, with the task that they are about."""
@@ -61,6 +62,7 @@ BLOCKED = {
     "looking_at_mobile_stays": "m > 0.917 m of arm 'ur5e_mobile'",
     "navigating_blocked": "from the start, 1272 places were looked at",
     "opening_blocked": "mm inside 'post'",
+    "opening_turned_away_fails": "deg of its own way 'door/handle' is",
     "pushing_around_fails": "inside 'fence'",
     "laying_down_fails": "at the grasp: 'effector/body' is",
     "pouring_full": "'bowl' would overflow: it holds 80 of",

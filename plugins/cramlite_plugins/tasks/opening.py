@@ -1,4 +1,4 @@
-"""soma:Opening: open a drawer or a door by its handle; a drawer also by pressing on its handle and drawing it along."""
+"""soma:Opening: open a drawer or a door by its handle; a drawer also by pressing on its handle, a door by pushing on from inside."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ TOUCH = {"speed_m_s": 0.01, "free_m_s": 0.1, "force_n": 3.0, "beyond_m": 0.03}
 class Opening(ByHandle):
     task = "soma:Opening"
     aliases = ("Open", "OpenContainer")
-    summary = "open a drawer or a door by its handle, or draw a drawer out by pressing on it"
+    summary = "open a drawer or a door by its handle; press on that and draw a drawer out, or push a door on from inside"
     parameters = (
         SPEED, Parameter("share", 0.0, "of the joint's range; 0: 0.95 or 0.9, and 0.85 or 0.8 where neither is free"), *FORCES,
         Parameter("press_n", 12.0, "friction of 0.5 then draws 6 N, what damping of 50 N s/m takes at 0.12 m/s"),
@@ -41,6 +41,9 @@ class Opening(ByHandle):
                 less = replace(action, parameters={**action.parameters, "share": share})
                 for way in super().decompose(less, belief):
                     yield replace(way, reason=f"{way.reason}; to {share:g} of the range alone", cost=0.5 + 0.1 * k)
+        thing = belief.thing(action.roles["Patient"].entity or action.roles["Patient"].name)
+        if thing.joint is not None and thing.joint.kind == "hinge":
+            yield self._pushed_on(action)
         yield self._pressing(action)
         yield from self._driving(replace(action, parameters={**action.parameters, DRIVES: 1.0}), belief)
 
@@ -50,6 +53,25 @@ class Opening(ByHandle):
         ways = (*super().decompose(action, belief), self._pressing(action)) if joint is not None and joint.kind == "slide" else ()
         for way in ways:
             yield replace(way, reason=f"{way.reason}; what it meets is driven along", cost=way.cost + 2.0)
+
+    def _pushed_on(self, action: Action) -> Decomposition:
+        patient, touch, way = action.roles["Patient"], (action.roles["Patient"].name,), self.way(action)
+        least, off = self._least(action), Location(action.inside("off"), "retreat")
+        begun = Location(action.inside("begun"), "opened", patient.name, {"ajar": least["least"]})
+        inner = Location(action.inside("inner"), "inner_side", patient.name, least)
+        limits = {k: self.parameter(action, k) for k in ("speed_m_s", "force_limit_n")}
+        steps = (
+            *self.led_by_handle(action, begun),
+            inner,
+            Motion(action.inside("around"), "transfer", inner, reason=f"behind {patient.entity}, which stands ajar"),
+            Motion(action.inside("shut"), "gripper", None, {"to": "shut", "expect": "none"}, reason="fingers together"),
+            Motion(action.inside("meet"), "linear", inner, {"stage": "pose", "speed_m_s": TOUCH["free_m_s"]}, touch, "to its inner side"),
+            way,
+            Motion(action.inside("push"), "force_path", way, limits, touch, f"{patient.entity} goes on its way"),
+            off,
+            Motion(action.inside("leave"), "linear", off, {"stage": "pose"}, touch, "clear of its inner side"),
+        )
+        return Decomposition(steps, "draw it ajar by its handle, then push it on from inside", 0.8)
 
     def _pressing(self, action: Action) -> Decomposition:
         patient, touch, way = action.roles["Patient"], (action.roles["Patient"].name,), self.way(action)
