@@ -12,6 +12,7 @@ from . import ray_casting as rays
 from .surfaces import FLAT, Surface, surfaces
 
 LEAST = 0.03  # of room between a surface and what is over it [m]: a slit holds nothing
+UP = np.array([0.0, 0.0, 1.0])
 AXES = ((1.0, 0.0, 0.0), (-1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, -1.0, 0.0))
 
 
@@ -23,9 +24,22 @@ def roofed(thing: Thing, pose: Pose, part: str = "") -> Iterator[tuple[Surface, 
         part: a feature: only its own surface.
     """
     for surface in surfaces(thing, pose, part):
-        over = _first(thing, pose, np.asarray(surface.pose.position), np.array([0.0, 0.0, 1.0]))
+        over = _first(thing, pose, np.asarray(surface.pose.position), UP)
         if LEAST < over < np.inf:
             yield surface, over
+
+
+def has_own_roof(thing: Thing, pose: Pose, part: str = "") -> bool:
+    """Check whether the cavity of a thing, the first or the one that is meant, is under a part of itself: the room under a shelf.
+
+    Args:
+        pose: of the thing in a frame whose z is up.
+    """
+    cavity = next((f for f in thing.features if f.type == "cram:Cavity" and part in ("", f.name)), None)
+    if cavity is None:
+        return False
+    middle = (pose * cavity.pose).apply((0.0, 0.0, -cavity.size["height"] / 2))
+    return bool(_first(thing, pose, middle, UP) < np.inf)
 
 
 def open_sides(thing: Thing, pose: Pose, surface: Surface, height: float) -> list[Floats]:

@@ -6,21 +6,27 @@ from collections.abc import Iterable
 
 from msgspec.structs import replace
 
-from cramlite.model import Action, Belief, Location, Motion
+from cramlite.model import Action, Belief, EntityName, Location, Motion
 from cramlite.plugin import Decomposition, Role, TaskType, hookimpl
 
 from ..task_kit.preconditions import spot, what_is_held
+
+APART = 0.6  # between open fingers that push, as a share of the thing's width: two that touch it keep it from turning away
+PUSHED = 0.05  # of what lies there [m/s]: it may be met anywhere on the way
 
 
 class Ungrasping(TaskType):
     task = "artm:Ungrasping"
     aliases = ("DropInto", "Ungrasp")
-    roles = (Role("Locatum"), Role("Relatum", ("soma:DesignedContainer",), features=("cram:Cavity",)))
+    roles = (Role("Locatum"), Role("Relatum", features=("cram:Cavity",)))
     places = True
     summary = "carry a held object into a container's opening and let go"
 
     def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
         what_is_held(belief, "let go")
+        if _has_a_roof(action, belief):
+            yield self._tip_over(action)
+            return
         container = action.roles["Relatum"].entity
         yield self._let_down(action, self.begins_at(action), f"move above {container}, lower, open")
         aslant = replace(spot("aslant", action), name=f"aslant({action.roles['Relatum'].name})")
@@ -36,10 +42,28 @@ class Ungrasping(TaskType):
             Motion(action.inside("transfer"), "transfer", place, reason=f"above {container}"),
             Motion(action.inside("lower"), "linear", place, {"stage": "pose"}, reason=f"as deep into {container} as the hand fits"),
             *straighten,
-            Motion(action.inside("open"), "gripper", place, {"to": "open", "expect": "none"}, reason="let go"),
-            Motion(action.inside("payload"), "payload", reason="the gripper is empty again"),
+            *_let_go(action, place),
         )
         return Decomposition(steps, said)
+
+    def _tip_over(self, action: Action) -> Decomposition:
+        """What has a roof over it: the foot of what is held in, level, let go of leaning; it tips over, and is pushed in at its other end."""
+        relatum, what = action.roles["Relatum"], action.roles["Locatum"].name
+        place = replace(spot("tipped", action), name=f"tipped({relatum.name})")
+        end = Location(f"pushed_in({what})", "pushed_in", what, {"begin": place.name, "apart": APART})
+        steps = (
+            place,
+            Motion(action.inside("transfer"), "transfer", place, reason=f"before {relatum.entity}"),
+            Motion(action.inside("enter"), "linear", place, {"stage": "pose"}, reason="its foot in, level"),
+            *_let_go(action, place),
+            Motion(action.inside("back"), "linear", place, {"stage": "end"}, (what,), "from under what tips over"),
+            end,
+            Motion(action.inside("fingers"), "gripper", end, {"to": "place", "expect": "none"}, reason="both touch it"),
+            Motion(action.inside("over"), "transfer", end, reason=f"over a place behind {what}"),
+            Motion(action.inside("down"), "linear", end, {"stage": "pose"}, (what,), f"behind {what}"),
+            Motion(action.inside("push"), "linear", end, {"stage": "end", "speed_m_s": PUSHED}, (what,), "in by what came out with the hand"),
+        )
+        return Decomposition(steps, f"under the roof of {relatum.entity} with its foot, leaning out, where it tips over, and push it in")
 
     def effects(self, action: Action, belief: Belief) -> Belief:
         locatum, relatum = action.roles["Locatum"].entity or "", action.roles["Relatum"].entity or ""
@@ -47,6 +71,22 @@ class Ungrasping(TaskType):
 
     def begins_at(self, action: Action) -> Location:
         return spot("in", action)
+
+
+def _let_go(action: Action, place: Location) -> tuple[Motion, Motion]:
+    return (
+        Motion(action.inside("open"), "gripper", place, {"to": "open", "expect": "none"}, reason="let go"),
+        Motion(action.inside("payload"), "payload", reason="the gripper is empty again"),
+    )
+
+
+def _has_a_roof(action: Action, belief: Belief) -> bool:
+    """Whether the opening that is meant is under a part of its own thing."""
+    from ..shapes.roofs import has_own_roof
+
+    entity = EntityName.parse(action.roles["Relatum"].entity or "")
+    region = str(action.parameters.get("where", {}).get("region") or entity.part)
+    return entity.thing in belief.poses and has_own_roof(belief.thing(entity.thing), belief.pose(entity.thing), region)
 
 
 @hookimpl
