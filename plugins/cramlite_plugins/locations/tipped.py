@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import Belief, EntityName, Floats, Location, Place, Pose, Value
+from cramlite.model import Belief, EntityName, Estimate, Floats, Location, Place, Pose, Value, Vector3
 from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 
 from ..motions.gripping import OPEN, release_opening
@@ -25,6 +25,7 @@ from ..shapes.tipping_over import tipped_over
 from .attitude import held_now
 from .covers import openings
 from .leaning import along_walls, extent
+from .push_in import ways_in
 from .place_filters import WELL_IN, Filter, Spot, Wanted, beside, near, reachable, room_to_open, visible
 
 if TYPE_CHECKING:
@@ -184,9 +185,8 @@ def _spot(tipping: Tipping, wanted: Wanted) -> Spot:
 
 def _place(tipping: Tipping, wanted: Wanted) -> Place:
     spot = _spot(tipping, wanted)
-    inwards = (-float(tipping.out[0]), -float(tipping.out[1]), 0.0)
     values = {"height_m": OVER, "turned": 1.0, OPEN: wanted.opened[0].opening}
-    return Place(spot.pose, spot.before, approach=inwards, path=(_back(spot.pose),), thing=wanted.thing.name, values=values)
+    return Place(spot.pose, spot.before, approach=_inwards(tipping), path=(_back(spot.pose),), thing=wanted.thing.name, values=values)
 
 
 def _refusal(tipping: Tipping, wanted: Wanted) -> Refused | None:
@@ -199,7 +199,22 @@ def _refusal(tipping: Tipping, wanted: Wanted) -> Refused | None:
             return (replace(no, reason=f"not {name}: {no.reason}") if isinstance(no, Refusal) else Refusal(f"not {name}: {no}")).refused(
                 spot.name, passed
             )
-    return None
+    no_way = [way for _, way in ways_in(wanted.thing.name, _inwards(tipping), _let_go(tipping, spot, wanted), wanted.context)]
+    stuck = None if any(isinstance(way, Place) for way in no_way) else no_way[0]
+    return replace(stuck, reason=f"not pushed in: {stuck.reason}").refused(spot.name, len(FILTERS)) if isinstance(stuck, Refusal) else None
+
+
+def _let_go(tipping: Tipping, spot: Spot, wanted: Wanted) -> Belief:
+    """The belief with the hand back from what lies there."""
+    from ..kinematics.kinematics import inverse
+
+    belief = wanted.belief
+    released = belief.released(Estimate(belief.base() * tipping.lies, 0.0, "tipped over"), wanted.opened[0].opening)
+    return released.moved(inverse(wanted.context.robot, _back(spot.pose), seed=belief.joints)[0])
+
+
+def _inwards(tipping: Tipping) -> Vector3:
+    return -float(tipping.out[0]), -float(tipping.out[1]), 0.0
 
 
 def _room(spot: Spot, wanted: Wanted) -> str | Refusal:

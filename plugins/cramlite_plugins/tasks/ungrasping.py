@@ -11,8 +11,7 @@ from cramlite.plugin import Decomposition, Role, TaskType, hookimpl
 
 from ..task_kit.preconditions import spot, what_is_held
 
-APART = 0.6  # between open fingers that push, as a share of the thing's width: two that touch it keep it from turning away
-PUSHED = 0.05  # of what lies there [m/s]: it may be met anywhere on the way
+PUSHED = 0.08  # of what lies there [m/s]: as it may be met anywhere on the way
 
 
 class Ungrasping(TaskType):
@@ -50,7 +49,7 @@ class Ungrasping(TaskType):
         """What has a roof over it: the foot of what is held in, level, let go of leaning; it tips over, and is pushed in at its other end."""
         relatum, what = action.roles["Relatum"], action.roles["Locatum"].name
         place = replace(spot("tipped", action), name=f"tipped({relatum.name})")
-        end = Location(f"pushed_in({what})", "pushed_in", what, {"begin": place.name, "apart": APART})
+        end = Location(f"pushed_in({what})", "pushed_in", what, {"begin": place.name})
         steps = (
             place,
             Motion(action.inside("transfer"), "transfer", place, reason=f"before {relatum.entity}"),
