@@ -89,7 +89,7 @@ def _starts(wanted: Wanted, now: Pose) -> Iterator[Pose]:
 
 
 def along_walls(wanted: Wanted, now: Pose) -> list[Pose]:
-    """Return attitudes, turned about the vertical so that the sides of an outline are along the walls and between them, the nearest first."""
+    """Return attitudes, turned about the vertical so that an outline's sides are along the walls and between them, the nearest first."""
     import shapely
 
     from ..shapes.surfaces import footprint

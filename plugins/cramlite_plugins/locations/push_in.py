@@ -1,6 +1,7 @@
 """Pushing something back to where it is believed to lie: fingers come down well behind it, and go on to where its end should be.
 
-What was let go of to tip over comes out with the hand, by more or less; wherever it is on their way, the fingers leave it where it should be.
+What was let go of to tip over comes out with the hand, by more or less: wherever it is on their way, the fingers bring it to where it
+should be.
 """
 
 from __future__ import annotations

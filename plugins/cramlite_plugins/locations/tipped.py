@@ -1,5 +1,5 @@
-"""Placements under a roof that is too low for what is held, such as of a book under a shelf: its foot goes in there, leaning out, and when it is
-let go of it tips over about that and lies there.
+"""Placements under a roof that is too low for what is held, such as of a book under a shelf: its foot goes in there, leaning out, and when
+it is let go of it tips over about that and lies there.
 
 The hand stays before the roof; what lies there sticks out. The hand goes back the way it points, from under what tips over onto its lower
 finger, and takes that along a little: LIBERO's book by 48 mm, as its Panda's pads have a friction of 2. ``push_in`` brings it back.
@@ -25,8 +25,8 @@ from ..shapes.tipping_over import tipped_over
 from .attitude import held_now
 from .covers import openings
 from .leaning import along_walls, extent
-from .push_in import ways_in
 from .place_filters import WELL_IN, Filter, Spot, Wanted, beside, near, reachable, room_to_open, visible
+from .push_in import ways_in
 
 if TYPE_CHECKING:
     from ..motion_planning.space import Refusal
@@ -59,7 +59,7 @@ class Tipping(Value):
 
 
 def places_tipped(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
-    """Generate placements of what is held with its foot under a roof, leaning out; its ``path`` leads down to where it is let go of.
+    """Generate placements of what is held with its foot under a roof, leaning out; its ``path`` leads back from there.
 
     Raises:
         Unresolvable: there is no roof, no side is open, or held so it cannot be brought there.
@@ -76,7 +76,8 @@ def places_tipped(location: Location, belief: Belief, context: Context) -> Itera
         else:
             no = refused if refused.passed >= no.passed else no
     if not found:
-        raise Unresolvable(f"tipped: {no.reason}", (location.of or "", *taken_at(belief, context)), blocking=no.blocking)
+        grasps = taken_at(belief, context) if no.passed else ()  # what has no room itself has none in another hand
+        raise Unresolvable(f"tipped: {no.reason}", (location.of or "", *grasps), blocking=no.blocking)
 
 
 def _wanted(location: Location, belief: Belief, context: Context) -> Wanted:
@@ -95,12 +96,12 @@ def _wanted(location: Location, belief: Belief, context: Context) -> Wanted:
     found = openings(thing, pose, region)
     opened = make_scene(belief, context, (), release_opening(belief, context), 0.0)
     held, scene = belief.world.thing(belief.held.thing), make_scene(belief, context)
-    every = [Wanted(held, entity, s, belief, context, scene, location.parameters, depth=d, opened=(opened,)) for s, d in found]
     if not has_own_roof(thing, pose, region):
         raise Unresolvable(f"no opening of '{entity}' has a roof: things go in from above", (location.of or "",), blocking=())
     if held.filling is not None or belief.held.carries:
         raise Unresolvable(f"'{held.name}' holds something that would fall out as it tips over", (location.of or "",))
-    return every[0]
+    target, depth = found[0]
+    return Wanted(held, entity, target, belief, context, scene, location.parameters, depth=depth, opened=(opened,))
 
 
 def _tippings(wanted: Wanted, now: Pose) -> Iterator[Tipping]:
@@ -199,9 +200,18 @@ def _refusal(tipping: Tipping, wanted: Wanted) -> Refused | None:
             return (replace(no, reason=f"not {name}: {no.reason}") if isinstance(no, Refusal) else Refusal(f"not {name}: {no}")).refused(
                 spot.name, passed
             )
-    no_way = [way for _, way in ways_in(wanted.thing.name, _inwards(tipping), _let_go(tipping, spot, wanted), wanted.context)]
-    stuck = None if any(isinstance(way, Place) for way in no_way) else no_way[0]
-    return replace(stuck, reason=f"not pushed in: {stuck.reason}").refused(spot.name, len(FILTERS)) if isinstance(stuck, Refusal) else None
+    return _not_pushed_in(tipping, spot, wanted)
+
+
+def _not_pushed_in(tipping: Tipping, spot: Spot, wanted: Wanted) -> Refused | None:
+    """Why the arm could not push it in again; None where it can."""
+    from ..motion_planning.space import Refusal
+
+    ways = [way for _, way in ways_in(wanted.thing.name, _inwards(tipping), _let_go(tipping, spot, wanted), wanted.context)]
+    stuck = [way for way in ways if isinstance(way, Refusal)]
+    if len(stuck) < len(ways):
+        return None
+    return replace(stuck[0], reason=f"not pushed in: {stuck[0].reason}").refused(spot.name, len(FILTERS))
 
 
 def _let_go(tipping: Tipping, spot: Spot, wanted: Wanted) -> Belief:
@@ -218,17 +228,20 @@ def _inwards(tipping: Tipping) -> Vector3:
 
 
 def _room(spot: Spot, wanted: Wanted) -> str | Refusal:
-    """Check that hand and thing have room there and on the way out, wherever the arm is, and the thing where it comes to lie."""
+    """Check that hand and thing have room there and on the way out, wherever the arm is."""
     from ..motion_planning.reach import shift
-    from ..motion_planning.space import Refusal
 
-    assert wanted.belief.held is not None
     base, way = wanted.belief.base(), np.subtract(spot.before.position, spot.pose.position)
+    found: Iterator[Refusal | None] = (wanted.scene.met(base * shift(spot.pose, part * way)) for part in PARTS)
+    return next((no for no in found if no is not None), "")
+
+
+def _lies(spot: Spot, wanted: Wanted) -> str | Refusal:
+    """Check that the thing has room where it comes to lie, whatever let go of it."""
+    assert wanted.belief.held is not None
     lying = _up(spot.thing, OVER) * wanted.belief.held.tcp_to_thing.inverse()
-    looks = [(base * shift(spot.pose, part * way), True) for part in PARTS]
-    found: list[Refusal | None] = [wanted.scene.met(pose, hand) for pose, hand in (*looks, (base * lying, False))]
-    no = next((f for f in found if f is not None), None)
-    return Refusal(no.reason, blocking=no.blocking, collision=no.collision) if no else ""
+    no: Refusal | None = wanted.scene.met(wanted.belief.base() * lying, False)
+    return no or ""
 
 
 def _way_in(spot: Spot, wanted: Wanted) -> str | Refusal:
@@ -257,6 +270,6 @@ def _led(start: Pose, end: Pose, wanted: Wanted) -> Refusal | None:
 
 
 FILTERS: Mapping[str, Filter] = {
-    "near": near, "beside": beside, "collision-free": _room, "reachable": reachable, "visible": visible, "led in by the arm": _way_in,
-    "free to open": room_to_open,
+    "lying there": _lies, "near": near, "beside": beside, "collision-free": _room, "reachable": reachable, "visible": visible,
+    "led in by the arm": _way_in, "free to open": room_to_open,
 }  # fmt: skip
