@@ -33,6 +33,7 @@ from .resting_poses import DROPS, is_uneven, lowered_onto, resting_poses, spot_a
 from .room_for_more import corner, roomiest, to_come
 from .room_to_close import TIGHT, is_tight, room_to_close
 from .through_side import brought_there_by, led_by, places_through_a_side
+from .tipped import places_tipped
 
 FEW_YAWS = (0.0, 90.0, -45.0)  # away from the middle of a surface [deg]
 GOLDEN = 137.5077640500378  # of one further turn, another one everywhere: the golden angle [deg]
@@ -65,12 +66,14 @@ in the same time."""
 
 @hookimpl
 def resolve_location(location: Location, belief: Belief, context: Context) -> Answers:
-    """Resolve locations "on" and "in", from above, "through", on a surface that is reached from its side, and "aslant", into an opening
-    that is partly covered; None for other relations."""
+    """Resolve locations "on" and "in", from above, "through", on a surface that is reached from its side, "aslant", into an opening
+    that is partly covered, and "tipped", into one with a roof; None for other relations."""
     if location.relation == "through":
         return places_through_a_side(location, belief, context)
     if location.relation == "aslant":
         return places_aslant(location, belief, context)
+    if location.relation == "tipped":
+        return places_tipped(location, belief, context)
     if location.relation == "on" and belief.held is not None and belief.held.swing is not None:
         return laid_down(location, belief, context, _spots)
     return _spots(location, belief, context) if location.relation in ("on", "in") else None
