@@ -22,7 +22,7 @@ from .covers import LOWS, RISE, covers, free_on_way, openings, over_floor
 from .free_area import free_area
 from .place_filters import CHEAP, OFF_WALLS, Filter, Spot, Wanted, reachable, room_to_open, visible
 from .room_to_close import room_to_close
-from .through_side import brought_onto, led_by
+from .through_side import brought_onto
 
 if TYPE_CHECKING:
     from ..motion_planning.space import Refusal
@@ -66,7 +66,7 @@ def places_aslant(location: Location, belief: Belief, context: Context) -> Itera
     Raises:
         Unresolvable: nothing covers the opening, or held so it cannot be brought in.
     """
-    from ..motion_planning.reach import taken_at
+    from ..motion_planning.reach import led_by, taken_at
 
     wanted = _wanted(location, belief, context)
     found, no = 0, Refused("aslant", "hand and thing have no way in between what is over it and its walls")
@@ -107,7 +107,7 @@ def _wanted(location: Location, belief: Belief, context: Context) -> Wanted:
     Raises:
         Unresolvable: there is no opening, nothing is over it, or nothing is held.
     """
-    from ..motion_planning.reach import bound, make_scene, reference_pose
+    from ..motion_planning.reach import bound, led_by, make_scene, reference_pose
 
     entity = bound(context, location.of)
     if belief.held is None:

@@ -16,7 +16,6 @@ from ..shapes import ray_casting as rays
 from ..shapes.bounds import box_around
 from ..shapes.carried_along import DRIVEN
 from .antipodal import Hands, pinches
-from .through_side import led_by
 
 TIPS = 0.006  # how much farther out the pads also take it, where their ends come too near to the front behind [m]
 ROOM = 0.006  # about the hand, without which a grip comes last [m]: streamed arms come to rest within 4 mm
@@ -88,6 +87,7 @@ def check_way(location: Location, thing: Thing, belief: Belief, context: Context
     Raises:
         Unresolvable: something is in its way; whatever hand moves it, it meets that.
     """
+    from ..motion_planning.reach import led_by
     from ..motion_planning.space import Refusal
     from .joint_way import driven_along, met_on_its_way
 

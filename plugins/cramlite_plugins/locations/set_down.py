@@ -32,7 +32,7 @@ from .place_filters import ABOVE_IT, ASIDE, CHEAP, DEAR, OFF_WALLS, SIDES, Filte
 from .resting_poses import DROPS, is_uneven, lowered_onto, resting_poses, spot_at_rest
 from .room_for_more import corner, roomiest, to_come
 from .room_to_close import TIGHT, is_tight, room_to_close
-from .through_side import brought_there_by, led_by, places_through_a_side
+from .through_side import brought_there_by, places_through_a_side
 from .tipped import places_tipped
 
 FEW_YAWS = (0.0, 90.0, -45.0)  # away from the middle of a surface [deg]
@@ -124,6 +124,8 @@ def _check_way_in(targets: list[Wanted], now: Pose, location: Location) -> None:
     """
     if not targets[0].covers or not _free(targets[0], now, location).is_empty or goes_in_upright(targets[0], now):
         return
+    from ..motion_planning.reach import led_by
+
     over = [o.name for o in targets[0].covers]
     said = f"'{targets[0].thing.name}' does not get into '{targets[0].entity}' upright: {' and '.join(map(repr, over))} are over it"
     raise Unresolvable(said, (location.of or "", *led_by(location, targets[0].context)), blocking=tuple(over))

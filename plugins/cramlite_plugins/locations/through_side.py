@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import Action, Belief, EntityName, Floats, Location, Motion, Place, Pose, enclosing_names
+from cramlite.model import Action, Belief, EntityName, Floats, Location, Place, Pose
 from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 
 from ..motions.gripping import release_opening
@@ -131,17 +131,13 @@ def _has_a_roof(name: str, belief: Belief) -> bool:
 
 def brought_there_by(location: Location, belief: Belief, context: Context) -> tuple[str, ...]:
     """Return the names of the tasks that lead to a location under a roof: what refuses one way there may let in another."""
+    from ..motion_planning.reach import led_by
+
     entity = EntityName.parse(str(context.bindings.get(location.of or "", "")))
     region = str(location.parameters.get("region") or entity.part)
     if entity.thing not in belief.poses or not any(roofed(belief.thing(entity.thing), belief.pose(entity.thing), region)):
         return ()
     return led_by(location, context)
-
-
-def led_by(location: Location, context: Context) -> tuple[str, ...]:
-    """Return the names of the tasks whose motions lead to a location: what refuses one way of them may let in another."""
-    leading = (m for m in context.agenda if isinstance(m, Motion) and m.to is not None and m.to.name == location.name)
-    return tuple(dict.fromkeys(whole for m in leading for whole in [*enclosing_names(m.name)][1:2]))
 
 
 def _targets(location: Location, belief: Belief, context: Context) -> list[tuple[Wanted, float]]:
