@@ -43,5 +43,5 @@ def _context(setting: Setting, knowledge: Knowledge, budget: Budget) -> Context:
     took = setting.look.camera if setting.look else None
     return Context(
         setting.robot, setting.world.robots[0], {}, knowledge.taxonomy, seed=setting.seed, samples=budget.samples,
-        camera=took or next(iter(setting.world.cameras), None),
+        camera=took or next(iter(setting.world.cameras), None), limits=setting.limits,
     )  # fmt: skip
