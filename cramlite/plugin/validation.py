@@ -116,7 +116,7 @@ def _check_complete(hook: str, item: object) -> None:
     wanted: Iterable[str] = getattr(kind, "__struct_fields__", None) or [n for n in dir(kind) if not n.startswith("_")]
     for name in wanted:
         if not _worked_out(item, name) and not hasattr(item, name):
-            raise WrongDeclaration(f"{hook} gave {_short(item)}, which has no '{name}'; make it a {kind.__name__}")
+            raise WrongDeclaration(f"{hook} gave {_short(item)}, which has no '{name}'; use the class {kind.__name__}")
 
 
 def _class_of(hook: str) -> type | None:

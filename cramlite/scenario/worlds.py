@@ -22,7 +22,6 @@ from .scenario import read_scenario
 if TYPE_CHECKING:
     from ..model.belief import Relation
     from ..model.imported_scene import ImportedScene
-    from ..model.world import Thing
     from ..plugin.catalogue import Knowledge
     from ..plugin.protocols import ModelMaker
     from .scenario import Scenario
