@@ -295,7 +295,10 @@ things: [{{name: t, model: {model}, at: {{position: [0.5, 0, 0.1]}}}}]
 @pytest.mark.parametrize(
     ("robot", "model", "body", "code", "says"),
     [
-        ("ur5e", "m", declared("object_models", "ModelMaker('m', lambda **p: 5)"), 3, "yaml:4: the object model 'm' makes 5; it should make a"),
+        (
+            "ur5e", "m", declared("object_models", "ModelMaker('m', lambda **p: 5)"),
+            3, "yaml:4: the object model 'm' makes 5; it should make a",
+        ),
         (
             "mine", "block",
             "from cramlite.model import replace\nfrom cramlite_plugins.robots import arms\n"
