@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..base.errors import UserError
+from ..base.errors import PluginError, UserError
 from ..base.value import Value
 from ..model.episode import Episode
 from ..ontology.prefixes import PREFIXES, curie
@@ -52,6 +52,7 @@ def ask(sparql: str, ontologies: Iterable[Path], episodes: Sequence[Episode], re
 
     Raises:
         UserError: the query is no SPARQL, or changes data, or no plugin can express an episode as triples.
+        PluginError: what a plugin gives as triples is none.
     """
     prepared = _prepared(sparql)
     graph = _graph(ontologies)
@@ -59,7 +60,13 @@ def ask(sparql: str, ontologies: Iterable[Path], episodes: Sequence[Episode], re
         lines = registry.first("episode_triples", episode=episode)
         if lines is None:
             raise UserError(f"No plugin can express the episode '{episode.name}' as triples; see 'cramlite plugins'.")
-        graph.parse(data="".join(lines), format="nt")
+        try:
+            graph.parse(data="".join(lines), format="nt")
+        except Exception as error:  # whatever a plugin yields, and rdflib says of it
+            said = " ".join(str(error).split())[:200]
+            raise PluginError(
+                f"What a plugin gives as triples of '{episode.name}' (episode_triples) is no N-Triples: {said}. See 'cramlite plugins'."
+            ) from error
     return _answer(graph.query(prepared))
 
 

@@ -55,6 +55,8 @@ def record_episode(
     world, _ = build_world(scenario, things, vary, knowledge, seed)
     shown = _shown(scenario, tasks or (recipe.tasks if recipe and recipe.tasks else ()), knowledge, world)
     rollout = knowledge.simulator.demonstrate(world, shown, seed=seed)
+    if not len(rollout.times):
+        raise UserError(f"{scenario.path}: what the person does takes no time, so nothing was recorded; a script moves, grips or waits.")
     episode = knowledge.episodes.detect(rollout, scenario.name)
     knowledge.episodes.write(episode, out)
     return Recording(episode, rollout.reason)

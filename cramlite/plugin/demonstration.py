@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Protocol
 
+from ..base.errors import PluginError
 from ..base.value import Value
 
 if TYPE_CHECKING:
@@ -161,3 +162,14 @@ class Shown(Value):
 
     script: RecordScript
     fillers: Mapping[str, Any] = {}
+
+    def prepared(self, world: World, rng: np.random.Generator) -> Performance:
+        """Prepare the performance in a world.
+
+        Raises:
+            PluginError: the script gives none.
+        """
+        made = self.script.prepare(world, self.fillers, rng)
+        if not isinstance(made, Performance):
+            raise PluginError(f"The script '{self.script.name}' prepares {made!r:.80}; it should be a cramlite.plugin.Performance.")
+        return made

@@ -104,7 +104,39 @@ def check_declared(hook: str, item: object) -> None:
     if isinstance(item, type):
         raise WrongDeclaration(f"{hook} gave the class {item.__name__}; declare an instance, {item.__name__}()")
     if hook in NAMED_BY:
+        _check_complete(hook, item)
         _check_values(hook, item)
+
+
+def _check_complete(hook: str, item: object) -> None:
+    """What the engine will ask of it is there, whether it is made of our class or of one of its author's."""
+    kind = _class_of(hook)
+    if kind is None or isinstance(item, kind):
+        return
+    wanted: Iterable[str] = getattr(kind, "__struct_fields__", None) or [n for n in dir(kind) if not n.startswith("_")]
+    for name in wanted:
+        if not _worked_out(item, name) and not hasattr(item, name):
+            raise WrongDeclaration(f"{hook} gave {_short(item)}, which has no '{name}'; use the class {kind.__name__}")
+
+
+def _class_of(hook: str) -> type | None:
+    """The class that is offered for what is declared under a hook; None where a protocol of few words says all."""
+    if hook == "task_types":
+        from .task_type import TaskType
+
+        return TaskType
+    if hook == "record_scripts":
+        from .demonstration import RecordScript
+
+        return RecordScript
+    if hook == "robots":
+        from ..model.robot import Robot
+
+        return Robot
+    from . import protocols
+
+    kinds = {"object_models": "ModelMaker", "episode_repairs": "EpisodeRepair", "exporters": "Exporter", "report_sections": "ReportSection"}
+    return getattr(protocols, kinds[hook]) if hook in kinds else None
 
 
 def _check_path(item: object) -> None:

@@ -6,8 +6,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..base.errors import UserError
-from ..base.html_template import html_template
+from ..base.html_template import html_template, write_html
 from .reading_picture import reading_picture
 
 if TYPE_CHECKING:
@@ -19,7 +18,7 @@ def write_interpretation_page(file: Path, episode: Episode, found: Interpretatio
     """Write the page.
 
     Raises:
-        UserError: it cannot be written.
+        UserError: it cannot be written, or the file holds something else.
     """
     from markupsafe import Markup
 
@@ -28,7 +27,4 @@ def write_interpretation_page(file: Path, episode: Episode, found: Interpretatio
         episode=episode, zero=found.zero, picture=Markup(reading_picture(episode, found)),
         style=Markup((own / "page.css").read_text("utf-8")),
     )  # fmt: skip
-    try:
-        file.write_text(page, encoding="utf-8")
-    except OSError as error:
-        raise UserError(f"{file}: the page cannot be written: {error.strerror or error}. Choose another file.") from None
+    write_html(file, page)

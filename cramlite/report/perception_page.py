@@ -10,7 +10,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..base.html_template import html_template
+from ..base.html_template import html_template, write_html
 from ..perception.pictures import colour, depth_image, depth_range, overlay
 
 if TYPE_CHECKING:
@@ -22,12 +22,15 @@ CLOUD = 9000  # points of the cloud on the page: what a browser turns without a 
 
 
 def write_page(folder: Path, found: Perceived, view: View, models: Sequence[Thing]) -> Path:
-    """Write ``perception.html`` into a folder, which is made if need be."""
+    """Write ``perception.html`` into a folder, which is made if need be.
+
+    Raises:
+        UserError: it cannot be written, or the file holds something else.
+    """
     from markupsafe import Markup
 
     from ..perception.result import in_words, plain
 
-    folder.mkdir(parents=True, exist_ok=True)
     own = files(__package__)
     seen = sorted((*found.answers, *found.dropped), key=lambda p: p.number)
     page = html_template((own / "perception.html.j2").read_text("utf-8")).render(
@@ -38,7 +41,7 @@ def write_page(folder: Path, found: Perceived, view: View, models: Sequence[Thin
         cloud=Markup(json.dumps(cloud(found, view))), style=Markup((own / "page.css").read_text("utf-8")),
     )  # fmt: skip
     path = folder / "perception.html"
-    path.write_text(page, encoding="utf-8")
+    write_html(path, page, make_folder=True)
     return path
 
 

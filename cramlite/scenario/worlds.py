@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Any
 
 from msgspec.structs import replace
 
-from ..base.errors import UserError, nearest
+from ..base.errors import PluginError, UserError, nearest
 from ..base.resources import find_scenario
 from ..base.seeds import whole_seed
 from ..model.geometry import Pose
-from ..model.world import Camera, Physics, World
+from ..model.world import Camera, Physics, Thing, World
 from .imported_world import imported_world
 from .robots import imported_robot, mount_of
 from .scenario import read_scenario
@@ -22,7 +22,6 @@ from .scenario import read_scenario
 if TYPE_CHECKING:
     from ..model.belief import Relation
     from ..model.imported_scene import ImportedScene
-    from ..model.world import Thing
     from ..plugin.catalogue import Knowledge
     from ..plugin.protocols import ModelMaker
     from .scenario import Scenario
@@ -208,6 +207,8 @@ def _build(
             parameters |= {k: _frozen(v[int(rng.integers(len(v)))]) for k, v in sorted(change.parameters.items())}
         parameters |= {k: str(scenario.resolve_path(str(parameters[k])).absolute()) for k in maker.files if k in parameters}
         thing = maker.make(name=spec.name, pose=spec.at.pose() if spec.at else Pose(), **parameters)
+        if not isinstance(thing, Thing):
+            raise PluginError(f"{place}: the object model '{model}' makes {thing!r:.80}; it should make a cramlite.model.Thing.")
         if spec.at and model != spec.model:
             written = models[spec.model].make(name=spec.name, pose=thing.pose, **parameters)
             thing = replace(thing, pose=Pose((0.0, 0.0, _underside(written) - _underside(thing))) * thing.pose)

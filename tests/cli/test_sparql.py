@@ -126,3 +126,12 @@ def test_a_huge_file_is_refused_before_it_is_read(tmp_path: Path, capsys: pytest
         file.truncate(300_000_000)
     assert main(["ontology", "check", str(tmp_path / "huge.ttl")]) == 2
     assert "300 MB is more than" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("lines", ["['no triple']", "[None]", "(1 / 0 for _ in 'x')"])
+def test_what_a_plugin_gives_as_triples_and_is_none_is_said(lines: str, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    plugin = tmp_path / "odd.py"
+    plugin.write_text(f"from cramlite.plugin import hookimpl\n@hookimpl\ndef episode_triples(episode):\n    return {lines}\n")
+    assert main(["query", "ASK {}", "--episode", EPISODE, "--plugin", str(plugin)]) == 3
+    said = capsys.readouterr().err
+    assert "(episode_triples) is no N-Triples: " in said and said.count("\n") == 1

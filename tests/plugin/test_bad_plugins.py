@@ -241,6 +241,18 @@ UNREADABLE = {
         "which has no 'executable'",
     ),
     "files": (declared("object_models", "ModelMaker('m', f, files='mesh')"), "whose 'files' is 'mesh'; it is a tuple"),
+    "a task of no TaskType": (
+        "class T:\n    task = 'x:T'\n    def decompose(self, a, b): return []\n" + declared("task_types", "T()"),
+        "use the class TaskType",
+    ),
+    "an exporter of its own class": (
+        "class E:\n    name, suffix, about = 'e', '.e', 'x'\n    def write(self, r, p): ...\n" + declared("exporters", "E()"),
+        "which has no 'needs'; use the class Exporter",
+    ),
+    "a model of its own class": (
+        "class M:\n    name = 'm'\n    def make(self, **p): ...\n" + declared("object_models", "M()"),
+        "which has no 'hung'; use the class ModelMaker",
+    ),
     "order": (declared("report_sections", "ReportSection('s', 'last', f)"), "whose 'order' is 'last'; it is a number"),
     "aliases": (TASK_WITH_ALIAS.format("'Ab'"), "'x:T', whose 'aliases' is 'Ab'; it is a tuple"),
 }
@@ -266,9 +278,42 @@ def test_what_is_declared_rightly_is_not_refused(plugin: Plugin) -> None:
         declared("object_models", "ModelMaker('m', f, files=('mesh',))"),
         declared("report_sections", "ReportSection('s', 2.5, f)"),
         TASK_WITH_ALIAS.format("('Ab',)"),
+        "class R:\n    name, order = 'r', 1\n    def repair(self, episode): return episode\n" + declared("episode_repairs", "R()"),
     )
     for k, body in enumerate(bodies):
         assert Registry((plugin(f"fine_{k}", body),)).faults == []
+
+
+BROKEN_BY = """\
+scenario: t
+tasks: [ParkingArms]
+robot: {{type: {robot}}}
+things: [{{name: t, model: {model}, at: {{position: [0.5, 0, 0.1]}}}}]
+"""
+
+
+@pytest.mark.parametrize(
+    ("robot", "model", "body", "code", "says"),
+    [
+        (
+            "ur5e", "m", declared("object_models", "ModelMaker('m', lambda **p: 5)"),
+            3, "yaml:4: the object model 'm' makes 5; it should make a",
+        ),
+        (
+            "mine", "block",
+            "from cramlite.model import replace\nfrom cramlite_plugins.robots import arms\n"
+            + declared("robots", "replace(next(iter(arms.robots())), type='mine', mjcf=f)"),
+            2, "the MJCF of robot 'mine' cannot be used: it is []",
+        ),
+    ],
+    ids=["model", "robot"],
+)  # fmt: skip
+def test_what_makes_nonsense_is_named(
+    robot: str, model: str, body: str, code: int, says: str, plugin: Plugin, run: Run, tmp_path: Path
+) -> None:
+    (tmp_path / "broken.yaml").write_text(BROKEN_BY.format(robot=robot, model=model))
+    ran = run("check", tmp_path / "broken.yaml", "--plugin", plugin("odd", body))
+    assert (ran.code, ran.err.count("\n")) == (code, 1) and says in ran.err, ran.err
 
 
 NO_FINDINGS = {

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from shown_cases import CASES, reading
 
-from cramlite import Engine, read_scenario
+from cramlite import Engine, PluginError, read_scenario
 from cramlite.engine.recording import record_episode, tasks_in_words
 from cramlite.model import Pose
 from cramlite.plugin import Performance, RecordScript, Shown, UserError
@@ -111,6 +111,23 @@ def test_a_script_of_a_plugin_is_performed(tmp_path: Path) -> None:
     assert found.failure == "'block' was not taken"
     with pytest.raises(UserError, match=r"there is no script 'wave'; valid are: hang_onto_hanger"):
         record_episode(read_scenario(path), ENGINE, seed=0, out=tmp_path / "again")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "error", "says"),
+    [
+        ("    return Performance(", "    return (", PluginError, "script 'wave' prepares "),
+        ("    def act(person):\n", "    def act(person):\n        return\n", UserError, "takes no time, so nothing was recorded"),
+    ],
+)
+def test_a_script_that_shows_nothing_is_named(old: str, new: str, error: type[Exception], says: str, tmp_path: Path) -> None:
+    script = SCRIPT.replace(old, new)
+    (tmp_path / "waving.py").write_text(script.replace("(act, missed=", "(act, ") if error is PluginError else script)
+    path = world(tmp_path)
+    path.write_text(path.read_text().split("record:")[0] + "record: {script: wave}\n")
+    with pytest.raises(error, match=says):
+        record_episode(read_scenario(path), Engine(files=[tmp_path / "waving.py"]), seed=0, out=tmp_path / "neem")
+    assert not (tmp_path / "neem").exists()
 
 
 def test_a_wrist_that_cannot_turn_so_far_is_a_demonstration_that_did_not_come_off(tmp_path: Path) -> None:

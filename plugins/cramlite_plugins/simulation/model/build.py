@@ -130,8 +130,16 @@ def set_options(spec: Any, physics: Physics) -> None:
 
 
 def attach(spec: Any, mjcf: str, mount: RobotMount) -> None:
-    """Attach a robot at its mount; its names get the prefix ``{mount}/``."""
-    child = mujoco.MjSpec.from_string(mjcf)
+    """Attach a robot at its mount; its names get the prefix ``{mount}/``.
+
+    Raises:
+        UserError: what its plugin gives is no MJCF.
+    """
+    try:
+        child = mujoco.MjSpec.from_string(mjcf)
+    except (ValueError, TypeError) as error:
+        said = str(error).splitlines()[0] if isinstance(mjcf, str) else f"it is {mjcf!r:.80}"
+        raise UserError(f"the MJCF of robot '{mount.type}' cannot be used: {said}") from error
     frame = spec.worldbody.add_frame(pos=list(mount.base.position), quat=list(mount.base.quaternion))
     spec.attach(child, prefix=f"{mount.name}/", frame=frame)
 

@@ -36,9 +36,10 @@ def demonstrate(world: World, shown: Sequence[Shown], *, seed: int, rate: float 
 
     Raises:
         UserError: the world lacks what a script needs.
+        PluginError: a script prepares no performance.
     """
     rng = np.random.default_rng(seed)
-    performances = [s.script.prepare(world, s.fillers, rng) for s in shown]
+    performances = [s.prepared(world, rng) for s in shown]
     person = _beginning(world, performances, rng, rate)
     wrong = ""
     for performance in performances:
