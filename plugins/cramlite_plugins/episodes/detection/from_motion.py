@@ -86,6 +86,25 @@ def infer(episode: Episode) -> Episode:
     return _inferred(episode if hands_of(episode) else _with_carrier(episode, grid), grid)
 
 
+def with_grasps(episode: Episode) -> Episode:
+    """Add the grasps of recorded hands where other states were recorded and no grasp; unchanged where no thing moves along with a hand."""
+    first, last = episode.span
+    states = episode.of("state")
+    if not states or any(e.type == "cram:GraspState" for e in states) or not episode.tracks or last - first > LONGEST:
+        return episode
+    grid = _grid(episode)
+    hands = [h for h in hands_of(episode) if h in episode.tracks]
+    moving = [n for n, t in episode.tracks.items() if n not in hands and episode.whole(n) == n and len(t.times) > 1]
+    grips = [g for hand in hands for g in _held(episode, grid, hand, moving)[0]]
+    grasps = [e for e in _of_grips(grips, grid) if e.type == "cram:GraspState"]
+    if not grasps:
+        return episode
+    added = tuple(replace(e, id=f"inferred_{k}", end=min(e.end, last)) for k, e in enumerate(grasps, 1))
+    repair = Repair(f"inferred {len(added)} grasps", (first, last), "none was recorded, and things move along with a hand", (), added)
+    events = tuple(sorted([*episode.events, *added], key=lambda e: (e.start, e.end, e.type)))
+    return replace(episode, events=events, effector=_acting(episode, grips, grid), repairs=(*episode.repairs, repair))
+
+
 def _too_fast(episode: Episode, grid: Grid) -> str:
     """Why hands cannot have moved as the poses say; "" if they can."""
     for hand in (h for h in hands_of(episode) if h in grid.poses and len(grid.times) > 2):
