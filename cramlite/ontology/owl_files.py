@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import logging
 import re
 from collections.abc import Iterator
+from contextlib import contextmanager
 from decimal import Decimal
 from pathlib import Path
 from typing import Any
+from xml.sax import SAXParseException
 
 import rdflib
 from rdflib.collection import Collection
@@ -32,19 +35,19 @@ def parse(files: list[tuple[Path, bytes]], origins: dict[Node, tuple[str, int]] 
     """
     graph = rdflib.Graph()
     for number, (path, content) in enumerate(files):
+        syntax = _syntax(path, content)
+        data = content if syntax == "xml" else _text(path, content)  # XML says itself how it is encoded
         try:
-            if is_functional(text := content.decode("utf-8", "replace")):
-                parse_functional(text, graph)
-            else:
-                place = path.as_uri() if path.is_absolute() else None
-                graph.parse(data=content, format=_syntax(path, content), publicID=place)
-        except UserError:
-            raise
+            with _quiet():
+                if syntax == "functional":
+                    parse_functional(str(data), graph)
+                else:
+                    graph.parse(data=data, format=syntax, publicID=path.as_uri() if path.is_absolute() else None)
         except Exception as error:  # rdflib's parsers raise whatever their lexers raise
-            words = " ".join(str(error).split())[:300]
+            line, words = _complaint(error)
             raise UserError(
-                f"{path}: this cannot be read as an ontology: {words}. "
-                f"It should be {SYNTAXES}; open it at the place named and correct it"
+                f"{path}{line}: this cannot be read as an ontology: {words}. "
+                f"It should be {SYNTAXES}; correct it there, or write it anew if it was cut off"
             ) from None
         if origins is not None:
             for node in graph.subjects(OWL.onProperty):
@@ -57,6 +60,8 @@ def _syntax(path: Path, content: bytes) -> str:
     lines = [line for line in start.splitlines() if line.strip() and not line.startswith(b"#")]
     if not content.strip():
         raise UserError(f"{path}: this file is empty; an ontology is {SYNTAXES}")
+    if is_functional(content.decode("utf-8", "replace")):
+        return "functional"
     first = lines[0].lstrip() if lines else b""
     other = "Manchester syntax" if first.startswith((b"Prefix:", b"Ontology:")) else "OWL/XML" if _OWL_XML.search(start) else ""
     if other:
@@ -67,6 +72,33 @@ def _syntax(path: Path, content: bytes) -> str:
     if first.startswith((b"[", b"{")) and path.suffix.lower() not in (".ttl", ".n3"):
         return "json-ld"
     return "xml" if first.startswith(b"<") and not first.startswith(b"<http") else "turtle"
+
+
+def _text(path: Path, content: bytes) -> str:
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = content.count(b"\n", 0, error.start) + 1
+        raise UserError(f"{path}:{line}: this is not UTF-8 text (byte {error.start}); save it as UTF-8") from None
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """rdflib logs names that are no IRIs before it raises what is wrong; the error says it, and names the file."""
+    logger = logging.getLogger("rdflib.term")
+    before, logger.disabled = logger.disabled, True
+    try:
+        yield
+    finally:
+        logger.disabled = before
+
+
+def _complaint(error: Exception) -> tuple[str, str]:
+    """Where, as ":line" or "", and what a parser of rdflib objects to, without the bytes that it shows."""
+    if isinstance(error, SAXParseException):
+        return f":{error.getLineNumber()}", error.getMessage()
+    before = getattr(error, "lines", None)  # of Turtle: lines that end before
+    return "" if before is None else f":{before + 1}", " ".join(str(getattr(error, "_why", error)).split())[:300]
 
 
 def prefixes_of(graph: rdflib.Graph) -> dict[str, str]:

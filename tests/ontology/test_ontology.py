@@ -31,7 +31,7 @@ def taxonomy(tmp_path_factory: pytest.TempPathFactory) -> Taxonomy:
 
 def write(folder: Path, text: str, name: str = "own.ttl") -> Path:
     path = folder / name
-    path.write_text(HEAD + text if name.endswith(".ttl") else text)
+    path.write_text(HEAD + text if name.endswith(".ttl") else text, errors="surrogateescape")
     return path
 
 
@@ -123,15 +123,18 @@ def test_cycles_are_reported_and_harmless(tmp_path: Path) -> None:
         ("x.owl", "Prefix: : <http://x#>\nOntology: <http://x>\nClass: A", "in Manchester syntax.*robot convert"),
         ("x.owl", '<?xml version="1.0"?>\n<Ontology xmlns="http://www.w3.org/2002/07/owl#"/>', "in OWL/XML.*robot convert"),
         ("x.ttl", "cram:A rdfs:subClassOf", "cannot be read"),
-        ("x.owl", "<rdf:RDF", "cannot be read"),
+        ("x.ttl", "cram:A a\n\nowl:Class ; x:y cram:B .", r"x\.ttl:\d+: this cannot be read as an ontology: Prefix \"x:\" not bound"),
+        ("x.ttl", "cram:A a cram:\udcff .", r"x\.ttl:\d+: this is not UTF-8 text \(byte \d+\)"),
+        ("x.ttl", "<http://a b> a x:y .", "not bound"),
+        ("x.owl", "<rdf:RDF", r"x\.owl:1: this cannot be read"),
         ("x.owl", "\x00\x01", "cannot be read"),
     ],
 )
-def test_bad_files_are_explained(tmp_path: Path, name: str, text: str, words: str) -> None:
+def test_bad_files_are_explained(tmp_path: Path, name: str, text: str, words: str, caplog: pytest.LogCaptureFixture) -> None:
     path = write(tmp_path, text, name)
     with pytest.raises(UserError, match=words) as caught:
         load_taxonomy([path], tmp_path / "cache")
-    assert str(path) in str(caught.value)
+    assert str(path) in str(caught.value) and not caplog.records, "one paragraph, and nothing that rdflib logs"
 
 
 PREFIXED = """

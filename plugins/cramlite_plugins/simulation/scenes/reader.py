@@ -52,7 +52,7 @@ def _read(path: Path, packages: Mapping[str, Path], keyframe: str, joints: Mappi
 
     source = read_source(path, packages, keyframe)
     groups = grouped(source.model, source.data)
-    notes = [*groups.notes, *_not_kept(source.model)]
+    notes = [*source.warnings, *groups.notes, *_not_kept(source.model)]
     try:
         made, said = _things(source, groups.groups, joints)
     except UserError as error:

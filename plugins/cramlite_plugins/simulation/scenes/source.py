@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +30,7 @@ class Source(Value):
         path: of the file.
         urdf: whether it is a URDF.
         spec, model, data: as MuJoCo has them; the data is that of the state the scene starts in.
+        warnings: of MuJoCo, of what it left out.
     """
 
     path: Path
@@ -36,6 +38,7 @@ class Source(Value):
     spec: Any
     model: Any
     data: Any
+    warnings: tuple[str, ...] = ()
 
 
 def root_tag(path: Path) -> str:
@@ -56,11 +59,12 @@ def read_source(path: Path, packages: Mapping[str, Path], keyframe: str = "") ->
     """
     urdf = root_tag(path) == "robot"
     try:
-        spec = mujoco.MjSpec.from_string(_urdf(path, packages)) if urdf else mujoco.MjSpec.from_file(str(path))
-        if urdf:
-            _loosen(spec)
-        _drop_textures(spec)
-        model = spec.compile()
+        with _warnings() as warned:
+            spec = mujoco.MjSpec.from_string(_urdf(path, packages)) if urdf else mujoco.MjSpec.from_file(str(path))
+            if urdf:
+                _loosen(spec)
+            _drop_textures(spec)
+            model = spec.compile()
     except ValueError as error:
         raise UserError(_explained(path, str(error))) from error
     data = mujoco.MjData(model)
@@ -68,7 +72,18 @@ def read_source(path: Path, packages: Mapping[str, Path], keyframe: str = "") ->
     mujoco.mj_forward(model, data)
     _check_numbers(path, model, data)
     _check_up(path, model)
-    return Source(path, urdf, spec, model, data)
+    return Source(path, urdf, spec, model, data, tuple(dict.fromkeys(warned)))
+
+
+@contextmanager
+def _warnings() -> Iterator[list[str]]:
+    """What MuJoCo warns of meanwhile: it would print it, and append it to MUJOCO_LOG.TXT in the user's folder."""
+    said, before = list[str](), mujoco.get_mju_user_warning()
+    mujoco.set_mju_user_warning(said.append)
+    try:
+        yield said
+    finally:
+        mujoco.set_mju_user_warning(before)
 
 
 def _drop_textures(spec: Any) -> None:
