@@ -32,9 +32,9 @@ def check_file(name: str, plugins: PluginChoice = INSTALLED) -> int:
         UserError: the first thing that is wrong, with file and line.
     """
     path = Path(name)
-    if path.suffix in (".ttl", ".owl", ".rdf"):
+    if path.suffix in (".ttl", ".owl", ".rdf", ".nt", ".ofn", ".jsonld"):
         raise UserError(f"'{path}' is an ontology; 'cramlite ontology check {path}' checks it.")
-    if path.suffix in (".script", ".urscript"):
+    if path.suffix in (".script", ".urscript", ".urp"):
         return _check_program(path, plugins)
     if path.suffix == ".json":
         return _check_typed(path, plugins)

@@ -166,6 +166,10 @@ def robots_world(world: str, program: Path, knowledge: Knowledge, seed: int) -> 
     return place
 
 
+PACKED = b"\x1f\x8b"
+"""What gzip begins a file with."""
+
+
 @contextmanager
 def naming(program: Path) -> Iterator[None]:
     """Put the program's path before errors about its text; the simulator is given the text alone."""
@@ -189,6 +193,9 @@ def read_text(program: Path) -> str:
     except OSError as error:
         raise UserError(f"The program '{program}' cannot be read: {error.strerror}.") from error
     except UnicodeDecodeError as error:
+        if found.startswith(PACKED):
+            why = "PolyScope's .urp is; take the .script that PolyScope saves beside it"
+            raise UserError(f"'{program}' is no text but packed, as {why}.") from error
         if b"\0" in found or program.suffix == ".json":
             raise UserError(f"'{program}' is no text: byte {error.start} is not UTF-8.") from error
         return found.decode("cp1252", "replace")

@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from cramlite.model import Episode, Floats
+from cramlite.model import Episode, Event, Floats
 from cramlite_plugins.episodes.formats.complete import episode_of
 from cramlite_plugins.episodes.formats.parts import Parts
 from cramlite_plugins.episodes.tracks import Rows, compose
@@ -233,10 +233,10 @@ def without(hand: str) -> Callable[[Recording, np.random.Generator], Recording]:
     return change
 
 
-def read(found: Recording, parents: Mapping[str, str] | None = None) -> Episode:
-    """The episode that the reader makes of a recording of unknown writers."""
+def read(found: Recording, parents: Mapping[str, str] | None = None, events: tuple[Event, ...] = ()) -> Episode:
+    """The episode that the reader makes of a recording of unknown writers, with the events that they wrote down."""
     tables = {}
     for name, table in found.items():
         parent = (parents or {}).get(name, "map")
         tables[name] = Rows(table[:, 0].copy(), table[:, 1:].copy(), np.zeros(len(table), dtype=np.int32), (parent,), False)
-    return episode_of(Parts("scripted", rows=tables, foreign=True))
+    return episode_of(Parts("scripted", events=events, rows=tables, foreign=True))

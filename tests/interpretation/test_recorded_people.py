@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 from recorded_people import (
     LEFT,
     RIGHT,
@@ -28,7 +29,7 @@ from recorded_people import (
 )
 
 from cramlite import Engine
-from cramlite.model import Episode
+from cramlite.model import Episode, Event
 from cramlite.plugin import UserError
 
 ENGINE = Engine()
@@ -229,3 +230,52 @@ def test_lengths_in_another_unit_are_refused(unit: float, speed: str) -> None:
     wide = {name: rows * [1, unit, unit, unit, 1, 1, 1, 1] for name, rows in shaking().items()}
     with pytest.raises(UserError, match=f"{speed}; lengths are metres: if these are millimetres or centimetres, convert them"):
         ENGINE.interpret(read(wide))
+
+
+def action(type_: str, start: float = 0.0, end: float = 14.0) -> Event:
+    return Event(f"{type_}_{start:g}", type_, "action", START + start, START + end, {"object": "salt_shaker"})
+
+
+@pytest.mark.parametrize("type_", ["soma:PhysicalAction", "cram:Shaking"])
+def test_an_action_without_steps_is_read_from_motion(type_: str) -> None:
+    episode = read(shaking(), events=(action(type_),))
+    assert best(episode) == best(read(shaking()))
+    assert any(r.what == f"left out 1 action ({type_})" and r.removed for r in episode.repairs)
+
+
+def test_an_action_that_motion_says_nothing_of_stays() -> None:
+    still = {name: rows[:1] for name, rows in shaking().items()}
+    assert [e.type for e in read(still, events=(action("cram:Shaking"),)).events] == ["cram:Shaking"]
+
+
+def test_actions_with_their_steps_stay_as_they_were_written_down() -> None:
+    steps = (action("soma:Grasping", 2.2, 3.0), action("soma:PickingUp", 3.0, 3.6))
+    assert read(shaking(), events=steps).events == steps
+
+
+def without_grasps(recording: Recording) -> tuple[Event, ...]:
+    return tuple(e for e in read(recording).events if e.kind == "state" and e.type != "cram:GraspState")
+
+
+def test_grasps_that_nobody_recorded_are_inferred_beside_other_states() -> None:
+    known = without_grasps(shaking())
+    episode = read(shaking(), events=known)
+    assert best(episode)[:2] == best(read(shaking()))[:2]
+    assert [e.roles["object"] for e in episode.of("state", ["cram:GraspState"])] == ["salt_shaker"]
+    assert any(r.what == "inferred 1 grasps" for r in episode.repairs)
+
+
+def test_a_hand_that_holds_nothing_gets_no_grasp() -> None:
+    known = without_grasps(shaking())
+    away = {RIGHT: shaking()[RIGHT] + [0, 2.0, 0, 0, 0, 0, 0, 0], "salt_shaker": shaking()["salt_shaker"][:1]}
+    assert read(away, events=known).events == known
+
+
+def test_events_that_count_from_the_start_are_dated() -> None:
+    steps = (action("soma:Grasping", 2.2, 3.0), action("soma:PickingUp", 3.0, 3.6))
+    counted = tuple(replace(e, start=e.start - START, end=e.end - START) for e in steps)
+    episode = read(shaking(), events=counted)
+    assert [e.start for e in episode.events] == pytest.approx([e.start for e in steps], abs=1e-3)
+    assert any(r.what == "dated 2 events" for r in episode.repairs)
+    late = tuple(replace(e, start=e.start + 500.0, end=e.end + 500.0) for e in counted)
+    assert read(shaking(), events=late).events == late

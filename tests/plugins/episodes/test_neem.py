@@ -177,6 +177,15 @@ def test_wrenches_of_both_layouts(tmp_path: Path, key: str) -> None:
     assert found.sampled("joints", 1.5) is None
 
 
+@pytest.mark.parametrize("factor", [1.0, 1e3, 1e6, 1e9])
+def test_times_of_events_are_in_any_unit_of_the_second(tmp_path: Path, factor: float) -> None:
+    dul, soma = "http://www.ontologydesignpatterns.org/ont/dul/DUL.owl#", "http://www.ease-crc.org/ont/SOMA.owl#"
+    times = {"hasIntervalBegin": 1.6e9, "hasIntervalEnd": 1.6e9 + 2}
+    about = ({"s": "http://x#i1", "p": soma + k, "o": v * factor} for k, v in times.items())
+    found = read_neem(collection(tmp_path, "triples", {"s": "http://x#e1", "p": dul + "hasTimeInterval", "o": "http://x#i1"}, *about))
+    assert found is not None and [(e.start, e.end) for e in found.events] == [pytest.approx((1.6e9, 1.6e9 + 2))]
+
+
 def test_statements_of_several_collections_belong_together(tmp_path: Path) -> None:
     dul, soma = "http://www.ontologydesignpatterns.org/ont/dul/DUL.owl#", "http://www.ease-crc.org/ont/SOMA.owl#"
     type_ = "http://www.w3.org/1999/02/22-rdf-syntax-ns#type"

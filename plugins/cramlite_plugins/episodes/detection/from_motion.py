@@ -21,6 +21,7 @@ from cramlite.model import Entity, Episode, Event, Floats, Repair, Track, Value
 from .co_motion import STEADY, STEP, Grid, Span, at_its_place, carried_spans, grid_of, travel
 from .gestures import shaking, tilting
 from .loose_things import Loose, carried_along, find_contents, with_contents
+from .plausible import too_fast, without_pauses
 from .signals import close_gaps, runs
 from .standing import resting
 
@@ -41,11 +42,6 @@ UNSEEN = (0.5, 0.3, 5.0)
 #: Longest recording looked at [s]: a grid of STEP over six hours takes 0.2 GB. One wrong stamp can make a recording
 #: of 50 years out of one of a minute.
 LONGEST = 6 * 3600.0
-#: No hand moves faster than this [m/s] for a twentieth of a recording: a thrower's moves at 25 m/s for an instant, and the people of
-#: two recordings in virtual reality at 1 m/s. In centimetres these move at 100 m/s.
-FASTEST, SHARE_FAST = 20.0, 0.95
-#: A pause longer than the first is cut to the second [s].
-PAUSE = (60.0, 10.0)
 
 
 class Grip(Value):
@@ -81,35 +77,28 @@ def infer(episode: Episode) -> Episode:
         why = f"it lasts {last - first:.0f} s, and up to {LONGEST:.0f} s are looked at; is a stamp wrong?"
         return replace(episode, repairs=(*episode.repairs, Repair("no events were inferred", (first, last), why)))
     grid = _grid(episode)
-    if doubt := _too_fast(episode, grid):
+    if doubt := too_fast(hands_of(episode), grid):
         return replace(episode, repairs=(*episode.repairs, Repair("no events were inferred", (first, last), doubt)))
     return _inferred(episode if hands_of(episode) else _with_carrier(episode, grid), grid)
 
 
-def _too_fast(episode: Episode, grid: Grid) -> str:
-    """Why hands cannot have moved as the poses say; "" if they can."""
-    for hand in (h for h in hands_of(episode) if h in grid.poses and len(grid.times) > 2):
-        speeds = np.linalg.norm(np.diff(grid.poses[hand][:, :3], axis=0), axis=1) / STEP
-        moving = speeds[speeds > 1e-6]
-        if len(moving) and (speed := float(np.quantile(moving, SHARE_FAST))) > FASTEST:
-            return f"'{hand}' moves at {speed:.0f} m/s; lengths are metres: if these are millimetres or centimetres, convert them"
-    return ""
-
-
-def without_pauses(episode: Episode) -> Episode:
-    """Return the episode with its long pauses, in which no pose of any frame was recorded, cut short, and a repair for each."""
-    times = np.unique(np.concatenate([t.times for t in episode.tracks.values()]))
-    gaps = np.diff(times)
-    long = np.flatnonzero(gaps > PAUSE[0])
-    if not len(long) or episode.events:
+def with_grasps(episode: Episode) -> Episode:
+    """Add the grasps of recorded hands where other states were recorded and no grasp; unchanged where no thing moves along with a hand."""
+    first, last = episode.span
+    states = episode.of("state")
+    if not states or any(e.type == "cram:GraspState" for e in states) or not episode.tracks or last - first > LONGEST:
         return episode
-    cut = np.concatenate([[0.0], np.cumsum(gaps[long] - PAUSE[1])])
-    tracks = {n: Track(t.times - cut[np.searchsorted(times[long], t.times, side="left")], t.poses) for n, t in episode.tracks.items()}
-    repairs = [
-        Repair(f"cut a pause of {gaps[k]:.0f} s to {PAUSE[1]:.0f} s", (float(times[k]), float(times[k + 1])), "nothing was recorded in it")
-        for k in long
-    ]
-    return replace(episode, tracks=tracks, repairs=(*episode.repairs, *repairs))
+    grid = _grid(episode)
+    hands = [h for h in hands_of(episode) if h in episode.tracks]
+    moving = [n for n, t in episode.tracks.items() if n not in hands and episode.whole(n) == n and len(t.times) > 1]
+    grips = [g for hand in hands for g in _held(episode, grid, hand, moving)[0]]
+    grasps = [e for e in _of_grips(grips, grid) if e.type == "cram:GraspState"]
+    if not grasps:
+        return episode
+    added = tuple(replace(e, id=f"inferred_{k}", end=min(e.end, last)) for k, e in enumerate(grasps, 1))
+    repair = Repair(f"inferred {len(added)} grasps", (first, last), "none was recorded, and things move along with a hand", (), added)
+    events = tuple(sorted([*episode.events, *added], key=lambda e: (e.start, e.end, e.type)))
+    return replace(episode, events=events, effector=_acting(episode, grips, grid), repairs=(*episode.repairs, repair))
 
 
 def _with_carrier(episode: Episode, grid: Grid) -> Episode:

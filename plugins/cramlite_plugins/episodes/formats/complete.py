@@ -7,16 +7,24 @@ from msgspec.structs import replace
 
 from cramlite.model import Entity, Episode, Event, Repair, Track, thing_of
 
-from ..detection.from_motion import infer
+from ..detection.from_motion import infer, with_grasps
 from ..repair.names import FINGER, HAND, one_namespace
 from ..tracks import rigid_links, world_tracks
 from .parts import Parts
+
+HANDLING = frozenset(f"soma:{n}" for n in ("Grasping", "PickingUp", "Placing", "PuttingDown", "Releasing", "Ungrasping", "Lifting"))
+"""Actions that take a thing or let go of it: who names none of them names the whole of what was done, not its steps."""
+EPOCH = 1e8
+"""Times later than this [s] are counted from 1970: 1e8 s is 1973, and no recording lasts three years."""
+LATER = 10.0
+"""An event may end so long after the last pose [s]."""
 
 
 def episode_of(parts: Parts) -> Episode:
     """Assemble an episode: impossible events are dropped and unknown entities added, each with its repair."""
     tracks, repairs = world_tracks(parts.rows)
     parts.repairs += repairs
+    _one_clock(parts, tracks)
     events = _sound(parts)
     entities = _complete(parts, events, tracks)
     effector = parts.effector or _guess_effector(events, tracks)
@@ -24,7 +32,31 @@ def episode_of(parts: Parts) -> Episode:
     if not parts.foreign:
         return episode
     episode = one_namespace(_with_hands(one_namespace(_with_links(episode, parts)), parts))
-    return episode if events else infer(episode)
+    return with_grasps(episode) if any(e.kind == "state" or e.type in HANDLING for e in events) else _from_motion(episode)
+
+
+def _one_clock(parts: Parts, tracks: dict[str, Track]) -> None:
+    """Events that count from the start of a recording whose poses are dated are dated, too: from when what moves was first seen."""
+    spans = [(float(t.times[0]), float(t.times[-1])) for t in tracks.values() if len(t.times) > 1 and np.ptp(t.poses, axis=0).any()]
+    first, last = min((s for s, _ in spans), default=0.0), max((e for _, e in spans), default=0.0)
+    ends = [e.end for e in parts.events]
+    if not ends or first < EPOCH or max(ends) > last - first + LATER:
+        return
+    parts.events = tuple(replace(e, start=e.start + first, end=e.end + first) for e in parts.events)
+    why = "they count from the start of the recording, and its poses are dated"
+    parts.repairs.append(Repair(f"dated {len(ends)} events", (first, last), why))
+
+
+def _from_motion(episode: Episode) -> Episode:
+    """Events from motion, in place of actions without steps, such as one for all of the recording; these, where there are none."""
+    repairs = episode.repairs
+    if episode.events:
+        named = ", ".join(sorted({e.type for e in episode.events}))
+        what = f"left out {len(episode.events)} action{'s' * (len(episode.events) > 1)} ({named})"
+        why = "none of them takes a thing or lets go of it: events are inferred from motion"
+        repairs = (*repairs, Repair(what, episode.span, why, episode.events))
+    found = infer(replace(episode, events=(), repairs=repairs))
+    return found if found.events or not episode.events else episode
 
 
 def _with_hands(episode: Episode, parts: Parts) -> Episode:

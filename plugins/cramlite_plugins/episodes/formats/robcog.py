@@ -213,7 +213,7 @@ def read_world_state(path: Path) -> tuple[dict[str, Rows], tuple[str, ...]]:
     """
     frames: dict[str, tuple[list[float], list[Any]]] = {}
     hands: dict[str, None] = {}
-    for count, document in enumerate(documents(path) if path.suffix == ".bson" else json_frames(path)):
+    for count, document in enumerate(documents(path) if path.suffix in (".bson", ".gz") else json_frames(path)):
         try:
             time = float(document["timestamp"])
             for name, pose in _frame(document, hands):

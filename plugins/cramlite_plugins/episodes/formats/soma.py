@@ -28,7 +28,7 @@ from .fields import (
     repairs_from,
     repairs_text,
 )
-from .mongodump import Triple
+from .mongodump import Triple, seconds
 
 RDF_TYPE = "http://www.w3.org/1999/02/22-rdf-syntax-ns#type"
 NEEM = "http://cramlite.org/neem/"
@@ -175,7 +175,7 @@ def _interval(properties: dict[str, list[str | float]], index: Index) -> tuple[f
     if begin is None or end is None or DUL + "TimeInterval" in properties.get(RDF_TYPE, ()):
         return None
     try:
-        return float(begin[0]), float(end[0])
+        return seconds(float(begin[0])), seconds(float(end[0]))
     except ValueError:
         return None
 
