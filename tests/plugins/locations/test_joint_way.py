@@ -182,8 +182,8 @@ def test_nothing_is_driven_into_something_else(make: Callable[[str, Pose, tuple[
 
 
 def test_what_would_tip_over_is_not_driven_and_no_other_way_of_opening_is_asked_for() -> None:
-    """The drawer's lowest point is 18 mm over the floor: at a friction of 0.5 a foot of 6 mm ahead is too little, one of 20 mm is not."""
-    thin = block("it", Pose((0.73 - 0.006 - 0.13, 0.2, 0.05)), (0.012, 0.04, 0.1))
+    """The drawer's lowest point is 8 mm over the floor: at a friction of 0.6 a foot of 4 mm ahead is too little, one of 20 mm is not."""
+    thin = block("it", Pose((0.73 - 0.004 - 0.13, 0.2, 0.05)), (0.008, 0.04, 0.1))
     belief, context = unminded(thin)
     found = driven_along(belief.thing("drawer"), 0.0, 0.19, belief, context)
     assert isinstance(found, Refusal) and found.reason.endswith("driven along, 'it' would tip over") and found.blocking == (("it",),)
