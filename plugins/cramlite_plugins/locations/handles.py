@@ -96,12 +96,12 @@ def check_way(location: Location, thing: Thing, belief: Belief, context: Context
     value = joint_value(belief, thing.name, belief.base() * belief.pose(thing.name))
     goal = joint.lower + least * (joint.upper - joint.lower)
     if goal > value and (met := met_on_its_way(thing, value, goal, belief, context)):
-        may_drive = DISTURBED in context.limits.advisory
-        if may_drive and location.parameters.get("drives") and not isinstance(driven_along(thing, value, goal, belief, context), Refusal):
+        drives = DISTURBED in context.limits.advisory and not isinstance(driven_along(thing, value, goal, belief, context), Refusal)
+        if drives and location.parameters.get("drives"):
             return
         there = {name for entry in met.blocking or () for name in ((entry,) if isinstance(entry, str) else entry)}
         put = (n for n, v in context.bindings.items() if isinstance(v, Place) and v.thing in there and LEAVES & set(v.values))
-        ways = led_by(location, context) if may_drive else ()
+        ways = led_by(location, context) if drives else ()  # else moving what is in the way is all that helps
         raise Unresolvable(met.reason, (location.of or "", *put, *ways), blocking=met.blocking, collision=met.collision)
 
 

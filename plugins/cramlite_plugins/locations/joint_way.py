@@ -13,7 +13,9 @@ from cramlite.plugin import Context, InTheWay
 
 from ..motion_planning.reach import make_scene
 from ..motion_planning.space import Refusal
+from ..shapes.bounds import lowest
 from ..shapes.carried_along import carried_along, gone_along
+from ..shapes.surfaces import standing
 
 STEPS = 0.005, math.radians(1.0)  # between the values of a joint that are looked at [m, rad]
 AHEAD = 0.005  # of where a drawer met a thing, as far as it is known: the ways are looked at by steps of that [m]
@@ -53,7 +55,8 @@ def _met_at(poses: Sequence[Pose], name: str, belief: Belief, context: Context, 
 
 def driven_along(thing: Thing, value: float, goal: float, belief: Belief, context: Context) -> Mapping[str, float] | Refusal:
     """Return how far each loose thing goes along that a drawer meets on its level way from a joint value to a goal, and drives before it
-    [m]; {} where it meets none. Or what is in the way of the drawer or of them: nothing is driven into what else stands there."""
+    [m]; {} where it meets none. Or what is in the way of the drawer or of them: nothing is driven into what else stands there, nor what
+    would tip over, such as a bottle."""
     assert thing.joint is not None
     found, after, line = dict[str, float](), belief, _direction(thing, goal - value, belief)
     while met := _met(thing, value, goal, after, context):
@@ -61,11 +64,26 @@ def driven_along(thing: Thing, value: float, goal: float, belief: Belief, contex
         names = {name for entry in first.blocking or () for name in ((entry,) if isinstance(entry, str) else entry)}
         if thing.joint.kind != "slide" or abs(line[2]) > LEVEL or not names or names & found.keys():
             return first
+        if tips := next((name for name in sorted(names) if _tips(name, thing, line, after)), ""):
+            return replace(first, reason=f"{first.reason}; driven along, '{tips}' would tip over")
         found |= dict.fromkeys(names, abs(goal - value) - gone + AHEAD)
         for name in names:
             after = gone_along(after, name, line * found[name])
     into = (_driven_into(name, line * way, (thing.name, *found), belief, after, context) for name, way in found.items())
     return next((no for no in into if no), None) or found
+
+
+def _tips(name: str, driver: Thing, line: Floats, belief: Belief) -> bool:
+    """Whether a thing that is pushed at the lowest point of what drives it turns over about its edge ahead before it slides."""
+    import shapely
+
+    it, pose = belief.world.thing(name), belief.pose(name)
+    bottom, at = pose.position[2] + lowest(it, pose), belief.pose(driver.name)
+    height = max(at.position[2] + lowest(driver, at) - bottom, 0.0)
+    foot = standing(it, pose)
+    ahead = (shapely.get_coordinates(foot.area) - shapely.get_coordinates(foot.centre)) @ line[:2]
+    rough = max((g.friction for g in it.geoms if g.friction is not None), default=it.friction)
+    return bool(rough * height > max(float(ahead.max(initial=0.0)), 0.0))
 
 
 def _direction(thing: Thing, way: float, belief: Belief) -> Floats:

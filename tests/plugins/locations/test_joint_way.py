@@ -181,6 +181,18 @@ def test_nothing_is_driven_into_something_else(make: Callable[[str, Pose, tuple[
     assert found.blocking == ((("behind",),) if make is block else ())
 
 
+def test_what_would_tip_over_is_not_driven_and_no_other_way_of_opening_is_asked_for() -> None:
+    """The drawer's lowest point is 8 mm over the floor: at a friction of 0.6 a foot of 4 mm ahead is too little, one of 20 mm is not."""
+    thin = block("it", Pose((0.73 - 0.004 - 0.13, 0.2, 0.05)), (0.008, 0.04, 0.1))
+    belief, context = unminded(thin)
+    found = driven_along(belief.thing("drawer"), 0.0, 0.19, belief, context)
+    assert isinstance(found, Refusal) and found.reason.endswith("driven along, 'it' would tip over") and found.blocking == (("it",),)
+    led = (Motion("1.Opening/transfer", "transfer", place("handle", 0.8)),)
+    with pytest.raises(Unresolvable) as ended:
+        list(handles.resolve_location(place("handle", 0.8), belief, replace(context, agenda=led)) or ())
+    assert ended.value.because == ("drawer",) and ended.value.blocking == (("it",),)
+
+
 @pytest.mark.parametrize("gripped", [True, False], ids=["gripped", "pressed on"])
 def test_the_way_says_what_is_driven_and_that_is_believed_there(gripped: bool) -> None:
     belief, context = unminded(standing(0.13))
