@@ -1,4 +1,4 @@
-"""What is put aside on the surface that it stood on: beside where it stood; elsewhere where the task says more, or it came from elsewhere."""
+"""What is put aside on the surface that it stood on: beside where it stood; elsewhere where the task says more or it was not there."""
 
 from __future__ import annotations
 
