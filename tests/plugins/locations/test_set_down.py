@@ -19,7 +19,7 @@ from cramlite_plugins.locations.attitude import as_asked, check_turn
 from cramlite_plugins.locations.covers import openings
 from cramlite_plugins.locations.place_filters import Spot, clear
 from cramlite_plugins.locations.set_down import ARM, GAP, INSET, OUTLINE, YAWS
-from cramlite_plugins.motion_planning.reach import held_pose, tcp, uncertainty_margins
+from cramlite_plugins.motion_planning.reach import held_pose, shift, tcp, uncertainty_margins
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.shapes.surfaces import FLAT, surfaces
 from cramlite_plugins.simulation.objects.products_and_fixtures import basket, block, table
@@ -119,6 +119,15 @@ def test_at_the_best_position_every_turn_is_tried_at_others_a_few_and_one_of_the
     assert best == [0, 30, -30, 60, -60, 90, -90, 135, -135, 180] == list(YAWS)
     assert second == [0, 90, -45, 138] and third == [0, 90, -45, -85]
     assert len(found) == 19 and found[0][0] == "middle"
+
+
+@pytest.mark.parametrize(("geom", "along"), [(Geom("box", (0.02, 0.03, 0.05)), True), (Geom("cylinder", (0.02, 0.05)), False)])
+def test_straight_sides_are_put_along_straight_walls_however_much_room_there_is(geom: Geom, along: bool) -> None:
+    belief = _belief(basket("box", Pose((0.4, 0.35, 0.0)), (0.3, 0.4, 0.1)))
+    things = tuple(replace(t, geoms=(geom,)) if t.name == "it" else t for t in belief.world.things)
+    belief = replace(belief, world=replace(belief.world, things=things))
+    x, y, _ = placed(first(1, into("box"), belief)[0]).rotate((1.0, 0.0, 0.0))
+    assert (abs(math.sin(2 * math.atan2(y, x))) < 1e-3) == along
 
 
 def test_a_position_later_costs_more_than_any_turn_and_a_turn_by_its_angle() -> None:
@@ -566,3 +575,13 @@ def test_a_region_that_is_too_small_is_refused() -> None:
     found, ended = answers(on("box", region="strip"), _belief(replace(desk, features=(*desk.features, strip))))
     assert not any(isinstance(a, Grounding) for a in found) and ended is not None
     assert "not in its region" in ended.reason and "10 mm inside is needed" in ended.reason
+
+
+@pytest.mark.parametrize(("x", "asked"), [(0.45, True), (1.5, False)])
+def test_what_is_out_of_reach_is_not_come_at_from_aside(x: float, asked: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    belief, asides = _belief(TIN, LARGE), list[object]()
+    monkeypatch.setattr(set_down, "is_free", lambda *args: asides.append(args))
+    at = Pose.from_axes((x, -0.3, 0.5), (0.0, 0.0, -1.0), (1.0, 0.0, 0.0))
+    spot = Spot("it", at, at, shift(at, (0.0, 0.0, 0.06)), 0.0)
+    assert set_down._from_aside(spot, _wanted(belief), 0.06) is None
+    assert bool(asides) == asked
