@@ -1,9 +1,15 @@
-"""What is put aside: anywhere else on the surface that it stood on, and rather near, as the way there and on is short then."""
+"""What is put aside before something is shut: beside where it stood on a surface, as the way there and on is short then.
+
+Before something is opened it goes farther: a bottle that was put 150 mm aside was in the way of a drawer again.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from typing import Any
+
+from cramlite.model import Action, thing_of
+from cramlite.plugin import Context
 
 from ..shapes.bounds import support
 from .free_area import Offset, around
@@ -14,15 +20,26 @@ AWAY = 0.1  # between it there and where it stood [m]: half a hand, which has ro
 
 
 def beside_where_it_stood(wanted: Wanted, free: Any, radius: float) -> Iterator[Offset]:
-    """Generate positions in a free area of a surface beside where the held thing stood on it, nearest to the robot first.
+    """Generate positions in a free area of a surface beside where the held thing stood on it, nearest to the robot first; none unless the
+    next task that is about anything else shuts that.
 
     Args:
         radius: of the disc in the outline of the held thing [m].
     """
     stood = _stood(wanted)
-    if stood is not None:
+    if stood is not None and _shuts_next(wanted.thing.name, wanted.context):
         x, y, _ = wanted.target.pose.inverse().apply((0.0, 0.0, 0.0)).tolist()
         yield from around(free, stood, 2 * radius + AWAY, (x, y))
+
+
+def _shuts_next(put: str, context: Context) -> bool:
+    """Whether the first of the later tasks that is not about what is put aside closes something."""
+    for item in context.agenda:
+        if isinstance(item, Action):
+            about = {thing_of(str(context.bindings.get(o.name, o.entity or ""))) for o in item.roles.values()}
+            if put not in about:
+                return context.taxonomy.is_a(item.task, "soma:Closing")
+    return False
 
 
 def _stood(wanted: Wanted) -> Offset | None:

@@ -176,7 +176,7 @@ def _interleaved(targets: list[Wanted], now: Pose, location: Location) -> Iterat
 
 def _positions(wanted: Wanted, now: Pose, location: Location) -> Iterator[Offset]:
     """Positions on a surface; of what is not level the middle alone, where things are least likely to tip or to slide. Of what stood on
-    the surface, and is put aside, first those beside where it stood: the way there and on is short."""
+    the surface, and is put aside so that something can be shut, first those beside where it stood."""
     if wanted.under:
         return iter([(0.0, 0.0)])
     free = _free(wanted, now, location)
