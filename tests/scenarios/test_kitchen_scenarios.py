@@ -36,6 +36,7 @@ GOALS = {
     "boxed_in": "12.93 kg on the flange, gripper included, > 5 kg that 'ur5e' carries",
     "drawer_blocked": "12.93 kg on the flange, gripper included, > 5 kg that 'ur5e' carries",
     "regrasp": "its outline would overlap that of 'roof'",
+    "shut_below": "12.93 kg on the flange, gripper included, > 5 kg that 'ur5e' carries",
     "swap_on_shelf": "its outline would overlap that of",
     "tidy_ten": "12.93 kg on the flange, gripper included, > 5 kg that 'ur5e' carries",
 }
@@ -91,6 +92,12 @@ def test_blocks_are_put_aside_until_the_one_between_them_can_be_grasped(engine: 
 def test_what_stands_in_the_way_of_a_drawer_is_put_aside_before_it_is_opened(engine: Engine) -> None:
     tasks, reasons = resolved(engine, "drawer_blocked")
     assert tasks and tasks.index("Grasping stool") < tasks.index("Opening drawer") < tasks.index("Grasping tin"), reasons
+
+
+@pytest.mark.heavy
+def test_what_stands_before_a_drawer_is_put_aside_and_that_is_closed_before_another_is_opened(engine: Engine) -> None:
+    tasks, reasons = resolved(engine, "shut_below")
+    assert tasks[:1] == ["Grasping crate"] and tasks[-2:] == ["Closing lower", "Opening upper"], reasons
 
 
 @pytest.mark.heavy

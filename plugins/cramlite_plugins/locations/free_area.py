@@ -64,6 +64,18 @@ def positions(area: Any, anchor: Offset) -> Iterator[Offset]:
         yield from sorted(points, key=lambda p: (round(math.dist(p, anchor), 4), p))
 
 
+def around(area: Any, middle: Offset, distance: float, to: Offset) -> Iterator[Offset]:
+    """Generate the positions in an area that are at a distance from a point [m], in eight directions, the one to another point first."""
+    import shapely
+
+    first = math.atan2(to[1] - middle[1], to[0] - middle[0])
+    for turn in (0, 1, -1, 2, -2, 3, -3, 4):
+        angle = first + turn * math.pi / 4
+        point = _rounded((middle[0] + distance * math.cos(angle), middle[1] + distance * math.sin(angle)))
+        if area.covers(shapely.Point(point)):
+            yield point
+
+
 def _rounded(point: Iterable[float]) -> Offset:
     x, y = (round(float(v), 4) + 0.0 for v in point)
     return x, y

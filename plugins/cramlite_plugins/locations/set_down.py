@@ -29,6 +29,7 @@ from .from_aside import is_free, slants
 from .laying_down import laid_down
 from .leaning import LET_GO, close_by, leaning, must_lean
 from .place_filters import ABOVE_IT, ASIDE, CHEAP, DEAR, OFF_WALLS, SIDES, Filter, Obstacle, Spot, Wanted, clear, opened
+from .put_aside import beside_where_it_stood
 from .resting_poses import DROPS, is_uneven, lowered_onto, resting_poses, spot_at_rest
 from .room_for_more import corner, roomiest, to_come
 from .room_to_close import TIGHT, is_tight, room_to_close
@@ -174,8 +175,13 @@ def _interleaved(targets: list[Wanted], now: Pose, location: Location) -> Iterat
 
 
 def _positions(wanted: Wanted, now: Pose, location: Location) -> Iterator[Offset]:
-    """Positions on a surface; of what is not level the middle alone, where things are least likely to tip or to slide."""
-    return iter([(0.0, 0.0)]) if wanted.under else positions(_free(wanted, now, location), _anchor(wanted, now))
+    """Positions on a surface; of what is not level the middle alone, where things are least likely to tip or to slide. Of what stood on
+    the surface, and is put aside so that something can be shut, first those beside where it stood."""
+    if wanted.under:
+        return iter([(0.0, 0.0)])
+    free = _free(wanted, now, location)
+    first = beside_where_it_stood(wanted, free, _radius(wanted, now)) if location.relation == "on" and not wanted.where else ()
+    return itertools.chain(first, positions(free, _anchor(wanted, now)))
 
 
 def _at_best(targets: list[Wanted], now: Pose, location: Location) -> Iterator[Refused]:

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from properties import examples
 
-from cramlite_plugins.locations.free_area import beside, free_area, positions
+from cramlite_plugins.locations.free_area import around, beside, free_area, positions
 
 SHELF = shapely.box(-0.15, -0.1, 0.15, 0.1)
 
@@ -46,3 +46,10 @@ def test_nothing_free_has_no_positions_and_a_sliver_has_one() -> None:
 def test_one_side_of_a_line() -> None:
     half = beside(SHELF, (0.0, 2.0), 0.1)
     assert half.bounds[1] == 0.05 and half.area == shapely.box(-0.15, 0.05, 0.15, 0.1).area
+
+
+def test_around_a_point_the_side_of_another_one_is_first_and_what_is_not_free_is_left_out() -> None:
+    found = list(around(SHELF, (0.0, 0.0), 0.08, (0.0, -1.0)))
+    assert found[0] == (0.0, -0.08) and found[-1] == (0.0, 0.08) and len(found) == 8
+    assert all(np.isclose(np.hypot(*p), 0.08, atol=2e-4) for p in found)
+    assert [p[1] for p in around(SHELF, (0.0, 0.0), 0.12, (1.0, 0.0))] == [0.0, 0.0849, -0.0849, 0.0849, -0.0849, 0.0]

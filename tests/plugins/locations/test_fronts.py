@@ -22,6 +22,8 @@ from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.shapes.ray_casting import body, intervals
 from cramlite_plugins.simulation.objects.furniture import cabinet, door, drawer
 
+IN_FRONT = Pose.from_rotvec((0.75, 0.1, 0.35), (0, 0, math.pi))
+
 
 def _fronts(robot: Robot, at: Pose, opened: float) -> tuple[list[Grounding], list[Refused], Belief]:
     things = (cabinet("cabinet", at), door("door", at, "cabinet", swing=2.0, opened=opened))
@@ -101,3 +103,18 @@ def test_as_little_is_left_to_be_felt_of_a_door_as_of_a_drawer() -> None:
     assert ajar(it, hand) * 2.0 * 0.25 == pytest.approx(LEFT)
     slide = drawer("drawer", Pose(), travel=0.2).joint
     assert slide is not None and ajar(slide, hand) == 0.08
+
+
+def test_of_two_hands_half_a_turn_apart_the_one_is_first_that_the_hand_has_less_far_to_turn_to() -> None:
+    """A drawer's front is pushed by either; the wrist need not turn by half a turn before."""
+    belief = initial_belief(World((cabinet("cabinet", IN_FRONT), drawer("drawer", IN_FRONT, "cabinet", opened=0.15)),
+                                  (RobotMount("arm", UR5E.type),)), "arm", UR5E.home, 0.0)  # fmt: skip
+    context = Context(UR5E, belief.world.robots[0], {"drawer": "drawer"}, Engine().knowledge.taxonomy)
+    first = []
+    for turn in (0.0, math.pi):
+        q = (*UR5E.home[:5], UR5E.home[5] + turn)
+        found = resolve_location(Location("front", "front", "drawer"), replace(belief, joints=q), context) or ()
+        first.append(next(a for a in found if isinstance(a, Grounding)))
+    one, other = (a.value.pose for a in first)
+    assert one.position == pytest.approx(other.position, abs=1e-9)
+    assert np.linalg.norm((one.inverse() * other).rotvec) == pytest.approx(math.pi, abs=1e-6)

@@ -15,6 +15,7 @@ from cramlite.testing.task_checks import sample_action, sample_belief
 from cramlite_plugins.kinematics.kinematics import inverse
 from cramlite_plugins.motions import contact_motion, free_motion, gripping
 from cramlite_plugins.robots.ur5e import UR5E
+from cramlite_plugins.tasks.closing import Closing
 from cramlite_plugins.tasks.grasping import FREE, Grasping
 from cramlite_plugins.tasks.putting_down import PuttingDown
 
@@ -75,6 +76,7 @@ def test_a_wait(robot: Robot, paced: float, duration: float) -> None:
     ("task", "held", "kind", "parameters"),
     [
         (Grasping(), None, "linear", {"paced": 1.0, "free_m_s": FREE}), (PuttingDown(), "cube", "hold", {"paced": 1.0}),
+        (Closing(), None, "force_path", {"paced": 1.0}),
     ],
 )  # fmt: skip
 def test_tasks_that_keep_the_pace(task: TaskType, held: str | None, kind: str, parameters: dict[str, float]) -> None:

@@ -1,0 +1,70 @@
+"""What is put aside before something is shut: beside where it stood; elsewhere where the task says more or it was not there."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from msgspec.structs import replace
+from test_places import HELD, _belief, _context
+from test_set_down import on
+
+from cramlite.model import Action, Belief, Location, Object, Pose, Thing
+from cramlite.plugin import Grounding
+from cramlite_plugins.kinematics.kinematics import inverse
+from cramlite_plugins.locations.put_aside import AWAY
+from cramlite_plugins.locations.set_down import resolve_location
+from cramlite_plugins.robots.ur5e import UR5E
+from cramlite_plugins.simulation.objects.products_and_fixtures import block, table
+
+BOX = table("box", Pose((0.45, 0.35, 0.15)), (0.6, 0.6, 0.02))
+STOOD = (0.5, 0.2)
+
+
+def taken(*things: Thing, over: float = 0.0, at: tuple[float, float] = STOOD) -> Belief:
+    """The belief with a block in the hand that stood on the box, or so far over it [m]."""
+    lower = Pose.from_axes((*at, 0.15 + 0.05 + over - HELD.tcp_to_thing.position[2]), (0, 0, 1), (0, 1, 0))
+    down = Pose.from_axes((*at, lower.position[2] + 2 * HELD.tcp_to_thing.position[2]), (0, 0, -1), (0, 1, 0))
+    belief = _belief(BOX, *things)
+    return replace(belief, held=replace(belief.held, joints=inverse(UR5E, down)[0]))
+
+
+def first(location: Location, belief: Belief, *tasks: str) -> Grounding:
+    """The first place, before tasks that are about the block, or about a drawer."""
+    about = [(t, "it" if t.endswith("Retracting") else "drawer") for t in tasks]
+    agenda = tuple(Action(f"{k}.{t}", t, {"Patient": Object(f"o{k}", entity=e)}) for k, (t, e) in enumerate(about, 2))
+    found = resolve_location(location, belief, replace(_context(belief), agenda=agenda)) or ()
+    return next(a for a in found if isinstance(a, Grounding))
+
+
+SHUT = ("soma:Retracting", "soma:Closing")
+
+
+def moved(belief: Belief, tasks: tuple[str, ...] = SHUT, **where: object) -> float:
+    place = first(on("box", **where), belief, *tasks).value
+    x, y, _ = (place.pose * HELD.tcp_to_thing).position
+    return math.dist((x, y), STOOD)
+
+
+def test_it_goes_to_the_side_of_the_robot_a_hand_away() -> None:
+    place = first(on("box"), taken(), *SHUT).value
+    x, y, _ = (place.pose * HELD.tcp_to_thing).position
+    assert math.dist((x, y), STOOD) == pytest.approx(2 * 0.02 + AWAY, abs=0.002)
+    assert math.hypot(x, y) < math.hypot(*STOOD) - 0.13
+
+
+def test_where_something_stands_there_it_goes_to_another_side() -> None:
+    x, y = (STOOD[k] * (1 - 0.14 / math.hypot(*STOOD)) for k in range(2))
+    place = first(on("box"), taken(block("tin", Pose((x, y, 0.2)), (0.05, 0.05, 0.08))), *SHUT).value
+    there = (place.pose * HELD.tcp_to_thing).position
+    assert math.dist(there[:2], STOOD) == pytest.approx(0.14, abs=0.002) and math.dist(there[:2], (x, y)) > 0.08
+
+
+def test_what_came_from_elsewhere_and_what_is_told_more_goes_where_it_did() -> None:
+    assert moved(taken()) == pytest.approx(0.14, abs=0.002)
+    assert moved(taken(over=0.02)) == pytest.approx(math.dist(STOOD, (0.45, 0.35)), abs=0.002)
+    assert moved(taken(at=(0.3, -0.3))) == pytest.approx(math.dist(STOOD, (0.45, 0.35)), abs=0.002)
+    for tasks in ((), ("soma:Retracting",), ("soma:Opening",), ("soma:Opening", "soma:Closing")):
+        assert moved(taken(), tasks) == pytest.approx(math.dist(STOOD, (0.45, 0.35)), abs=0.002), tasks
+    tin = block("tin", Pose((0.3, 0.45, 0.2)), (0.05, 0.05, 0.08))
+    assert moved(taken(tin), near="tin") > 0.2
