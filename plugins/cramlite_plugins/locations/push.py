@@ -125,7 +125,8 @@ def _pushing(
     from ..motion_planning.reach import collision_free_ik, make_scene, shift
     from ..motion_planning.space import Refusal
 
-    shut, pose, behind = context.robot.gripper.opening[0], belief.pose(thing.name), BEHIND if least is None else INSIDE
+    shut, pose = context.robot.gripper.opening[0], belief.pose(thing.name)
+    stand_offs = (BEHIND, NEARER) if least is None else (INSIDE,)
     late = list[Grounding]()
     free, near = make_scene(belief, context, (), shut), make_scene(belief, context, [thing.name], shut)
     for k, (at, name) in enumerate(spots):
@@ -137,15 +138,17 @@ def _pushing(
             continue
         assert not isinstance(there, Refusal)
         way = way_along(joint, pose, at) if least is None else -way_along(joint, pose, at)
-        off, nearer = (collision_free_ik(free, context, shift(at, -far * way), there) for far in (behind, NEARER))
+        tried = [collision_free_ik(free, context, shift(at, -far * way), there) for far in stand_offs]
+        far = next((far for far, off in zip(stand_offs, tried, strict=True) if not isinstance(off, Refusal)), None)
+        if far is None:
+            yield from (off.refused(name) for off in tried[:1] if isinstance(off, Refusal))
+            continue
         x, y, z = (float(v) for v in way)
-        place = Place(at, shift(at, -behind * way), shut, (x, y, z), thing=thing.name)
-        if not isinstance(off, Refusal):
+        place = Place(at, shift(at, -far * way), shut, (x, y, z), thing=thing.name)
+        if far == stand_offs[0]:
             yield Grounding(place, name, 0.1 * k, key=name)
-        elif isinstance(nearer, Refusal):
-            yield off.refused(name)
         else:
-            late.append(Grounding(replace(place, before=shift(at, -NEARER * way)), f"{name}, from nearer", 0.1 * k + LAST, key=name))
+            late.append(Grounding(place, f"{name}, from nearer", 0.1 * k + LAST, key=name))
     yield from late
 
 
