@@ -21,6 +21,7 @@ from cramlite.plugin import Answers, Context, Grounding, Refused, Unresolvable, 
 from ..motions.gripping import OPEN, release_opening
 from ..shapes.bounds import centre_of_mass, corners, height, support
 from ..shapes.front import front
+from ..shapes.roofs import roofed
 from .aslant import places_aslant
 from .attitude import check_turn, held_now, put_down
 from .covers import closed_in, covers, goes_in_upright, openings
@@ -327,6 +328,7 @@ def _targets(location: Location, belief: Belief, context: Context) -> list[Wante
     if not into:
         if uneven:
             return [replace(bare[0], uneven=True)]
+        _check_open(bare, region, location)
         level = [replace(w, obstacles=_obstacles(w, context)) for w in bare]
         middle = _uneven(level[0], thing, pose)
         return [middle, *(w for w in level[:1] if _fits(w, location))] if middle else level
@@ -337,6 +339,21 @@ def _targets(location: Location, belief: Belief, context: Context) -> list[Wante
         raise Unresolvable(said, (location.of or "",), blocking=around)
     beside_it = [replace(w, obstacles=(*_lying_in(w), *w.covers)) for w in bare]
     return [*(w for w in beside_it if w.obstacles), *bare]  # beside what lies there and is over it, or anywhere
+
+
+def _check_open(bare: list[Wanted], region: str, location: Location) -> None:
+    """Check that some surface is not under a roof of its own thing, or there is a way out from under that.
+
+    Raises:
+        Unresolvable: there is none, whatever holds what is put there: a door is shut.
+    """
+    thing = bare[0].belief.thing(bare[0].entity)
+    under = list(roofed(thing, bare[0].belief.pose(thing.name), region))
+    amid = [replace(w, target=replace(s, pose=s.pose * Pose((0.0, 0.0, room / 2)))) for w, (s, room) in zip(bare, under, strict=False)]
+    if len(under) == len(bare) and all(around := [closed_in(w) for w in amid]):
+        names = tuple(dict.fromkeys(name for one in around for name in one))
+        said = f"no hand comes into '{location.of}': {' and '.join(map(repr, names))} are on all sides of it"
+        raise Unresolvable(said, (location.of or "",), blocking=names)
 
 
 def _uneven(first: Wanted, thing: Thing, pose: Pose) -> Wanted | None:
