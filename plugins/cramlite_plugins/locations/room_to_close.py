@@ -83,7 +83,7 @@ def _met(closing: Thing, put: str, after: Belief, context: Context, clearance: f
         no = scene.met(moved * at.inverse() * here if along else at * moved.inverse() * here, hand=False)
         if no is not None:
             far = f"{1000 * left:.0f} mm" if joint.kind == "slide" else f"{math.degrees(left):.0f} deg"
-            said = f"'{closing.name}', which a later task closes, would be {far} open still: {no.reason}"
+            said = f"with '{closing.name}', which a later task closes, open by {far} still, {no.reason}"
             there = {closing.name: moved, put: moved * at.inverse() * here if along else here}
             drawn = no.collision and replace(no.collision, moved={**no.collision.moved, **there})
             return replace(no, reason=said, blocking=(closing.name,), collision=drawn)
@@ -91,9 +91,10 @@ def _met(closing: Thing, put: str, after: Belief, context: Context, clearance: f
 
 
 def _on_its_way(joint: Joint, at: Pose, value: float, end: float) -> Iterator[tuple[float, Pose]]:
-    """How far something is open still as its joint goes from a value to an end [m, rad], and its pose in the world then."""
+    """How far something is open still as its joint goes from a value to an end [m, rad], and its pose in the world then; the end first, where
+    it mostly meets what it meets at all."""
     count = max(1, math.ceil((value - end) / STEPS[joint.kind == "hinge"]))
-    ways = ((value - end) * k / count for k in range(1, count + 1))
+    ways = ((value - end) * k / count for k in (count, *range(1, count)))
     return ((value - way - joint.lower, joint.moved(at, -way)) for way in ways)
 
 

@@ -58,7 +58,7 @@ def places_through_a_side(location: Location, belief: Belief, context: Context) 
                 else:
                     yield place
             elif fits:
-                nearest = no if no.passed == CLOSED else nearest
+                nearest = no if no.passed == SHUT else nearest
                 yield replace(no, because=taken_at(belief, context))
             else:
                 kept.append(no)
@@ -252,10 +252,9 @@ def _way_in(spot: Spot, wanted: Wanted) -> str | Refusal:
 
 FILTERS: Mapping[str, Filter] = {
     "supported": supported, "near": near, "beside": beside, "in its region": in_region, "let in": _let_in, "collision-free": _room,
-    "reachable": reachable, "visible": visible, "led in by the arm": _way_in, "free to open": room_to_open,
-    "free to be closed": room_to_close,
+    "free to be closed": room_to_close, "reachable": reachable, "visible": visible, "led in by the arm": _way_in, "free to open": room_to_open,
 }  # fmt: skip
 ALONE = tuple(FILTERS).index("let in")
 """What passes more than this has room itself, and the hand may not."""
-CLOSED = tuple(FILTERS).index("free to be closed")
+SHUT = tuple(FILTERS).index("free to be closed")
 """What passes as many has a way in, and is in the way of what a later task closes."""

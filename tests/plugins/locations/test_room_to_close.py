@@ -68,9 +68,9 @@ def test_what_a_door_would_meet_is_refused_where_it_is_closed_later_and_it_says_
     found, refused = _answers(0.2, PLACING, CLOSING)
     anywhere, _ = _answers(0.2, PLACING)
     assert found and max(_sticks_out(a, 0.2) for a in found) < LEFT < 0.02 < max(_sticks_out(a, 0.2) for a in anywhere)
-    said = [r for r in refused if r.reason.startswith("not free to be closed: 'door', which a later task closes, would be ")]
+    said = [r for r in refused if r.reason.startswith("not free to be closed: with 'door', which a later task closes, open by ")]
     assert said and {r.blocking for r in said} == {("door",)}
-    assert all(re.search(r"would be \d+ deg open still: .*'(it|door)' is [\d.]+ mm inside '(it|door)'$", r.reason) for r in said)
+    assert all(re.search(r"open by \d+ deg still, .*'(it|door)' is [\d.]+ mm inside '(it|door)'$", r.reason) for r in said)
     assert all(r.collision is not None and {"it", "door"} <= set(r.collision.moved) for r in said)
 
 
@@ -82,7 +82,7 @@ def test_places_with_little_room_come_last() -> None:
 
 
 def test_what_is_longer_than_its_cabinet_leaves_no_room_anywhere() -> None:
-    with pytest.raises(Unresolvable, match="not free to be closed: 'door', which a later task closes, would be [0-9]+ deg open still"):
+    with pytest.raises(Unresolvable, match="not free to be closed: with 'door', which a later task closes, open by [0-9]+ deg still"):
         list(resolve_location(INSIDE, *_asked(0.31, PLACING, CLOSING)) or ())
     assert _answers(0.31, PLACING)[0]
 
@@ -114,8 +114,8 @@ def test_what_sticks_out_of_a_drawer_meets_the_board_over_it(high: float, fits: 
     context = Context(UR5E, MOUNT, bindings, Engine().knowledge.taxonomy, agenda)
     answers = list(_some(Location("in(drawer)", "in", "drawer"), belief, context))
     assert any(isinstance(a, Grounding) for a in answers) == fits
-    said = [a.reason for a in answers if isinstance(a, Refused) and "'drawer', which a later task closes, would be" in a.reason]
-    assert fits or (said and all(re.search(r"would be \d+ mm open still: .*'cabinet'", reason) for reason in said))
+    said = [a.reason for a in answers if isinstance(a, Refused) and "with 'drawer', which a later task closes, open by" in a.reason]
+    assert fits or (said and all(re.search(r"open by \d+ mm still, .*'cabinet'", reason) for reason in said))
 
 
 def _some(location: Location, belief: Belief, context: Context) -> list[Grounding | Refused]:
