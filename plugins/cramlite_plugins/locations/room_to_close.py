@@ -91,8 +91,8 @@ def _met(closing: Thing, put: str, after: Belief, context: Context, clearance: f
 
 
 def _on_its_way(joint: Joint, at: Pose, value: float, end: float) -> Iterator[tuple[float, Pose]]:
-    """How far something is open still as its joint goes from a value to an end [m, rad], and its pose in the world then; the end first, where
-    it mostly meets what it meets at all."""
+    """How far something is open still as its joint goes from a value to an end [m, rad], and its pose in the world then; the end first,
+    where it mostly meets what it meets at all."""
     count = max(1, math.ceil((value - end) / STEPS[joint.kind == "hinge"]))
     ways = ((value - end) * k / count for k in (count, *range(1, count)))
     return ((value - way - joint.lower, joint.moved(at, -way)) for way in ways)

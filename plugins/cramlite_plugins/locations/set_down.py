@@ -52,6 +52,7 @@ more."""
 OFF_FLOOR, RISE = 0.01, 0.03  # lowest point above a container's floor when let go, and steps up from there [m]
 ABOVE = 0.06  # stand-off above a rim [m]
 BETWEEN = (1.0, 0.67, 0.33)  # parts of a way down from aside that are looked at first
+OUT = 1.0  # from the middle of a surface to the outside of what it is in, at most [m]
 LAST: Mapping[str, Filter] = {"free to be closed": room_to_close}  # asked after ``DEAR``
 TURNED = "turned"
 """Value of a place: 1 where it asks for an attitude, so that what is brought there need not be kept as it is held."""
@@ -347,10 +348,11 @@ def _check_open(bare: list[Wanted], region: str, location: Location) -> None:
     Raises:
         Unresolvable: there is none, whatever holds what is put there: a door is shut.
     """
-    thing = bare[0].belief.thing(bare[0].entity)
-    under = list(roofed(thing, bare[0].belief.pose(thing.name), region))
+    belief, thing = bare[0].belief, bare[0].belief.thing(bare[0].entity)
+    under = list(roofed(thing, belief.pose(thing.name), region))
+    doors = [t.name for t in belief.world.things if t.joint is not None and t.name in belief.poses]
     amid = [replace(w, target=replace(s, pose=s.pose * Pose((0.0, 0.0, room / 2)))) for w, (s, room) in zip(bare, under, strict=False)]
-    if len(under) == len(bare) and all(around := [closed_in(w) for w in amid]):
+    if doors and len(under) == len(bare) and all(around := [closed_in(w, [thing.name, *doors], OUT) for w in amid]):
         names = tuple(dict.fromkeys(name for one in around for name in one))
         said = f"no hand comes into '{location.of}': {' and '.join(map(repr, names))} are on all sides of it"
         raise Unresolvable(said, (location.of or "",), blocking=names)

@@ -252,7 +252,8 @@ def _way_in(spot: Spot, wanted: Wanted) -> str | Refusal:
 
 FILTERS: Mapping[str, Filter] = {
     "supported": supported, "near": near, "beside": beside, "in its region": in_region, "let in": _let_in, "collision-free": _room,
-    "free to be closed": room_to_close, "reachable": reachable, "visible": visible, "led in by the arm": _way_in, "free to open": room_to_open,
+    "free to be closed": room_to_close, "reachable": reachable, "visible": visible, "led in by the arm": _way_in,
+    "free to open": room_to_open,
 }  # fmt: skip
 ALONE = tuple(FILTERS).index("let in")
 """What passes more than this has room itself, and the hand may not."""

@@ -82,13 +82,13 @@ def test_places_with_little_room_come_last() -> None:
 
 
 def test_what_is_longer_than_its_cabinet_leaves_no_room_anywhere() -> None:
-    with pytest.raises(Unresolvable, match="not free to be closed: with 'door', which a later task closes, open by [0-9]+ deg still"):
+    with pytest.raises(Unresolvable, match=r"not free to be closed: with 'door', which a later task closes, open by [0-9]+ deg still"):
         list(resolve_location(INSIDE, *_asked(0.31, PLACING, CLOSING)) or ())
     assert _answers(0.31, PLACING)[0]
 
 
 def test_what_a_later_task_takes_away_again_stands_in_no_way() -> None:
-    belief, context = _asked(0.2)
+    _, context = _asked(0.2)
     taken = _about("soma:Grasping", "4.Grasping", Patient="it")
     released = _about("soma:Releasing", "3.Placing/Releasing", Locatum="it", Relatum="cabinet")
 
