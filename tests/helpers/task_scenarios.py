@@ -67,7 +67,7 @@ BLOCKED = {
     "laying_down_fails": "at the grasp: 'effector/body' is",
     "pouring_full": "'bowl' would overflow: it holds 80 of",
     "placing_inside_low": "the room under the roof of 'cabinet' is -10 mm higher than 'block', 20 mm is needed",
-    "placing_inside_shut": "through its sides: not let in",
+    "placing_inside_shut": "no hand comes into 'cabinet': 'cabinet' and 'door' are on all sides of it",
 }
 """Further scenarios that are refused."""
 

@@ -4,6 +4,7 @@ it."""
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from itertools import product
 from typing import Any
 
@@ -61,20 +62,24 @@ def covers(wanted: Wanted, height: float) -> tuple[Obstacle, ...]:
     return tuple(sorted(found, key=lambda o: o.name))
 
 
-def closed_in(wanted: Wanted) -> tuple[str, ...]:
+def closed_in(wanted: Wanted, by: Sequence[str] = (), far: float = HAND) -> tuple[str, ...]:
     """Return what stands around a covered opening so that no hand can hold anything in or over it; nothing where there is a way out.
 
     Ways are straight, as long as a hand, as thick as fingers, from the middle of the opening and of its quarters, in all directions.
+
+    Args:
+        by: what is looked at; everything by default.
+        far: how long ways are [m].
     """
     x, y, x1, y1 = (bound / 2 for bound in wanted.target.area.bounds)
     starts = wanted.target.pose.apply(np.array([(0.0, 0.0, 0.0), (x, y, 0.0), (x, y1, 0.0), (x1, y, 0.0), (x1, y1, 0.0)]))
     directions = _directions()
     points, ways = np.repeat(starts, WAYS, axis=0), np.tile(directions, (len(starts), 1))
     stopped, around = np.zeros(len(points), dtype=bool), list[str]()
-    for name in sorted(wanted.belief.poses.keys() - {wanted.thing.name}):
+    for name in sorted(by or wanted.belief.poses.keys() - {wanted.thing.name}):
         to = wanted.belief.pose(name).inverse()
         low, high = rays.intervals(rays.body(wanted.belief.world.thing(name).geoms), to.apply(points), to.rotate(ways))
-        met = ((low < HAND) & (high > 0.0)).any(axis=1)
+        met = ((low < far) & (high > 0.0)).any(axis=1)
         around += [name] if met.any() else []
         stopped |= met
     blocked = (directions @ directions.T > BESIDE).astype(np.float32) @ stopped.reshape(len(starts), WAYS).T.astype(np.float32)

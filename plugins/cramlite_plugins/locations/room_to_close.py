@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 from msgspec.structs import replace
@@ -13,6 +14,7 @@ from cramlite.plugin import Context
 
 from ..motions.gripping import LET_GO, fallen
 from ..shapes.carried_along import carried_along
+from ..shapes.itself import Itself
 from .handles import ajar, joint_value
 from .place_filters import Spot, Wanted
 
@@ -20,6 +22,7 @@ if TYPE_CHECKING:
     from ..motion_planning.space import Refusal
 
 SHUT = 0.05  # share of its range up to which something counts as closed
+STEPS = 0.01, math.radians(2.0)  # between the values of a joint that are looked at [m, rad]: a door's edge goes on by less than it is thick
 TIGHT = 100.0  # cost of a place that comes after all others, since it leaves little room for what is to be closed
 
 
@@ -28,12 +31,17 @@ def room_to_close(spot: Spot, wanted: Wanted) -> str | Refusal:
 
     Later tasks are looked at only where something would be met, so that what follows elsewhere holds whatever they are.
     """
-    return _first_met(spot, wanted, None) or ""
+    return (is_tight(spot, wanted) and _first_met(spot, wanted, None)) or ""
 
 
 def is_tight(spot: Spot, wanted: Wanted) -> bool:
     """Check whether what later tasks close would not get to its stop, with the room on the way that what is let go of may shift by."""
-    return _first_met(spot, wanted, LET_GO) is not None
+    return _tight(Itself(spot), Itself(wanted))
+
+
+@lru_cache(maxsize=1)
+def _tight(spot: Itself[Spot], wanted: Itself[Wanted]) -> bool:
+    return _first_met(spot.it, wanted.it, LET_GO) is not None
 
 
 def _first_met(spot: Spot, wanted: Wanted, clearance: float | None) -> Refusal | None:
@@ -75,7 +83,7 @@ def _met(closing: Thing, put: str, after: Belief, context: Context, clearance: f
         no = scene.met(moved * at.inverse() * here if along else at * moved.inverse() * here, hand=False)
         if no is not None:
             far = f"{1000 * left:.0f} mm" if joint.kind == "slide" else f"{math.degrees(left):.0f} deg"
-            said = f"'{closing.name}', which a later task closes, would be {far} open still: {no.reason}"
+            said = f"with '{closing.name}', which a later task closes, open by {far} still, {no.reason}"
             there = {closing.name: moved, put: moved * at.inverse() * here if along else here}
             drawn = no.collision and replace(no.collision, moved={**no.collision.moved, **there})
             return replace(no, reason=said, blocking=(closing.name,), collision=drawn)
@@ -83,11 +91,10 @@ def _met(closing: Thing, put: str, after: Belief, context: Context, clearance: f
 
 
 def _on_its_way(joint: Joint, at: Pose, value: float, end: float) -> Iterator[tuple[float, Pose]]:
-    """How far something is open still as its joint goes from a value to an end [m, rad], and its pose in the world then."""
-    from .joint_way import STEPS
-
+    """How far something is open still as its joint goes from a value to an end [m, rad], and its pose in the world then; the end first,
+    where it mostly meets what it meets at all."""
     count = max(1, math.ceil((value - end) / STEPS[joint.kind == "hinge"]))
-    ways = ((value - end) * k / count for k in range(1, count + 1))
+    ways = ((value - end) * k / count for k in (count, *range(1, count)))
     return ((value - way - joint.lower, joint.moved(at, -way)) for way in ways)
 
 

@@ -21,6 +21,7 @@ from cramlite.plugin import Answers, Context, Grounding, Refused, Unresolvable, 
 from ..motions.gripping import OPEN, release_opening
 from ..shapes.bounds import centre_of_mass, corners, height, support
 from ..shapes.front import front
+from ..shapes.roofs import roofed
 from .aslant import places_aslant
 from .attitude import check_turn, held_now, put_down
 from .covers import closed_in, covers, goes_in_upright, openings
@@ -54,6 +55,7 @@ more."""
 OFF_FLOOR, RISE = 0.01, 0.03  # lowest point above a container's floor when let go, and steps up from there [m]
 ABOVE = 0.06  # stand-off above a rim [m]
 BETWEEN = (1.0, 0.67, 0.33)  # parts of a way down from aside that are looked at first
+OUT = 1.0  # from the middle of a surface to the outside of what it is in, at most [m]
 LAST: Mapping[str, Filter] = {"free to be closed": room_to_close}  # asked after ``DEAR``
 TURNED = "turned"
 """Value of a place: 1 where it asks for an attitude, so that what is brought there need not be kept as it is held."""
@@ -342,6 +344,7 @@ def _targets(location: Location, belief: Belief, context: Context) -> list[Wante
     if not into:
         if uneven:
             return [replace(bare[0], uneven=True)]
+        _check_open(bare, region, location)
         level = [replace(w, obstacles=_obstacles(w, context)) for w in bare]
         middle = _uneven(level[0], thing, pose)
         return [middle, *(w for w in level[:1] if _fits(w, location))] if middle else level
@@ -352,6 +355,22 @@ def _targets(location: Location, belief: Belief, context: Context) -> list[Wante
         raise Unresolvable(said, (location.of or "",), blocking=around)
     beside_it = [replace(w, obstacles=(*_lying_in(w), *w.covers)) for w in bare]
     return [*(w for w in beside_it if w.obstacles), *bare]  # beside what lies there and is over it, or anywhere
+
+
+def _check_open(bare: list[Wanted], region: str, location: Location) -> None:
+    """Check that some surface is not under a roof of its own thing, or there is a way out from under that.
+
+    Raises:
+        Unresolvable: there is none, whatever holds what is put there: a door is shut.
+    """
+    belief, thing = bare[0].belief, bare[0].belief.thing(bare[0].entity)
+    under = list(roofed(thing, belief.pose(thing.name), region))
+    doors = [t.name for t in belief.world.things if t.joint is not None and t.name in belief.poses]
+    amid = [replace(w, target=replace(s, pose=s.pose * Pose((0.0, 0.0, room / 2)))) for w, (s, room) in zip(bare, under, strict=False)]
+    if doors and len(under) == len(bare) and all(around := [closed_in(w, [thing.name, *doors], OUT) for w in amid]):
+        names = tuple(dict.fromkeys(name for one in around for name in one))
+        said = f"no hand comes into '{location.of}': {' and '.join(map(repr, names))} are on all sides of it"
+        raise Unresolvable(said, (location.of or "",), blocking=names)
 
 
 def _uneven(first: Wanted, thing: Thing, pose: Pose) -> Wanted | None:

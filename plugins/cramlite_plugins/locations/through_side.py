@@ -45,7 +45,7 @@ def places_through_a_side(location: Location, belief: Belief, context: Context) 
     """
     from ..motion_planning.reach import taken_at
 
-    found, fits, kept, tight = 0, False, list[Refused](), list[Grounding]()
+    found, fits, kept, tight, nearest = 0, False, list[Refused](), list[Grounding](), Refused("", "the hand has no way in")
     for wanted, out, now in _ways(location, belief, context):
         for spot in _spots(wanted, out, now):
             no = _refusal(spot, wanted)
@@ -58,17 +58,18 @@ def places_through_a_side(location: Location, belief: Belief, context: Context) 
                 else:
                     yield place
             elif fits:
+                nearest = no if no.passed == SHUT else nearest
                 yield replace(no, because=taken_at(belief, context))
             else:
                 kept.append(no)
     yield from kept if found else ()
     yield from tight
     if not found:
-        said = max(kept, key=lambda no: no.passed).reason if kept and not fits else "the hand has no way in"
+        near = max(kept, key=lambda no: no.passed) if kept and not fits else nearest
         grasps = taken_at(belief, context) if fits or not kept else ()
         because = (location.of or "", *grasps, *brought_there_by(location, belief, context))
-        in_the_way = dict.fromkeys(name for no in kept for name in no.blocking or ())
-        raise Unresolvable(f"through its sides: {said}", because, blocking=tuple(in_the_way))
+        in_the_way = dict.fromkeys(name for no in (*kept, nearest) for name in no.blocking or ())
+        raise Unresolvable(f"through its sides: {near.reason}", because, blocking=tuple(in_the_way))
 
 
 def _ways(location: Location, belief: Belief, context: Context) -> Iterator[tuple[Wanted, Floats, Pose]]:
@@ -247,8 +248,10 @@ def _way_in(spot: Spot, wanted: Wanted) -> str | Refusal:
 
 FILTERS: Mapping[str, Filter] = {
     "supported": supported, "near": near, "beside": beside, "in its region": in_region, "let in": _let_in, "collision-free": _room,
-    "reachable": reachable, "visible": visible, "led in by the arm": _way_in, "free to open": room_to_open,
-    "free to be closed": room_to_close,
+    "free to be closed": room_to_close, "reachable": reachable, "visible": visible, "led in by the arm": _way_in,
+    "free to open": room_to_open,
 }  # fmt: skip
 ALONE = tuple(FILTERS).index("let in")
 """What passes more than this has room itself, and the hand may not."""
+SHUT = tuple(FILTERS).index("free to be closed")
+"""What passes as many has a way in, and is in the way of what a later task closes."""

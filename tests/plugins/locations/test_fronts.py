@@ -15,7 +15,7 @@ from cramlite.plugin import Context, Grounding, Refused
 from cramlite_plugins.kinematics.kinematics import inverse
 from cramlite_plugins.locations.antipodal import FINGER
 from cramlite_plugins.locations.handles import LEFT, ajar, along_joint, lever
-from cramlite_plugins.locations.push import resolve_location
+from cramlite_plugins.locations.push import BEHIND, NEARER, resolve_location
 from cramlite_plugins.motion_planning.cartesian import COARSE, JointPath, plan_straight_line
 from cramlite_plugins.robots.fr3 import FR3
 from cramlite_plugins.robots.ur5e import UR5E
@@ -53,6 +53,14 @@ def test_over_the_upper_edge_of_a_wide_open_door_the_hand_points_down() -> None:
     far = [a for a in over if "+80 % of its width" in a.key]  # where the hinge gives way
     first = belief.pose("door").inverse() * over[0].value.pose
     assert far and 0.15 - abs(first.position[1]) > 0.039, "fingers slid 30 mm along a door, over its edge, and caught on that"
+
+
+def test_where_the_arm_is_folded_too_far_before_a_front_it_comes_from_nearer_last_of_all() -> None:
+    """A door that is open towards the robot: its elbow has room 20 mm before it, and not 50 mm."""
+    led = replace(FR3, conditioning=0.08, posture=(0.0, -0.161, 0.0, -2.445, 0.0, 2.227, 0.785))
+    found, _, _ = _fronts(led, Pose.from_rotvec((0.50, -0.15, 0.15), (0, 0, math.pi / 2)), 1.85)
+    off = [round(math.dist(a.value.pose.position, a.value.before.position), 6) for a in found]
+    assert {BEHIND, NEARER} == set(off) and off == sorted(off, reverse=True)
 
 
 def test_fingers_come_at_a_door_along_the_arc_that_it_turns_on() -> None:

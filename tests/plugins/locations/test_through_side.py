@@ -108,3 +108,18 @@ def test_picked_up_off_a_table_with_a_board_below_it_goes_under_no_roof() -> Non
     roles = {"Locatum": Object("it", entity="it"), "Relatum": Object("cabinet", entity="cabinet")}
     picking = Action("1.PickingUp", "soma:PickingUp", roles)
     assert not goes_under_a_roof("it", belief, Context(UR5E, MOUNT, context.bindings, context.taxonomy, (picking,)))
+
+
+def test_nothing_is_put_from_above_under_a_roof_that_is_shut_in_all_around() -> None:
+    """No grasp would help."""
+    belief, context = _asked(DOWN, cabinet("cabinet", AT), door("door", AT, "cabinet"))
+    with pytest.raises(Unresolvable, match="no hand comes into 'cabinet': 'cabinet' and 'door' are on all sides of it") as no:
+        list(resolve_location(Location("on(cabinet)", "on", "cabinet", {"region": "inside"}), belief, context) or ())
+    assert no.value.because == ("cabinet",) and no.value.blocking == ("cabinet", "door")
+
+
+def test_where_the_door_is_open_the_roof_alone_is_in_the_way() -> None:
+    belief, context = _asked(DOWN, cabinet("cabinet", AT), door("door", AT, "cabinet", opened=1.2))
+    on = Location("on(cabinet)", "on", "cabinet", {"region": "inside"})
+    found = list(itertools.islice(resolve_location(on, belief, context) or (), 5))
+    assert found and not any(isinstance(a, Grounding) for a in found)

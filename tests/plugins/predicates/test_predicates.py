@@ -225,3 +225,17 @@ def test_what_cannot_be_told_says_why(name: str, arguments: tuple[str, ...], rea
 def test_who_records_contacts_would_have_recorded_grasps() -> None:
     unknown = TABLE["grasps"].unknown
     assert unknown is not None and unknown(phase(state("soma:ContactState", a="hand", b="product")), "hand", "product") is None
+
+
+@pytest.mark.parametrize(
+    ("x", "width", "between"), [(0.006, 0.016, True), (0.006, 0.008, False), (0.010, 0.016, False), (0.006, None, False)]
+)
+def test_what_is_between_the_edges_of_pads_is_between_the_fingers(x: float, width: float | None, between: bool) -> None:
+    """A mug's round side was held by the ends of the pads' edges, and not between their middles; beside the pads nothing is held."""
+    pad = {"pad_length": 0.02} | ({"pad_width": width} if width else {})
+    fingers = [Entity(f"hand/{side}", ("soma:Finger",), part_of="hand", properties=pad) for side in ("left", "right")]
+    post = Entity("post", ("dul:PhysicalObject",), pose=Pose(), geoms=(Geom("box", (0.003, 0.01, 0.1), Pose((x + 0.003, 0.0, 0.0))),))
+    tracks = {f"hand/{side}": line((0, 0, y, 0), (10, 0, y, 0)) for side, y in (("left", -0.024), ("right", 0.024))}
+    whole = Event("all", "soma:PhysicalAction", "action", 0, 10)
+    episode = Episode("x", (Entity("hand", ("soma:Hand",)), *fingers, post), (whole,), tracks, "hand")
+    assert (("post",) in rows("between_fingers", Timeline(episode, TAXONOMY).instant(1.0))) == between

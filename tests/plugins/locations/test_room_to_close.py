@@ -1,0 +1,131 @@
+"""Places leave room for what a later task closes: a door comes to its stop, and a drawer with what lies in it."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pytest
+
+from cramlite import Engine
+from cramlite.model import Action, Belief, Held, Location, Object, Place, Pose, RobotMount, Thing, World, initial_belief
+from cramlite.plugin import Context, Grounding, Refused, Unresolvable
+from cramlite_plugins.kinematics.kinematics import inverse
+from cramlite_plugins.locations import through_side
+from cramlite_plugins.locations.handles import LEFT
+from cramlite_plugins.locations.room_to_close import TIGHT, is_closed_later
+from cramlite_plugins.locations.set_down import resolve_location
+from cramlite_plugins.robots.ur5e import UR5E
+from cramlite_plugins.simulation.objects.furniture import cabinet, door, drawer
+from cramlite_plugins.simulation.objects.products_and_fixtures import block
+
+MOUNT = RobotMount("arm", "ur5e")
+AT = Pose.from_rotvec((0.70, -0.1, 0.30), (0, 0, np.pi))  # its front looks to the robot
+INSIDE = Location("through(cabinet)", "through", "cabinet", {"region": "inside"})
+
+
+@pytest.fixture(autouse=True)
+def _straight_in(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Positions straight in alone: the others meet the door alike."""
+    monkeypatch.setattr(through_side, "ASIDE", (0.0,))
+    monkeypatch.setattr(through_side, "TURNS", (0.0,))
+
+
+def _about(task: str, name: str, **roles: str) -> Action:
+    return Action(name, task, {role: Object(thing, entity=thing) for role, thing in roles.items()})
+
+
+PLACING = _about("soma:Placing", "3.Placing", Locatum="it", Relatum="cabinet")
+CLOSING = _about("soma:Closing", "4.Closing", Patient="door")
+
+
+def _asked(long: float, *agenda: Action, opened: float = 1.9) -> tuple[Belief, Context]:
+    """A block that lies in the hand, along where that points, before a cabinet 300 mm deep whose door is open."""
+    hand = Pose.from_axes((0.4, 0.3, 0.4), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+    it = block("it", Pose((0.4 + long / 2 - 0.03, 0.3, 0.4)), (long, 0.05, 0.05))
+    things = (cabinet("cabinet", AT), door("door", AT, "cabinet", swing=2.0, opened=opened), it)
+    start = initial_belief(World(things, (MOUNT,)), "arm", UR5E.home, 0.05)
+    belief = start.grasped(Held("it", hand.inverse() * it.pose, 0.05)).moved(inverse(UR5E, hand, seed=UR5E.home)[0])
+    bindings = {"cabinet": "cabinet", "it": "it", "door": "door", "grasp(it)": Place(hand, hand, thing="it", values={"width_m": 0.05})}
+    return belief, Context(UR5E, MOUNT, bindings, Engine().knowledge.taxonomy, agenda)
+
+
+def _answers(long: float, *agenda: Action) -> tuple[list[Grounding], list[Refused]]:
+    found = list(resolve_location(INSIDE, *_asked(long, *agenda)) or ())
+    return [a for a in found if isinstance(a, Grounding)], [a for a in found if isinstance(a, Refused)]
+
+
+def _sticks_out(place: Grounding, long: float) -> float:
+    """How far a block reaches out of the front of the cabinet [m]."""
+    hand = place.value.pose
+    held = _asked(long)[0].held
+    assert held is not None
+    back = (hand * held.tcp_to_thing).apply((-long / 2, 0.0, 0.0))
+    return float(AT.position[0] - back[0])
+
+
+def test_what_a_door_would_meet_is_refused_where_it_is_closed_later_and_it_says_how_far_that_would_be_open() -> None:
+    found, refused = _answers(0.2, PLACING, CLOSING)
+    anywhere, _ = _answers(0.2, PLACING)
+    assert found and max(_sticks_out(a, 0.2) for a in found) < LEFT < 0.02 < max(_sticks_out(a, 0.2) for a in anywhere)
+    said = [r for r in refused if r.reason.startswith("not free to be closed: with 'door', which a later task closes, open by ")]
+    assert said and {r.blocking for r in said} == {("door",)}
+    assert all(re.search(r"open by \d+ deg still, .*'(it|door)' is [\d.]+ mm inside '(it|door)'$", r.reason) for r in said)
+    assert all(r.collision is not None and {"it", "door"} <= set(r.collision.moved) for r in said)
+
+
+def test_places_with_little_room_come_last() -> None:
+    found, _ = _answers(0.2, PLACING, CLOSING)
+    tight = [a.cost >= TIGHT for a in found]
+    assert tight == sorted(tight) and not tight[0]
+    assert all(_sticks_out(a, 0.2) < -0.001 for a in found if a.cost < TIGHT)  # the plate is 2 mm before the front
+
+
+def test_what_is_longer_than_its_cabinet_leaves_no_room_anywhere() -> None:
+    with pytest.raises(Unresolvable, match=r"not free to be closed: with 'door', which a later task closes, open by [0-9]+ deg still"):
+        list(resolve_location(INSIDE, *_asked(0.31, PLACING, CLOSING)) or ())
+    assert _answers(0.31, PLACING)[0]
+
+
+def test_what_a_later_task_takes_away_again_stands_in_no_way() -> None:
+    _, context = _asked(0.2)
+    taken = _about("soma:Grasping", "4.Grasping", Patient="it")
+    released = _about("soma:Releasing", "3.Placing/Releasing", Locatum="it", Relatum="cabinet")
+
+    def closed(*agenda: Action) -> bool:
+        return is_closed_later("door", "it", Context(UR5E, MOUNT, context.bindings, context.taxonomy, agenda))
+
+    assert closed(PLACING, released, CLOSING) and not closed(PLACING, taken, CLOSING)
+    assert not closed(PLACING, _about("soma:Opening", "4.Opening", Patient="door")) and not closed()
+    assert not is_closed_later("other", "it", Context(UR5E, MOUNT, context.bindings, context.taxonomy, (PLACING, CLOSING)))
+
+
+@pytest.mark.parametrize(("high", "fits"), [(0.05, True), (0.16, False)])
+def test_what_sticks_out_of_a_drawer_meets_the_board_over_it(high: float, fits: bool) -> None:
+    at = Pose.from_rotvec((0.62, 0.0, 0.15), (0, 0, np.pi))
+    things: tuple[Thing, ...] = (cabinet("cabinet", at), drawer("drawer", at, parent="cabinet", opened=0.18))
+    hand = Pose.from_axes((0.4, 0.3, 0.5), (0.0, 0.0, -1.0), (1.0, 0.0, 0.0))
+    it = block("it", Pose((0.4, 0.3, 0.5 + 0.03 - high / 2)), (0.04, 0.04, high))
+    start = initial_belief(World((*things, it), (MOUNT,)), "arm", UR5E.home, 0.04)
+    belief = start.grasped(Held("it", hand.inverse() * it.pose, 0.04)).moved(inverse(UR5E, hand, seed=UR5E.home)[0])
+    grasp = Place(hand, hand, thing="it", values={"width_m": 0.04})
+    agenda = (_about("soma:Placing", "3.Placing", Locatum="it", Relatum="drawer"), _about("soma:Closing", "4.Closing", Patient="drawer"))
+    bindings = {"drawer": "drawer", "it": "it", "grasp(it)": grasp}
+    context = Context(UR5E, MOUNT, bindings, Engine().knowledge.taxonomy, agenda)
+    answers = list(_some(Location("in(drawer)", "in", "drawer"), belief, context))
+    assert any(isinstance(a, Grounding) for a in answers) == fits
+    said = [a.reason for a in answers if isinstance(a, Refused) and "with 'drawer', which a later task closes, open by" in a.reason]
+    assert fits or (said and all(re.search(r"open by \d+ mm still, .*'cabinet'", reason) for reason in said))
+
+
+def _some(location: Location, belief: Belief, context: Context) -> list[Grounding | Refused]:
+    """The first answers."""
+    found = list[Grounding | Refused]()
+    try:
+        for answer in resolve_location(location, belief, context) or ():
+            found.append(answer)  # type: ignore[arg-type]
+            if isinstance(answer, Grounding):
+                break
+    except Unresolvable:
+        pass
+    return found
