@@ -40,7 +40,7 @@ def load_yaml(path: Path) -> Any:
         mark = error.problem_mark or error.context_mark
         line = f":{mark.line + 1}" if mark else ""
         problem = (error.problem or str(error)).split("\n")[0]
-        if mark and "\t" in text.split("\n")[mark.line]:
+        if mark and "\t" in "".join(text.split("\n")[mark.line : mark.line + 1]):  # YAML counts more line ends than "\n"
             problem += "; there is a tab in this line: YAML is indented with spaces"
         raise UserError(f"{path}{line}: not valid YAML: {problem}.") from error
     except (YAMLError, ValueError, RecursionError) as error:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -10,10 +11,15 @@ from ..base.errors import UserError
 from ..base.resources import find_scenario
 from ..plugin.selection import INSTALLED, PluginChoice
 from .arguments import Add, plugin_choice
+from .texts import counted
 
 if TYPE_CHECKING:
+    from ..engine.engine import Engine
+    from ..engine.setting import Setting
+    from ..model.plan import Plan
+    from ..planning.trace import Trace
+    from ..plugin.catalogue import Knowledge
     from ..scenario.scenario import Scenario
-
 
 
 def check_file(name: str, plugins: PluginChoice = INSTALLED) -> int:
@@ -50,14 +56,13 @@ def _check_rule(path: Path, plugins: PluginChoice) -> int:
 
     knowledge = Knowledge(plugins.registry())
     (rule,) = load_rules([path], knowledge.predicates, knowledge.taxonomy)
-    print(f"{path}: the rule of {rule.task}, {len(rule.clauses)} conditions, roles {', '.join(rule.roles) or 'none'}")
+    print(f"{path}: the rule of {rule.task}, {counted(len(rule.clauses), 'condition')}, roles {', '.join(rule.roles) or 'none'}")
     return 0
 
 
 def _check_scenario(path: Path, data: Any, plugins: PluginChoice) -> int:
     from ..engine.engine import make_engine
     from ..engine.scenario_doubts import doubts
-    from ..planning.trace import Trace
     from ..scenario.scenario import scenario_from
 
     scenario = scenario_from(path, data)
@@ -68,34 +73,61 @@ def _check_scenario(path: Path, data: Any, plugins: PluginChoice) -> int:
     if scenario.spec.world is not None:
         for thing in setting.world.things:
             print("".join(f"thing '{thing.name}': {note}\n" for note in thing.notes), end="")
-    things = len(setting.world.things)
-    start = _start(scenario) if scenario.spec.demonstration is not None else ""
-    if scenario.spec.goal is not None:
-        from ..planning.task_sequences import plans_for_goal
-
-        trace, goal = Trace(), " and ".join(scenario.spec.goal)
-        plan = next(plans_for_goal(setting.name, scenario, setting.symbolic(engine.knowledge.taxonomy), engine.knowledge, trace), None)
-        if plan is None:
-            why = "; ".join(dict.fromkeys(e.reason for e in trace.entries if e.outcome == "refused"))
-            raise UserError(f"{scenario.where('goal')}: no plan achieves the goal '{goal}': {why}.")
-        start = f"the goal '{goal}', with the plan {plan}"
-    elif scenario.spec.demonstration is None:
-        from ..planning.task_goals import plan_from_tasks
-
-        start = f"the plan {plan_from_tasks(scenario.name, scenario, engine.knowledge.tasks, setting.world)}"
-    print(f"{path}: '{scenario.name}' starts from {start}; robot {setting.robot.type}, {things} things, "
+    things = counted(len(setting.world.things), "thing")
+    print(f"{path}: '{scenario.name}' starts from {_start(scenario, setting, engine)}; robot {setting.robot.type}, {things}, "
           f"code by {setting.backend.name}")  # fmt: skip
     return 0
 
 
-def _start(scenario: Scenario) -> str:
-    name = scenario.spec.demonstration or ""
-    place = scenario.resolve_path(name)
-    if not place.exists():
+def _start(scenario: Scenario, setting: Setting, engine: Engine) -> str:
+    """What a scenario starts from, in words; each kind of start is asked for what a run would need of it."""
+    if scenario.spec.demonstration is not None:
+        return f"the demonstration '{scenario.spec.demonstration}', read as {_shown(scenario, setting, engine)}"
+    if scenario.spec.goal is not None:
+        return f"the goal '{' and '.join(scenario.spec.goal)}', with the plan {_planned(scenario, setting, engine.knowledge)}"
+    from ..planning.task_goals import plan_from_tasks
+
+    return f"the plan {plan_from_tasks(scenario.name, scenario, engine.knowledge.tasks, setting.world)}"
+
+
+def _planned(scenario: Scenario, setting: Setting, knowledge: Knowledge) -> Plan:
+    from ..planning.task_sequences import plans_for_goal
+    from ..planning.trace import Trace
+
+    trace = Trace()
+    plan = next(plans_for_goal(setting.name, scenario, setting.symbolic(knowledge.taxonomy), knowledge, trace), None)
+    if plan is None:
+        goal = " and ".join(scenario.spec.goal or ())
+        raise UserError(f"{scenario.where('goal')}: no plan achieves the goal '{goal}': {_refused(trace)}.")
+    return plan
+
+
+def _shown(scenario: Scenario, setting: Setting, engine: Engine) -> Plan:
+    """The likeliest reading of the demonstration for which the scenario has things; a camera's are known once it has looked."""
+    from ..engine.search_in_setting import are_there
+    from ..planning.budget import budget_of
+    from ..planning.diagnosis import nearest_miss
+    from ..planning.trace import Trace
+
+    place, trace = scenario.where("demonstration"), Trace()
+    try:
+        plans = [plan for plan, _ in islice(engine.plans(scenario, setting, trace), budget_of(scenario).sequences)]
+    except UserError as error:
+        raise UserError(f"{place}: the demonstration cannot be used: {error}") from error
+    if not plans:
+        raise UserError(f"{place}: no task sequence can be made of the demonstration: {_refused(trace)}.")
+    found = next((plan for plan in plans if are_there(plan, setting, engine.knowledge, trace)), None)
+    if found is None:
+        miss = nearest_miss(trace.entries)
         raise UserError(
-            f"{scenario.where('demonstration')}: there is no episode at '{place}'; record one with 'cramlite record'."
+            f"{place}: the scenario has no things for what was shown, {plans[0]}: "
+            f"{f'{miss.designator}: {miss.reason}' if miss else 'nothing fits'}."
         )
-    return f"the demonstration '{name}'"
+    return found
+
+
+def _refused(trace: Trace) -> str:
+    return "; ".join(dict.fromkeys(e.reason for e in trace.entries if e.outcome == "refused"))
 
 
 def _check_program(path: Path, plugins: PluginChoice) -> int:
@@ -110,7 +142,8 @@ def _check_program(path: Path, plugins: PluginChoice) -> int:
         raise UserError(f"{path}: {error}") from error
     for line, doubt in doubts:
         print(f"{path}:{line}: {doubt}")
-    print(f"{path}: {len(text.splitlines())} lines, nothing is wrong, {len(doubts) or 'no'} doubt{'' if len(doubts) == 1 else 's'}")
+    said = counted(len(doubts), "doubt") if doubts else "no doubts"
+    print(f"{path}: {counted(len(text.splitlines()), 'line')}, nothing is wrong, {said}")
     return 0
 
 
@@ -136,13 +169,12 @@ def _check_typed(path: Path, plugins: PluginChoice) -> int:
     found = [f"{path}:{lines.get(o.origin, 1)}: {o.origin or 'the program'}: {o.rule}: {o.reason}"
              for o in violations(read.program, robot)]  # fmt: skip
     if found:
-        raise UserError("\n".join([f"{len(found)} things stand against the program:", *found]))
-    print(f"{path}: a program for '{robot.type}', {len(read.program.steps)} steps, nothing stands against it")
+        raise UserError("\n".join([f"{counted(len(found), 'objection')} to the program:", *found]))
+    print(f"{path}: a program for '{robot.type}', {counted(len(read.program.steps), 'step')}, nothing stands against it")
     return 0
 
 
 def _check(arguments: argparse.Namespace) -> int:
-
     return check_file(arguments.file, plugins=plugin_choice(arguments))
 
 

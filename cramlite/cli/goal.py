@@ -11,6 +11,7 @@ from ..base.errors import NoSolution, UserError
 from ..base.resources import find_scenario
 from ..scenario.scenario import Scenario, read_scenario
 from .arguments import Add, plugin_choice
+from .texts import counted
 
 if TYPE_CHECKING:
     from ..engine.engine import Engine
@@ -65,8 +66,8 @@ def _write(scenario: Scenario, engine: Engine, arguments: argparse.Namespace) ->
     except OSError as error:
         raise UserError(f"'{folder}' cannot be written: {error.strerror}; give another folder.") from error
     left = len(problem.grounder.things) - len(scope.things) if scope else 0
-    told = f", {left} things that it is not about left out (--all)" if left else ""
-    print(f"{folder}/domain.pddl and problem.pddl: '{' and '.join(problem.says)}', {len(text.actions)} actions{told}.")
+    told = f", {counted(left, 'thing')} that it is not about left out (--all)" if left else ""
+    print(f"{folder}/domain.pddl and problem.pddl: '{' and '.join(problem.says)}', {counted(len(text.actions), 'action')}{told}.")
     print(f"A plan for it makes a program: cramlite resolve {arguments.scenario} --plan FILE")
     return 0
 

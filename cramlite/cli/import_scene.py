@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from ..base.errors import UserError
 from .arguments import Add, plugin_choice
+from .texts import counted
 
 if TYPE_CHECKING:
     from ..model.imported_scene import ImportedScene
@@ -59,12 +60,12 @@ def _package(said: str) -> tuple[str, Path]:
 
 def _report(path: Path, scene: ImportedScene, classes: dict[str, Proposal]) -> list[str]:
     """What each thing is taken for and why, and what could not be taken over."""
-    lines = [f"{path}: {len(scene.things)} things"]
+    lines = [f"{path}: {counted(len(scene.things), 'thing')}"]
     for thing in scene.things:
         how = f"{thing.joint.kind} joint" if thing.joint else f"{thing.mass:.3g} kg" if thing.mass is not None else "fixed"
         found = classes[thing.name]
         lines.append(f"  {thing.name}  {found.type}, because {found.reason}")
-        lines.append(f"    {how}, {len(thing.geoms)} shapes, {scene.found[thing.name]}")
+        lines.append(f"    {how}, {counted(len(thing.geoms), 'shape')}, {scene.found[thing.name]}")
         lines += [f"    {note}" for note in thing.notes]
     lines += [f"  kept of its options: {', '.join(f'{k}={v}' for k, v in scene.physics.items())}"] if scene.physics else []
     return [*lines, *(f"  not taken over: {note}" for note in scene.notes)]

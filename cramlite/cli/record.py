@@ -12,7 +12,7 @@ from ..engine.recording import record_episode, tasks_in_words
 from ..plugin.selection import INSTALLED, PluginChoice
 from ..scenario.scenario import read_scenario
 from .arguments import Add, plugin_choice
-from .texts import warn_of
+from .texts import counted, warn_of
 
 
 def record_demonstration(
@@ -40,9 +40,8 @@ def record_demonstration(
     episode = recorded.episode
     if recorded.failure:
         print(f"The demonstration did not come off: {recorded.failure}. It is kept as it is.")
-    print(
-        f"{out}: {len(episode.events)} events in {episode.span[1] - episode.span[0]:.1f} s; see 'cramlite interpret {out}'"
-    )
+    begin, end = episode.span
+    print(f"{out}: {counted(len(episode.events), 'event')} in {end - begin:.1f} s; see 'cramlite interpret {out}'")
     warn_of(engine.registry.faults)
     return 0
 

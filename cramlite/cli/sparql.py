@@ -13,12 +13,12 @@ from ..model.episode import Episode
 from ..ontology.prefixes import PREFIXES, curie
 from ..ontology.taxonomy import ontology_files
 from .arguments import Add, plugin_choice
+from .texts import counted
 
 if TYPE_CHECKING:
     import rdflib
 
     from ..plugin.registry import Registry
-
 
 
 class Answer(Value):
@@ -106,7 +106,7 @@ def table(answer: Answer) -> str:
     widths = [max(len(line[k]) for line in lines) for k in range(len(answer.columns))]
     shown = ["  ".join(v.ljust(w) for v, w in zip(line, widths, strict=True)).rstrip() for line in lines]
     rule = "  ".join("-" * w for w in widths)
-    return "\n".join([shown[0], rule, *shown[1:], f"{len(answer.rows)} row{'' if len(answer.rows) == 1 else 's'}"])
+    return "\n".join([shown[0], rule, *shown[1:], f"{counted(len(answer.rows), 'row')}"])
 
 
 def to_json(answer: Answer) -> dict[str, Any]:

@@ -26,6 +26,10 @@ if TYPE_CHECKING:
     from ..scenario.scenario import Scenario
 
 
+def counted(number: int, noun: str) -> str:
+    """Return a number with its noun: "0 shapes", "1 shape", "2 shapes"."""
+    return f"{number} {noun}{'' if number == 1 else 's'}"
+
 
 def solution_text(solution: Solution, folder: str) -> str:
     """Return a short summary of a proven program, and of its first execution."""
@@ -34,7 +38,8 @@ def solution_text(solution: Solution, folder: str) -> str:
     program, plan, execution = solution.program, solution.plan, solution.execution
     lines = [
         f"{_headline(solution)}: {plan}",
-        f"  from candidate sequence {solution.number}, {len(program.steps)} steps, {solution.code.count(chr(10))} lines",
+        f"  from candidate sequence {solution.number}, {counted(len(program.steps), 'step')}, "
+        f"{counted(solution.code.count(chr(10)), 'line')}",
     ]
     chosen = {e.designator: e for e in solution.trace.entries if e.outcome == "chosen"}
     for designator in plan.objects:
@@ -121,7 +126,7 @@ SHOWN = 3
 
 def interpretation_text(found: Interpretation, repairs: Iterable[Repair] = ()) -> str:
     """Return every action with the tasks it may execute, before them what was repaired, and behind them the best candidates."""
-    lines = [f"{found.episode}: {len(found.actions)} actions, {found.count()} readings"]
+    lines = [f"{found.episode}: {counted(len(found.actions), 'action')}, {counted(found.count(), 'reading')}"]
     zero = found.zero
     if zero:
         lines.append(f"  times are from {datetime.fromtimestamp(zero, UTC):%Y-%m-%d %H:%M:%S} UTC, {zero:.3f} s")

@@ -13,9 +13,9 @@ from ..planning.answers import Answers
 from ..planning.budget import Budget
 from ..planning.refutation import refutation
 from ..planning.search import Effort, Search
-from ..plugin.grounding import Context
 from .late_poses import parametric
 from .proof import assemble, conflict_of, prove
+from .search_in_setting import search_in
 from .solution import Solution
 from .twin_proof import doubt, executors
 
@@ -133,17 +133,6 @@ def doubted_last(
     yield from later
 
 
-def search_in(
-    setting: Setting, knowledge: Knowledge, budget: Budget, trace: Trace, progress: Progress = lambda _: None,
-    stop: Callable[[], bool] = lambda: False, answers: Answers | None = None, effort: Effort | None = None,
-) -> Search:  # fmt: skip
-    """Return a search in a setting that has not begun."""
-    return Search(
-        knowledge.registry, knowledge.tasks, knowledge.task_owners, _context(setting, knowledge, budget), trace, budget, progress,
-        stop, answers or Answers(), effort or Effort(),
-    )  # fmt: skip
-
-
 def attempts(
     search: Search, plan: Plan, setting: Setting, knowledge: Knowledge, group: RunGroup | None = None
 ) -> Iterator[tuple[Candidate, Verdict]]:
@@ -235,15 +224,6 @@ def _trace_twins(trace: Trace, verdict: Verdict) -> None:
     for twin in verdict.twins.twins if verdict.twins else ():
         said = twin.text if not twin.succeeded else f"succeeded ({twin.largest()})"
         trace.add(0, f"twin {twin.number}", "", "survived" if twin.succeeded else "failed", "engine", said, kind="twin")
-
-
-def _context(setting: Setting, knowledge: Knowledge, budget: Budget) -> Context:
-    """What plugins may know of the setting."""
-    took = setting.look.camera if setting.look else None
-    return Context(
-        setting.robot, setting.world.robots[0], {}, knowledge.taxonomy, seed=setting.seed, samples=budget.samples,
-        camera=took or next(iter(setting.world.cameras), None),
-    )  # fmt: skip
 
 
 def _candidate(plan: Plan, state: State, setting: Setting, knowledge: Knowledge) -> Candidate:

@@ -36,6 +36,8 @@ KEPT = 4
 """Engines for scenarios that ask for one of their own."""
 
 
+NOT_INFERRED = "no events were inferred"
+"""The repair of a reader that looked for events in motion, and why it found none."""
 FARTHEST_WAY = 50.0
 """[m] A recorded person stays in one building."""
 
@@ -323,7 +325,9 @@ class Engine:
 
 
 def _too_wide(episode: Episode) -> str:
-    """A sentence that doubts the unit of lengths, where something moved farther than people do; else none."""
+    """A sentence that says why no events were inferred, or doubts the unit of lengths where something moved farther than people do."""
+    if said := [r.why for r in episode.repairs if r.what == NOT_INFERRED]:
+        return f" No events were inferred: {said[-1]}."
     ways = ((float((t.poses[:, :3].max(axis=0) - t.poses[:, :3].min(axis=0)).max()), n) for n, t in episode.tracks.items() if len(t.times))
     way, name = max(ways, default=(0.0, ""))
     if way < FARTHEST_WAY:

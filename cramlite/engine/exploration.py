@@ -19,13 +19,12 @@ from ..model.plan import Plan
 from ..model.rollout import world_after_run
 from ..ontology.prefixes import local_name
 from ..perception.view_queries import INSIDE, bears
-from ..planning.budget import Budget
 from ..planning.diagnosis import nearest_miss
 from ..planning.search import Search
 from ..planning.trace import Trace
 from ..plugin.grounding import Context
-from .candidates import search_in
 from .proof import assemble, prove, text_that_runs
+from .search_in_setting import are_there
 from .setting import Setting
 
 if TYPE_CHECKING:
@@ -140,8 +139,7 @@ def _and_look(task: str, roles: dict[str, Object], place: str, setting: Setting,
 def is_meant(setting: Setting, scenario: Scenario, plan: Plan | None, knowledge: Knowledge) -> bool:
     """Check whether the things that a goal or a plan is about are among those that are believed."""
     if plan is not None:
-        search = search_in(setting, knowledge, Budget(), Trace())
-        return next(search.solve(replace(setting.start(plan), agenda=plan.objects)), None) is not None
+        return are_there(plan, setting, knowledge, Trace())
     from ..planning.goal_planner import ground_goal
     from ..planning.operators import Grounder
     from ..planning.task_goals import Goal

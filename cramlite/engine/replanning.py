@@ -120,7 +120,8 @@ def _next(done: Round, scenario: Scenario, engine: Engine, seed: int, number: in
     say(f"round {number}: the camera sees {seen}; left to do: {plan}")
     trace = Trace()
     from ..planning.budget import budget_of
-    from .candidates import attempts, search_in
+    from .candidates import attempts
+    from .search_in_setting import search_in
 
     search = search_in(setting, engine.knowledge, budget_of(scenario), trace)
     found = attempts(search, plan, setting, engine.knowledge)

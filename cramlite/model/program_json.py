@@ -215,7 +215,7 @@ def _chosen(hint: Any, value: Any, where: _Where, name: str, lines: dict[int, in
     steps = {k.__name__: k for k in kinds if isinstance(k, type) and issubclass(k, Step)}
     if steps:
         tag = _object(value, where, name).get(TAG)
-        if tag not in steps:
+        if not isinstance(tag, str) or tag not in steps:
             now = RENAMED.get(str(tag))
             right = f"'{now}', as it is called now" if now else f"the class of a step; {nearest(str(tag), steps)}"
             raise _error(where, f"{name}.{TAG}", tag, right)

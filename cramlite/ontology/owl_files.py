@@ -2,23 +2,30 @@
 
 from __future__ import annotations
 
+import logging
+import re
 from collections.abc import Iterator
+from contextlib import contextmanager
 from decimal import Decimal
 from pathlib import Path
 from typing import Any
+from xml.sax import SAXParseException
 
 import rdflib
 from rdflib.collection import Collection
 from rdflib.namespace import OWL, RDF, RDFS, SKOS
 
 from ..base.errors import UserError
+from .functional_syntax import is_functional, parse_functional
 from .prefixes import PREFIXES, curie, local_name
 
 Node = rdflib.term.Node
+SYNTAXES = "Turtle (.ttl), RDF/XML (.owl, .rdf), N-Triples (.nt), JSON-LD (.jsonld) or OWL functional syntax (.owl, .ofn)"
+_OWL_XML = re.compile(rb"<(?:\w+:)?Ontology\b[^>]*http://www\.w3\.org/2002/07/owl#")
 
 
 def parse(files: list[tuple[Path, bytes]], origins: dict[Node, tuple[str, int]] | None = None) -> rdflib.Graph:
-    """Parse several files, in Turtle or RDF/XML, into one graph.
+    """Parse several files, in Turtle, RDF/XML, JSON-LD or OWL functional syntax, into one graph.
 
     Args:
         origins: is given the file, by name and number, of every restriction.
@@ -28,17 +35,19 @@ def parse(files: list[tuple[Path, bytes]], origins: dict[Node, tuple[str, int]] 
     """
     graph = rdflib.Graph()
     for number, (path, content) in enumerate(files):
+        syntax = _syntax(path, content)
+        data = content if syntax == "xml" else _text(path, content)  # XML says itself how it is encoded
         try:
-            graph.parse(
-                data=content, format=_syntax(path, content), publicID=path.as_uri() if path.is_absolute() else None
-            )
-        except UserError:
-            raise
+            with _quiet():
+                if syntax == "functional":
+                    parse_functional(str(data), graph)
+                else:
+                    graph.parse(data=data, format=syntax, publicID=path.as_uri() if path.is_absolute() else None)
         except Exception as error:  # rdflib's parsers raise whatever their lexers raise
-            words = " ".join(str(error).split())[:300]
+            line, words = _complaint(error)
             raise UserError(
-                f"{path}: this cannot be read as an ontology: {words}. "
-                "It should be Turtle (.ttl) or RDF/XML (.owl, .rdf); open it at the place named and correct it"
+                f"{path}{line}: this cannot be read as an ontology: {words}. "
+                f"It should be {SYNTAXES}; correct it there, or write it anew if it was cut off"
             ) from None
         if origins is not None:
             for node in graph.subjects(OWL.onProperty):
@@ -50,15 +59,46 @@ def _syntax(path: Path, content: bytes) -> str:
     start = content[:4000].lstrip(b"\xef\xbb\xbf \t\r\n")
     lines = [line for line in start.splitlines() if line.strip() and not line.startswith(b"#")]
     if not content.strip():
-        raise UserError(f"{path}: this file is empty; an ontology is Turtle (.ttl) or RDF/XML (.owl, .rdf)")
+        raise UserError(f"{path}: this file is empty; an ontology is {SYNTAXES}")
+    if is_functional(content.decode("utf-8", "replace")):
+        return "functional"
     first = lines[0].lstrip() if lines else b""
-    if first.startswith((b"Prefix(", b"Ontology(")):
+    other = "Manchester syntax" if first.startswith((b"Prefix:", b"Ontology:")) else "OWL/XML" if _OWL_XML.search(start) else ""
+    if other:
         raise UserError(
-            f"{path}: this file is in OWL functional syntax, which is not read here. Convert it to RDF/XML: "
-            f"'robot convert -i {path.name} -o {path.stem}.rdf', or 'pip install py-horned-owl', then in Python "
-            f"'pyhornedowl.open_ontology(\"{path.name}\", \"ofn\").save_to_file(\"{path.stem}.rdf\", \"rdf\")'"
+            f"{path}: this file is in {other}, which is not read here. Convert it: 'robot convert -i {path.name} -o {path.stem}.rdf', "
+            f"or save it from Protege as RDF/XML; what is read is {SYNTAXES}"
         )
+    if first.startswith((b"[", b"{")) and path.suffix.lower() not in (".ttl", ".n3"):
+        return "json-ld"
     return "xml" if first.startswith(b"<") and not first.startswith(b"<http") else "turtle"
+
+
+def _text(path: Path, content: bytes) -> str:
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = content.count(b"\n", 0, error.start) + 1
+        raise UserError(f"{path}:{line}: this is not UTF-8 text (byte {error.start}); save it as UTF-8") from None
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """rdflib logs names that are no IRIs before it raises what is wrong; the error says it, and names the file."""
+    logger = logging.getLogger("rdflib.term")
+    before, logger.disabled = logger.disabled, True
+    try:
+        yield
+    finally:
+        logger.disabled = before
+
+
+def _complaint(error: Exception) -> tuple[str, str]:
+    """Where, as ":line" or "", and what a parser of rdflib objects to, without the bytes that it shows."""
+    if isinstance(error, SAXParseException):
+        return f":{error.getLineNumber()}", error.getMessage()
+    before = getattr(error, "lines", None)  # of Turtle: lines that end before
+    return "" if before is None else f":{before + 1}", " ".join(str(getattr(error, "_why", error)).split())[:300]
 
 
 def prefixes_of(graph: rdflib.Graph) -> dict[str, str]:

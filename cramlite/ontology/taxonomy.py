@@ -280,7 +280,7 @@ def ontology_files(paths: Iterable[Path | str]) -> list[Path]:
     found: list[Path] = []
     for path in map(Path, paths):
         if path.is_dir():
-            inside = sorted(p for p in path.iterdir() if p.suffix in {".ttl", ".owl", ".rdf"})
+            inside = sorted(p for p in path.iterdir() if p.suffix in {".ttl", ".owl", ".rdf", ".nt", ".ofn"})
             if not inside:
                 raise UserError(f"{path}: there is no ontology in this folder; give one with .ttl, .owl or .rdf files")
             found += inside

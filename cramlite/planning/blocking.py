@@ -9,6 +9,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from msgspec.structs import replace
+
 from ..base.value import Value
 from ..interpretation.fluents import Fact
 from ..model.entity_name import thing_of
@@ -26,10 +28,12 @@ class Blocking(Value):
     Args:
         task: that is refused.
         sets: of things that are in the way, those of the task itself among them: while of each set one is as it was.
+        shut: of the others those that are closed, where the task opens or closes something itself.
     """
 
     task: Done
     sets: tuple[AnyOf, ...]
+    shut: frozenset[str] = frozenset()
 
     @property
     def tracks(self) -> tuple[Track, ...]:
@@ -42,6 +46,10 @@ class Blocking(Value):
             return False
         same = {t for t in self.tracks if history(before, t.thing) == t.past}
         return all(any(same.issuperset(tracks) for tracks in any_of) for any_of in self.sets)
+
+    def left_shut(self) -> Blocking:
+        """Return what it rules out as long as nothing is opened to make room: what is shut takes the least there is."""
+        return replace(self, sets=tuple(any_of for any_of in self.sets if all(tracks[0].thing not in self.shut for tracks in any_of)))
 
     def __str__(self) -> str:
         things = [[" with ".join(map(str, tracks)) for tracks in any_of] for any_of in self.sets]

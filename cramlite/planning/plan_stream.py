@@ -19,7 +19,10 @@ MOST = 6
 """Sequences of one choice of things."""
 
 FEW = 4
-"""Things that can be moved, up to which the shortest plans are searched; their states number some 10000 then."""
+"""Things that can be carried, up to which the shortest plans are searched; their states number some 10000 then."""
+
+ON_JOINT = 1 / 3
+"""What a thing on a joint counts as of these: it is open or closed, and three have eight states, as one has that stands in ten places."""
 
 WRONG = 3
 """Plans of the planner in a row that are none of the engine's, or bring nothing new, after which it is asked no more."""
@@ -46,13 +49,14 @@ def task_plans(
         scopes = list(given.problem.scopes())
         if level == len(scopes):
             return
-        steps = _asked(given, scopes[level], progress, stop)
+        problem = given.problem.within(scopes[level])
+        steps = _asked(given, problem, scopes[level], progress, stop)
         if steps is None:
             if given.unexplained and not given.problem.blocked:
                 return
             level += 1
             continue
-        plan, kept = _plan(given.problem, steps)
+        plan, kept = _plan(problem, steps)
         new = plan is not None and NEEDLESS not in plan.reasons and not any(_within(e, plan.steps) for e in given.unexplained)
         missed = 0 if new else missed + 1
         if plan is not None and new:
@@ -90,23 +94,28 @@ class _Given:
 
 
 def _asked(
-    given: _Given, scope: Scope, progress: Callable[[str], None], stop: Callable[[], bool]
+    given: _Given, problem: PlanningProblem, scope: Scope, progress: Callable[[str], None], stop: Callable[[], bool]
 ) -> list[PlanStep] | None:
     """The planner's plan with the things of a scope; None where there is none."""
-    text = given.problem.pddl(scope, given.earlier)
-    few = sum(given.problem.grounder.things[n].movable for n in scope.things) <= FEW
-    answer = fast_downward(text, few, progress, stop)
+    text = problem.pddl(scope, given.earlier)
+    answer = fast_downward(text, few_things(problem, scope), progress, stop)
     return steps_of(answer.plan, text, "the planner's plan") if answer.plan is not None else None
 
 
+def few_things(problem: PlanningProblem, scope: Scope) -> bool:
+    """Return whether so few things can be moved that the shortest plan is found among all."""
+    things = [problem.grounder.things[n] for n in scope.things]
+    return sum(ON_JOINT if t.joint is not None else t.movable for t in things) < FEW + ON_JOINT / 2  # thirds do not add up to ones
+
+
 def _plan(problem: PlanningProblem, steps: list[PlanStep]) -> tuple[TaskPlan | None, list[PlanStep]]:
-    """A planner's plan as the engine sees it, without needless steps, and the steps that are left of it."""
+    """A planner's plan as the engine sees it, without needless steps and shutting first, and the steps that are left of it."""
     found = [(s, o) for s in steps if (o := problem.operator(s)) is not None]
     operators = [o for _, o in found]
     if len(found) < len(steps) or problem.failing(operators):
         return None, steps
     shorter = problem.shortened(operators)
-    return problem.plan(shorter), [s for s, o in found if any(o is kept for kept in shorter)]
+    return problem.plan(problem.shut_first(shorter)), [s for s, o in found if any(o is kept for kept in shorter)]
 
 
 def _within(short: tuple[Operator, ...], long: tuple[Operator, ...]) -> bool:

@@ -46,11 +46,13 @@ class Scope(Value):
         things: by name.
         on_fixed: whether things are put only where the goal asks for them, or on what cannot be moved.
         carried: whether they are only put there by a hand that holds them, and not pushed.
+        left_shut: whether nothing is opened because it was in the way of opening or shutting something else.
     """
 
     things: frozenset[str]
     on_fixed: bool = False
     carried: bool = False
+    left_shut: bool = False
 
 
 class PlanningProblem(Value, eq=False):
@@ -74,7 +76,8 @@ class PlanningProblem(Value, eq=False):
 
     def scopes(self) -> Iterator[Scope]:
         """Generate what plans may use, least first: what the goal names, and what was in the way, with all that this stands on or
-        carries, put where the goal says or on what cannot be moved; the same, pushed there, too; put on anything; and all things."""
+        carries, put where the goal says or on what cannot be moved; the same, pushed there, too; put on anything; and all things.
+        What was in the way of a drawer and is shut stays shut at first: open it takes more room."""
         names = {e for f in (*self.wanted.needs, *self.wanted.without) for e in f[1:] if e is not None}
         names |= {w for asked in self.wanted.constraints.values() for w in asked.where.values()}
         names |= {t.thing for b in self.blocked for t in b.tracks}
@@ -86,11 +89,17 @@ class PlanningProblem(Value, eq=False):
             if more == known:
                 break
             known = more
+        if any(b.shut for b in self.blocked):
+            yield Scope(frozenset(known), on_fixed=True, carried=True, left_shut=True)
         yield Scope(frozenset(known), on_fixed=True, carried=True)
         yield Scope(frozenset(known), on_fixed=True)
         yield Scope(frozenset(known))
         if known != every:
             yield Scope(every)
+
+    def within(self, scope: Scope) -> PlanningProblem:
+        """Return the problem with no more ways round what was refused than a scope leaves."""
+        return replace(self, blocked=tuple(b.left_shut() for b in self.blocked)) if scope.left_shut else self
 
     def _asked_about(self, facts: frozenset[Fact]) -> frozenset[Fact]:
         """Those of some facts whose predicates rules ask about."""
@@ -193,6 +202,20 @@ class PlanningProblem(Value, eq=False):
                 left = shorter
         return tuple(kept)
 
+    def shut_first(self, steps: tuple[Operator, ...]) -> tuple[Operator, ...]:
+        """Return a plan in which what it opens is opened behind all that it shuts, as far as it is a plan so, too.
+
+        What is open takes room: before a cabinet the handle of an open drawer keeps the hand from closing the one below.
+        """
+        for k, step in enumerate(steps):
+            opened = {f[0] for f in step.adds} if self.knowledge.tasks[step.task].lays_open else set[str]()
+            shuts = [j for j in range(k + 1, len(steps)) if opened & {f[0] for f in steps[j].needs - steps[j].apply(steps[j].needs)}]
+            swapped = ((*steps[:k], *steps[k + 1 : j + 1], step, *steps[j + 1 :]) for j in reversed(shuts))
+            better = next((s for s in swapped if not self.failing(s)), None)
+            if better is not None:
+                return self.shut_first(better)
+        return steps
+
     def _missed(self, without: Iterable[Operator], rest: Iterable[Operator], facts: frozenset[Fact]) -> bool:
         """Whether what steps bring about is needed later, before another brings it about: quicker than to apply all the rest."""
         lacking = {f for step in without for f in step.adds} - facts
@@ -222,7 +245,19 @@ class PlanningProblem(Value, eq=False):
             facts.append(step.apply(facts[-1]))
         loose = (n for n, t in self.grounder.things.items() if t.movable or t.joint is not None)
         new = blocking_of(found, steps, [self._asked_about(f) for f in facts], frozenset(loose))
+        if new is not None and found.tasks:
+            new = replace(new, shut=self._shut(new, facts[found.tasks[-1] - 1]))
         return new if new not in self.blocked else None
+
+    def _shut(self, blocking: Blocking, facts: frozenset[Fact]) -> frozenset[str]:
+        """What is on a joint, and not open, and was in the way of a task about another thing on a joint."""
+        own = {thing_of(e) for _, e in blocking.task[1]}
+        joints = {n for n, t in self.grounder.things.items() if t.joint is not None}
+        tasks = self.knowledge.tasks
+        schemas = action_schemas(self.grounder, self.knowledge.goal_rules, tasks)
+        opened = {f[0] for s in schemas if tasks[s.task].lays_open for f in s.change.adds}
+        wide = {thing_of(f[1]) for f in facts if f[0] in opened}
+        return frozenset(t.thing for t in blocking.tracks if own & joints and t.thing in joints - own - wide)
 
     def blockings(self, steps: Sequence[Operator], found: Refutation) -> tuple[Blocking, ...]:
         """Return what the failure of a task sequence rules out, as ``blocking`` does.

@@ -177,7 +177,7 @@ class Knowledge:
     def ontology_paths(self) -> list[Path]:
         """The shipped ontologies, those of plugins, and further ones."""
         shipped = sorted(data_folder("ontologies").glob("*.ttl"))
-        offered = [path for _, path in self.registry.collect("ontologies")]
+        offered = [Path(path) for _, path in self.registry.collect("ontologies")]
         return [*shipped, *offered, *self._ontologies]
 
     @cached_property

@@ -12,6 +12,7 @@ from ..base.value import Value
 from ..model.belief import Belief
 from ..model.collision import Collision
 from ..model.designators import Designator
+from ..model.judging_limits import JudgingLimits
 from ..model.robot import Robot
 from ..model.world import RobotMount
 
@@ -87,6 +88,7 @@ class Context(Value):
         seed: derived from scenario, choice path and attempt; the only randomness a plugin may use.
         camera: that the robot may look with; None where there is none.
         samples: how many samples a sampling planner may draw (counted work, never seconds).
+        limits: how far a run may disturb what its tasks are not about.
     """
 
     robot: Robot
@@ -97,3 +99,4 @@ class Context(Value):
     seed: int = 0
     samples: int = 4000
     camera: Camera | None = None
+    limits: JudgingLimits = JudgingLimits()

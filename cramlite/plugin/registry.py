@@ -16,6 +16,7 @@ from ..base.value import Value
 from . import hookspecs
 from .entry_points import GROUP, OWN_DISTRIBUTION, Point, entry_points, module_from
 from .validation import (
+    DECLARING,
     NAMED_BY,
     check_answer,
     check_declared,
@@ -116,7 +117,7 @@ class Registry(Struct, dict=True):
 
     def _refuse(self, file: Path) -> None:
         """Raise UserError if the file that was loaded last cannot be used, or declares what it should not."""
-        for hook in [] if self.faults else [h for h in NAMED_BY if h in self.infos[-1].hooks]:
+        for hook in [] if self.faults else [h for h in DECLARING if h in self.infos[-1].hooks]:
             for _ in self.collect(hook):
                 pass
         if self.faults:
@@ -194,6 +195,7 @@ class Registry(Struct, dict=True):
 
     def examine(self) -> None:
         """Ask for all that plugins declare, so that ``faults`` holds what is wrong with it, name conflicts included."""
+        list(self.collect("ontologies"))  # which have no names
         for hook, (key, *_) in NAMED_BY.items():
             first: dict[str, str] = {}
             for plugin, item in self.collect(hook):

@@ -29,6 +29,8 @@ NAMED_BY: Mapping[str, tuple[str, ...]] = {
     "exporters": ("name", "write", "suffix"),
 }
 """Hook -> what the things declared under it have: their name, what they do, and what else is asked of all of them."""
+DECLARING = ("ontologies", *NAMED_BY)
+"""Hooks that declare: asked once, at load."""
 
 _MANY, _NUMBER = (tuple, list, frozenset), (int, float)
 _TYPES: Mapping[str, Mapping[str, tuple[type, ...]]] = {
@@ -88,6 +90,9 @@ def check_declared(hook: str, item: object) -> None:
     Raises:
         WrongDeclaration: names what it has not, or what of it is not possible.
     """
+    if hook == "ontologies":
+        _check_path(item)
+        return
     for attribute in NAMED_BY.get(hook, ()):
         if not _worked_out(item, attribute) and not hasattr(item, attribute):
             what = (
@@ -100,6 +105,13 @@ def check_declared(hook: str, item: object) -> None:
         raise WrongDeclaration(f"{hook} gave the class {item.__name__}; declare an instance, {item.__name__}()")
     if hook in NAMED_BY:
         _check_values(hook, item)
+
+
+def _check_path(item: object) -> None:
+    if not isinstance(item, Path | str):
+        raise WrongDeclaration(f"ontologies gave {_short(item)}, which is no path")
+    if not Path(item).exists():
+        raise WrongDeclaration(f"ontologies gave '{item}', and there is no such file; write Path(__file__).parent / 'NAME.ttl'")
 
 
 def check_many(hook: str, answer: Any) -> Iterable[Any]:

@@ -39,8 +39,8 @@ KINDS: Mapping[str, tuple[str, ...]] = {
 
 RELATIONS = (
     "home", "retreat", "lift", "slide", "grasp", "in", "on", "extract", "insert", "handle", "opened", "closed",
-    "stop", "front", "atop", "push", "pushed", "behind", "pushed_to", "pour", "touch", "near", "view", "stand",
-    "through", "aslant",
+    "stop", "front", "inner_side", "atop", "push", "pushed", "behind", "pushed_to", "pour", "touch", "near", "view", "stand",
+    "through", "aslant", "tipped", "pushed_in",
 )  # fmt: skip
 """Relations of places that the experts of cramlite answer (``Location.relation``)."""
 

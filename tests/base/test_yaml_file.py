@@ -146,6 +146,7 @@ WRONG = {
         ":4: the first goal: in the goal {'count': True, 'of': 'Tin'} is no thing; that is its name, ",
     "scenario: x\nrobot: {type: ur5e}\nthings: []\ngoal: [a]\nvary: [{thing: a, position: -1}]\n":
         ":5: 'position' of the first vary: Input should be greater than or equal to 0",
+    "scenario: x\n\u0085\u2028é": "not valid YAML: ",  # behind the last line: YAML counts other line ends, too
     "scenario: x\nrobot:\n\ttype: ur5e\n": ":3: not valid YAML: .*there is a tab in this line",
 }
 

@@ -180,3 +180,12 @@ def read_episode(path):
 def test_an_episode_with_no_events(run: Run, tmp_path: Path, plugin: Callable[[str, str], Path]) -> None:
     (tmp_path / "hello.none").write_text("")
     _is_clear(run("interpret", tmp_path / "hello.none", "--plugin", plugin("empty", EMPTY)), 2, "no events")
+
+
+def test_mujoco_neither_prints_nor_keeps_a_log(process: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It would warn of the number, and append that to MUJOCO_LOG.TXT in the user's folder."""
+    monkeypatch.chdir(tmp_path)
+    Path("scene.xml").write_text("<mujoco><worldbody><body name='b' pos='0 0 nan'><geom size='1'/></body></worldbody></mujoco>")
+    ran = process("import", "scene.xml")
+    assert ran.code == 2 and ran.err.startswith("cramlite: scene.xml:1: body 'b' has a pose") and ran.err.count("\n") == 1
+    assert [p.name for p in tmp_path.iterdir()] == ["scene.xml"]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from shutil import copytree
 
 import jsonschema
 import pytest
@@ -120,6 +121,36 @@ def test_a_scenario_has_a_task(tmp_path: Path, tasks: str, code: int) -> None:
     done = cramlite("check", path)
     assert done.returncode == code, done.stderr
     assert code == 0 or f"{path}:2: There is no task" in done.stderr
+
+
+def shown(folder: Path, old: str = "", new: str = "") -> Path:
+    """fetch_from_hanger with its demonstration beside it, changed in one place."""
+    text = (ROOT / "scenarios" / "fetch_from_hanger.yaml").read_text()
+    assert old in text
+    path = folder / "mine.yaml"
+    path.write_text(text.replace(old, new))
+    copytree(ROOT / "scenarios" / "fetch_from_hanger", folder / "fetch_from_hanger")
+    return path
+
+
+def test_a_demonstration_is_read_and_its_objects_are_looked_for(tmp_path: Path) -> None:
+    done = cramlite("check", shown(tmp_path))
+    assert done.returncode == 0 and "read as Grasping -> ExtractHoleFromPeg -> Ungrasping;" in done.stdout, done.stderr
+
+
+def test_a_demonstration_that_cannot_be_read_is_said_at_its_line(tmp_path: Path) -> None:
+    path = shown(tmp_path)
+    (log,) = tmp_path.rglob("*_ED.owl")
+    log.write_text(log.read_text()[:2000])
+    done = cramlite("check", path)
+    assert done.returncode == 2 and f"{path}:7: the demonstration cannot be used: {log}" in done.stderr, done.stderr
+
+
+def test_a_scenario_without_things_for_what_was_shown_is_said(tmp_path: Path) -> None:
+    basket, at = "model: basket\n    at: {position: [0.30, -0.45, 0", "model: can\n    at: {position: [0.30, -0.45, 60 mm"
+    done = cramlite("check", shown(tmp_path, basket, at))
+    assert done.returncode == 2 and f"{tmp_path}/mine.yaml:7: the scenario has no things for what was shown" in done.stderr
+    assert "cram:Basket" in done.stderr or "Cavity" in done.stderr, done.stderr
 
 
 def test_a_rule_that_is_wrong_is_explained_with_its_line(tmp_path: Path) -> None:

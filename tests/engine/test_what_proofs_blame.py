@@ -6,8 +6,8 @@ import pytest
 from conftest import ROOT
 
 from cramlite import Engine, Trace, read_scenario
-from cramlite.engine.candidates import search_in
 from cramlite.engine.proof import conflict_of
+from cramlite.engine.search_in_setting import search_in
 from cramlite.model import Verdict
 from cramlite.planning.refutation import Later
 from cramlite.planning.state import State

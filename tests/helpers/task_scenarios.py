@@ -7,8 +7,9 @@ from itertools import islice
 from msgspec.structs import replace
 
 from cramlite import Engine, NoSolution, Trace, find_scenario, read_scenario
-from cramlite.engine.candidates import attempts, search_in
+from cramlite.engine.candidates import attempts
 from cramlite.engine.execution import execute
+from cramlite.engine.search_in_setting import search_in
 from cramlite.model import Verdict
 from cramlite.planning.budget import budget_of
 from cramlite.plugin import Candidate
@@ -49,9 +50,9 @@ REFUSED = {
 """Scenario -> words of the reason for which its sibling ``NAME_fails`` is refused."""
 
 MORE = {
-    "opening_door": "soma:Opening", "closing_drawer": "soma:Closing", "looking_at_mobile": "soma:LookingAt",
-    "turning_on_switch": "cram:TurningOn", "pushing_around": "soma:Pushing", "placing_inside": "soma:Placing",
-    "laying_down": "soma:Placing",
+    "opening_door": "soma:Opening", "opening_turned_away": "soma:Opening", "closing_drawer": "soma:Closing",
+    "looking_at_mobile": "soma:LookingAt", "turning_on_switch": "cram:TurningOn", "pushing_around": "soma:Pushing",
+    "placing_inside": "soma:Placing", "laying_down": "soma:Placing", "tipping_under": "artm:Ungrasping",
 }  # fmt: skip
 """Further scenarios that are proven, with the task that they are about."""
 BLOCKED = {
@@ -60,7 +61,9 @@ BLOCKED = {
     "looking_at_mobile_stays": "m > 0.917 m of arm 'ur5e_mobile'",
     "navigating_blocked": "from the start, 1272 places were looked at",
     "opening_blocked": "mm inside 'post'",
+    "opening_turned_away_fails": "deg of its own way 'door/handle' is",
     "pushing_around_fails": "inside 'fence'",
+    "tipping_under_fails": "tipped: not lying there: 'book' is",
     "laying_down_fails": "at the grasp: 'effector/body' is",
     "pouring_full": "'bowl' would overflow: it holds 80 of",
     "placing_inside_low": "the room under the roof of 'cabinet' is -10 mm higher than 'block', 20 mm is needed",

@@ -29,6 +29,7 @@ from recorded_people import (
 
 from cramlite import Engine
 from cramlite.model import Episode
+from cramlite.plugin import UserError
 
 ENGINE = Engine()
 REAL = Path(__file__).resolve().parents[3] / "shared" / "data" / "neem_real"
@@ -208,3 +209,23 @@ def test_a_real_recording_is_what_a_person_says(name: str, said: Said) -> None:
     start = time.process_time()
     assert best(ENGINE.read_episode(REAL / name)) == said
     assert time.process_time() - start < 3
+
+
+def again(recording: Recording, after: float) -> Recording:
+    """Everything done a second time, from where the things stood at first."""
+    later = np.array([after, 0, 0, 0, 0, 0, 0, 0])
+    return {name: np.concatenate([rows, rows + later]) for name, rows in recording.items()}
+
+
+@pytest.mark.parametrize("make", [shaking, pouring])
+def test_what_is_done_twice_is_read_twice(make: Callable[[], Recording]) -> None:
+    once = best(read(make()))
+    assert best(read(again(make(), 25.0))) == once * 2
+    assert once[1][0] == "PickingUp" and "PuttingDown" in [s[0] for s in once]
+
+
+@pytest.mark.parametrize(("unit", "speed"), [(100.0, "m/s"), (1000.0, "m/s")])
+def test_lengths_in_another_unit_are_refused(unit: float, speed: str) -> None:
+    wide = {name: rows * [1, unit, unit, unit, 1, 1, 1, 1] for name, rows in shaking().items()}
+    with pytest.raises(UserError, match=f"{speed}; lengths are metres: if these are millimetres or centimetres, convert them"):
+        ENGINE.interpret(read(wide))

@@ -115,6 +115,7 @@ def changed(change: Callable[[dict[str, Any]], object]) -> str:
         (changed(lambda d: d["steps"][1].pop("target")), r"steps\[1\] \(MoveLinear\) does not say its 'target'"),
         (changed(lambda d: d["steps"][1].update(sped=1)), "has no 'sped'; did you mean 'speed'"),
         (changed(lambda d: d["steps"][1].update(step="MoveLiner")), "did you mean 'MoveLinear'"),
+        (changed(lambda d: d["steps"][1].update(step=["MoveLinear"])), r'step is \["MoveLinear"\]; it should be the class of a step'),
         (changed(lambda d: d["steps"][1].update(speed="fast")), r'speed is "fast"; it should be a number'),
         (changed(lambda d: d["steps"][0]["path"][0].append(True)), r"path\[0\]\[7\] is true; it should be a number"),
         (changed(lambda d: d["steps"][1]["target"]["position"].pop()), "should be a list of 3"),

@@ -7,12 +7,14 @@ import sys
 from pathlib import Path
 
 import pytest
+import rdflib
 from hypothesis import given
 from hypothesis import strategies as st
 from small_soma import SMALL_SOMA
 
 from cramlite import data_folder
 from cramlite.ontology.check import check_ontology, report_lines
+from cramlite.ontology.owl_files import extract
 from cramlite.ontology.prefixes import PREFIXES
 from cramlite.ontology.taxonomy import Taxonomy, load_taxonomy
 from cramlite.plugin import UserError
@@ -29,7 +31,7 @@ def taxonomy(tmp_path_factory: pytest.TempPathFactory) -> Taxonomy:
 
 def write(folder: Path, text: str, name: str = "own.ttl") -> Path:
     path = folder / name
-    path.write_text(HEAD + text if name.endswith(".ttl") else text)
+    path.write_text(HEAD + text if name.endswith(".ttl") else text, errors="surrogateescape")
     return path
 
 
@@ -114,17 +116,76 @@ def test_cycles_are_reported_and_harmless(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("name", "text", "words"),
     [
-        ("x.owl", "Prefix(:=<http://x#>)\nOntology(<http://x>\nDeclaration(Class(:A)))", "functional syntax"),
+        ("x.owl", "Prefix(:=<http://x#>)\nOntology(<http://x>\nDeclaration(Class(:A))", "'Ontology.', which is never closed"),
+        ("x.owl", "Prefix(:=<http://x#>)\nOntology(<http://x>\nSubClassOf(a:A :B))", "'a:A' has no prefix that the text declares"),
+        ("x.owl", "Prefix(:=<http://x#>)\nOntology(<http://x>))", "line 2: this '.' closes nothing"),
+        ("x.ofn", "Ontology(<http://x>\n(<http://x#A>)) (", "line 2: a name is missing"),
+        ("x.owl", "Prefix: : <http://x#>\nOntology: <http://x>\nClass: A", "in Manchester syntax.*robot convert"),
+        ("x.owl", '<?xml version="1.0"?>\n<Ontology xmlns="http://www.w3.org/2002/07/owl#"/>', "in OWL/XML.*robot convert"),
         ("x.ttl", "cram:A rdfs:subClassOf", "cannot be read"),
-        ("x.owl", "<rdf:RDF", "cannot be read"),
+        ("x.ttl", "cram:A a\n\nowl:Class ; x:y cram:B .", r"x\.ttl:\d+: this cannot be read as an ontology: Prefix \"x:\" not bound"),
+        ("x.ttl", "cram:A a cram:\udcff .", r"x\.ttl:\d+: this is not UTF-8 text \(byte \d+\)"),
+        ("x.ttl", "<http://a b> a x:y .", "not bound"),
+        ("x.owl", "<rdf:RDF", r"x\.owl:1: this cannot be read"),
         ("x.owl", "\x00\x01", "cannot be read"),
     ],
 )
-def test_bad_files_are_explained(tmp_path: Path, name: str, text: str, words: str) -> None:
+def test_bad_files_are_explained(tmp_path: Path, name: str, text: str, words: str, caplog: pytest.LogCaptureFixture) -> None:
     path = write(tmp_path, text, name)
     with pytest.raises(UserError, match=words) as caught:
         load_taxonomy([path], tmp_path / "cache")
-    assert str(path) in str(caught.value)
+    assert str(path) in str(caught.value) and not caplog.records, "one paragraph, and nothing that rdflib logs"
+
+
+PREFIXED = """
+@prefix cram: <http://cramlite.org/ont/cram.owl#> .
+@prefix owl: <http://www.w3.org/2002/07/owl#> .
+@prefix rdfs: <http://www.w3.org/2000/01/rdf-schema#> .
+@prefix skos: <http://www.w3.org/2004/02/skos/core#> .
+"""
+SAME = """
+cram:A a owl:Class ; rdfs:subClassOf [ a owl:Class ; owl:intersectionOf (
+    cram:B [ a owl:Restriction ; owl:onProperty cram:has ; owl:someValuesFrom cram:E ] ) ] .
+cram:C owl:equivalentClass cram:D . cram:D rdfs:subClassOf cram:B .
+cram:A rdfs:subClassOf [ a owl:Restriction ; owl:onProperty cram:weighs ; owl:hasValue 2.5 ] ;
+    skos:altLabel "big \\"A\\" (so)" . cram:i a cram:A .
+"""
+FUNCTIONAL = """# made by hand
+Prefix(cram:=<http://cramlite.org/ont/cram.owl#>)
+Prefix(skos:=<http://www.w3.org/2004/02/skos/core#>)
+Prefix(xsd:=<http://www.w3.org/2001/XMLSchema#>)
+Ontology(<http://x> <http://x/1>
+Annotation(rdfs:comment "an ontology")
+Declaration(Class(cram:A))
+# Class: cram:A (A)
+SubClassOf(Annotation(rdfs:comment "why \\"so\\"") cram:A ObjectIntersectionOf(cram:B ObjectSomeValuesFrom(cram:has cram:E)))
+EquivalentClasses(cram:C cram:D)   SubClassOf(cram:D <http://cramlite.org/ont/cram.owl#B>)
+SubClassOf(cram:A DataHasValue(cram:weighs "2.5"^^xsd:decimal))
+AnnotationAssertion(skos:altLabel cram:A "big \\"A\\" (so)")
+HasKey(cram:A (cram:has) ())
+SubObjectPropertyOf(ObjectPropertyChain(cram:has cram:has) cram:has)
+ClassAssertion(cram:A cram:i)
+)
+"""
+
+
+def test_functional_syntax_says_what_turtle_says(tmp_path: Path) -> None:
+    (tmp_path / "one.ttl").write_text(PREFIXED + SAME)
+    (tmp_path / "other.owl").write_text(FUNCTIONAL)
+    one, other = (extract([(p, p.read_bytes())]) for p in (tmp_path / "one.ttl", tmp_path / "other.owl"))
+    assert one["parents"] == other["parents"] and one["parents"]["cram:A"] == ["cram:B"]
+    assert [r[:2] for r in one["restrictions"]["cram:A"]] == [r[:2] for r in other["restrictions"]["cram:A"]]
+    assert ["cram:weighs", 2.5] in [r[:2] for r in other["restrictions"]["cram:A"]]
+    assert one["aliases"] == other["aliases"] == {'big "A" (so)': "cram:A"}
+    assert other["types"]["cram:i"] == ["cram:A"]
+
+
+@pytest.mark.parametrize(("format_", "ending"), [("nt", "nt"), ("json-ld", "jsonld"), ("nt", "owl"), ("xml", "rdf")])
+def test_an_ontology_is_read_in_other_syntaxes(tmp_path: Path, format_: str, ending: str) -> None:
+    graph = rdflib.Graph().parse(data=PREFIXED + SAME, format="turtle")
+    path = tmp_path / f"x.{ending}"
+    graph.serialize(path, format=format_, encoding="utf-8")
+    assert load_taxonomy([path], tmp_path / "cache").is_a("cram:A", "cram:B")
 
 
 def test_missing_files_are_explained(tmp_path: Path) -> None:

@@ -14,8 +14,8 @@ from properties import examples
 from cramlite import Budget, Engine, Goal, Trace, find_scenario, planning_problem, read_scenario
 from cramlite.planning.blocking import Blocking
 from cramlite.planning.handling import Done, Handling, Track
-from cramlite.planning.plan_stream import task_plans
-from cramlite.planning.planning_problem import PlanningProblem
+from cramlite.planning.plan_stream import few_things, task_plans
+from cramlite.planning.planning_problem import PlanningProblem, Scope
 from cramlite.planning.refutation import InTask, Part, Refutation, as_they_are, refutation
 
 ENGINE = Engine()
@@ -55,6 +55,24 @@ things:
   - {{name: drawer, model: drawer, at: {{position: [0.75, 0.1, 0.1], yaw: 180 deg}}, with: {{parent: cabinet}}}}
   - {{name: board, model: block, at: {{position: [0.56, 0.1, 50 mm]}}, with: {{size: [120 mm, 120 mm, {height} mm]}}}}
 """
+
+
+DRAWERS = """
+scenario: drawers
+goal: [right open, left closed]
+robot: {type: ur5e}
+things:
+  - {name: floor, model: table, at: {position: [0.2, 0, -5 mm]}, with: {size: [1.6 m, 1.6 m, 20 mm]}}
+  - {name: cabinet, model: cabinet, at: {position: [0.75, 0.4, 0.35], yaw: 180 deg}}
+  - {name: left, model: drawer, at: {position: [0.75, 0.4, 0.35], yaw: 180 deg}, with: {parent: cabinet, opened: 150 mm}}
+  - {name: other, model: cabinet, at: {position: [0.75, -0.1, 0.35], yaw: 180 deg}}
+  - {name: right, model: drawer, at: {position: [0.75, -0.1, 0.35], yaw: 180 deg}, with: {parent: other}}
+  - {name: third, model: cabinet, at: {position: [0.75, -0.6, 0.35], yaw: 180 deg}}
+  - {name: far, model: drawer, at: {position: [0.75, -0.6, 0.35], yaw: 180 deg}, with: {parent: third, opened: FAR mm}}
+  - {name: tin, model: block, at: {position: [0.45, 0.35, 46 mm]}, with: {size: [50 mm, 50 mm, 80 mm]}}
+"""
+
+TIN = "  - {{name: tin{0}, model: block, at: {{position: [0.35, {0}.0, 46 mm]}}, with: {{size: [50 mm, 50 mm, 80 mm]}}}}\n"
 
 
 @pytest.fixture(scope="module")
@@ -162,6 +180,43 @@ def test_what_stands_in_a_closed_drawer_is_reached_by_opening_that(tmp_path: Pat
     assert "Opening" not in first and second == f"Opening(Patient=drawer) {first}"
     others, _ = replanned(inside, Refutation((1,), ()), Refutation((1,), ()))
     assert not any("Opening" in plan for plan in others)
+
+
+def _drawers(folder: Path, far: int = 0, more: str = "") -> PlanningProblem:
+    path = folder / "drawers.yaml"
+    path.write_text(DRAWERS.replace("FAR", str(far)) + more)
+    scene = ENGINE.setting(read_scenario(path)).symbolic(ENGINE.knowledge.taxonomy)
+    return planning_problem(Goal(("right open", "left closed")), scene, ENGINE.knowledge)
+
+
+def test_what_is_opened_is_opened_behind_what_is_shut(tmp_path: Path) -> None:
+    """In whatever order the planner has them; not where that is no plan, as what is shut must be open before."""
+    given = _drawers(tmp_path)
+    shutting, opening = next(task_plans(given)).steps
+    assert [str(s) for s in (shutting, opening)] == ["Closing(Patient=left)", "Opening(Patient=right)"]
+    assert given.shut_first((opening, shutting)) == (shutting, opening)
+    same = replace(shutting, needs=frozenset({("joint_open", "right")}))
+    assert given.shut_first((opening, same)) == (opening, same)
+
+
+@pytest.mark.parametrize(("tins", "few"), [(3, True), (4, False)])
+def test_three_drawers_count_as_one_thing_that_is_carried(tmp_path: Path, tins: int, few: bool) -> None:
+    """Of few things the shortest plan is searched; a drawer is open or shut, and stands nowhere else."""
+    more = "".join(TIN.format(n) for n in range(1, tins))
+    given = _drawers(tmp_path, more=more)
+    assert few_things(given, Scope(frozenset(given.grounder.things))) is few
+
+
+def test_a_closed_drawer_in_the_way_of_another_is_opened_last_of_all(tmp_path: Path) -> None:
+    """Open it takes more room: what is loose is carried away, and where nothing is, one that is open is shut; else it is tried."""
+    given = _drawers(tmp_path)
+    loose, _ = replanned(given, Refutation((1,), (("far",), ("right",), ("tin",))))
+    assert loose[1].startswith("Grasping(Patient=tin)") and loose[1].endswith("Closing(Patient=left) Opening(Patient=right)")
+    assert "far" not in loose[1]
+    alone, _ = replanned(given, Refutation((1,), (("far",),)))
+    assert alone[1].startswith("Opening(Patient=far)")
+    ajar, _ = replanned(_drawers(tmp_path, 150), Refutation((1,), (("far",), ("right",))))
+    assert ajar[1] == "Closing(Patient=far) Closing(Patient=left) Opening(Patient=right)"
 
 
 def test_a_drawer_in_the_way_is_moved_for_a_goal_about_which_no_rule_asks_of_joints(tmp_path: Path) -> None:

@@ -125,6 +125,8 @@ BAD_DECLARATIONS = {
         "task_types gave the class T; declare an instance, T()",
     ),
     "something else": (THING.format(hook="robots", thing="'ur5e'"), "robots gave 'ur5e', which has no 'type'"),
+    "no path": (THING.format(hook="ontologies", thing="None"), "ontologies gave None, which is no path"),
+    "no file": (THING.format(hook="ontologies", thing="'mine.ttl'"), "ontologies gave 'mine.ttl', and there is no such file"),
     "nothing to iterate": ("@hookimpl\ndef experts():\n    return 5\n", "experts gave 5; it gives a list"),
     "a name that is taken": (
         "class E:\n    name = 'urscript'\n    executable = False\n    def emit(self, p, r): ...\n"

@@ -16,6 +16,7 @@ from cramlite import Budget, Engine, Entry, Finished, Trace, failure_text, find_
 from cramlite.base.json_text import as_json, plain_json
 from cramlite.cli.main import main
 from cramlite.cli.serve import Service
+from cramlite.planning.budget import budget_of
 from cramlite.plugin import UserError
 
 BLOCKS = """\
@@ -114,7 +115,9 @@ def test_block(asked: str, says: str, tmp_path: Path, files: list[Path], capsys:
 
 
 @pytest.mark.parametrize(
-    ("asked", "says"), [("budget: {expansions: 2}", "expansions = 2"), ("budget: {expansions: 0}", "yaml:7: a budget is at least 1")]
+    ("asked", "says"),
+    [("budget: {expansions: 2}", "expansions = 2"), ("budget: {expansions: 0}", "yaml:7: a budget is at least 1"),
+     ("budget: {expansions: 1000001}", "yaml:7: a budget is at most 1000000, not 1000001: a million expansions take hours")],
 )
 def test_budget(asked: str, says: str, tmp_path: Path, files: list[Path], capsys: pytest.CaptureFixture[str]) -> None:
     assert says in _alike(_scenario(tmp_path, asked), [], tmp_path / "run", capsys)
@@ -123,6 +126,12 @@ def test_budget(asked: str, says: str, tmp_path: Path, files: list[Path], capsys
 @pytest.mark.parametrize(("asked", "says"), [("ontologies: [mine.ttl]", "def "), ("", "unknown class 'cram:Candle'")])
 def test_ontologies(asked: str, says: str, tmp_path: Path, files: list[Path], capsys: pytest.CaptureFixture[str]) -> None:
     assert says in _alike(_scenario(tmp_path, asked, "cram:Candle"), [], tmp_path / "run", capsys)
+
+
+def test_a_file_may_say_that_seconds_have_no_limit(tmp_path: Path) -> None:
+    assert budget_of(read_scenario(_scenario(tmp_path, "budget: {seconds: 0}"))) == Budget()
+    with pytest.raises(UserError, match="yaml:7: a budget is at least 1"):
+        budget_of(read_scenario(_scenario(tmp_path, "budget: {seconds: -1}")))
 
 
 def test_a_budget_of_the_caller_wins(tmp_path: Path) -> None:
@@ -142,10 +151,10 @@ def test_the_engine_of_a_scenario(tmp_path: Path, files: list[Path]) -> None:
     assert "cram:Candle" in engine.suited(asks).knowledge.taxonomy.classes
 
 
-@pytest.mark.parametrize("value", [0, -1, 2.5, "3", True, None])
+@pytest.mark.parametrize("value", [0, -1, 2.5, "3", True, None, 1_000_001, 10**26])
 @pytest.mark.parametrize("name", ["expansions", "proofs", "samples", "sequences"])
-def test_a_budget_is_a_whole_number_of_at_least_1(name: str, value: object) -> None:
-    assert getattr(Budget(**{name: 1}), name) == 1
+def test_a_budget_is_a_whole_number_from_1_to_a_million(name: str, value: object) -> None:
+    assert getattr(Budget(**{name: 1}), name) == 1 and getattr(Budget(**{name: 1_000_000}), name) == 1_000_000
     with pytest.raises(UserError, match=f"Budget\\({name}=.*at least 1"):
         Budget(**{name: value})  # type: ignore[arg-type]
 

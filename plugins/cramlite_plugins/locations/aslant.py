@@ -21,6 +21,7 @@ from .attitude import held_now
 from .covers import LOWS, RISE, covers, free_on_way, openings, over_floor
 from .free_area import free_area
 from .place_filters import CHEAP, OFF_WALLS, Filter, Spot, Wanted, reachable, room_to_open, visible
+from .room_to_close import room_to_close
 from .through_side import brought_onto
 
 if TYPE_CHECKING:
@@ -65,7 +66,7 @@ def places_aslant(location: Location, belief: Belief, context: Context) -> Itera
     Raises:
         Unresolvable: nothing covers the opening, or held so it cannot be brought in.
     """
-    from ..motion_planning.reach import taken_at
+    from ..motion_planning.reach import led_by, taken_at
 
     wanted = _wanted(location, belief, context)
     found, no = 0, Refused("aslant", "hand and thing have no way in between what is over it and its walls")
@@ -77,7 +78,8 @@ def places_aslant(location: Location, belief: Belief, context: Context) -> Itera
         else:
             no = refused if refused.passed >= no.passed else no
     if not found:
-        raise Unresolvable(f"aslant: {no.reason}", (location.of or "", *taken_at(belief, context)), blocking=no.blocking)
+        because = (location.of or "", *led_by(location, context), *taken_at(belief, context))
+        raise Unresolvable(f"aslant: {no.reason}", because, blocking=no.blocking)
 
 
 def goes_in_aslant(thing: str, belief: Belief, context: Context) -> bool:
@@ -105,7 +107,7 @@ def _wanted(location: Location, belief: Belief, context: Context) -> Wanted:
     Raises:
         Unresolvable: there is no opening, nothing is over it, or nothing is held.
     """
-    from ..motion_planning.reach import bound, make_scene, reference_pose
+    from ..motion_planning.reach import bound, led_by, make_scene, reference_pose
 
     entity = bound(context, location.of)
     if belief.held is None:
@@ -119,9 +121,11 @@ def _wanted(location: Location, belief: Belief, context: Context) -> Wanted:
     bare = Wanted(held, entity, target, belief, context, make_scene(belief, context), location.parameters, depth=depth, opened=(opened,))
     over = covers(bare, COVERS)
     if not over:
-        raise Unresolvable(f"nothing is over the opening of '{entity}': things go in from above", (location.of or "",), blocking=())
+        because = (location.of or "", *led_by(location, context))  # straight from above another grasp may do
+        raise Unresolvable(f"nothing is over the opening of '{entity}': things go in from above", because, blocking=())
     if held.filling is not None or belief.held.carries:
-        raise Unresolvable(f"'{held.name}' holds something that would fall out as it leans", (location.of or "",))
+        because = (location.of or "", *led_by(location, context))
+        raise Unresolvable(f"'{held.name}' holds something that would fall out as it leans", because)
     return replace(bare, covers=over)
 
 
@@ -277,4 +281,11 @@ def _arm_leads_out(entry: Entry, spot: Spot, wanted: Wanted) -> Refusal | None:
     return replace(line, reason=f"on its way out {line.reason}") if isinstance(line, Refusal) else None
 
 
-FILTERS: Mapping[str, Filter] = {**CHEAP["in"], "reachable": reachable, "visible": visible, "free to open": room_to_open}
+def _room_to_close(spot: Spot, wanted: Wanted) -> str | Refusal:
+    """Check that it is in nobody's way once it stands."""
+    return room_to_close(replace(spot, thing=stood_up(wanted.thing, spot.thing)), wanted)
+
+
+FILTERS: Mapping[str, Filter] = {
+    **CHEAP["in"], "reachable": reachable, "visible": visible, "free to open": room_to_open, "free to be closed": _room_to_close,
+}  # fmt: skip

@@ -61,6 +61,7 @@ class Grasp(Value):
         opening: of the fingers on the way there, the least that will do [m].
         load: force that each pad needs to hold the weight and its moment, in shares of the gripper's most.
         name: for people.
+        tight: whether boxes about the parts of the hand meet something there, before it or above it; the hand itself may not.
     """
 
     grip: Grip
@@ -68,6 +69,7 @@ class Grasp(Value):
     opening: float
     load: float
     name: str
+    tight: bool = False
 
     @property
     def before(self) -> Pose:
@@ -99,8 +101,11 @@ def _places(location: Location, belief: Belief, context: Context) -> Iterator[Gr
     if not ordered and not rims:
         reason = f"at each of {len(grips)} grips of '{thing.name}' the hand would be inside it"
         raise Unresolvable(reason, (location.of or "",), blocking=())
+    pinched_at = pinched.places(rims, thing, belief, context)
     as_near, as_free = lru_cache(OPENINGS)(near.opened), lru_cache(OPENINGS)(free.opened)
-    for cost, grasp in ordered:
+    for cost, grasp in sorted(ordered, key=lambda found: found[1].tight) if rims else ordered:
+        if grasp.tight:  # of what lies flat these are hundreds, and the hand is in what carries it
+            yield from pinched_at
         reached = _reached(grasp, as_near(grasp.opening), as_free(grasp.opening), belief, context)
         if isinstance(reached, Refusal):
             yield reached.refused(grasp.name)
@@ -112,7 +117,7 @@ def _places(location: Location, belief: Belief, context: Context) -> Iterator[Gr
         wide = (o for o in _openings(grasp, thing, belief, gripper) if _as_wide(reached, as_near(o), as_free(o)))
         place = _place(grasp, grasp.before, next(wide, grasp.opening), thing.name)
         yield Grounding(place, _says(grasp), cost, key=grasp.name, anew=True)
-    yield from pinched.places(rims, thing, belief, context)
+    yield from pinched_at
 
 
 def _place(grasp: Grasp, before: Pose, opening: float, thing: str) -> Place:
@@ -207,9 +212,9 @@ def _in_order(
     kinds = (1, 0, 2) if goes_in_aslant(thing.name, belief, context) else (0, 1, 2)
     steep = (hands.approach[:, 2] < -STEEP) & goes_under_a_roof(thing.name, belief, context)
     return [
-        grasp
+        (cost, replace(grasp, tight=blocked))
         for down, late, blocked in itertools.product((False, True), kinds, (False, True))
-        for grasp in varied(
+        for cost, grasp in varied(
             f
             for f, no, it, points_down in zip(found, others, own, steep, strict=True)
             if points_down == down and no == blocked and f[1].late == late and not it

@@ -9,11 +9,12 @@ from collections.abc import Iterator
 import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import Belief, Feature, Floats, Joint, Location, Place, Pose, Thing
+from cramlite.model import Belief, Estimate, Feature, Floats, Joint, Location, Place, Pose, Thing
 from cramlite.plugin import Answers, Context, Grounding, Refused, Unresolvable, hookimpl
 
 from ..shapes import ray_casting as rays
 from ..shapes.bounds import box_around
+from ..shapes.carried_along import DRIVEN
 from .antipodal import Hands, pinches
 
 TIPS = 0.006  # how much farther out the pads also take it, where their ends come too near to the front behind [m]
@@ -30,9 +31,16 @@ LEFT = 0.015
 """What is left to be felt of the way of a hand that pushes a door [m], as of a drawer of 0.16 m."""
 OPENED = (0.95, 0.9)
 """Shares of the range that something is opened to: as far as the arm comes, short of the stop."""
+BEGUN = (0.4, 0.3, 0.25, 0.2, 0.175, 0.15)
+"""Shares that a door is drawn ajar to by its handle, to be pushed on from inside: as far as the arm comes. Of 2.1 rad the least is 0.3 rad,
+75 mm at a handle 0.25 m from the hinge: closed fingers 32 mm thick still get in behind it."""
+PUSHED_ON = (*OPENED, 0.85, 0.8)
+"""Shares that it is then pushed on to: as far as the arm comes, and no less than by its handle."""
 TURNED = (0.97, 0.6, 0.4)
 """Shares that a knob is turned on to: as far as the wrist turns; from a fifth on it counts as on."""
 
+DISTURBED = "bystanders"
+"""The judge of what no task moves: where it only advises (``limits: {advisory: [bystanders]}``), a drawer may drive things before it."""
 LEAVES = {"height_m", "x_m"}
 """Values of the places where things were put down, or pushed to, by which it is known that another place may do."""
 
@@ -79,16 +87,22 @@ def check_way(location: Location, thing: Thing, belief: Belief, context: Context
     Raises:
         Unresolvable: something is in its way; whatever hand moves it, it meets that.
     """
-    from .joint_way import met_on_its_way
+    from ..motion_planning.reach import led_by
+    from ..motion_planning.space import Refusal
+    from .joint_way import driven_along, met_on_its_way
 
     if (joint := thing.joint) is None or (least := location.parameters.get("least")) is None:
         return
     value = joint_value(belief, thing.name, belief.base() * belief.pose(thing.name))
     goal = joint.lower + least * (joint.upper - joint.lower)
     if goal > value and (met := met_on_its_way(thing, value, goal, belief, context)):
+        may_drive = DISTURBED in context.limits.advisory
+        if may_drive and location.parameters.get("drives") and not isinstance(driven_along(thing, value, goal, belief, context), Refusal):
+            return
         there = {name for entry in met.blocking or () for name in ((entry,) if isinstance(entry, str) else entry)}
         put = (n for n, v in context.bindings.items() if isinstance(v, Place) and v.thing in there and LEAVES & set(v.values))
-        raise Unresolvable(met.reason, (location.of or "", *put), blocking=met.blocking, collision=met.collision)
+        ways = led_by(location, context) if may_drive else ()
+        raise Unresolvable(met.reason, (location.of or "", *put, *ways), blocking=met.blocking, collision=met.collision)
 
 
 def _held(name: str, place: Place, cost: float) -> Grounding:
@@ -127,7 +141,24 @@ def _path(location: Location, belief: Belief, context: Context) -> Iterator[Grou
         raise Unresolvable(f"'{entity}' must have a joint, and the hand nothing else", causes(location, context), blocking=())
     now = held_pose(belief, context) if held else belief.pose(thing.name)
     for k, share in enumerate(_shares(location, thing.joint, now.inverse() * tcp(belief, context), held)):
-        yield _led(thing, thing.joint, belief, context, now, share, 0.1 * k)
+        led = _led(thing, thing.joint, belief, context, now, share, 0.1 * k)
+        yield _driving(led, thing, now, belief, context) if location.parameters.get("drives") else led
+
+
+def _driving(led: Grounding, thing: Thing, now: Pose, belief: Belief, context: Context) -> Grounding | Refused:
+    """The same path of a drawer, with how far it drives each loose thing before it; or what is in the way of that."""
+    from ..motion_planning.space import Refusal
+    from .joint_way import driven_along
+
+    there, place = Estimate(belief.base() * now), led.value
+    free = belief.released(there, belief.opening) if belief.held else belief
+    value = joint_value(free, thing.name, there.pose)
+    found = driven_along(thing, value, value + place.values["moved"], free, context)
+    if isinstance(found, Refusal):
+        return found.refused(led.key)
+    values = {**place.values, **{DRIVEN + name: metres for name, metres in found.items()}}
+    said = f"{led.reason}; {', '.join(map(repr, found)) or 'nothing'} is driven along"
+    return replace(led, value=replace(place, values=values), reason=said)
 
 
 def _shares(location: Location, joint: Joint, hand: Pose, held: bool) -> tuple[float, ...]:
@@ -135,6 +166,10 @@ def _shares(location: Location, joint: Joint, hand: Pose, held: bool) -> tuple[f
     there to its stop."""
     if said := float(location.parameters.get("share", 0.0)):
         return (said,)
+    if location.relation == "opened" and (most := float(location.parameters.get("ajar", 0.0))):
+        return tuple(share for share in BEGUN if share < most) or (most / 2,)
+    if location.relation == "opened" and joint.kind == "hinge" and not held:
+        return PUSHED_ON
     if location.relation == "opened":
         return TURNED if location.parameters.get("turned") else OPENED
     if location.relation == "stop" or location.parameters.get("turned"):  # a knob is off at its stop, where others may want it exactly

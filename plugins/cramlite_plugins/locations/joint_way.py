@@ -3,37 +3,87 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
+import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import Belief, Held, Pose, Thing
+from cramlite.model import Belief, Floats, Held, Pose, Thing
 from cramlite.plugin import Context, InTheWay
 
 from ..motion_planning.reach import make_scene
 from ..motion_planning.space import Refusal
-from ..shapes.carried_along import carried_along
+from ..shapes.carried_along import carried_along, gone_along
 
 STEPS = 0.005, math.radians(1.0)  # between the values of a joint that are looked at [m, rad]
+AHEAD = 0.005  # of where a drawer met a thing, as far as it is known: the ways are looked at by steps of that [m]
+LEVEL = 0.1  # what a drawer drives along must not be lifted or pressed down: sine of the slope
+OVER = 0.002  # what a thing stands on it is while it is driven along: resting contacts are some hundredths of a millimetre deep [m]
 
 
 def met_on_its_way(thing: Thing, value: float, goal: float, belief: Belief, context: Context) -> Refusal | None:
     """Return what a thing meets first, with what it takes along, while its joint goes from a value to a goal [m, rad], and all that is in
     the way; None where it is free, and where something touches it already, of which planned paths know more."""
     assert thing.joint is not None
-    with_it = carried_along(belief, thing.name)
-    scene = make_scene(belief.grasped(Held(thing.name, Pose(), 0.0, carries=with_it)), context, clearance=0.0)
-    now, way, step = belief.pose(thing.name), goal - value, STEPS[thing.joint.kind == "hinge"]
-    count = max(1, math.ceil(abs(way) / step))
-    poses = (belief.base() * thing.joint.moved(now, way * k / count) for k in range(count + 1))
-    met = {k: no for k, there in enumerate(poses) if (no := scene.met(there, hand=False))}
-    if not met or 0 in met:
+    met = _met(thing, value, goal, belief, context)
+    if not met:
         return None
-    first = min(met)
-    gone = abs(way) * first / count
+    gone, first = min(met.items(), key=lambda found: found[0])
     far = f"{1000 * gone:.0f} mm" if thing.joint.kind == "slide" else f"{math.degrees(gone):.0f} deg"
-    said, every = f"after {far} of its own way {met[first].reason}", _all_of([no.blocking for no in met.values()])
-    return replace(met[first], reason=said, blocking=every)
+    said, every = f"after {far} of its own way {first.reason}", _all_of([no.blocking for no in met.values()])
+    return replace(first, reason=said, blocking=every)
+
+
+def _met(thing: Thing, value: float, goal: float, belief: Belief, context: Context) -> dict[float, Refusal]:
+    """What a thing meets on its way, by how far it has come then [m, rad]; {} where something touches it at the start."""
+    assert thing.joint is not None
+    joint, now, way, step = thing.joint, belief.pose(thing.name), goal - value, STEPS[thing.joint.kind == "hinge"]
+    count = max(1, math.ceil(abs(way) / step))
+    poses = [belief.base() * joint.moved(now, way * k / count) for k in range(count + 1)]
+    met = {abs(way) * k / count: no for k, no in enumerate(_met_at(poses, thing.name, belief, context)) if no}
+    return {} if 0.0 in met else met
+
+
+def _met_at(poses: Sequence[Pose], name: str, belief: Belief, context: Context, touch: Iterable[str] = ()) -> list[Refusal | None]:
+    """What a thing meets, with what it takes along, at poses in the world; where it is now does not count."""
+    held = Held(name, Pose(), 0.0, carries=carried_along(belief, name))
+    scene = make_scene(belief.grasped(held), context, touch, clearance=0.0)
+    return [scene.met(there, hand=False) for there in poses]
+
+
+def driven_along(thing: Thing, value: float, goal: float, belief: Belief, context: Context) -> Mapping[str, float] | Refusal:
+    """Return how far each loose thing goes along that a drawer meets on its level way from a joint value to a goal, and drives before it
+    [m]; {} where it meets none. Or what is in the way of the drawer or of them: nothing is driven into what else stands there."""
+    assert thing.joint is not None
+    found, after, line = dict[str, float](), belief, _direction(thing, goal - value, belief)
+    while met := _met(thing, value, goal, after, context):
+        gone, first = min(met.items(), key=lambda one: one[0])
+        names = {name for entry in first.blocking or () for name in ((entry,) if isinstance(entry, str) else entry)}
+        if thing.joint.kind != "slide" or abs(line[2]) > LEVEL or not names or names & found.keys():
+            return first
+        found |= dict.fromkeys(names, abs(goal - value) - gone + AHEAD)
+        for name in names:
+            after = gone_along(after, name, line * found[name])
+    into = (_driven_into(name, line * way, (thing.name, *found), belief, after, context) for name, way in found.items())
+    return next((no for no in into if no), None) or found
+
+
+def _direction(thing: Thing, way: float, belief: Belief) -> Floats:
+    """Unit vector (3,) in the base frame along which a thing on a slide goes."""
+    assert thing.joint is not None
+    now = belief.pose(thing.name)
+    axis: Floats = np.asarray((now * thing.joint.pose).rotate((0.0, 0.0, math.copysign(1.0, way))))
+    return axis
+
+
+def _driven_into(name: str, way: Floats, along: tuple[str, ...], begin: Belief, end: Belief, context: Context) -> Refusal | None:
+    """What a thing meets that goes along a way (3,) in the base frame [m], but for what goes the same way; just over what it stands on."""
+    start, line = begin.poses[name].pose, np.asarray(begin.base().rotate(way))
+    count = max(1, math.ceil(float(np.linalg.norm(way)) / STEPS[0]))
+    ways = (np.asarray(start.position) + (0.0, 0.0, OVER) + line * k / count for k in range(1, count + 1))
+    poses = [Pose((float(x), float(y), float(z)), start.quaternion) for x, y, z in ways]
+    no = next((no for no in _met_at(poses, name, end, context, along) if no), None)
+    return no and replace(no, reason=f"'{name}', driven along, would be {no.reason}")
 
 
 def _all_of(blocking: Sequence[InTheWay]) -> InTheWay:

@@ -74,12 +74,12 @@ def close_by(wanted: Wanted) -> Wanted:
 
 def _starts(wanted: Wanted, now: Pose) -> Iterator[Pose]:
     """Attitudes that lean over the narrow side of what is held, at positions across its opening; the nearest to its middle first."""
-    for upright, lean, sign in product(_along_walls(wanted, now), LEANS, (1.0, -1.0)):
-        low, high = _box(wanted, upright)
+    for upright, lean, sign in product(along_walls(wanted, now), LEANS, (1.0, -1.0)):
+        low, high = extent(wanted, upright)
         narrow = int(np.argmin((high - low)[:2]))
         axis = wanted.target.pose.rotate(np.eye(3)[1 - narrow]) * sign * math.radians(lean)
         turned = Pose.from_rotvec((0.0, 0.0, 0.0), tuple(axis.tolist())) * upright
-        low, high = _box(wanted, turned)
+        low, high = extent(wanted, turned)
         room = np.reshape(wanted.target.area.bounds, (2, 2))[:, narrow]
         for k in sorted(range(math.ceil(room[0] / PITCH), math.floor(room[1] / PITCH) + 1), key=abs):
             to = np.zeros(3)
@@ -88,8 +88,8 @@ def _starts(wanted: Wanted, now: Pose) -> Iterator[Pose]:
             yield Pose(tuple(there.tolist()), turned.quaternion)
 
 
-def _along_walls(wanted: Wanted, now: Pose) -> list[Pose]:
-    """Attitudes, turned about the vertical so that the sides of an outline are along the walls and between them, the nearest first."""
+def along_walls(wanted: Wanted, now: Pose) -> list[Pose]:
+    """Return attitudes, turned about the vertical so that an outline's sides are along the walls and between them, the nearest first."""
     import shapely
 
     from ..shapes.surfaces import footprint
@@ -101,11 +101,11 @@ def _along_walls(wanted: Wanted, now: Pose) -> list[Pose]:
     turns = sorted((math.remainder(apart + k * math.pi / 2, 2 * math.pi) for k in range(4)), key=abs)
     room = np.reshape(wanted.target.area.bounds, (2, 2))
     found = [Pose.from_rotvec((0.0, 0.0, 0.0), (0.0, 0.0, turn)) * here for turn in turns]
-    return [p for p in found if (np.subtract(*_box(wanted, p)[::-1])[:2] <= room[1] - room[0]).all()]
+    return [p for p in found if (np.subtract(*extent(wanted, p)[::-1])[:2] <= room[1] - room[0]).all()]
 
 
-def _box(wanted: Wanted, turned: Pose) -> tuple[Floats, Floats]:
-    """Lowest and highest corner (3,) of what is held with its origin at that of the opening, in the frame of that [m]."""
+def extent(wanted: Wanted, turned: Pose) -> tuple[Floats, Floats]:
+    """Return the lowest and highest corner (3,) of what is held with its origin at that of the opening, in the frame of that [m]."""
     to = Pose((0.0, 0.0, 0.0), wanted.target.pose.quaternion).inverse()
     points = corners(wanted.thing, to * Pose((0.0, 0.0, 0.0), turned.quaternion))
     return points.min(axis=0), points.max(axis=0)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -22,6 +22,11 @@ if TYPE_CHECKING:
     from ..motion_planning.space import Refusal
 
 BEHIND, ALMOST = 0.05, 0.003  # from the face to the fingers at the stand-off, and where feeling begins [m]
+NEARER = 0.02
+"""The stand-off last of all [m]: 50 mm before the handle of a microwave's door that was open by 110 deg, towards the robot, its elbow was
+folded too far."""
+LAST = 10.0  # cost of what comes after all else
+INSIDE = 0.025  # the stand-off behind a door that stands ajar, where there is less room [m]
 LOW, UNDER_PALM = 0.015, 0.010  # finger tips above what carries the thing; the palm above the thing [m]
 
 SPOTS = ((0.0, 0.0), (0.8, 0.0), (-0.8, 0.0), (0.0, 0.6), (0.8, 0.6), (-0.8, 0.6))
@@ -35,6 +40,9 @@ before it comes along. Not near its side first: fingers slid 30 mm along a door,
 at its bar before, and with a flat side before a corner: beside the bar of a microwave's door, and at the round end of that, fingers slid
 off it, 15 mm out along the door, and pressed on what is beside that. Higher on the bar where the elbow folds too far else: the hand gives
 way, and was seen to rise by 10 mm."""
+OVER_EDGE = tuple(itertools.product((0.3, 0.0, 0.5, 0.7), (0.8, 0.9))), (-60.0, -45.0, -75.0, -90.0), FROM_ABOVE[2]
+"""The same of a hand behind a door that stands ajar: towards its hinge, where an arm that its handle leads too far away still reaches;
+slanting first, so that it leaves its upper edge as it follows."""
 NEAR_HINGE = 0.5
 """A hand that is nearer to a hinge than this share of its handle's distance pushes with more than twice the force, and turns as much on
 half the way: it is tried last."""
@@ -48,8 +56,8 @@ UPRIGHT = 0.9
 
 @hookimpl
 def resolve_location(location: Location, belief: Belief, context: Context) -> Answers:
-    """Resolve locations "push", "pushed", "front" and "atop"; None for other relations."""
-    finders = {"push": _beside, "pushed": _beyond, "front": _before_front, "atop": _atop_handle}
+    """Resolve locations "push", "pushed", "front", "inner_side" and "atop"; None for other relations."""
+    finders = {"push": _beside, "pushed": _beyond, "front": _before_front, "inner_side": _behind_door, "atop": _atop_handle}
     finder = finders.get(location.relation)
     return finder(location, belief, context) if finder else None
 
@@ -88,25 +96,80 @@ def _beside(location: Location, belief: Belief, context: Context) -> Iterator[Gr
 
 def _before_front(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
     """Closed fingers before what sticks out farthest of a drawer's or a door's front at its handle, straight or tilted."""
-    from ..motion_planning.reach import bound, collision_free_ik, make_scene, shift
-    from ..motion_planning.space import Refusal
+    from ..motion_planning.reach import bound, tcp
 
     entity = bound(context, location.of)
-    thing, handle, shut = belief.thing(entity), belief.feature(entity, "cram:Handle"), context.robot.gripper.opening[0]
+    thing, handle = belief.thing(entity), belief.feature(entity, "cram:Handle")
     if handle is None or thing.joint is None:
         raise Unresolvable(f"'{entity}' has no handle and joint: nobody knows where its front is", (location.of or "",), blocking=())
+    fronts = _at_front(thing, thing.joint, handle, belief.pose(thing.name), context.robot.gripper)
+    yield from _pushing(thing, thing.joint, _nearer_first(fronts, tcp(belief, context)), belief, context, None)
+
+
+def _behind_door(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
+    """Closed fingers behind a door that stands ajar, over its upper edge, where the arm can follow it until it is "least" open."""
+    from ..motion_planning.reach import bound
+
+    entity = bound(context, location.of)
+    thing, handle = belief.thing(entity), belief.feature(entity, "cram:Handle")
+    if handle is None or thing.joint is None or thing.joint.kind != "hinge":
+        raise Unresolvable(f"'{entity}' is no door with a handle: it has no side to be pushed open from", (location.of or "",), blocking=())
+    spots = _at_inner_side(thing, thing.joint, handle, belief.pose(thing.name), context.robot.gripper)
+    yield from _pushing(thing, thing.joint, spots, belief, context, float(location.parameters["least"]))
+
+
+def _pushing(
+    thing: Thing, joint: Joint, spots: Iterator[tuple[Pose, str]], belief: Belief, context: Context, least: float | None
+) -> Iterator[Grounding | Refused]:
+    """Hands that are free at spots, and before them on the arc of a thing, and follow it: until it is all but shut, or open by a share."""
+    from ..motion_planning.reach import collision_free_ik, make_scene, shift
+    from ..motion_planning.space import Refusal
+
+    shut, pose = context.robot.gripper.opening[0], belief.pose(thing.name)
+    stand_offs = (BEHIND, NEARER) if least is None else (INSIDE,)
+    late = list[Grounding]()
     free, near = make_scene(belief, context, (), shut), make_scene(belief, context, [thing.name], shut)
-    for k, (at, name) in enumerate(_at_front(thing, thing.joint, handle, belief.pose(thing.name), context.robot.gripper)):
+    for k, (at, name) in enumerate(spots):
         there = collision_free_ik(near, context, at, belief.joints)
-        way = way_along(thing.joint, belief.pose(thing.name), at)
-        before = shift(at, -BEHIND * way)
-        stops = there if isinstance(there, Refusal) else _follows(thing, at, there, belief, context)
-        off = stops or collision_free_ik(free, context, before, belief.joints if isinstance(there, Refusal) else there)
-        if isinstance(off, Refusal):
-            yield off.refused(name)
+        share = ajar(joint, pose.inverse() * at) if least is None else least
+        no = there if isinstance(there, Refusal) else _follows(thing, at, there, share, belief, context)
+        if no is not None:
+            yield no.refused(name)
+            continue
+        assert not isinstance(there, Refusal)
+        way = way_along(joint, pose, at) if least is None else -way_along(joint, pose, at)
+        tried = [collision_free_ik(free, context, shift(at, -far * way), there) for far in stand_offs]
+        far = next((far for far, off in zip(stand_offs, tried, strict=True) if not isinstance(off, Refusal)), None)
+        if far is None:
+            yield from (off.refused(name) for off in tried[:1] if isinstance(off, Refusal))
+            continue
+        x, y, z = (float(v) for v in way)
+        place = Place(at, shift(at, -far * way), shut, (x, y, z), thing=thing.name)
+        if far == stand_offs[0]:
+            yield Grounding(place, name, 0.1 * k, key=name)
         else:
-            x, y, z = (float(v) for v in way)
-            yield Grounding(Place(at, before, shut, (x, y, z), thing=thing.name), name, 0.1 * k, key=name)
+            late.append(Grounding(place, f"{name}, from nearer", 0.1 * k + LAST, key=name))
+    yield from late
+
+
+def _nearer_first(fronts: Iterable[tuple[Pose, str]], now: Pose) -> Iterator[tuple[Pose, str]]:
+    """Hands before a front, of two in a row that are the same but for half a turn the one first that the hand has less far to turn to."""
+    last: tuple[Pose, str] | None = None
+    for found in fronts:
+        if last is not None and math.isclose(_apart(last[0], found[0]), math.pi, abs_tol=1e-6):
+            yield from sorted((last, found), key=lambda one: round(_apart(one[0], now), 6))
+            last = None
+            continue
+        if last is not None:
+            yield last
+        last = found
+    if last is not None:
+        yield last
+
+
+def _apart(one: Pose, other: Pose) -> float:
+    """How far a hand turns from one pose to another [rad]."""
+    return float(np.linalg.norm((one.inverse() * other).rotvec))
 
 
 def _at_front(thing: Thing, joint: Joint, handle: Feature, pose: Pose, gripper: Gripper) -> Iterator[tuple[Pose, str]]:
@@ -127,19 +190,37 @@ def _at_front(thing: Thing, joint: Joint, handle: Feature, pose: Pose, gripper: 
     yield from (*loose, *near)
 
 
-def _follows(thing: Thing, at: Pose, joints: Joints, belief: Belief, context: Context) -> Refusal | None:
-    """Why the arm cannot follow a front that it pushes until that is all but shut, whatever is in the way; None where it can."""
+def _at_inner_side(thing: Thing, joint: Joint, handle: Feature, pose: Pose, gripper: Gripper) -> Iterator[tuple[Pose, str]]:
+    """Closed fingers behind a door, over its upper edge, and words for where; last those much nearer to its hinge than its handle is."""
+    near, far = list[tuple[Pose, str]](), NEAR_HINGE * lever(joint, handle.pose)
+    out, up = _facing(pose * handle.pose, inner=True)
+    side = math.copysign(1.0, np.cross(up, out) @ np.subtract((pose * joint.pose).position, (pose * handle.pose).position))
+    for (aside, high), tilt, turn in itertools.product(*OVER_EDGE):
+        at, _ = _against(thing, handle, pose, (side * aside, high), (tilt, turn), gripper, True, inner=True)
+        name = (
+            f"behind it {100 * aside:.0f} % of the way from its handle to its hinge, {100 * high:+.0f} % of its height, "
+            f"tilted {tilt:+.0f} deg, turned {turn:.0f} deg"
+        )
+        if lever(joint, pose.inverse() * at) < far:
+            near.append((at, name))
+        else:
+            yield at, name
+    yield from near
+
+
+def _follows(thing: Thing, at: Pose, joints: Joints, share: float, belief: Belief, context: Context) -> Refusal | None:
+    """Why the arm cannot follow a front that it pushes to a share of its range, whatever is in the way; None where it can."""
     from ..motion_planning.cartesian import COARSE, plan_straight_line
     from ..motion_planning.space import Refusal
 
-    assert thing.joint is not None
-    path = along_joint(thing, belief, at, ajar(thing.joint, belief.pose(thing.name).inverse() * at))
+    path = along_joint(thing, belief, at, share)
     line = plan_straight_line(None, context.robot, joints, path, step_m=COARSE[0], step_rad=COARSE[1])
     return line if isinstance(line, Refusal) else None
 
 
 def _against(
-    thing: Thing, handle: Feature, pose: Pose, spot: tuple[float, float], turns: tuple[float, float], gripper: Gripper, swings: bool
+    thing: Thing, handle: Feature, pose: Pose, spot: tuple[float, float], turns: tuple[float, float], gripper: Gripper, swings: bool,
+    inner: bool = False,
 ) -> tuple[Pose, bool]:
     """The TCP of closed fingers ``ALMOST`` before a front, and whether they still meet it there if they are ``OFF`` to any side.
 
@@ -147,9 +228,9 @@ def _against(
         spot: how far from its handle, to a side and up, as shares of the way to the edge of the thing.
         turns: of the hand about the level line across the front, and about its own axis [deg].
         swings: of a door all of the fingers is clear of its bar, which slides along them; a drawer goes straight.
+        inner: behind it, where its handle is not.
     """
-    out = pose.rotate(handle.pose.rotate((0.0, 0.0, 1.0)))
-    up = np.array([0.0, 0.0, 1.0]) if abs(out[2]) < UPRIGHT else pose.rotate(handle.pose.rotate((0.0, 1.0, 0.0)))
+    out, up = _facing(pose * handle.pose, inner)
     level, hand = np.cross(up, out), _turned(out, up, turns)
     at = np.asarray((pose * handle.pose).position)
     ways = [share * way for share, way in zip(spot, (level, np.cross(out, level)), strict=True) if share]
@@ -166,6 +247,12 @@ def _against(
     reach, *beside = (_clear_of(thing, pose, replace(hand, position=tuple(p.tolist())), out, gripper) for p in points)
     x, y, z = (float(v) for v in point + out * (reach + ALMOST))
     return Pose((x, y, z), hand.quaternion), min(beside) > reach - FIRM
+
+
+def _facing(handle: Pose, inner: bool) -> tuple[Floats, Floats]:
+    """The direction out of a front, or out of its inner side, and the one that is up along it."""
+    out = np.asarray(handle.rotate((0.0, 0.0, -1.0 if inner else 1.0)))
+    return out, np.array([0.0, 0.0, 1.0]) if abs(out[2]) < UPRIGHT else np.asarray(handle.rotate((0.0, 1.0, 0.0)))
 
 
 def _clear_of(thing: Thing, pose: Pose, hand: Pose, out: Floats, gripper: Gripper) -> float:

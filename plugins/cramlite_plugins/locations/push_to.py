@@ -94,7 +94,7 @@ def _to_region(thing: Thing, pose: Pose, location: Location, belief: Belief, con
 
     area, frame = _region(thing, pose, str(location.parameters["region"]), belief)
     if not location.parameters.get("inside"):
-        yield from _hands_behind(thing, pose, location, context.robot.gripper, area, frame)
+        yield from hands_behind(thing, pose, _apart(location), context.robot.gripper, area, frame)
         return
     last = _last(location, belief, context, thing.name, area, frame)
     if isinstance(last, Refusal):
@@ -120,7 +120,7 @@ def _aside(thing: Thing, pose: Pose, location: Location, belief: Belief, context
         elif location.parameters.get("inside"):
             found.append(_hands_in(thing, pose, gripper, way, way))
         else:
-            found.append(_hands_behind(thing, pose, location, gripper, SPOT, Pose((*to, z)), (0.0,)))
+            found.append(hands_behind(thing, pose, _apart(location), gripper, SPOT, Pose((*to, z)), (0.0,)))
     yield from (hand for row in itertools.zip_longest(*found) for hand in row if hand is not None)
 
 
@@ -262,12 +262,11 @@ def _towards(pose: Pose, area: Feature, frame: Pose, share: float) -> Floats:
     return np.array([*(target - np.asarray(pose.position))[:2], 0.0])
 
 
-def _hands_behind(
-    thing: Thing, pose: Pose, location: Location, gripper: Gripper, area: Feature, frame: Pose, shares: Sequence[float] = SHARES
+def hands_behind(
+    thing: Thing, pose: Pose, apart: float, gripper: Gripper, area: Feature, frame: Pose, shares: Sequence[float] = SHARES
 ) -> Iterator[Hand]:
-    """Hands whose fingers are behind a thing, as far open as the location says, as a share of the thing's width."""
+    """Generate hands whose fingers are behind a thing, as far open as a share of the thing's width."""
     low, top = -support(thing, pose, -UP), support(thing, pose, UP)
-    apart = float(location.parameters.get("apart", 0.0))
     for share, turn in itertools.product(shares, TURNS):
         way = _towards(pose, area, frame, share)
         ahead, across, hand = _axes(way, turn)
@@ -299,6 +298,10 @@ def _hands_in(thing: Thing, pose: Pose, gripper: Gripper, way: Floats, last: Flo
             yield way, replace(at, position=(x, y, z)), closed, f"turned {turn:.0f} deg{aside}"
     if not rim:
         raise Unresolvable(f"'{thing.name}' has no rim around its middle that fingers in it could push it at", (), blocking=())
+
+
+def _apart(location: Location) -> float:
+    return float(location.parameters.get("apart", 0.0))
 
 
 def _axes(way: Floats, turn: float) -> tuple[Floats, Floats, Pose]:

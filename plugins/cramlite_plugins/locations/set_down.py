@@ -31,7 +31,9 @@ from .leaning import LET_GO, close_by, leaning, must_lean
 from .place_filters import ABOVE_IT, ASIDE, CHEAP, DEAR, OFF_WALLS, SIDES, Filter, Obstacle, Spot, Wanted, clear, opened
 from .resting_poses import DROPS, is_uneven, lowered_onto, resting_poses, spot_at_rest
 from .room_for_more import corner, roomiest, to_come
-from .through_side import brought_there_by, led_by, places_through_a_side
+from .room_to_close import TIGHT, is_tight, room_to_close
+from .through_side import brought_there_by, places_through_a_side
+from .tipped import places_tipped
 
 FEW_YAWS = (0.0, 90.0, -45.0)  # away from the middle of a surface [deg]
 GOLDEN = 137.5077640500378  # of one further turn, another one everywhere: the golden angle [deg]
@@ -51,6 +53,7 @@ more."""
 OFF_FLOOR, RISE = 0.01, 0.03  # lowest point above a container's floor when let go, and steps up from there [m]
 ABOVE = 0.06  # stand-off above a rim [m]
 BETWEEN = (1.0, 0.67, 0.33)  # parts of a way down from aside that are looked at first
+LAST: Mapping[str, Filter] = {"free to be closed": room_to_close}  # asked after ``DEAR``
 TURNED = "turned"
 """Value of a place: 1 where it asks for an attitude, so that what is brought there need not be kept as it is held."""
 FACING = (0.0, 6.0, -6.0)
@@ -63,12 +66,14 @@ in the same time."""
 
 @hookimpl
 def resolve_location(location: Location, belief: Belief, context: Context) -> Answers:
-    """Resolve locations "on" and "in", from above, "through", on a surface that is reached from its side, and "aslant", into an opening
-    that is partly covered; None for other relations."""
+    """Resolve locations "on" and "in", from above, "through", on a surface that is reached from its side, "aslant", into an opening
+    that is partly covered, and "tipped", into one with a roof; None for other relations."""
     if location.relation == "through":
         return places_through_a_side(location, belief, context)
     if location.relation == "aslant":
         return places_aslant(location, belief, context)
+    if location.relation == "tipped":
+        return places_tipped(location, belief, context)
     if location.relation == "on" and belief.held is not None and belief.held.swing is not None:
         return laid_down(location, belief, context, _spots)
     return _spots(location, belief, context) if location.relation in ("on", "in") else None
@@ -84,7 +89,7 @@ def _spots(location: Location, belief: Belief, context: Context) -> Iterator[Gro
     now = put_down(targets[0], location)
     check_turn(held_now(belief, context), now, targets[0])
     _check_way_in(targets, now, location)
-    work, kept, passed = context.samples, list[Refused](), False
+    work, kept, tight, passed = context.samples, list[Refused](), list[Grounding](), False
     for k, answer in _answers(targets, now, location):
         shapes = isinstance(answer, Refused) and answer.passed < cheap
         work -= OUTLINE if shapes else ARM
@@ -93,13 +98,20 @@ def _spots(location: Location, belief: Belief, context: Context) -> Iterator[Gro
         else:
             yield from kept
             passed, kept = True, []
-            yield replace(answer, cost=answer.cost + PER_PLACE * k) if isinstance(answer, Grounding) else answer
+            later = answer.cost >= TIGHT if isinstance(answer, Grounding) else False
+            answer = replace(answer, cost=answer.cost + PER_PLACE * k) if isinstance(answer, Grounding) else answer
+            if later and isinstance(answer, Grounding):
+                tight.append(answer)
+            else:
+                yield answer
         if work <= 0 and passed:
+            yield from tight
             said = f"{k + 1} positions were looked at, as many as the {context.samples} samples of a query allow"
             because = (location.of or "", *brought_there_by(location, belief, context))
             raise Unresolvable(said, because, blocking=tuple(n for t in targets for n in standing_there(t)))
         if work <= 0:
             break
+    yield from tight if work > 0 else ()
     if not passed:
         raise _no_room(kept or list(_at_best(targets, now, location)), targets, location, context)
 
@@ -112,6 +124,8 @@ def _check_way_in(targets: list[Wanted], now: Pose, location: Location) -> None:
     """
     if not targets[0].covers or not _free(targets[0], now, location).is_empty or goes_in_upright(targets[0], now):
         return
+    from ..motion_planning.reach import led_by
+
     over = [o.name for o in targets[0].covers]
     said = f"'{targets[0].thing.name}' does not get into '{targets[0].entity}' upright: {' and '.join(map(repr, over))} are over it"
     raise Unresolvable(said, (location.of or "", *led_by(location, targets[0].context)), blocking=tuple(over))
@@ -229,7 +243,7 @@ def _from_above(
     for k, (over, above) in enumerate(heights):
         spot = at(over, above)
         again = blocked is not None and blocked.distance(spot.before)[0] < SAME
-        reason = reason if again else _refusal(spot, wanted, {**CHEAP[relation], **DEAR})
+        reason = reason if again else _refusal(spot, wanted, {**CHEAP[relation], **DEAR, **LAST})
         if relation == "in" and reason is not None and ABOVE_IT in reason.reason and (aside := _from_aside(spot, wanted, above)):
             spot, reason = aside, None
         if reason is None:
@@ -237,7 +251,8 @@ def _from_above(
             if wanted.lowered:
                 values[OPEN] = opened(spot, wanted)[0].opening
             place = Place(spot.pose, spot.before, approach=(0, 0, -1), thing=wanted.thing.name, values=values)
-            yield Grounding(place, f"'{wanted.entity}', {spot.name}", cost + PER_HEIGHT * k, key=spot.name, anew=True)
+            cost += PER_HEIGHT * k + TIGHT * is_tight(spot, wanted)
+            yield Grounding(place, f"'{wanted.entity}', {spot.name}", cost, key=spot.name, anew=True)
             return
         if not again:
             yield replace(reason, value=spot.name)
@@ -248,14 +263,16 @@ def _from_above(
 
 def _from_aside(spot: Spot, wanted: Wanted, above: float) -> Spot | None:
     """The same placement, brought there from aside: a drawer under another one has no room above, and some before it."""
+    from ..kinematics.kinematics import inverse
     from ..motion_planning.reach import shift
 
-    if wanted.scene.met(wanted.belief.base() * spot.pose) is not None:
+    reached = inverse(wanted.context.robot, spot.pose, seed=wanted.belief.joints)
+    if not reached or wanted.scene.met(wanted.belief.base() * spot.pose) is not None:
         return None  # wherever it comes from
     for side, way in slants(above):
         aside = replace(spot, name=f"{spot.name}, from {side}", before=shift(spot.pose, way))
         free = is_free(wanted.scene, wanted.context, spot.pose, way, BETWEEN, wanted.belief.joints)
-        if free and _refusal(aside, wanted, DEAR) is None:
+        if free and _refusal(aside, wanted, {**DEAR, **LAST}) is None:
             return aside
     return None
 

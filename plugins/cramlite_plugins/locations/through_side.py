@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import Action, Belief, EntityName, Floats, Location, Motion, Place, Pose, enclosing_names
+from cramlite.model import Action, Belief, EntityName, Floats, Location, Place, Pose
 from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 
 from ..motions.gripping import release_opening
@@ -22,6 +22,7 @@ from ..shapes.bounds import centre_of_mass, height, support
 from ..shapes.roofs import open_sides, roofed
 from .attitude import held_now
 from .place_filters import Filter, Spot, Wanted, beside, in_region, near, reachable, room_to_open, supported, visible
+from .room_to_close import TIGHT, is_tight, room_to_close
 
 if TYPE_CHECKING:
     from ..motion_planning.space import Refusal
@@ -29,8 +30,9 @@ if TYPE_CHECKING:
 HIGH = 0.010  # lowest point above the surface on its way in [m]
 OUT = 0.02  # between what is held and the thing that it goes into, where the way in begins [m]
 STEP = 0.01  # between positions, from the middle of a surface outwards [m]
-ASIDE = (0.0, 0.3, -0.3)  # positions across the way in, as shares of half the width
-TURNS = (0.0, 10.0, -10.0, 20.0, -20.0)  # of the hand from pointing straight inwards [deg]
+ASIDE = (0.0, 0.3, -0.3, 0.1, -0.1, 0.2, -0.2)
+"""Positions across the way in, as shares of half the width: in a microwave beside its open door a hand had room on 15 mm of it."""
+TURNS = (0.0, 10.0, -10.0, 20.0, -20.0, 5.0, -5.0)  # of the hand from pointing straight inwards [deg]
 PARTS = (0.0, 0.33, 0.67, 1.0)  # of the way out that are looked at before the arm is
 STEEP = 0.85  # of the hand's approach, downwards, from which on it points nowhere: it would be as high as it is long
 
@@ -43,19 +45,24 @@ def places_through_a_side(location: Location, belief: Belief, context: Context) 
     """
     from ..motion_planning.reach import taken_at
 
-    found, fits, kept = 0, False, list[Refused]()
+    found, fits, kept, tight = 0, False, list[Refused](), list[Grounding]()
     for wanted, out, now in _ways(location, belief, context):
         for spot in _spots(wanted, out, now):
             no = _refusal(spot, wanted)
             fits = fits or no is None or no.passed > ALONE
             if no is None:
-                yield Grounding(_place(spot, wanted, out), f"'{wanted.entity}', {spot.name}", 0.1 * found, key=spot.name, anew=True)
+                place = Grounding(_place(spot, wanted, out), f"'{wanted.entity}', {spot.name}", 0.1 * found, key=spot.name, anew=True)
                 found += 1
+                if is_tight(spot, wanted):
+                    tight.append(replace(place, cost=place.cost + TIGHT))
+                else:
+                    yield place
             elif fits:
                 yield replace(no, because=taken_at(belief, context))
             else:
                 kept.append(no)
     yield from kept if found else ()
+    yield from tight
     if not found:
         said = max(kept, key=lambda no: no.passed).reason if kept and not fits else "the hand has no way in"
         grasps = taken_at(belief, context) if fits or not kept else ()
@@ -124,17 +131,13 @@ def _has_a_roof(name: str, belief: Belief) -> bool:
 
 def brought_there_by(location: Location, belief: Belief, context: Context) -> tuple[str, ...]:
     """Return the names of the tasks that lead to a location under a roof: what refuses one way there may let in another."""
+    from ..motion_planning.reach import led_by
+
     entity = EntityName.parse(str(context.bindings.get(location.of or "", "")))
     region = str(location.parameters.get("region") or entity.part)
     if entity.thing not in belief.poses or not any(roofed(belief.thing(entity.thing), belief.pose(entity.thing), region)):
         return ()
     return led_by(location, context)
-
-
-def led_by(location: Location, context: Context) -> tuple[str, ...]:
-    """Return the names of the tasks whose motions lead to a location: what refuses one way of them may let in another."""
-    leading = (m for m in context.agenda if isinstance(m, Motion) and m.to is not None and m.to.name == location.name)
-    return tuple(dict.fromkeys(whole for m in leading for whole in [*enclosing_names(m.name)][1:2]))
 
 
 def _targets(location: Location, belief: Belief, context: Context) -> list[tuple[Wanted, float]]:
@@ -245,6 +248,7 @@ def _way_in(spot: Spot, wanted: Wanted) -> str | Refusal:
 FILTERS: Mapping[str, Filter] = {
     "supported": supported, "near": near, "beside": beside, "in its region": in_region, "let in": _let_in, "collision-free": _room,
     "reachable": reachable, "visible": visible, "led in by the arm": _way_in, "free to open": room_to_open,
+    "free to be closed": room_to_close,
 }  # fmt: skip
 ALONE = tuple(FILTERS).index("let in")
 """What passes more than this has room itself, and the hand may not."""

@@ -9,7 +9,7 @@ import numpy as np
 from msgspec.structs import replace
 from numpy.typing import ArrayLike
 
-from cramlite.model import Belief, EntityName, Location, Place, Pose, World, thing_of
+from cramlite.model import Belief, EntityName, Location, Motion, Place, Pose, World, enclosing_names, thing_of
 from cramlite.plugin import Context, Grounding, Unresolvable
 
 from ..kinematics.kinematics import forward, inverse, why_no_inverse
@@ -177,6 +177,12 @@ def taken_at(belief: Belief, context: Context) -> tuple[str, ...]:
     """Return the names of the grasps of what is held: how it is in the hand depends on these, and on no place that it was led to since."""
     held = belief.held.thing if belief.held else ""
     return tuple(n for n, v in context.bindings.items() if isinstance(v, Place) and v.thing == held and "width_m" in v.values)
+
+
+def led_by(location: Location, context: Context) -> tuple[str, ...]:
+    """Return the names of the tasks whose motions lead to a location: what refuses one way of them may let in another."""
+    leading = (m for m in context.agenda if isinstance(m, Motion) and m.to is not None and m.to.name == location.name)
+    return tuple(dict.fromkeys(whole for m in leading for whole in [*enclosing_names(m.name)][1:2]))
 
 
 def led_here(context: Context) -> tuple[str, ...]:

@@ -29,7 +29,7 @@ from cramlite.model import (
 from cramlite.plugin import Answers, Context, Grounding, Unresolvable, hookimpl
 
 from ..kinematics.timing import steady_speed
-from ..shapes.carried_along import carried_along, pushed_along
+from ..shapes.carried_along import carried_along, driven, driven_before, pushed_along
 from .motion_kinds import KINDS, value
 from .ontology_limits import adapted, known, noted
 
@@ -83,7 +83,10 @@ def _force_path(motion: Motion, belief: Belief, context: Context) -> Found:
     from ..motion_planning.reach import tcp
     from .free_motion import place_of
 
-    place, moved = place_of(motion, context), belief
+    place = place_of(motion, context)
+    out = np.subtract(place.path[-1].position, tcp(belief, context).position)
+    belief = driven_before(belief, place, out / np.linalg.norm(out)) if driven(place.values) else belief
+    moved = belief
     if (way := place.values.get("moved")) is not None and belief.held is None:
         belief, moved = _along(place.thing, belief, context), _pushed(place.thing, way, belief)
     first, last = (motion.parameters.get(name) for name in ("corner", "end"))

@@ -126,21 +126,25 @@ def _let_go(motion: Motion, belief: Belief, context: Context, opening: float) ->
     """Released things are expected where they are; over a container, and if they were put down, on what is under them."""
     from ..motion_planning.reach import held_pose
     from ..shapes.standing_up import stood_up
+    from ..shapes.tipping_over import tipped_over
 
     assert belief.held is not None
     pose = belief.base() * held_pose(belief, context)
     if motion.to is not None and motion.to.relation == "aslant":  # a place from which it comes to stand
         pose = stood_up(belief.world.thing(belief.held.thing), pose)
-    into = motion.to.of if motion.to is not None and motion.to.relation in ("in", "aslant") else None
+    if motion.to is not None and motion.to.relation == "tipped":
+        over = tipped_over(belief.world.thing(belief.held.thing), pose)
+        pose = over[0] if over else pose
+    into = motion.to.of if motion.to is not None and motion.to.relation in ("in", "aslant", "tipped") else None
     if into or belief.relates("on", belief.held.thing):
-        pose = _fallen(belief, pose)
+        pose = fallen(belief, pose)
     on_rails = belief.world.thing(belief.held.thing).joint is not None  # or on hinges: it neither falls nor shifts
     sigma = math.hypot(DROPPED if into else 0.0 if on_rails else LET_GO, belief.held.sigma)
     return belief.released(Estimate(pose, sigma, f"predicted: let go by {motion.name}"), opening)
 
 
-def _fallen(belief: Belief, pose: Pose) -> Pose:
-    """Straight down onto what would support it there, as it is turned; where it is if nothing would."""
+def fallen(belief: Belief, pose: Pose) -> Pose:
+    """Return the pose in the world of what is held, fallen straight down onto what would support it there; as it is if nothing would."""
     from ..shapes.bounds import lowest
     from ..shapes.surfaces import resting_height
 

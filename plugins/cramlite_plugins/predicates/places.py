@@ -110,7 +110,8 @@ def within_reach(phase: Phase, name: str | None) -> Iterator[Row]:
 def between_fingers(phase: Phase, name: str | None) -> Iterator[Row]:
     """Evaluate between_fingers(Thing), at the end of the phase.
 
-    The line between two finger tips, or one between their pads further on, meets its shape, or its box where no more is known.
+    The line between two finger tips, or one between their pads further on or at their edges, meets its shape, or its box where no more is
+    known: by its round side a mug was held between the ends of the pads' edges, 2 mm deep, and not between their middles.
     """
     lines = _between_pads(phase)
     for other in [name] if name is not None else things(phase):
@@ -124,14 +125,17 @@ def between_fingers(phase: Phase, name: str | None) -> Iterator[Row]:
 
 
 def _between_pads(phase: Phase) -> list[tuple[Floats, Floats]]:
-    """Lines between two fingers: between the middles of their pads, and on to the ends of pads of known length; pairs of points (3,)."""
+    """Lines between two fingers: between the middles of their pads, and, of pads of known size, between their edges and on to their ends;
+    pairs of points (3,)."""
     names = tips(phase.timeline)[:2]
     poses = [p for n in names if (p := pose_of(phase, n, phase.end)) is not None]
     if len(poses) < 2:
         return []
     one, two = poses
-    length = min(phase.timeline.entities[n].properties.get("pad_length", 0.0) for n in names)
-    return [(one.apply((0.0, 0.0, z)), two.apply((0.0, 0.0, z))) for z in np.linspace(0.0, length / 2, 4 if length else 1)]
+    length, width = (min(phase.timeline.entities[n].properties.get(f"pad_{size}", 0.0) for n in names) for size in ("length", "width"))
+    along, across = np.linspace(0.0, length / 2, 4 if length else 1), (-width / 2, 0.0, width / 2) if width else (0.0,)
+    alike = math.copysign(1.0, float(one.rotate((1.0, 0.0, 0.0)) @ two.rotate((1.0, 0.0, 0.0))))  # one may be turned half way round
+    return [(one.apply((x, 0.0, z)), two.apply((alike * x, 0.0, z))) for x, z in itertools.product(across, along)]
 
 
 def _meets(one: Floats, two: Floats, low: Vector3, high: Vector3) -> bool:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import Belief, Estimate, Place, Pose, Thing, thing_of
+from cramlite.model import Belief, Estimate, Floats, Place, Pose, Thing, thing_of
 
 from .bounds import lowest
 from .contents import within
@@ -16,6 +16,8 @@ from .surfaces import SUNK, resting_height
 
 PUSHED = "pushed_m"
 """Value of a place: how far its thing comes along with fingers that go straight to it [m]."""
+DRIVEN = "driven_m "
+"""Begins the names of values of a place: how far its thing, such as a drawer that opens, drives another before it [m]."""
 CAME_ALONG = "predicted: pushed, as far as the fingers went"
 """Source of the pose of what did."""
 AT = ("on", "in", "hangs_on")
@@ -40,12 +42,30 @@ def pushed_along(belief: Belief, place: Place) -> Belief:
     way, name = place.values.get(PUSHED, 0.0), place.thing
     if not way:
         return belief
+    return gone_along(belief, name, way * np.asarray(place.approach))
+
+
+def gone_along(belief: Belief, name: str, way: Floats, sigma: float = 0.0, source: str = CAME_ALONG) -> Belief:
+    """Return a belief in which a thing has gone along a way (3,) in the base frame [m], with what is in it; and is known by ``sigma`` less
+    well [m]."""
     known, with_it = belief.poses[name], carried_along(belief, name)
-    x, y, z = (np.asarray(known.pose.position) + way * np.asarray(place.approach)).tolist()
+    x, y, z = (np.asarray(known.pose.position) + np.asarray(belief.base().rotate(way))).tolist()
     there = Pose((x, y, z), known.pose.quaternion)
-    poses = {name: replace(known, pose=there, source=CAME_ALONG)}
+    poses = {name: replace(known, pose=there, sigma=known.sigma + sigma, source=source)}
     poses |= {one: replace(e, pose=there * e.pose) for one, e in with_it.items()}
     return replace(belief, poses={**belief.poses, **poses})
+
+
+def driven_before(belief: Belief, place: Place, way: Floats) -> Belief:
+    """Return a belief in which what the thing of a place drives before it (``DRIVEN``) has gone along (3,) in the base frame."""
+    for name, metres in driven(place.values).items():
+        belief = gone_along(belief, name, metres * way, metres, "predicted: driven along")
+    return belief
+
+
+def driven(values: Mapping[str, float]) -> dict[str, float]:
+    """Return how far each thing is driven along, by the values of a place [m]."""
+    return {name.removeprefix(DRIVEN): metres for name, metres in values.items() if name.startswith(DRIVEN)}
 
 
 def _directly(belief: Belief, name: str) -> Iterator[str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -38,7 +39,9 @@ def read(path: Path, scale: float = 1.0) -> Any:
     import trimesh
 
     try:
-        mesh = trimesh.load_mesh(str(path), file_type=path.suffix[1:].lower(), skip_materials=True)
+        with warnings.catch_warnings():  # of numbers that it rounds before anybody has looked at them, as _check_size does
+            warnings.simplefilter("ignore", RuntimeWarning)
+            mesh = trimesh.load_mesh(str(path), file_type=path.suffix[1:].lower(), skip_materials=True)
     except Exception as error:  # trimesh's readers raise whatever their parsers do
         reason = f"{type(error).__name__}: {' '.join(str(error).split())[:120]}"
         raise UserError(f"mesh '{path}' cannot be read ({reason}); export it anew as binary STL") from error

@@ -12,6 +12,9 @@ from . import ray_casting as rays
 from .surfaces import FLAT, Surface, surfaces
 
 LEAST = 0.03  # of room between a surface and what is over it [m]: a slit holds nothing
+COVERED = ((0.0, 0.0), (0.5, 0.5), (0.5, -0.5), (-0.5, 0.5), (-0.5, -0.5))
+"""Points of a cavity that are all under its roof, as shares of its half sides: the handle of a basket is over the middle alone."""
+UP = np.array([0.0, 0.0, 1.0])
 AXES = ((1.0, 0.0, 0.0), (-1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, -1.0, 0.0))
 
 
@@ -23,9 +26,24 @@ def roofed(thing: Thing, pose: Pose, part: str = "") -> Iterator[tuple[Surface, 
         part: a feature: only its own surface.
     """
     for surface in surfaces(thing, pose, part):
-        over = _first(thing, pose, np.asarray(surface.pose.position), np.array([0.0, 0.0, 1.0]))
+        over = _first(thing, pose, np.asarray(surface.pose.position), UP)
         if LEAST < over < np.inf:
             yield surface, over
+
+
+def has_own_roof(thing: Thing, pose: Pose, part: str = "") -> bool:
+    """Check whether all of the cavity of a thing, the first or the one that is meant, is under parts of itself: the room under a shelf.
+
+    Args:
+        pose: of the thing in a frame whose z is up.
+    """
+    cavity = next((f for f in thing.features if f.type == "cram:Cavity" and part in ("", f.name)), None)
+    if cavity is None:
+        return False
+    half = [cavity.size.get("radius", cavity.size.get(name, 0.0) / 2) for name in ("width", "depth")]
+    low = -cavity.size["height"] / 2
+    points = (pose * cavity.pose).apply(np.array([(x * half[0], y * half[1], low) for x, y in COVERED]))
+    return all(_first(thing, pose, point, UP) < np.inf for point in points)
 
 
 def open_sides(thing: Thing, pose: Pose, surface: Surface, height: float) -> list[Floats]:

@@ -37,6 +37,13 @@ def stood_up(thing: Thing, pose: Pose) -> Pose:
     return Pose(pose.position, (Pose.from_rotvec((0, 0, 0), (x, y, z)) * Pose((0, 0, 0), pose.quaternion)).quaternion)
 
 
+def carrying_faces(thing: Thing) -> list[Floats]:
+    """Return the outward normals (3,) of the faces of a thing's hull that it can lie on."""
+    points = corners(thing, Pose())
+    normals, centre = hull_planes(_tuples(points))[:, :3], np.asarray(centre_of_mass(thing))
+    return [normal for normal in normals if _carries(points, normal, centre)]
+
+
 def _carries(points: Floats, normal: Floats, centre: Floats) -> bool:
     """Whether the centre of mass (3,) is over what of the points (n, 3) is in the plane that bounds them along a normal."""
     along = points @ normal

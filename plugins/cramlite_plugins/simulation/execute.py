@@ -108,7 +108,7 @@ class _Script(Machine):
 
     def __init__(self, text: str, functions: Functions, limits: Limits | None) -> None:
         library = functions.library()
-        super().__init__(load(text, library), library, limits)
+        super().__init__(load(text, library), library, limits, functions.finish)
         self.functions = functions
 
     def cycle(self) -> None:
@@ -120,7 +120,7 @@ class _Script(Machine):
 
 
 def _urscript(run: _Run, text: str, limits: Limits | None) -> _Runner:
-    return _Script(text, Functions(run.controller, run.log, run.poses), limits)
+    return _Script(text, Functions(run.controller, run.log, run.poses, lambda: float(run.data.time)), limits)
 
 
 def _typed(run: _Run, text: str) -> _Runner:

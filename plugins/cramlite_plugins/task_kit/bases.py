@@ -36,12 +36,16 @@ class ByHandle(TaskType):
 
     def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
         empty_hand(belief)
-        patient, handle, way = action.roles["Patient"], self.begins_at(action), self.way(action)
+        yield Decomposition(self.led_by_handle(action, self.way(action)), "hold the handle, follow the joint, let go")
+
+    def led_by_handle(self, action: Action, way: Location) -> tuple[Location | Motion, ...]:
+        """Return the steps that take the handle, lead it along a way, and let go."""
+        patient, handle = action.roles["Patient"], self.begins_at(action)
         limits = {k: self.parameter(action, k) for k in ("speed_m_s", "force_limit_n")} | {"paced": 1.0}
         close = {"to": "closed", "expect": "object", "force_n": self.parameter(action, "force_n")}
         touch, back = (patient.name,), Location(action.inside("away"), "retreat", None, {"straight": True})
         still = Motion(action.inside("rest"), "hold", None, {"duration_s": self.rest_s}, reason=f"{patient.entity} comes to rest")
-        steps = (
+        return (
             handle,
             Motion(action.inside("open"), "gripper", handle, {"to": "place"}, reason="wider than the handle"),
             Motion(action.inside("transfer"), "transfer", handle, reason="in front of the handle"),
@@ -54,7 +58,6 @@ class ByHandle(TaskType):
             back,
             Motion(action.inside("back"), "linear", back, {"stage": "pose"}, touch, "clear of the handle"),
         )
-        yield Decomposition(steps, "hold the handle, follow the joint, let go")
 
     def begins_at(self, action: Action) -> Location:
         patient = action.roles["Patient"].name

@@ -35,7 +35,7 @@ class Closing(ByHandle):
         patient, touch = action.roles["Patient"], (action.roles["Patient"].name,)
         front, back = Location(action.inside("front"), "front", patient.name), Location(action.inside("away"), "retreat")
         way, end = self.way(action), Location(action.inside("stop"), "stop", patient.name)
-        limits = {k: self.parameter(action, k) for k in ("speed_m_s", "force_limit_n")}
+        limits = {k: self.parameter(action, k) for k in ("speed_m_s", "force_limit_n")} | {"paced": 1.0}
         press = {"speed_m_s": 0.015, "force_n": self.parameter(action, "press_n"), **PRESS}
         steps = (
             front,

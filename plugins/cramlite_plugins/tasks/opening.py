@@ -1,19 +1,24 @@
-"""soma:Opening: open a drawer or a door by its handle; a drawer also by pressing on its handle and drawing it along."""
+"""soma:Opening: open a drawer or a door by its handle; a drawer also by pressing on its handle, a door by pushing on from inside."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from itertools import combinations
+from typing import Any
 
 from msgspec.structs import replace
 
-from cramlite.model import Action, Belief, Location, Motion
-from cramlite.plugin import Decomposition, Parameter, TaskType, hookimpl
+from cramlite.model import Action, Belief, Location, Motion, Place
+from cramlite.plugin import Allowance, Decomposition, Parameter, TaskType, hookimpl
 
+from ..shapes.carried_along import driven
 from ..task_kit.bases import FORCES, SPEED, ByHandle
 
 LESS = (0.85, 0.8)
 """Shares of the range that something is opened to by its handle where no grip of that opens it further, or what is done next needs room
 before it."""
+DRIVES = "drives"
+"""Parameter of the locations of a way on which what a drawer meets goes along."""
 TOUCH = {"speed_m_s": 0.01, "free_m_s": 0.1, "force_n": 3.0, "beyond_m": 0.03}
 """As things are put down: through the air as fast as they are lifted, the last 15 mm slowly."""
 
@@ -21,7 +26,7 @@ TOUCH = {"speed_m_s": 0.01, "free_m_s": 0.1, "force_n": 3.0, "beyond_m": 0.03}
 class Opening(ByHandle):
     task = "soma:Opening"
     aliases = ("Open", "OpenContainer")
-    summary = "open a drawer or a door by its handle, or draw a drawer out by pressing on it"
+    summary = "open a drawer or a door by its handle; press on that and draw a drawer out, or push a door on from inside"
     parameters = (
         SPEED, Parameter("share", 0.0, "of the joint's range; 0: 0.95 or 0.9, and 0.85 or 0.8 where neither is free"), *FORCES,
         Parameter("press_n", 12.0, "friction of 0.5 then draws 6 N, what damping of 50 N s/m takes at 0.12 m/s"),
@@ -36,7 +41,37 @@ class Opening(ByHandle):
                 less = replace(action, parameters={**action.parameters, "share": share})
                 for way in super().decompose(less, belief):
                     yield replace(way, reason=f"{way.reason}; to {share:g} of the range alone", cost=0.5 + 0.1 * k)
+        thing = belief.thing(action.roles["Patient"].entity or action.roles["Patient"].name)
+        if thing.joint is not None and thing.joint.kind == "hinge":
+            yield self._pushed_on(action)
         yield self._pressing(action)
+        yield from self._driving(replace(action, parameters={**action.parameters, DRIVES: 1.0}), belief)
+
+    def _driving(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
+        """The same ways of a drawer, which drives what stands before it along; last, as where that ends nobody knows as well."""
+        joint = belief.thing(action.roles["Patient"].entity or "").joint
+        ways = (*super().decompose(action, belief), self._pressing(action)) if joint is not None and joint.kind == "slide" else ()
+        for way in ways:
+            yield replace(way, reason=f"{way.reason}; what it meets is driven along", cost=way.cost + 2.0)
+
+    def _pushed_on(self, action: Action) -> Decomposition:
+        patient, touch, way = action.roles["Patient"], (action.roles["Patient"].name,), self.way(action)
+        least, off = self._least(action), Location(action.inside("off"), "retreat")
+        begun = Location(action.inside("begun"), "opened", patient.name, {"ajar": least["least"]})
+        inner = Location(action.inside("inner"), "inner_side", patient.name, least)
+        limits = {k: self.parameter(action, k) for k in ("speed_m_s", "force_limit_n")}
+        steps = (
+            *self.led_by_handle(action, begun),
+            inner,
+            Motion(action.inside("around"), "transfer", inner, reason=f"behind {patient.entity}, which stands ajar"),
+            Motion(action.inside("shut"), "gripper", None, {"to": "shut", "expect": "none"}, reason="fingers together"),
+            Motion(action.inside("meet"), "linear", inner, {"stage": "pose", "speed_m_s": TOUCH["free_m_s"]}, touch, "to its inner side"),
+            way,
+            Motion(action.inside("push"), "force_path", way, limits, touch, f"{patient.entity} goes on its way"),
+            off,
+            Motion(action.inside("leave"), "linear", off, {"stage": "pose"}, touch, "clear of its inner side"),
+        )
+        return Decomposition(steps, "draw it ajar by its handle, then push it on from inside", 0.8)
 
     def _pressing(self, action: Action) -> Decomposition:
         patient, touch, way = action.roles["Patient"], (action.roles["Patient"].name,), self.way(action)
@@ -60,11 +95,22 @@ class Opening(ByHandle):
 
     def _least(self, action: Action) -> dict[str, float]:
         """How far it must get, whatever hand opens it."""
-        return {"least": self.parameter(action, "share") or LESS[-1]}
+        return {"least": self.parameter(action, "share") or LESS[-1], **self._drives(action)}
+
+    @staticmethod
+    def _drives(action: Action) -> dict[str, float]:
+        return {DRIVES: 1.0} if action.parameters.get(DRIVES) else {}
 
     def way(self, action: Action) -> Location:
         patient = action.roles["Patient"].name
-        return Location(f"opened({patient})", "opened", patient, {"share": self.parameter(action, "share")})
+        return Location(f"opened({patient})", "opened", patient, {"share": self.parameter(action, "share"), **self._drives(action)})
+
+    def allowance(self, action: Action, bindings: Mapping[str, Any]) -> Allowance:
+        """Return what it may touch, among it what the drawer drives before it, which may touch each other."""
+        allowed, patient = super().allowance(action, bindings), action.roles["Patient"]
+        way = bindings.get(self.way(action).name)
+        along = (patient.thing, *driven(way.values)) if isinstance(way, Place) else ()
+        return replace(allowed, touches=allowed.touches | {frozenset(pair) for pair in combinations(along, 2)})
 
 
 @hookimpl

@@ -50,7 +50,7 @@ class LateRobot(VirtualRobot):
 
     def __init__(self, *arguments: Any, **options: Any) -> None:
         super().__init__(*arguments, **options)
-        self.registers = Late(lambda: self.time)
+        self.functions.registers = Late(lambda: self.time)
 
 
 def run(monkeypatch: pytest.MonkeyPatch, *changes: tuple[str, str]) -> Rollout:

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import gzip
 import shutil
 from pathlib import Path
+from typing import Any
 
 import bson
+import bson.json_util as json_util
 import numpy as np
 import pytest
 from episode_builders import episode, rollout
@@ -84,6 +87,84 @@ def test_annotations_alone_are_said_to_be_no_events(tmp_path: Path) -> None:
     found = read_neem(collection(tmp_path, "annotations", label))
     assert found is not None
     assert [r.what for r in found.repairs] == ["left out 1 statements"]
+
+
+def transforms(count: int = 3) -> list[dict[str, Any]]:
+    """A cup that goes along x, one pose a second."""
+    place = {"rotation": {"x": 0.0, "y": 0.0, "z": 0.0, "w": 1.0}}
+    return [
+        {
+            "header": {"seq": k, "stamp": bson.datetime_ms.DatetimeMS(1000 * k + 500), "frame_id": "map"},
+            "child_frame_id": "cup",
+            "transform": {"translation": {"x": 0.1 * k, "y": 0.0, "z": 1.0}, **place},
+        }
+        for k in range(1, count + 1)
+    ]
+
+
+PACKED = b"".join(map(bson.encode, transforms()))
+
+
+def cup_of(folder: Path) -> list[float]:
+    found = read_neem(folder)
+    assert found is not None
+    assert found.tracks["cup"].times == pytest.approx([1.5, 2.5, 3.5])
+    return [float(x) for x in found.tracks["cup"].poses[:, 0]]
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "tf/roslog/tf.bson", "roslog/tf.bson", "tf.bson", "ros_tf/roslog/tf.bson", "5fb3aa_tf.bson", "tf/roslog/tf.bson.gz", "tf.json",
+        "neems/5fb3aa_tf.bson", "one/tf/roslog/tf.bson",
+    ],
+)  # fmt: skip
+def test_a_collection_is_found_in_every_layout(tmp_path: Path, name: str) -> None:
+    (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+    content = b"".join(map(bson.encode, transforms()))
+    if name.endswith(".json"):
+        content = "\n".join(json_util.dumps(d) for d in transforms()).encode()
+    (tmp_path / name).write_bytes(gzip.compress(content) if name.endswith(".gz") else content)
+    assert cup_of(tmp_path) == pytest.approx([0.1, 0.2, 0.3])
+    assert cup_of(tmp_path / name) == pytest.approx([0.1, 0.2, 0.3])
+
+
+def test_an_exported_list_is_read_too(tmp_path: Path) -> None:
+    (tmp_path / "tf.json").write_text(json_util.dumps(transforms(), indent=1))
+    assert cup_of(tmp_path) == pytest.approx([0.1, 0.2, 0.3])
+
+
+def test_transforms_without_a_header_and_with_lists(tmp_path: Path) -> None:
+    flat = [
+        {**d["header"], "child_frame_id": "cup", "transform": {k: list(v.values()) for k, v in d["transform"].items()}}
+        for d in transforms()
+    ]
+    assert cup_of(collection(tmp_path, "tf", *flat)) == pytest.approx([0.1, 0.2, 0.3])
+
+
+@pytest.mark.parametrize("names", [("a_tf.bson", "b_tf.bson"), ("a/tf.bson", "b/tf/roslog/tf.bson")])
+def test_two_dumps_in_one_folder_are_refused(tmp_path: Path, names: tuple[str, str]) -> None:
+    for name in names:
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_bytes(b"".join(map(bson.encode, transforms())))
+    with pytest.raises(UserError, match=r"holds 2 episodes .a.*, b.*Name one of"):
+        read_neem(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "said"),
+    [
+        ("tf.bson.gz", gzip.compress(PACKED, mtime=0)[:-9], "cannot be unpacked"),
+        ("tf.bson.gz", b"no archive", "cannot be unpacked"),
+        ("tf.json", b'{"child_frame_id": "cup"', "tf.json:1: no document as mongoexport writes it"),
+        ("tf.json", b"[1, 2]", "a document is an object, not '1'"),
+        ("tf.json", b'{"child_frame_id": "cup"}', "field 'transform' is missing"),
+    ],
+)
+def test_a_damaged_export_is_refused_with_its_place(tmp_path: Path, name: str, content: bytes, said: str) -> None:
+    (tmp_path / name).write_bytes(content)
+    with pytest.raises(UserError, match=said):
+        read_neem(tmp_path)
 
 
 @pytest.mark.parametrize("key", ["force", "wrench"])
@@ -196,6 +277,7 @@ def test_a_name_that_would_not_read_back_is_not_written(tmp_path: Path, name: st
         ('<?xml version="1.0"?><!DOCTYPE a [<!ENTITY a "ha"><!ENTITY b "&a;&a;">]><a>&b;</a>', "entity 'b'"),
         ('<?xml version="1.0"?><!DOCTYPE a [<!ENTITY x SYSTEM "file:///etc/passwd">]><a>&x;</a>', "entity 'x'"),
         (f'<?xml version="1.0"?><!DOCTYPE a [<!ENTITY x "{"ha" * 1000}">]><a>{"&x;" * 1000}</a>', "entity 'x'"),
+        ('<?xml version="1.0"?>\n<!DOCTYPE a [\n<!ENTITY owl "http://www.w3.org', ":3: the file ends within"),
         ("", "no XML"),
         ("\x00\x01\x02", "no XML"),
     ],

@@ -14,6 +14,7 @@ from cramlite.model import (
     Belief,
     Held,
     Location,
+    Motion,
     Object,
     Place,
     Pose,
@@ -120,7 +121,10 @@ def test_under_nothing_things_go_in_from_above() -> None:
     assert held is not None
     free = initial_belief(alone, "arm", FR3.home, 0.04).grasped(held).moved(belief.joints)
     poses = {n: e for n, e in free.poses.items() if n != "cabinet"}  # which is over the half of it that is not open
-    assert "things go in from above" in _refused(ASLANT, replace(free, poses=poses), context).reason
+    led = (Motion("3.Ungrasping/transfer", "transfer", ASLANT),)
+    no = _refused(ASLANT, replace(free, poses=poses), replace(context, agenda=led))
+    assert "things go in from above" in no.reason
+    assert no.because == ("drawer", "3.Ungrasping")  # why it did not get in from above still counts, such as how it is held
 
 
 @pytest.mark.parametrize(("radius", "leaning"), [(0.0705, True), (0.045, False)])

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
+import numpy as np
 import pytest
 from msgspec.structs import replace
 
@@ -9,6 +12,8 @@ from cramlite import Engine
 from cramlite.model import (
     Action,
     Belief,
+    Held,
+    JudgingLimits,
     Location,
     Motion,
     Object,
@@ -19,10 +24,14 @@ from cramlite.model import (
     World,
     initial_belief,
 )
-from cramlite.plugin import Context, Unresolvable
+from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 from cramlite_plugins.locations import handles, push
+from cramlite_plugins.locations.joint_way import driven_along
+from cramlite_plugins.motion_planning import reach
+from cramlite_plugins.motion_planning.space import Refusal
 from cramlite_plugins.robots.ur5e import UR5E
-from cramlite_plugins.simulation.objects.furniture import cabinet, drawer
+from cramlite_plugins.shapes.carried_along import driven, driven_before
+from cramlite_plugins.simulation.objects.furniture import cabinet, door, drawer
 from cramlite_plugins.simulation.objects.products_and_fixtures import block, table
 from cramlite_plugins.tasks.closing import Closing
 from cramlite_plugins.tasks.opening import Opening
@@ -127,3 +136,78 @@ def test_what_lies_in_it_comes_along() -> None:
     """Its back would else run against it."""
     inside = block("it", Pose((0.88, 0.1, 0.1 - 0.082 + 0.016 + 0.03)), (0.04, 0.04, 0.06))
     assert list(handles.resolve_location(place("handle", 0.8), *asked(inside)) or ())
+
+
+def unminded(*things: Thing) -> tuple[Belief, Context]:
+    """The same where nobody minds what becomes of other things."""
+    belief, context = asked(*things)
+    return belief, replace(context, limits=JudgingLimits(advisory=("bystanders",)))
+
+
+DRIVING = Location("it", "handle", "drawer", {"least": 0.8, "drives": 1.0})
+
+
+def test_it_drives_along_what_it_meets_where_nobody_minds() -> None:
+    assert list(handles.resolve_location(DRIVING, *unminded(standing(0.13))) or ())
+    for things, location in ((asked, DRIVING), (unminded, place("handle", 0.8))):
+        with pytest.raises(Unresolvable, match="of its own way 'drawer' is"):
+            list(handles.resolve_location(location, *things(standing(0.13))) or ())
+
+
+def test_that_another_way_of_opening_may_drive_it_is_said_where_nobody_minds() -> None:
+    """The task is to blame then, and not the drawer alone, so that its other ways are tried."""
+    led = (Motion("1.Opening/transfer", "transfer", place("handle", 0.8)),)
+    for things, because in ((unminded, ("drawer", "1.Opening")), (asked, ("drawer",))):
+        belief, context = things(standing(0.13))
+        with pytest.raises(Unresolvable) as ended:
+            list(handles.resolve_location(place("handle", 0.8), belief, replace(context, agenda=led)) or ())
+        assert ended.value.because == because
+
+
+def test_what_is_driven_goes_the_rest_of_the_way() -> None:
+    belief, context = asked(standing(0.13), block("aside", Pose((0.4, -0.5, 0.03)), (0.04, 0.04, 0.06)))
+    found = driven_along(belief.thing("drawer"), 0.0, 0.19, belief, context)
+    assert not isinstance(found, Refusal) and found == {"it": pytest.approx(0.06, abs=0.011)}
+    assert driven_along(belief.thing("drawer"), 0.0, 0.1, belief, context) == {}
+
+
+@pytest.mark.parametrize("make", [block, table], ids=["loose", "fixed"])
+def test_nothing_is_driven_into_something_else(make: Callable[[str, Pose, tuple[float, float, float]], Thing]) -> None:
+    """Behind a block that goes 60 mm along there is another, or a wall, after 30."""
+    behind = make("behind", Pose((0.73 - 0.06 - 0.13 - 0.03, 0.2, 0.03)), (0.04, 0.04, 0.06))
+    belief, context = unminded(standing(0.13), behind)
+    found = driven_along(belief.thing("drawer"), 0.0, 0.19, belief, context)
+    assert isinstance(found, Refusal) and found.reason.startswith("'it', driven along, would be") and "'behind'" in found.reason
+    assert found.blocking == ((("behind",),) if make is block else ())
+
+
+@pytest.mark.parametrize("gripped", [True, False], ids=["gripped", "pressed on"])
+def test_the_way_says_what_is_driven_and_that_is_believed_there(gripped: bool) -> None:
+    belief, context = unminded(standing(0.13))
+    if gripped:
+        hand = reach.tcp(belief, context).inverse() * belief.pose("drawer")
+        belief = belief.grasped(Held("drawer", hand, 0.02))
+    way = Location("way", "opened", "drawer", {"share": 0.95, "drives": 1.0})
+    (answer,) = handles.resolve_location(way, belief, context) or ()
+    assert isinstance(answer, Grounding) and driven(answer.value.values) == {"it": pytest.approx(0.06, abs=0.011)}
+    after = driven_before(belief, answer.value, np.array([-1.0, 0.0, 0.0]))
+    moved = np.subtract(after.poses["it"].pose.position, belief.poses["it"].pose.position)
+    assert moved == pytest.approx((-driven(answer.value.values)["it"], 0.0, 0.0)) and after.poses["it"].sigma > 0.05
+    (plain,) = handles.resolve_location(replace(way, parameters={"share": 0.95}), belief, context) or ()
+    assert isinstance(plain, Grounding) and not driven(plain.value.values)
+    screwed = unminded(table("it", standing(0.13).pose, (0.04, 0.04, 0.06)))
+    (no,) = handles.resolve_location(way, *screwed) or ()
+    assert isinstance(no, Refused)
+
+
+def test_the_drawer_may_touch_what_it_drives_and_no_door_drives_anything() -> None:
+    belief, _ = asked(standing(0.13))
+    action = Action("1.Opening", "soma:Opening", {"Patient": Object("drawer", entity="drawer")})
+    values = {"moved": 0.19, "driven_m it": 0.06}
+    bindings = {"opened(drawer)": Place(Pose(), Pose(), thing="drawer", values=values)}
+    assert frozenset({"drawer", "it"}) in Opening().allowance(action, bindings).touches
+    assert frozenset({"drawer", "it"}) not in Opening().allowance(action, {}).touches
+    assert [w.reason for w in Opening().decompose(action, belief) if "driven along" in w.reason]
+    world = replace(belief.world, things=(*belief.world.things, door("door", AT, parent="cabinet")))
+    of_door = replace(action, roles={"Patient": Object("door", entity="door")})
+    assert not [w for w in Opening().decompose(of_door, replace(belief, world=world)) if "driven along" in w.reason]

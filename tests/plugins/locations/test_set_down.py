@@ -19,7 +19,7 @@ from cramlite_plugins.locations.attitude import as_asked, check_turn
 from cramlite_plugins.locations.covers import openings
 from cramlite_plugins.locations.place_filters import Spot, clear
 from cramlite_plugins.locations.set_down import ARM, GAP, INSET, OUTLINE, YAWS
-from cramlite_plugins.motion_planning.reach import held_pose, tcp, uncertainty_margins
+from cramlite_plugins.motion_planning.reach import held_pose, shift, tcp, uncertainty_margins
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.shapes.surfaces import FLAT, surfaces
 from cramlite_plugins.simulation.objects.products_and_fixtures import basket, block, table
@@ -575,3 +575,13 @@ def test_a_region_that_is_too_small_is_refused() -> None:
     found, ended = answers(on("box", region="strip"), _belief(replace(desk, features=(*desk.features, strip))))
     assert not any(isinstance(a, Grounding) for a in found) and ended is not None
     assert "not in its region" in ended.reason and "10 mm inside is needed" in ended.reason
+
+
+@pytest.mark.parametrize(("x", "asked"), [(0.45, True), (1.5, False)])
+def test_what_is_out_of_reach_is_not_come_at_from_aside(x: float, asked: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    belief, asides = _belief(TIN, LARGE), list[object]()
+    monkeypatch.setattr(set_down, "is_free", lambda *args: asides.append(args))
+    at = Pose.from_axes((x, -0.3, 0.5), (0.0, 0.0, -1.0), (1.0, 0.0, 0.0))
+    spot = Spot("it", at, at, shift(at, (0.0, 0.0, 0.06)), 0.0)
+    assert set_down._from_aside(spot, _wanted(belief), 0.06) is None
+    assert bool(asides) == asked

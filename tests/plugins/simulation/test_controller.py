@@ -51,13 +51,24 @@ def test_a_blend_rounds_the_corner_without_a_stop_and_without_it_the_arm_stops()
     assert np.abs(stops.joints - corner).max(axis=1).min() < 0.005
 
 
-def test_a_blend_into_nothing_and_one_that_is_too_large_are_errors() -> None:
+def test_a_blend_into_something_else_stops_at_its_target() -> None:
+    """As a movel with a radius does; what asks the arm or moves it otherwise comes after."""
+    home = "[" + ", ".join(f"{v:.6f}" for v in UR5E.home) + "]"
+    goal = np.add(UR5E.home, (0.3, 0, 0, 0, 0, 0))
+    near = "[" + ", ".join(f"{v:.6f}" for v in goal) + "]"
+    for rest in ("sleep(0.1)", "movel(pose_trans(get_actual_tcp_pose(), p[0, 0, -0.01, 0, 0, 0]))", "set_digital_out(0, True)", "x = 1"):
+        rollout = script(f"  movej({near}, r=0.05)\n  {rest}")
+        assert rollout.outcome == "finished", (rest, rollout.reason)
+        assert np.abs(rollout.joints - goal).max(axis=1).min() < 4e-3, rest  # it sags
+    asked = script(f"  movej({near}, r=0.05)\n  q = get_target_joint_positions()\n  textmsg(q[0])\n  movej({home})")
+    assert float(asked.messages[0].text) == pytest.approx(goal[0], abs=1e-4)
+
+
+def test_a_blend_that_its_thread_leaves_behind_and_one_that_is_too_large_are_errors() -> None:
     home = "[" + ", ".join(f"{v:.6f}" for v in UR5E.home) + "]"
     near = "[" + ", ".join(f"{v:.6f}" for v in np.add(UR5E.home, (0.3, 0, 0, 0, 0, 0))) + "]"
-    alone = script(f"  movej({near}, r=0.05)\n  sleep(1.0)\n  movej({home})")
-    assert (alone.outcome, "followed by another movej" in alone.reason) == ("error", True)
-    last = script(f"  movej({near}, r=0.05)")
-    assert (last.outcome, "followed by another movej" in last.reason) == ("error", True)
+    left = script(f"  thread t():\n    movej({near}, r=0.05)\n  end\n  run t()\n  sleep(1)")
+    assert (left.outcome, "followed by another movej" in left.reason) == ("error", True)
     wide = script(f"  movej({near}, r=0.4)\n  movej({home})")
     assert (wide.outcome, "takes more than half" in wide.reason) == ("error", True)
     assert script(f"  movej({near}, r=0.05)\n  movej({home})").outcome == "finished"

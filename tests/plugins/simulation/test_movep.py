@@ -55,8 +55,7 @@ def test_movep_without_a_radius_stops_at_the_corner() -> None:
     ("body", "said"),
     [
         (movep(*SQUARE, r=0.09), "takes more than half of a motion of 0.150 m"),
-        (movep(*SQUARE[:3], r=0.05, last="  sleep(0.1)"), "movep with a blend radius must be followed by another movep"),
-        (movep(*SQUARE[:3], r=0.05, last="  movej([0, -1, 1, -1.5, -1.5, 0])"), "movep with a blend radius must be followed"),
+        (f"  thread t():\n{movep(*SQUARE[:3], r=0.05, last='  x = 1')}\n  end\n  run t()\n  sleep(9)", "must be followed by another movep"),
         (movep(*SQUARE[:2], SQUARE[0], r=0.05), "turns straight back"),
         (movep(SQUARE[0], SQUARE[0], r=0.0), "turn on the spot with movel"),
         (movep(*SQUARE[:3], r=0.05, last="  movep(p[0.6, 0.1, 0.3, 0, 3.14, 0], a=0.5, v=0.2)"), "the same v and a"),

@@ -162,6 +162,11 @@ BAD = {
         '<robot name="r">\n<link name="a"><collision><geometry>\n<mesh filename="package://far/a.stl"/></geometry></collision></link></robot>',
         r"scene.xml:3: the package 'far' is in no folder",
     ),
+    "y up": (
+        '<mujoco><option gravity="0 -9.81 0"/><worldbody><geom size=".1"/></worldbody></mujoco>', r"scene.xml:1: gravity is .0, -9.81, 0.",
+    ),
+    "xacro": ('<robot name="r">\n<!-- ${a} -->\n<xacro:include filename="b.xacro"/></robot>', r"scene.xml:3: this is xacro"),
+    "xacro's values": ('<robot name="r">\n<link name="${a}"/></robot>', r"scene.xml:2: this is xacro"),
     "two roots": ('<robot name="r">\n<link name="a"/>\n<link name="b"/></robot>', r"scene.xml:3: a URDF has one root link"),
 }  # fmt: skip
 
@@ -174,6 +179,46 @@ def test_bad_files_are_refused_with_file_and_line(kind: str, tmp_path: Path) -> 
     with pytest.raises(UserError, match=said) as refused:
         Engine().registry.first("read_scene", path=path, packages={}, keyframe="", joints={})
     assert "\n" not in str(refused.value)
+
+
+ROOM = '<body name="room">{}<body name="counter" pos=".5 0 .2"><geom type="box" size=".3 .5 .02"/></body>{}</body>'
+SHELF = '<body name="shelf" pos=".8 0 .6"><geom type="box" size=".1 .5 .02"/></body>'
+LEGS = '<body name="leg" pos=".5 0 .1"><geom type="box" size=".02 .02 .08"/></body>'
+SITE = '<site name="middle" pos="0 0 1"/>'
+JOINTED = '<body name="flap" pos=".5 .8 .2"><joint type="hinge" axis="1 0 0" range="0 1"/><geom type="box" size=".1 .1 .01"/></body>'
+
+
+@pytest.mark.parametrize(
+    ("body", "names"),
+    [
+        (ROOM.format("", SHELF), {"counter", "shelf"}),
+        (ROOM.format("", SHELF + JOINTED), {"counter", "shelf", "flap"}),
+        (ROOM.format("", LEGS), {"room"}),
+        (ROOM.format(SITE, SHELF), {"room"}),
+        (ROOM.format('<geom type="box" size=".05 .05 .05"/>', SHELF), {"room"}),
+    ],
+)
+def test_a_room_of_bodies_is_not_one_thing_and_a_table_is(body: str, names: set[str], tmp_path: Path) -> None:
+    assert {t.name for t in _scene(tmp_path, body).things} == names
+
+
+def test_a_height_field_is_said_to_be_left_out(tmp_path: Path) -> None:
+    field = '<asset><hfield name="h" nrow="4" ncol="4" size="1 1 .1 .1"/></asset>'
+    scene = _scene(tmp_path, '<geom name="ground" type="hfield" hfield="h"/><geom type="box" size=".1 .1 .1"/>', field)
+    assert any("'ground' has no shape that things can have" in n for n in scene.notes)
+
+
+@pytest.mark.parametrize("mesh", ["package://far/a.dae", "a.dae", "no.stl"])
+def test_pictures_of_a_urdf_that_cannot_be_read_are_left_out(mesh: str, tmp_path: Path) -> None:
+    (tmp_path / "a.dae").write_text("<COLLADA/>")
+    looks = f'<visual>\n<geometry><mesh filename="{mesh}"/></geometry></visual>'
+    solid = '<collision><geometry><box size=".1 .1 .1"/></geometry></collision>'
+    (tmp_path / "scene.urdf").write_text(f'<robot name="r">\n<link name="table">{looks}{solid}</link></robot>')
+    scene = read_scene(tmp_path / "scene.urdf", {}, "", {})
+    assert scene is not None and [t.name for t in scene.things] == ["table"]
+    (tmp_path / "scene.urdf").write_text(f'<robot name="r">\n<link name="table">{looks.replace("visual", "collision")}</link></robot>')
+    with pytest.raises(UserError, match=r"scene.urdf:3: "):
+        read_scene(tmp_path / "scene.urdf", {}, "", {})
 
 
 def test_other_files_are_left_to_others(tmp_path: Path) -> None:

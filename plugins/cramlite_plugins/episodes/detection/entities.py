@@ -47,8 +47,8 @@ def effector_entities(rollout: Rollout) -> tuple[Entity, ...]:
 
 
 def _finger(hand: str, tip: str, pad: Vector3 | None) -> Entity:
-    """A finger whose frame is in the middle of its pad, z towards the tip; with the pad's length, where that is known."""
-    known = {"pad_length": pad[2]} if pad else {}
+    """A finger whose frame is in the middle of its pad, z towards the tip and x across it; with the pad's size, where that is known."""
+    known = {"pad_length": pad[2], "pad_width": pad[0]} if pad else {}
     return Entity(str(EntityName(hand, tip)), ("soma:Finger",), part_of=hand, properties=known)
 
 

@@ -41,6 +41,9 @@ UNSEEN = (0.5, 0.3, 5.0)
 #: Longest recording looked at [s]: a grid of STEP over six hours takes 0.2 GB. One wrong stamp can make a recording
 #: of 50 years out of one of a minute.
 LONGEST = 6 * 3600.0
+#: No hand moves faster than this [m/s] for a twentieth of a recording: a thrower's moves at 25 m/s for an instant, and the people of
+#: two recordings in virtual reality at 1 m/s. In centimetres these move at 100 m/s.
+FASTEST, SHARE_FAST = 20.0, 0.95
 #: A pause longer than the first is cut to the second [s].
 PAUSE = (60.0, 10.0)
 
@@ -78,7 +81,19 @@ def infer(episode: Episode) -> Episode:
         why = f"it lasts {last - first:.0f} s, and up to {LONGEST:.0f} s are looked at; is a stamp wrong?"
         return replace(episode, repairs=(*episode.repairs, Repair("no events were inferred", (first, last), why)))
     grid = _grid(episode)
+    if doubt := _too_fast(episode, grid):
+        return replace(episode, repairs=(*episode.repairs, Repair("no events were inferred", (first, last), doubt)))
     return _inferred(episode if hands_of(episode) else _with_carrier(episode, grid), grid)
+
+
+def _too_fast(episode: Episode, grid: Grid) -> str:
+    """Why hands cannot have moved as the poses say; "" if they can."""
+    for hand in (h for h in hands_of(episode) if h in grid.poses and len(grid.times) > 2):
+        speeds = np.linalg.norm(np.diff(grid.poses[hand][:, :3], axis=0), axis=1) / STEP
+        moving = speeds[speeds > 1e-6]
+        if len(moving) and (speed := float(np.quantile(moving, SHARE_FAST))) > FASTEST:
+            return f"'{hand}' moves at {speed:.0f} m/s; lengths are metres: if these are millimetres or centimetres, convert them"
+    return ""
 
 
 def without_pauses(episode: Episode) -> Episode:
@@ -371,7 +386,7 @@ def _standing(episode: Episode, grips: Sequence[Grip], grid: Grid) -> tuple[list
     carried = {e.roles["supportee"] for e in known if e.type == "soma:SupportState"}
     events, grounds = list(known), list[Entity]()
     for thing in dict.fromkeys(n for n, _, _ in free if n not in carried):
-        found, made = _on_something(episode, thing, [(s, e) for n, s, e in free if n == thing], grid)
+        found, made = _on_something(episode, thing, sorted((s, e) for n, s, e in free if n == thing), grid)
         events += found
         grounds += made
     return events, grounds

@@ -9,12 +9,14 @@ which an identity pose means that the tracker saw nothing.
 
 from __future__ import annotations
 
+import gzip
 import struct
+import zlib
 from array import array
 from collections.abc import Iterable, Iterator
 from datetime import datetime
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import IO, Any, NamedTuple
 
 import bson
 import numpy as np
@@ -27,6 +29,7 @@ from cramlite.plugin import UserError
 
 from ..tracks import Rows
 
+ENDINGS = (".bson", ".bson.gz", ".json")
 COLLECTIONS = ("tf", "triples", "annotations", "wrench", "inferred", "world_state")
 #: MongoDB's own limit is 16 MB a document; twice that is certainly no document.
 MAX_DOCUMENT = 32 * 2**20
@@ -47,39 +50,78 @@ class Triple(NamedTuple):
     o: str | float
 
 
-def collection_file(folder: Path, name: str) -> Path | None:
-    """Find the file of a collection, in any of the layouts in use."""
-    places = (
-        folder / name / "roslog" / f"{name}.bson",
-        folder / "roslog" / f"{name}.bson",
-        folder / f"{name}.bson",
-        folder / name / f"{name}.bson",
-    )
-    return next((p for p in places if p.is_file()), None)
+def collection_files(folder: Path, name: str) -> list[Path]:
+    """Find the files of a collection, in any of the layouts in use: at most one for each episode in the folder.
+
+    KnowRob's ``tf/roslog/tf.bson``, also under a topic's name (``ros_tf``); a database's dump, in which each episode's collections
+    begin with its id (``5fb3_tf.bson``), as openEASE keeps them; and each of them packed, or exported as JSON.
+    """
+    ends = ENDINGS[: 2 if name == "world_state" else 3]  # a world state in JSON has a reader of its own
+    plain = [d / f"{name}{end}" for d in (folder / name / "roslog", folder / "roslog", folder, folder / name) for end in ends]
+    found = next((p for p in plain if p.is_file()), None)
+    if found is not None:
+        return [found]
+    patterns = (pattern + end for pattern in (f"*/roslog/{name}", f"*_{name}") for end in ENDINGS[:2])
+    return sorted(f for pattern in patterns for f in folder.glob(pattern) if f.is_file())
+
+
+def kind_of(file: Path) -> str:
+    """Return the collection that a file holds, by its name, whatever id stands before; else its name."""
+    stem = next((file.name.removesuffix(end) for end in ENDINGS if file.name.endswith(end)), file.stem)
+    return next((c for c in COLLECTIONS if stem == c or stem.endswith(f"_{c}")), stem)
 
 
 def documents(path: Path) -> Iterator[dict[str, Any]]:
-    """Yield the documents of a BSON file.
+    """Yield the documents of a collection: BSON, packed or not, or JSON as mongoexport writes it, one document a line or a list.
 
     Raises:
-        UserError: the file is cut off or is no BSON; names the document and the byte.
+        UserError: the file is cut off or is no BSON or JSON; names the document and the byte or line.
     """
-    with path.open("rb") as file:
-        count = place = 0
-        while head := file.read(4):
-            size = struct.unpack("<i", head)[0] if len(head) == 4 else -1
-            if len(head) == 4 and not 5 <= size <= MAX_DOCUMENT:
-                raise _broken(path, count, place, f"its length is given as {size} bytes, so this is no BSON document")
-            body = head + file.read(max(size - 4, 0))
-            if len(body) != size:
-                raise _broken(
-                    path, count, place, f"the file ends {size - len(body) if size > 0 else 'some'} bytes early"
-                )
+    if path.suffix == ".json":
+        yield from _exported(path)
+        return
+    with gzip.open(path) if path.suffix == ".gz" else path.open("rb") as file:
+        try:
+            yield from _decoded(path, file)
+        except (EOFError, gzip.BadGzipFile, zlib.error) as error:
+            raise UserError(f"{path}: it cannot be unpacked: {error}. Dump the database again, or remove the file.") from None
+
+
+def _exported(path: Path) -> Iterator[dict[str, Any]]:
+    from bson.json_util import JSONOptions, loads
+
+    options = JSONOptions(datetime_conversion=DatetimeConversion.DATETIME_MS)
+    if path.stat().st_size > MAX_DOCUMENT and path.open("rb").read(1) == b"[":
+        raise UserError(f"{path}: a list of {path.stat().st_size} bytes; export it without --jsonArray, one document a line.")
+    with path.open(encoding="utf-8", errors="replace") as file:
+        lines = iter([file.read()]) if file.read(1) == "[" and not file.seek(0) else file
+        if lines is file:
+            file.seek(0)
+        for number, line in enumerate(lines, 1):
             try:
-                yield bson.decode(body, _OPTIONS)
-            except (bson.errors.BSONError, ValueError) as error:
-                raise _broken(path, count, place, str(error)) from None
-            count, place = count + 1, place + size
+                found = loads(line, json_options=options) if line.strip() else []
+            except (bson.errors.BSONError, ValueError, TypeError) as error:
+                raise UserError(f"{path}:{number}: no document as mongoexport writes it: {error}.") from None
+            for document in found if isinstance(found, list) else [found]:
+                if not isinstance(document, dict):
+                    raise UserError(f"{path}:{number}: a document is an object, not {str(document)[:40]!r}.")
+                yield document
+
+
+def _decoded(path: Path, file: IO[bytes] | gzip.GzipFile) -> Iterator[dict[str, Any]]:
+    count = place = 0
+    while head := file.read(4):
+        size = struct.unpack("<i", head)[0] if len(head) == 4 else -1
+        if len(head) == 4 and not 5 <= size <= MAX_DOCUMENT:
+            raise _broken(path, count, place, f"its length is given as {size} bytes, so this is no BSON document")
+        body = head + file.read(max(size - 4, 0))
+        if len(body) != size:
+            raise _broken(path, count, place, f"the file ends {size - len(body) if size > 0 else 'some'} bytes early")
+        try:
+            yield bson.decode(body, _OPTIONS)
+        except (bson.errors.BSONError, ValueError) as error:
+            raise _broken(path, count, place, str(error)) from None
+        count, place = count + 1, place + size
 
 
 def _broken(path: Path, count: int, place: int, why: str) -> UserError:
@@ -99,8 +141,8 @@ def read_tf(path: Path) -> dict[str, Rows]:
     ours = True
     for count, document in _single(documents(path)):
         try:
-            header, child, transform = document["header"], document["child_frame_id"], document["transform"]
-            t, q = transform["translation"], transform["rotation"]
+            header, child, transform = document.get("header", document), document["child_frame_id"], document["transform"]
+            t, q = (_named(transform[key], axes) for key, axes in (("translation", "xyz"), ("rotation", "xyzw")))
             time = document.get("time")
             if time is None:
                 ours, time = False, seconds(header["stamp"])
@@ -110,6 +152,11 @@ def read_tf(path: Path) -> dict[str, Rows]:
         except (KeyError, TypeError, AttributeError, ValueError) as error:
             raise _not_a(path, count, "transform", error) from None
     return {child: _rows(*columns, ours) for child, columns in rows.items()}
+
+
+def _named(values: Any, axes: str) -> Any:
+    """Numbers by the names of their axes; some writers list them."""
+    return dict(zip(axes, values, strict=True)) if isinstance(values, list) else values
 
 
 def _single(found: Iterable[dict[str, Any]]) -> Iterator[tuple[int, dict[str, Any]]]:

@@ -79,7 +79,7 @@ def read_neem(path: Path | str) -> Episode | None:
     Raises:
         UserError: a file cannot be read; names the file, the place and what to do.
     """
-    path = Path(path)
+    path = _episode_in(Path(path))
     parts = Parts(re.sub(r"_(ED|SM|WS)$", "", path.stem if path.is_file() else path.resolve().name))
     for file in _files(path):
         try:
@@ -102,7 +102,7 @@ def _files(path: Path) -> list[Path]:
             "or put each episode into a folder of its own."
         )
     states = sorted(f for pattern in ("*_WS.json", "*world_state*.json", "*.jsonl") for f in path.glob(pattern))
-    dumps = [f for n in mongodump.COLLECTIONS if (f := mongodump.collection_file(path, n)) is not None]
+    dumps = _dumps(path)
     extras = [f for f in (path / "extras.npz",) if f.is_file()]
     return [
         *sorted(owl, key=lambda f: (not f.stem.endswith("_SM"), not f.stem.endswith("_ED"))),
@@ -110,3 +110,29 @@ def _files(path: Path) -> list[Path]:
         *dumps,
         *extras,
     ]
+
+
+def _dumps(path: Path) -> list[Path]:
+    """The collections of one episode."""
+    found = {name: mongodump.collection_files(path, name) for name in mongodump.COLLECTIONS}
+    if many := max(found.values(), key=len)[1:]:
+        raise UserError(
+            f"{path}: holds {len(many) + 1} episodes ({', '.join(str(f.relative_to(path)) for f in max(found.values(), key=len)[:5])}"
+            f"{', ...' if len(many) > 4 else ''}). Name one of the files, or put each episode into a folder of its own."
+        )
+    return [f for files in found.values() for f in files]
+
+
+def _episode_in(path: Path) -> Path:
+    """The folder of an episode: itself or, where it holds none and no mapping file, the only one in it that does.
+
+    Raises:
+        UserError: several do.
+    """
+    if path.is_file() or _files(path) or any(path.glob("*.yaml")):
+        return path
+    inner = [f for f in sorted(path.glob("*")) if f.is_dir() and not f.name.startswith(".") and _files(f)]
+    if len(inner) > 1:
+        some = ", ".join(f.name for f in inner[:5]) + (", ..." if len(inner) > 5 else "")
+        raise UserError(f"{path}: holds {len(inner)} episodes ({some}). Name one of these folders.")
+    return inner[0] if inner else path

@@ -44,7 +44,7 @@ def read_file(file: Path, parts: Parts) -> None:
     suffix = file.suffix.lower()
     if suffix in RDF:
         _read_rdf(file, parts)
-    elif suffix == ".bson":
+    elif suffix in (".bson", ".gz") or (suffix == ".json" and mongodump.kind_of(file) in mongodump.COLLECTIONS[:-1]):
         _read_dump(file, parts)
     elif suffix in (".json", ".jsonl"):
         _add_world_state(file, parts)
@@ -88,7 +88,7 @@ def _add_events(found: Individuals, parts: Parts) -> None:
 
 
 def _read_dump(file: Path, parts: Parts) -> None:
-    kind = file.stem
+    kind = mongodump.kind_of(file)
     if kind in ("triples", "annotations", "inferred"):
         parts.triples += mongodump.read_triples(file)
     elif kind == "wrench":

@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
+from xml.sax import SAXParseException
 
 from cramlite.plugin import UserError
 
@@ -64,11 +65,19 @@ def parse(path: Path) -> Graph:
         with _quiet():
             return Graph().parse(data=text, format=format_)
     except Exception as error:
-        line = error.getLineNumber() if hasattr(error, "getLineNumber") else getattr(error, "lines", "?")
-        reason = " ".join(str(error).split())[:300]
+        line, said = _complaint(error)
+        reason = " ".join(said.split())[:300]
         raise UserError(
-            f"{path}:{line}: cannot be read as RDF ({format_}): {reason}. Check that the file is complete."
+            f"{path}{line}: cannot be read as RDF ({format_}): {reason}. Check that the file is complete."
         ) from None
+
+
+def _complaint(error: Exception) -> tuple[str, str]:
+    """Where, as ":line" or "", and what a parser of rdflib objects to, without the bytes that it shows."""
+    if isinstance(error, SAXParseException):
+        return f":{error.getLineNumber()}", error.getMessage()
+    before = getattr(error, "lines", None)  # of Turtle: lines that end before
+    return "" if before is None else f":{before + 1}", str(getattr(error, "_why", error))
 
 
 def _check_contexts(path: Path, text: str) -> None:
@@ -123,6 +132,8 @@ def _check_xml(path: Path, text: str) -> None:
     for match in found:
         parameter, name, value = match[1], match[2], match[3] if match[3] is not None else match[4]
         line = text.count("\n", 0, match.start()) + 1
+        if (match[5] or "").startswith(('"', "'")):
+            raise UserError(f"{path}:{line}: the file ends within the declaration of entity '{name}'. Check that it is complete.")
         if (
             parameter
             or value is None

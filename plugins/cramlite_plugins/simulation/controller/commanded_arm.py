@@ -9,7 +9,7 @@ from abc import ABC, abstractmethod
 
 from msgspec.structs import replace
 
-from cramlite.model import Floats, Pose, Robot
+from cramlite.model import Floats, Pose, Robot, Vector3
 
 from .force_mode import ForceMode
 from .gripper_order import GripperOrder
@@ -17,7 +17,15 @@ from .movep import process_motion
 from .nominal_arm import NominalArm
 from .platform_drive import PlatformDrive
 from .protective_stop import ProtectiveStop
-from .trajectories import Motion, StoppingMotion, blended_motion, joint_motion, linear_motion, stopping_motion
+from .trajectories import (
+    Motion,
+    StoppingMotion,
+    blended_motion,
+    circular_motion,
+    joint_motion,
+    linear_motion,
+    stopping_motion,
+)
 
 
 class CommandedArm(ABC):
@@ -109,6 +117,14 @@ class CommandedArm(ABC):
             ValueError: a line has no length, a radius takes more than half of one, or the way turns straight back.
         """
         return self._begin(process_motion([self._start(), *goals], radii, speed, acceleration))
+
+    def move_circular(self, via: Vector3, goal: Pose, speed: float, acceleration: float, fixed: bool) -> Motion:
+        """Start a movec [m/s, m/s2] over the position ``via``; ``fixed`` keeps the tool's orientation to the tangent.
+
+        Raises:
+            ValueError: no circle goes through start, ``via`` and goal.
+        """
+        return self._begin(circular_motion(self._start(), via, goal, speed, acceleration, fixed))
 
     def path_length(self, goal: Pose) -> float:
         """Compute the path length of a movel [m]; a rotation counts by its lever."""

@@ -19,6 +19,7 @@ from ...kinematics.timing import profile_position, trapezoid
 
 # A tool that turns on the spot or nearly so: one radian takes as long as this way [m]. UR's manual leaves it open.
 RADIAN = 0.25
+STRAIGHT = 1e-6  # the sine of an angle below which three points of a circle are on one line
 
 
 class Motion(Protocol):
@@ -110,6 +111,28 @@ class LinearMotion(TrapezoidalProfile):
         return Pose(position, quaternion_product(self.start.quaternion, turned))
 
 
+class CircularMotion(TrapezoidalProfile):
+    """The trajectory of a movec: the TCP on an arc by ``angle`` [rad] about ``axis``, a unit vector through ``centre``."""
+
+    start: Pose
+    goal: Pose
+    centre: Floats
+    axis: Floats
+    angle: float
+    turn: Vector3
+    fixed: bool
+
+    def at(self, time: float) -> Pose:
+        """Return the TCP pose in the base frame at a time since the start [s]."""
+        share = self.share(time)
+        along = Pose.from_rotvec((0, 0, 0), [share * self.angle * v for v in self.axis])
+        x, y, z = self.centre + np.array(along.rotate(tuple(np.array(self.start.position) - self.centre)))
+        if self.fixed:  # the tool turns with the tangent
+            return Pose((float(x), float(y), float(z)), quaternion_product(along.quaternion, self.start.quaternion))
+        turned = rotvec_quaternion([share * v for v in self.turn])
+        return Pose((float(x), float(y), float(z)), quaternion_product(self.start.quaternion, turned))
+
+
 class StoppingMotion(Value):
     """A motion that is being stopped on its own path: its time runs ever slower, to a stop after ``duration``."""
 
@@ -161,6 +184,27 @@ def linear_motion(start: Pose, goal: Pose, speed: float, acceleration: float) ->
     turn = (start.inverse() * goal).rotvec
     way = max(math.dist(start.position, goal.position), RADIAN * float(np.linalg.norm(turn)))
     return LinearMotion(way, speed, acceleration, start, goal, turn)
+
+
+def circular_motion(start: Pose, via: Vector3, goal: Pose, speed: float, acceleration: float, fixed: bool) -> CircularMotion:
+    """Plan a movec from a TCP pose over a position to a pose [m/s, m/s2]; ``fixed`` keeps the tool's orientation to the tangent.
+
+    Raises:
+        ValueError: the three positions are on one line, or two of them are one.
+    """
+    a, b, c = (np.array(p) for p in (start.position, via, goal.position))
+    normal = np.cross(b - a, c - a)
+    size = float(np.linalg.norm(normal))
+    if size <= STRAIGHT * float(np.linalg.norm(b - a) * np.linalg.norm(c - a)):
+        raise ValueError("start, via point and goal are on one line: no circle goes through them")
+    axis = normal / size
+    # The circumcentre of three points: https://en.wikipedia.org/wiki/Circumcircle, "Circumcenter coordinates", 3D.
+    u, v = b - a, c - a
+    centre = a + np.cross((u @ u) * v - (v @ v) * u, normal) / (2 * size**2)
+    out, end = a - centre, c - centre
+    angle = math.atan2(float(axis @ np.cross(out, end)), float(out @ end)) % (2 * math.pi)
+    turn = (start.inverse() * goal).rotvec
+    return CircularMotion(angle * float(np.linalg.norm(out)), speed, acceleration, start, goal, centre, axis, angle, turn, fixed)
 
 
 def stopping_motion(motion: Motion, time: float, deceleration: float) -> StoppingMotion:

@@ -78,7 +78,7 @@ def drawer(
     ]
     back = Geom("box", (half, width / 2, height / 3), Pose((half - depth, 0, -height / 6)), rgba=rgba)
     at = Pose((WALL + GAP + OFF, 0.0, 0.0))
-    cavity = {"width": depth - WALL, "depth": width - 2 * WALL, "height": 5 * height / 6 - WALL}
+    cavity = {"width": depth - WALL, "depth": width - 2 * WALL, "height": 2 * height / 3 - WALL}  # up to the rim of its sides
     features = (
         _handle(at),
         Feature("cavity", "cram:Cavity", Pose((-depth / 2, 0, height / 6)), cavity),

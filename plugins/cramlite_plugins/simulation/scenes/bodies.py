@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from typing import Any, Literal
 
 import mujoco
+import numpy as np
 
 from cramlite.model import Value
 
@@ -14,6 +15,8 @@ HINGE, SLIDE, BALL, FREE = (
 )
 CHAIN = 4
 """So many joints in a row are an arm: doors with handles and microwaves have two, no furniture has more than three."""
+GAP = 0.01
+"""Parts of one piece of furniture are no farther apart than this [m]; they touch or are drawn with a gap of some millimetres."""
 DRIVEN = 3
 """So many, if motors drive one of them."""
 
@@ -50,9 +53,10 @@ class Grouped(Value):
     robots: tuple[int, ...] = ()
 
 
-def grouped(model: Any) -> Grouped:
-    """Group the bodies of a model by what moves together."""
+def grouped(model: Any, data: Any) -> Grouped:
+    """Group the bodies of a model by what moves together; of what is fixed, the bodies of a room are apart."""
     robots, bases, notes = _robots(model)
+    rooms = _rooms(model, data)
     of: dict[int, int] = {}
     kinds: dict[int, tuple[Literal["fixed", "joint", "free"], int]] = {}
     for body in range(1, model.nbody):
@@ -62,7 +66,7 @@ def grouped(model: Any) -> Grouped:
         carrier = of.get(above, 0)
         kind, note = _kind(model, body, kinds[carrier][0] if carrier else "fixed")
         notes += [note] if note else []
-        own = kind != "fixed" or not carrier
+        own = kind != "fixed" or not carrier or above in rooms
         of[body] = body if own else carrier
         if own:
             kinds[body] = (kind, carrier)
@@ -84,6 +88,47 @@ def _kind(model: Any, body: int, carrier: str) -> tuple[Literal["fixed", "joint"
     if carrier != "fixed":
         return "fixed", f"'{name}' is jointed to what moves itself; its own joint is held where it starts"
     return "joint", ""
+
+
+def _rooms(model: Any, data: Any) -> frozenset[int]:
+    """Fixed bodies that hold others together by name alone: without shape and site, and what they hold stands in two places or more.
+
+    A kitchen's cupboards are not one thing; a table's legs, which touch its top, are.
+    """
+    found = set()
+    for body in range(1, model.nbody):
+        if int(model.body_geomnum[body]) or int(model.body_weldid[body]) or body in set(map(int, model.site_bodyid)):
+            continue
+        boxes = [b for c in range(body + 1, model.nbody) if int(model.body_parentid[c]) == body and (b := _box(model, data, c)) is not None]
+        if len(boxes) > 1 and not _touching(boxes):
+            found.add(body)
+    return frozenset(found)
+
+
+def _box(model: Any, data: Any, top: int) -> tuple[Any, Any] | None:
+    """The corners of the box, world axes, around all that is fixed to a body and collides; None of what moves or collides with nothing."""
+    if int(model.body_weldid[top]):
+        return None
+    low, high = np.full(3, np.inf), np.full(3, -np.inf)
+    for g in range(model.ngeom):
+        body = int(model.geom_bodyid[g])
+        while body > top:
+            body = int(model.body_parentid[body])
+        if body != top or not int(model.geom_contype[g] | model.geom_conaffinity[g]) or int(model.body_weldid[model.geom_bodyid[g]]):
+            continue
+        turn = data.geom_xmat[g].reshape(3, 3)
+        middle, reach = data.geom_xpos[g] + turn @ model.geom_aabb[g, :3], np.abs(turn) @ model.geom_aabb[g, 3:]
+        low, high = np.minimum(low, middle - reach), np.maximum(high, middle + reach)
+    return (low, high) if (low < high).all() else None
+
+
+def _touching(boxes: list[tuple[Any, Any]]) -> bool:
+    """Whether boxes hang together: from the first, all others are reached over gaps of ``GAP`` at most."""
+    reached, waiting = [boxes[0]], boxes[1:]
+    while near := [b for b in waiting if any((b[0] <= r[1] + GAP).all() and (r[0] <= b[1] + GAP).all() for r in reached)]:
+        reached += near
+        waiting = [b for b in waiting if not any(b is n for n in near)]
+    return not waiting
 
 
 def joints(model: Any, body: int) -> range:

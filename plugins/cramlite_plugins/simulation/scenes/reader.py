@@ -51,8 +51,8 @@ def _read(path: Path, packages: Mapping[str, Path], keyframe: str, joints: Mappi
     from .source import read_source
 
     source = read_source(path, packages, keyframe)
-    groups = grouped(source.model)
-    notes = [*groups.notes, *_not_kept(source.model)]
+    groups = grouped(source.model, source.data)
+    notes = [*source.warnings, *groups.notes, *_not_kept(source.model)]
     try:
         made, said = _things(source, groups.groups, joints)
     except UserError as error:
@@ -93,8 +93,10 @@ def _things(source: Any, groups: tuple[Group, ...], joints: Mapping[str, StatedJ
             made.append(found)
     for g in range(int(model.body_geomnum[0])):
         if collides(model, g):
-            found = make_of_world(source, g, _named(model.geom(g).name or f"geom_{g}", taken, notes))
+            name = _named(model.geom(g).name or f"geom_{g}", taken, notes)
+            found = make_of_world(source, g, name)
             made += [found] if found else []
+            notes += [] if found else [f"'{name}' has no shape that things can have (a height field?); left out"]
     shown = sum(not collides(model, g) for g in range(model.ngeom))
     return made, notes + ([f"{shown} shape{'s' * (shown != 1)} without contacts, which only look: left out"] if shown else [])
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +17,8 @@ from cramlite.plugin import UserError, nearest
 PACKAGE = re.compile(r"package://([^/\"']+)/([^\"']*)")
 FILENAME = re.compile(r"(filename\s*=\s*[\"'])([^\"']+)")
 READ = ("stl", "obj", "msh")
+LEVEL = 0.98
+"""Gravity must point down by this share (11 deg): what is meant to stand on a slope is not turned, what is meant y up is refused."""
 LARGEST = 100.0
 """A scene that reaches farther [m] is in another unit: the largest kitchens are 20 m long."""
 
@@ -27,6 +30,7 @@ class Source(Value):
         path: of the file.
         urdf: whether it is a URDF.
         spec, model, data: as MuJoCo has them; the data is that of the state the scene starts in.
+        warnings: of MuJoCo, of what it left out.
     """
 
     path: Path
@@ -34,6 +38,7 @@ class Source(Value):
     spec: Any
     model: Any
     data: Any
+    warnings: tuple[str, ...] = ()
 
 
 def root_tag(path: Path) -> str:
@@ -54,18 +59,31 @@ def read_source(path: Path, packages: Mapping[str, Path], keyframe: str = "") ->
     """
     urdf = root_tag(path) == "robot"
     try:
-        spec = mujoco.MjSpec.from_string(_urdf(path, packages)) if urdf else mujoco.MjSpec.from_file(str(path))
-        if urdf:
-            _loosen(spec)
-        _drop_textures(spec)
-        model = spec.compile()
+        with _warnings() as warned:
+            spec = mujoco.MjSpec.from_string(_urdf(path, packages)) if urdf else mujoco.MjSpec.from_file(str(path))
+            if urdf:
+                _loosen(spec)
+            _drop_textures(spec)
+            model = spec.compile()
     except ValueError as error:
         raise UserError(_explained(path, str(error))) from error
     data = mujoco.MjData(model)
     _start(path, model, data, keyframe)
     mujoco.mj_forward(model, data)
     _check_numbers(path, model, data)
-    return Source(path, urdf, spec, model, data)
+    _check_up(path, model)
+    return Source(path, urdf, spec, model, data, tuple(dict.fromkeys(warned)))
+
+
+@contextmanager
+def _warnings() -> Iterator[list[str]]:
+    """What MuJoCo warns of meanwhile: it would print it, and append it to MUJOCO_LOG.TXT in the user's folder."""
+    said, before = list[str](), mujoco.get_mju_user_warning()
+    mujoco.set_mju_user_warning(said.append)
+    try:
+        yield said
+    finally:
+        mujoco.set_mju_user_warning(before)
 
 
 def _drop_textures(spec: Any) -> None:
@@ -120,9 +138,25 @@ def _check_numbers(path: Path, model: Any, data: Any) -> None:
             )
 
 
+def _check_up(path: Path, model: Any) -> None:
+    """Refuse a scene that falls another way than down: its things would stand on their sides."""
+    down = np.array(model.opt.gravity)
+    if np.linalg.norm(down) > 1.0 and -down[2] < LEVEL * np.linalg.norm(down):
+        said = ", ".join(f"{v:g}" for v in down)
+        raise UserError(
+            f"{path}:{_line(path, 'gravity')}: gravity is ({said}), and scenes here have z upwards; turn it, such as with "
+            "<frame euler=\"90 0 0\"> around all of its bodies where y is up."
+        )
+
+
 def _urdf(path: Path, packages: Mapping[str, Path]) -> str:
     """The text with paths of files as MuJoCo finds them, and one root: MuJoCo drops further ones without a word."""
     text = path.read_text(encoding="utf-8", errors="replace")
+    bare = re.sub(r"<!--.*?-->", lambda c: "\n" * c[0].count("\n"), text, flags=re.DOTALL)
+    if made := re.search(r"<xacro:|\$[{(]", bare):
+        line = bare.count("\n", 0, made.start()) + 1
+        raise UserError(f"{path}:{line}: this is xacro, from which a URDF is made: 'xacro {path.name} > scene.urdf', and read that.")
+    text = _without_pictures(path, text, packages)
     lines = [_resolved(path, k, line, packages) for k, line in enumerate(text.splitlines(), 1)]
     joined = "\n".join(lines)
     links = re.findall(r"<link\b[^>]*\bname\s*=\s*[\"']([^\"']+)", joined)
@@ -136,6 +170,20 @@ def _urdf(path: Path, packages: Mapping[str, Path]) -> str:
         return joined
     compiler = '<mujoco><compiler fusestatic="false" strippath="false" discardvisual="false"/></mujoco>'
     return re.sub(r"(<robot\b[^>]*>)", rf"\1{compiler}", joined, count=1)
+
+
+def _without_pictures(path: Path, text: str, packages: Mapping[str, Path]) -> str:
+    """The text without visuals whose mesh is not there or not readable: they only look, and most are in formats for renderers."""
+
+    def kept(found: re.Match[str]) -> str:
+        try:
+            for k, line in enumerate(found[0].splitlines()):
+                _resolved(path, k, line, packages)
+        except UserError:
+            return "\n" * found[0].count("\n")
+        return found[0]
+
+    return re.sub(r"<visual\b[^>]*>.*?</visual>", kept, text, flags=re.DOTALL)
 
 
 def _resolved(path: Path, line: int, text: str, packages: Mapping[str, Path]) -> str:
@@ -185,7 +233,7 @@ def _said(reason: str) -> str:
     hints = {
         "Error opening file": "put the file there, or correct its name or 'meshdir'",
         "mass and inertia of moving bodies": "give the body a mass, or a geom with one",
-        "number of faces": "simplify the mesh to some 20,000 faces",
+        "number of faces": "simplify the mesh to some 20,000 faces; an STL in ASCII must be saved in binary, or as OBJ",
         "already included": "a file includes itself; take one 'include' out",
         "XML": "correct the XML",
     }

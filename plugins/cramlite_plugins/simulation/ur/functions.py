@@ -7,6 +7,7 @@ A method that is a generator blocks the calling thread. Wrong arguments raise ``
 from __future__ import annotations
 
 from collections.abc import Callable, Generator
+from functools import wraps
 from typing import Any
 
 import numpy as np
@@ -18,32 +19,35 @@ from ...kinematics.timing import profile_for_duration
 from ..controller.controller import ABANDONED, Controller
 from ..controller.force_mode import ForceMode
 from ..controller.trajectories import Motion, StoppingMotion
-from ..urscript.builtins import PURE, Library
+from ..urscript.builtins import PURE, Library, blocks
 from ..urscript.interpreter import Halted
 from ..urscript.values import PoseValue, ScriptError, as_pose, from_pose, numbers, real, show
+from .clock import Clock
 from .electrics import electrics
 from .pose_server import PoseServer
+from .registers import Registers
 from .settings import SETTINGS, Settings
+from .signals import Signals
 from .sockets import SOCKETS, Sockets
 from .streaming import STREAMED, STREAMING, Streaming
 
 Wait = Generator[None, None, None]
 NAMES = (
-    "movej", "movel", "movep", "stopj", "stopl", "force_mode", "end_force_mode", "zero_ftsensor", "get_tcp_force", "force",
+    "movej", "movel", "movep", "movec", "stopj", "stopl", "force_mode", "end_force_mode", "zero_ftsensor", "get_tcp_force", "force",
     "get_actual_tcp_pose", "get_actual_joint_positions", "get_target_tcp_pose", "get_target_joint_positions",
-    "get_forward_kin", "get_inverse_kin", "set_tcp", "set_payload", "set_target_payload", "is_steady", "sleep", "sync",
-    "get_steptime", "textmsg", "popup", "halt",
+    "get_forward_kin", "get_inverse_kin", "set_tcp", "set_payload", "set_payload_mass", "set_payload_cog", "set_target_payload",
+    "is_steady", "sleep", "sync", "get_steptime", "textmsg", "popup", "halt",
 )  # fmt: skip
+BLENDING = frozenset(("movej", "movep", "textmsg", "popup"))
+"""What may stand between two blended motions: all else asks the arm or the world, or moves it, and waits for the motion's end."""
 
 
 def known_functions() -> Library:
     """Return every function that a program may call, for checking only: they are bound to no controller."""
-    from .registers import Registers
-
     bare = {cls: object.__new__(cls) for cls in (Functions, Sockets, Streaming, Settings)}
     names = ((Functions, NAMES), (Sockets, SOCKETS), (Streaming, STREAMING), (Settings, SETTINGS))
     own = {name: getattr(bare[cls], name) for cls, listed in names for name in listed}
-    return {**PURE, **electrics(), **own, **Registers(lambda: 0.0).library()}
+    return {**PURE, **electrics(), **own, **Clock(lambda: 0.0).library(), **Registers(lambda: 0.0).library(), **Signals().library()}
 
 
 class Functions:
@@ -53,10 +57,18 @@ class Functions:
         controller: the arm, with a gripper behind its server.
         log: called with each line that the program writes.
         poses: the perception server that it may reach.
+        clock: the time since the controller started [s].
     """
 
-    def __init__(self, controller: Controller, log: Callable[[str], None], poses: PoseServer | None = None) -> None:
+    def __init__(
+        self,
+        controller: Controller,
+        log: Callable[[str], None],
+        poses: PoseServer | None = None,
+        clock: Callable[[], float] = lambda: 0.0,
+    ) -> None:
         self.arm, self.log = controller, log
+        self.registers, self.signals, self.clock = Registers(clock), Signals(log), Clock(clock)
         self.sockets = Sockets(controller.gripper_server, poses)
         self.streaming = Streaming(controller)
         self.settings = Settings(controller)
@@ -66,12 +78,32 @@ class Functions:
     def library(self) -> Library:
         """Return every function by name, the pure ones included."""
         parts = ((self, NAMES), (self.sockets, SOCKETS), (self.streaming, STREAMING), (self.settings, SETTINGS))
-        return {**PURE, **electrics(), **{name: getattr(part, name) for part, names in parts for name in names}}
+        bound = {name: getattr(part, name) for part, names in parts for name in names}
+        bound |= {**self.registers.library(), **self.signals.library(), **self.clock.library()}
+        return {**PURE, **electrics(), **{name: f if name in BLENDING else self._settled(f) for name, f in bound.items()}}
+
+    def _settled(self, function: Callable[..., Any]) -> Callable[..., Any]:
+        """A function that first waits for the end of motions which were to be blended into another one."""
+
+        @wraps(function)
+        def call(*arguments: Any, **named: Any) -> Generator[None, None, Any]:
+            yield from self.finish()
+            result = function(*arguments, **named)
+            return (yield from result) if takes_time else result
+
+        takes_time = blocks(function)
+        return call
+
+    def finish(self) -> Wait:
+        """Move to the end of motions that wait for another one to be blended into, and wait for it."""
+        yield from self._blended_joints()
+        yield from self._blended_process()
 
     # Motion
 
     def movej(self, q: Any, a: Any = 1.4, v: Any = 1.05, t: Any = 0, r: Any = 0) -> Wait:
         """Move to joint positions [rad] or a TCP pose, linear in joint space; blend radius ``r`` [m] into the next."""
+        yield from self._blended_process()
         goal, radius = self._joints(q, "movej"), real(r, "movej")
         start = self.blending[-1][0] if self.blending else self.arm.q
         rates = _rates(v, a, "movej", t, float(np.abs(goal - start).max()))
@@ -79,25 +111,30 @@ class Functions:
             raise ScriptError(f"movej needs a blend radius of 0 or more, not {show(r)}")
         self._only_here()
         self.blending.append((goal, rates, radius))
-        if radius > 0:
-            return  # the next movej, in the same cycle, starts the motion
+        if radius <= 0:  # else the next movej, in the same cycle, starts the motion
+            yield from self._blended_joints()
+
+    def _blended_joints(self) -> Wait:
+        if not self.blending:
+            return
         goals, laws, radii = map(list, zip(*self.blending, strict=True))
         self.blending.clear()
         try:
-            motion = self.arm.move_along(goals, radii[:-1], laws) if len(goals) > 1 else self.arm.move_joints(goal, *rates)
+            motion = self.arm.move_along(goals, radii[:-1], laws) if len(goals) > 1 else self.arm.move_joints(goals[0], *laws[0])
         except ValueError as error:
             raise ScriptError(f"movej: {error}") from None
         yield from self._follow(motion)
 
     def movel(self, pose: Any, a: Any = 1.2, v: Any = 0.25, t: Any = 0, r: Any = 0) -> Wait:
         """Move the TCP to a pose on a straight line."""
-        goal = as_pose(pose, "movel") if isinstance(pose, PoseValue) else self._tcp_at(pose, "movel")
+        goal = self._place(pose, "movel")
         self._only_here()
         yield from self._follow(self.arm.move_linear(goal, *_rates(v, a, "movel", t, self.arm.path_length(goal))))
 
     def movep(self, pose: Any, a: Any = 1.2, v: Any = 0.25, r: Any = 0) -> Wait:
         """Move the TCP to a pose at constant tool speed; blend radius ``r`` [m] into the next."""
-        goal = as_pose(pose, "movep") if isinstance(pose, PoseValue) else self._tcp_at(pose, "movep")
+        goal = self._place(pose, "movep")
+        yield from self._blended_joints()
         radius, rates = real(r, "movep"), _rates(v, a, "movep", 0, 0.0)
         if radius < 0:
             raise ScriptError(f"movep needs a blend radius of 0 or more, not {show(r)}")
@@ -105,14 +142,32 @@ class Functions:
             raise ScriptError("movep: the tool goes through its blends at one speed: give all of them the same v and a")
         self._only_here()
         self.process.append((goal, rates, radius))
-        if radius > 0:
-            return  # the next movep, in the same cycle, starts the motion
-        goals, _, radii = map(list, zip(*self.process, strict=True))
+        if radius <= 0:  # else the next movep, in the same cycle, starts the motion
+            yield from self._blended_process()
+
+    def _blended_process(self) -> Wait:
+        if not self.process:
+            return
+        goals, rates, radii = map(list, zip(*self.process, strict=True))
         self.process.clear()
         try:
-            motion = self.arm.move_process(goals, radii[:-1], *rates)
+            motion = self.arm.move_process(goals, radii[:-1], *rates[0])
         except ValueError as error:
             raise ScriptError(f"movep: {error}") from None
+        yield from self._follow(motion)
+
+    def movec(self, pose_via: Any, pose_to: Any, a: Any = 1.2, v: Any = 0.25, r: Any = 0, mode: Any = 0) -> Wait:
+        """Move the TCP on an arc through a position to a pose; in ``mode`` 1 the tool keeps its orientation to the tangent."""
+        via, goal = self._place(pose_via, "movec"), self._place(pose_to, "movec")
+        if mode not in (0, 1):
+            raise ScriptError(f"movec: mode is 0, which turns the tool to its goal, or 1, fixed to the tangent; not {show(mode)}")
+        if real(r, "movec") < 0:
+            raise ScriptError(f"movec needs a blend radius of 0 or more, not {show(r)}")
+        self._only_here()
+        try:
+            motion = self.arm.move_circular(via.position, goal, *_rates(v, a, "movec", 0, 0.0), fixed=mode == 1)
+        except ValueError as error:
+            raise ScriptError(f"movec: {error}") from None
         yield from self._follow(motion)
 
     def stopj(self, a: Any) -> Wait:
@@ -200,6 +255,14 @@ class Functions:
         """Set mass [kg] and centre of gravity [m] of the payload."""
         self.set_target_payload(m, [0.0, 0.0, 0.0] if cog is None else cog)
 
+    def set_payload_mass(self, m: Any) -> None:
+        """Set the mass of the payload [kg]; its centre of gravity stays."""
+        self.set_target_payload(m, [float(v) for v in self.arm.sensor.center])
+
+    def set_payload_cog(self, CoG: Any) -> None:
+        """Set the centre of gravity of the payload [m]; its mass stays."""
+        self.set_target_payload(float(self.arm.sensor.mass), CoG)
+
     def set_target_payload(self, m: Any, cog: Any, inertia: Any = None, transition_time: Any = 0) -> None:
         """Set mass [kg] and centre of gravity [m] of the payload, at once; its inertia is not used."""
         mass = real(m, "set_target_payload")
@@ -257,15 +320,17 @@ class Functions:
             yield
 
     def check(self) -> None:
-        """Check, once a cycle, that no blended motion waits for a successor after every thread has run.
+        """Check, once a cycle, that no thread left motions behind that wait for another one, and that inputs were written in time.
 
         Raises:
-            ScriptError: a movej or movep that is to be blended is not followed by another one: where in its zone the arm
-                would have to be by then is not modelled.
+            ScriptError: a thread ended with a movej or movep that is to be blended, or waits for another thread: where in its
+                zone the arm would have to be by then is not modelled; or a watchdog's input is late.
         """
         for name, waiting in (("movej", self.blending), ("movep", self.process)):
             if waiting:
-                raise ScriptError(f"a {name} with a blend radius must be followed by another {name}, and nothing between them may wait")
+                raise ScriptError(f"a {name} with a blend radius must be followed by another {name} in its thread")
+        if late := self.registers.late():
+            raise ScriptError(f"watchdog: '{late}' was not written in time")
 
     def forget(self) -> None:
         """Discard motions that wait to be blended, after the end of their program."""
@@ -273,8 +338,6 @@ class Functions:
         self.process.clear()
 
     def _only_here(self) -> None:
-        if self.blending and self.process:
-            self.check()
         if self.arm.motion is not None and not isinstance(self.arm.motion, (StoppingMotion, *STREAMED)):
             raise ScriptError("another thread is already moving the robot: kill it first")
 
@@ -282,6 +345,9 @@ class Functions:
         if isinstance(q, PoseValue):
             return self._solved(as_pose(q, where), self.arm.q, where)
         return np.array(numbers(q, len(self.arm.q), where))
+
+    def _place(self, target: Any, where: str) -> Pose:
+        return as_pose(target, where) if isinstance(target, PoseValue) else self._tcp_at(target, where)
 
     def _tcp_at(self, q: Any, where: str) -> Pose:
         return self.arm.kinematics.forward(np.array(numbers(q, len(self.arm.q), where)))

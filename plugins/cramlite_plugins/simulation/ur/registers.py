@@ -13,6 +13,9 @@ from ..urscript.values import ScriptError, real, show
 from .rtde import REGISTERS
 
 KINDS: dict[str, Callable[[Any], Any]] = {"integer": int, "float": float, "boolean": bool}
+OUTPUTS, TOOL = 18, 16
+FIRST = {"": 0, "standard_": 0, "configurable_": 8, "tool_": TOOL}
+"""Where the digital outputs of each kind begin among all of them (RTDE Guide, "actual_digital_output_bits")."""
 _FIELDS = {"integer": "int", "float": "double", "boolean": "bit"}
 
 
@@ -37,9 +40,9 @@ class Registers:
             for way in ("input", "output"):
                 library[f"read_{way}_{kind}_register"] = self._reader(way, kind)
             library[f"write_output_{kind}_register"] = self._writer(kind)
-        for name in ("standard", "configurable", "tool"):
-            library[f"set_{name}_digital_out"] = self.set_digital_out
-        return {**library, "set_digital_out": self.set_digital_out, "get_digital_out": self.get_digital_out}
+        for name, first in FIRST.items():
+            library[f"set_{name}digital_out"], library[f"get_{name}digital_out"] = self._outputs(first)
+        return library
 
     def write_inputs(self, values: dict[str, Any]) -> None:
         """Write the inputs that a client sent."""
@@ -61,25 +64,29 @@ class Registers:
         self.watched[show(variable_name)] = (1 / frequency, action)
         self.written[show(variable_name)] = self.clock()
 
-    def set_digital_out(self, n: Any, b: Any) -> None:
-        """Set a digital output."""
-        bit = 1 << _address(n, 18)
-        self.outputs = self.outputs | bit if b else self.outputs & ~bit
+    def _outputs(self, first: int) -> tuple[Callable[[Any, Any], None], Callable[[Any], bool]]:
+        """Setter and getter of a kind of digital outputs; its bits begin at ``first``."""
+        count = OUTPUTS - first if first == TOOL else OUTPUTS if first == 0 else 8
 
-    def get_digital_out(self, n: Any) -> bool:
-        """Return a digital output."""
-        return bool(self.outputs >> _address(n, 18) & 1)
+        def put(n: Any, b: Any) -> None:
+            bit = 1 << first + numbered(n, count)
+            self.outputs = self.outputs | bit if b else self.outputs & ~bit
+
+        def get(n: Any) -> bool:
+            return bool(self.outputs >> first + numbered(n, count) & 1)
+
+        return put, get
 
     def _reader(self, way: str, kind: str) -> Callable[..., Any]:
         def read(address: Any) -> Any:
-            name = f"{way}_{_FIELDS[kind]}_register_{_address(address, 128 if kind == 'boolean' else REGISTERS)}"
+            name = f"{way}_{_FIELDS[kind]}_register_{numbered(address, 128 if kind == 'boolean' else REGISTERS)}"
             return KINDS[kind](self.fields.get(name, 0))
 
         return read
 
     def _writer(self, kind: str) -> Callable[..., None]:
         def write(address: Any, value: Any) -> None:
-            name = f"output_{_FIELDS[kind]}_register_{_address(address, 128 if kind == 'boolean' else REGISTERS)}"
+            name = f"output_{_FIELDS[kind]}_register_{numbered(address, 128 if kind == 'boolean' else REGISTERS)}"
             if type(value) is not bool:
                 real(value, name)
             self.fields[name] = KINDS[kind](value)
@@ -87,7 +94,8 @@ class Registers:
         return write
 
 
-def _address(value: Any, count: int) -> int:
+def numbered(value: Any, count: int) -> int:
+    """Check the number of a register, an input or an output: below ``count``."""
     if type(value) is not int or not 0 <= value < count:
         raise ScriptError(f"address {show(value)} is not in 0 .. {count - 1}")
     return value

@@ -20,7 +20,8 @@ from ..urscript.values import PoseValue, ScriptError, as_pose, from_pose, number
 
 SETTINGS = (
     "get_target_payload", "get_target_payload_cog", "get_target_payload_inertia", "get_tcp_offset",
-    "get_actual_tool_flange_pose", "get_target_tcp_speed", "get_actual_joint_speeds", "get_target_joint_speeds",
+    "get_actual_tool_flange_pose", "tool_pose", "get_target_tcp_speed", "get_actual_tcp_speed",
+    "get_actual_joint_speeds", "get_target_joint_speeds",
     "get_joint_torques", "get_inverse_kin_has_solution", "is_within_safety_limits", "force_mode_set_damping",
     "force_mode_set_gain_scaling", "protective_stop", "tool_contact", "get_actual_joint_positions_history",
     "freedrive_mode", "end_freedrive_mode", "get_freedrive_status", "teach_mode", "end_teach_mode", "set_gravity",
@@ -68,7 +69,15 @@ class Settings:
 
         return from_pose(Pose.from_matrix(self.arm.kinematics.flange(self.arm.actual_joints())))
 
+    def tool_pose(self) -> PoseValue:
+        """Return the TCP in the base frame, from the encoders: the name in the programs of PolyScope 3 for a force in the tool's frame."""
+        return from_pose(self.arm.actual_tcp())
+
     # Speeds and torques
+
+    def get_actual_tcp_speed(self) -> PoseValue:
+        """Return the measured twist (6,) of the TCP, base axes [m/s, rad/s]."""
+        return PoseValue(map(float, self.arm.kinematics.speed(self.arm.actual_joints(), self.arm.actual_speeds())))
 
     def get_target_tcp_speed(self) -> PoseValue:
         """Return the commanded twist (6,) of the TCP, base axes [m/s, rad/s]."""

@@ -52,11 +52,10 @@ class VirtualRobot:
         self.model_name = index.robot.type.split("_")[0].upper()
         self.arm = Controller(compiled.model, self.data, index, base, Safety(), noise, seed, steps=1)
         self.arm.disturb(off)
-        self.registers = Registers(lambda: self.time)
         self.machine: Machine | None = None
         self.secondary: Machine | None = None
         self.stopped = ""
-        self.functions = Functions(self.arm, self.log, PoseServer(compiled, self.data, base, seed))
+        self.functions = Functions(self.arm, self.log, PoseServer(compiled, self.data, base, seed), lambda: self.time)
         for _ in range(round(SETTLE / self.arm.period)):
             self.arm.hold()
         self.data.time = 0.0
@@ -69,6 +68,11 @@ class VirtualRobot:
         return self.machine is not None
 
     @property
+    def registers(self) -> Registers:
+        """Return the registers that programs and clients share."""
+        return self.functions.registers
+
+    @property
     def time(self) -> float:
         """Return the simulated time [s]."""
         return float(self.data.time)
@@ -79,10 +83,10 @@ class VirtualRobot:
 
     def receive(self, text: str) -> None:
         """Run a text as a controller does: ``def`` replaces the running program, ``sec`` runs beside it."""
-        library = {**self.functions.library(), **self.registers.library()}
+        library = self.functions.library()
         secondary = text.lstrip().startswith("sec")
         try:
-            machine = Machine(load(_as_program(text), library), library)
+            machine = Machine(load(_as_program(text), library), library, last=self.functions.finish)
         except UserError as error:
             self.log(f"a program was refused: {error}")
             return
@@ -144,8 +148,6 @@ class VirtualRobot:
         if machine.finished:
             self.machine = None
         self.arm.cycle()
-        if late := self.registers.late():
-            self.stop_program(f"watchdog: '{late}' was not written in time")
 
     def _run_secondary(self) -> None:
         if self.secondary is None:

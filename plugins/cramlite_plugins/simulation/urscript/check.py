@@ -105,7 +105,7 @@ class _Names:
         elif isinstance(node, Name) and node.name not in self.variables:
             yield from self.variable(node)
         elif isinstance(node, Method):
-            yield Lack(node.line, f"'.{node.name}()' is a call on a handle, and the controller model has no values with methods")
+            yield Lack(node.line, f"'.{node.name}()' is a call on a handle or a list, and the controller model has no values with methods")
         elif isinstance(node, Run):
             self.run(node)
 

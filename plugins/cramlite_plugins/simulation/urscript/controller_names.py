@@ -61,7 +61,7 @@ CONFIGURATION = """
     set_tool_digital_output_mode set_tool_output_mode
 """
 UNLISTED = """
-    get_joint_positions get_joint_speeds motion_version_set set_runstate_standard_digital_outputs tool_wrench_limit_disable
+    get_joint_positions get_joint_speeds motion_version_set set_runstate_standard_digital_outputs tool_pose tool_wrench_limit_disable
     tool_wrench_limit_set
 """
 CONTROLLER_NAMES = frozenset((MOTION + INTERNALS + URMATH + INTERFACES + CONFIGURATION + UNLISTED).split())

@@ -136,9 +136,16 @@ class Machine:
     Args:
         program: what ``load`` made with the same library.
         library: built-in functions; generators among them block the thread that calls them.
+        last: what the program's own function waits for at its end.
     """
 
-    def __init__(self, program: Loaded, library: Library = PURE, limits: Limits | None = None) -> None:
+    def __init__(
+        self,
+        program: Loaded,
+        library: Library = PURE,
+        limits: Limits | None = None,
+        last: Callable[[], Coroutine] | None = None,
+    ) -> None:
         self.limits = limits or Limits()
         self.line = self.main_line = program.tree.line
         self.count = self.total = 0
@@ -148,7 +155,7 @@ class Machine:
         space |= {f"b_{name}": f for name, f in library.items()}
         exec(program.code, space)
         start: Callable[[], Coroutine] = space[f"f_{program.tree.name}"]
-        self.root = Thread(program.tree.name, start())
+        self.root = Thread(program.tree.name, start() if last is None else _one_after_another(start(), last()))
         self.threads = [self.root]
         self.current: Thread | None = None
         self.held: Thread | None = None
@@ -249,6 +256,11 @@ class Machine:
     def critical(self, enter: bool) -> None:
         """Enter or leave a critical section, inside which no other thread runs."""
         self.held = self.current if enter else None
+
+
+def _one_after_another(first: Coroutine, then: Coroutine) -> Coroutine:
+    yield from first
+    yield from then
 
 
 def _variable(error: NameError) -> str:

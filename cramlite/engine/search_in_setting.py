@@ -1,0 +1,47 @@
+"""Searches in a setting: with the context that plugins are given; nothing here proves a program."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from msgspec.structs import replace
+
+from ..planning.answers import Answers
+from ..planning.budget import Budget
+from ..planning.search import Effort, Search
+from ..plugin.grounding import Context
+
+if TYPE_CHECKING:
+    from ..model.plan import Plan
+    from ..planning.trace import Trace
+    from ..plugin.catalogue import Knowledge
+    from .setting import Setting
+
+Progress = Callable[[str], None]
+
+
+def search_in(
+    setting: Setting, knowledge: Knowledge, budget: Budget, trace: Trace, progress: Progress = lambda _: None,
+    stop: Callable[[], bool] = lambda: False, answers: Answers | None = None, effort: Effort | None = None,
+) -> Search:  # fmt: skip
+    """Return a search in a setting that has not begun."""
+    return Search(
+        knowledge.registry, knowledge.tasks, knowledge.task_owners, _context(setting, knowledge, budget), trace, budget, progress,
+        stop, answers or Answers(), effort or Effort(),
+    )  # fmt: skip
+
+
+def are_there(plan: Plan, setting: Setting, knowledge: Knowledge, trace: Trace) -> bool:
+    """Check whether there are things for all objects of a plan; the trace says what each was asked of and refused for."""
+    search = search_in(setting, knowledge, Budget(), trace)
+    return next(search.solve(replace(setting.start(plan), agenda=plan.objects)), None) is not None
+
+
+def _context(setting: Setting, knowledge: Knowledge, budget: Budget) -> Context:
+    """What plugins may know of the setting."""
+    took = setting.look.camera if setting.look else None
+    return Context(
+        setting.robot, setting.world.robots[0], {}, knowledge.taxonomy, seed=setting.seed, samples=budget.samples,
+        camera=took or next(iter(setting.world.cameras), None), limits=setting.limits,
+    )  # fmt: skip

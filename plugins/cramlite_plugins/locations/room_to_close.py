@@ -1,0 +1,110 @@
+"""Room for a door or a drawer that a later task closes: what is put down may neither stop it nor stick out of it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from msgspec.structs import replace
+
+from cramlite.model import Action, Belief, Estimate, Held, Joint, Pose, Thing, enclosing_names, thing_of
+from cramlite.plugin import Context
+
+from ..motions.gripping import LET_GO, fallen
+from ..shapes.carried_along import carried_along
+from .handles import ajar, joint_value
+from .place_filters import Spot, Wanted
+
+if TYPE_CHECKING:
+    from ..motion_planning.space import Refusal
+
+SHUT = 0.05  # share of its range up to which something counts as closed
+TIGHT = 100.0  # cost of a place that comes after all others, since it leaves little room for what is to be closed
+
+
+def room_to_close(spot: Spot, wanted: Wanted) -> str | Refusal:
+    """Check that what later tasks close can be closed: a door with nothing in its way, a drawer with what it takes along.
+
+    Later tasks are looked at only where something would be met, so that what follows elsewhere holds whatever they are.
+    """
+    return _first_met(spot, wanted, None) or ""
+
+
+def is_tight(spot: Spot, wanted: Wanted) -> bool:
+    """Check whether what later tasks close would not get to its stop, with the room on the way that what is let go of may shift by."""
+    return _first_met(spot, wanted, LET_GO) is not None
+
+
+def _first_met(spot: Spot, wanted: Wanted, clearance: float | None) -> Refusal | None:
+    """What is met by anything that a later task closes: until the rest is felt, where no clearance is asked for, else to its stop."""
+    after, put = _let_go(spot, wanted), wanted.thing.name
+    for thing in after.world.things:
+        if thing.joint is not None and thing.name in after.poses:
+            met = _met(thing, put, after, wanted.context, clearance)
+            if met is not None and is_closed_later(thing.name, put, wanted.context):
+                return met
+    return None
+
+
+def _let_go(spot: Spot, wanted: Wanted) -> Belief:
+    """The belief once the thing is let go of there."""
+    belief, name = wanted.belief, wanted.thing.name
+    pose = fallen(belief, belief.base() * spot.thing)
+    opening = belief.held.opening if belief.held else 0.0
+    there = ("in" if wanted.depth else "on", name, thing_of(wanted.entity))
+    return belief.released(Estimate(pose, 0.0, "predicted: let go there"), opening).related(there)
+
+
+def _met(closing: Thing, put: str, after: Belief, context: Context, clearance: float | None) -> Refusal | None:
+    """What is met first between a thing that was put somewhere and one that closes; or, where it goes along with that, so that it does not
+    matter where it shifts, between it and what is fixed."""
+    from ..motion_planning.reach import make_scene
+
+    assert closing.joint is not None
+    joint, at, here = closing.joint, after.poses[closing.name].pose, after.poses[put].pose
+    value, whole = joint_value(after, closing.name, at), joint.upper - joint.lower
+    if value - joint.lower <= SHUT * whole:
+        return None
+    handle = closing.feature("cram:Handle")
+    end = joint.lower + (ajar(joint, handle.pose) if handle and clearance is None else 0.0) * whole
+    along = put in carried_along(after, closing.name)
+    beside = [t.name for t in after.world.things if (t.name != put and (t.name == closing.name) == along) or (along and not t.furniture)]
+    scene = make_scene(after.grasped(Held(put, Pose(), 0.0)), context, beside, clearance=0.0 if along else clearance or 0.0)
+    for left, moved in _on_its_way(joint, at, value, end):
+        no = scene.met(moved * at.inverse() * here if along else at * moved.inverse() * here, hand=False)
+        if no is not None:
+            far = f"{1000 * left:.0f} mm" if joint.kind == "slide" else f"{math.degrees(left):.0f} deg"
+            said = f"'{closing.name}', which a later task closes, would be {far} open still: {no.reason}"
+            there = {closing.name: moved, put: moved * at.inverse() * here if along else here}
+            drawn = no.collision and replace(no.collision, moved={**no.collision.moved, **there})
+            return replace(no, reason=said, blocking=(closing.name,), collision=drawn)
+    return None
+
+
+def _on_its_way(joint: Joint, at: Pose, value: float, end: float) -> Iterator[tuple[float, Pose]]:
+    """How far something is open still as its joint goes from a value to an end [m, rad], and its pose in the world then."""
+    from .joint_way import STEPS
+
+    count = max(1, math.ceil((value - end) / STEPS[joint.kind == "hinge"]))
+    ways = ((value - end) * k / count for k in range(1, count + 1))
+    return ((value - way - joint.lower, joint.moved(at, -way)) for way in ways)
+
+
+def is_closed_later(name: str, put: str, context: Context) -> bool:
+    """Check whether a later task closes a thing, before another one takes away what is put somewhere now."""
+    now = _whole(context.agenda[0].name) if context.agenda else ""
+    for item in context.agenda:
+        if not isinstance(item, Action):
+            continue
+        about = {thing_of(str(context.bindings.get(o.name, o.entity or ""))) for o in item.roles.values()}
+        if name in about and context.taxonomy.is_a(item.task, "soma:Closing"):
+            return True
+        if put in about and _whole(item.name) != now:
+            return False
+    return False
+
+
+def _whole(name: str) -> str:
+    """The task of the plan that a designator is part of."""
+    return [*enclosing_names(name)][-1]
