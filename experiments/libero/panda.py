@@ -2,7 +2,7 @@
 
 Kinematics: links and joint ranges of robosuite 1.4, models/assets/robots/panda/robot.xml: the Franka Research 3's but for the flange
 (106.5 mm) and the ranges. Speeds: Panda data sheet. Masses of the links are the FR3's (cramlite_plugins/robots/fr3.py). Hand:
-models/assets/grippers/panda_gripper.xml: fingers from 52.4 mm, pads of 16 x 16 x 8 mm whose middle is at 93.4 mm, tips at 106 mm, 20 N a
+models/assets/grippers/panda_gripper.xml: fingers from 52.4 mm, pads of 16 x 16 x 8 mm whose middle is at 93.4 mm, tips at 106.2 mm, 20 N a
 finger; the site that its controller moves is at 97 mm. Its frame is that of cramlite_plugins/robots/franka_hand.py.
 """
 
@@ -102,12 +102,25 @@ about them: no corner of a mesh is outside by more than 0.11 mm (base, 5, 6 and 
 a shape that stuck out by 9.5 mm let no hand lead a nut by its handle down beside its peg."""
 HULLS = tuple(Hull(tuple(Circle(*c) for c in circles)) for circles in CIRCLES)
 LINKS = tuple(replace(link, shape=(hull,)) for link, hull in zip(FR3_LINKS, HULLS[1:], strict=True))
+FINGER = tuple(
+    (sign * x, y, z)
+    for z, x, near, far in (
+        (0.0524, 0.0105, 0.0030, 0.0269), (0.0716, 0.0105, 0.0015, 0.0258), (0.0886, 0.0092, 0.0005, 0.0200),
+        (0.1034, 0.0088, 0.0005, 0.0144), (0.1062, 0.0062, 0.0005, 0.0148),
+    )
+    for sign in (1, -1) for y in (near, far)
+)  # fmt: skip
+"""Corners of a finger: how far along it, half its width there, and from where to where behind the face of its pad [m]. Outline of the hull
+of robosuite's mesh, meshes/panda_gripper/finger.stl, whose face is 0.5 mm behind the pad's, and grips what reaches beyond the pad."""
 JAWS = Jaws(
-    stroke=0.080, pad=(0.016, 0.020, 0.008), palm=HEIGHT, tip=0.106, back=(0.0105, 0.004), knuckle=(0.0105, 0.0075, 0.004), mass=0.11,
-    centre=0.10, force=20.0,
+    stroke=0.080, pad=(0.016, 0.016, 0.0075), palm=HEIGHT, tip=0.1062, back=(0.0092, 0.004), knuckle=(0.0105, 0.0075, 0.004), mass=0.11,
+    centre=0.10, force=20.0, nose=(0.015, 0.0048, 0.0005), corners=FINGER,
 )  # fmt: skip
 SPEED = 0.2
 """Of the pads towards each other [m/s]: PandaGripper moves the command of its fingers by 10 mm of opening an action at 20 Hz."""
+PAD = (0.016, 0.020)
+"""What grasps take pads for [m]: a pad and the finger's face beyond it, up to 0.8 mm beyond the tips, which so stay off tables. With 16 mm
+they were planned 1.2 mm short of the tips, and a plate that lies flat had a finger pressed onto the table beside it, with 21 N."""
 MASS = 0.52
 """Of the hand and its fingers [kg]."""
 SLICES = ((0.0, 0.022, 0.0316, 0.104), (0.022, 0.044, 0.0276, 0.1028), (0.044, 0.057, 0.0221, 0.1013), (0.057, HEIGHT, 0.0189, 0.1003))
@@ -139,7 +152,7 @@ def mjcf() -> str:
 
 
 HAND = replace(
-    FR3.gripper, type="libero_panda_hand", pad=JAWS.pad[:2], depth=SITE - HEIGHT, mass=MASS, tcp=TURN * Pose((0.0, 0.0, SITE)),
+    FR3.gripper, type="libero_panda_hand", pad=PAD, depth=SITE - HEIGHT, mass=MASS, tcp=TURN * Pose((0.0, 0.0, SITE)),
     force=(5.0, 20.0), speed=(FR3.gripper.speed[0], SPEED),
 )  # fmt: skip
 PANDA = replace(

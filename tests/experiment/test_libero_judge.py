@@ -208,6 +208,28 @@ def test_base_and_wrist_are_within_two_millimetres_of_the_meshes_that_the_judge_
     assert beyond.min() > -0.4 and beyond.max() < 2.0
 
 
+FINGER = (
+    -26.1, 5.8, 64.4, -29.8, 10.5, 79.6, -8.9, 26.3, 73.5, -39.3, -0.4, 74.8, -52.5, 106.2, -18.1, 26.9, 85.6, -26.1, 5.9, 64.5, -29.8,
+    10.5, 79.4, -8.8, 26.3, 73.2,
+)  # fmt: skip
+"""The same of the mesh of a finger, in the flange's frame, from where the face of its closed pad is."""
+
+
+def test_a_finger_is_the_mesh_that_the_judge_collides_and_its_pads_are_the_judges() -> None:
+    import mujoco
+
+    model = mujoco.MjModel.from_xml_string(module_of(LIBERO / "panda.py").mjcf())
+    shut = np.array([0.0, 0.04, 0.0])
+    ways = np.array([w for w in product((-1.0, 0.0, 1.0), repeat=3) if any(w)])
+    corners = _corners(model, model.geom("left_finger/0").id) - shut
+    beyond = 1000 * (corners @ (ways / np.linalg.norm(ways, axis=1, keepdims=True)).T).max(axis=0) - FINGER
+    assert beyond.min() > -0.4 and beyond.max() < 1.1
+    pads = [(model.geom_pos[g] - shut, model.geom_size[g]) for g in (model.geom(f"left_pad{k}").id for k in (1, 2, 3))]
+    low, high = (np.array([p + s * half for p, half in pads]) * 1000 for s in (-1, 1))
+    assert low[:2].min(axis=0) == pytest.approx([-8.0, 0.0, 85.4]) and high[:2, [0, 2]].max(axis=0) == pytest.approx([8.0, 101.4])
+    assert low[2] == pytest.approx([-7.5, 0.5, 101.4]) and high[2][2] == pytest.approx(106.2)
+
+
 def _corners(model: Any, geom: int) -> np.ndarray:
     """The corners of a hull in the frame of its body [m]."""
     import mujoco

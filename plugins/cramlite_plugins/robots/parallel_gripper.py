@@ -6,7 +6,7 @@ coupled, and one actuator pulls on their mean. Tool frame: z is the approach dir
 
 from __future__ import annotations
 
-from cramlite.model import Value
+from cramlite.model import Value, Vector3
 
 
 class Jaws(Value):
@@ -21,6 +21,9 @@ class Jaws(Value):
         mass: of a finger [kg]; its centre of mass is at ``centre`` along z.
         force: grip force of each pad that the actuator's range is set to [N]; a controller that commands another
             one sets ``actuator_forcerange``.
+        nose: width (x) and length (z) of the finger's face beyond its pad, which grips, too, and how far it is behind the pad's.
+        corners: whose hull is the finger on the +y side, where its pad's face is at y = 0; where there are none, ``back`` and ``knuckle``
+            are its shape.
     """
 
     stroke: float
@@ -32,6 +35,8 @@ class Jaws(Value):
     mass: float
     centre: float
     force: float
+    nose: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    corners: tuple[Vector3, ...] = ()
 
 
 def finger(jaws: Jaws, name: str, side: int) -> str:
@@ -41,27 +46,43 @@ def finger(jaws: Jaws, name: str, side: int) -> str:
     reflected inertia: below 0.1 kg the stiff pads chatter at the 2 ms step and a held product creeps at 1.6 mm/s; at
     0.5 kg the pad force is 50.0 N and a 0.8 kg product creeps less than 0.01 mm/s (measured).
     """
-    width, length, thickness = jaws.pad
-    inner = jaws.stroke / 2
+    (width, length, thickness), (narrow, beyond, behind) = jaws.pad, jaws.nose
+    inner, end = jaws.stroke / 2, jaws.tip - beyond
+    faces = [(width, end - length, end - length / 2, 0.0), (width, end - length / 2, end, 0.0), (narrow, end, jaws.tip, behind)]
     pads = "".join(
-        f'<geom name="{name}_pad{k + 1}" type="box" pos="0 {side * (inner + thickness / 2):.6g}'
-        f' {jaws.tip - length * (3 - 2 * k) / 4:.6g}" size="{width / 2} {thickness / 2} {length / 4}"'
+        f'<geom name="{name}_pad{k + 1}" type="box" pos="0 {side * (inner + back + thickness / 2):.6g}'
+        f' {(low + high) / 2:.6g}" size="{x / 2} {thickness / 2} {(high - low) / 2:.6g}"'
         ' friction="0.9 0.005 0.0001" condim="4" priority="1" solref="0.004 1" rgba="0.24 0.24 0.27 1"/>'
-        for k in (0, 1)
+        for k, (x, low, high, back) in enumerate(faces if beyond else faces[:2])
     )
-    half_width, half_thickness = jaws.back
-    back = inner + thickness + half_thickness
-    x, y, z = jaws.knuckle
+    back = inner + thickness + jaws.back[1]
     return (
         f'<body name="{name}_finger" gravcomp="1"><inertial pos="0 {side * back:.6g} {jaws.centre}" mass="{jaws.mass}"'
         ' diaginertia="0.00008 0.00008 0.00002"/>'
         f'<joint name="{name}_finger" type="slide" axis="0 {-side} 0" range="0 {inner}"'
         ' damping="330" armature="0.5"/>'
+        f"{_shape(jaws, name, side)}{pads}</body>"
+    )
+
+
+def _shape(jaws: Jaws, name: str, side: int) -> str:
+    """The finger behind its pad."""
+    if jaws.corners:
+        return f'<geom name="{name}_finger/0" type="mesh" mesh="{name}_finger/0" rgba="0.35 0.35 0.38 1" mass="0"/>'
+    half_width, half_thickness = jaws.back
+    back = jaws.stroke / 2 + jaws.pad[2] + half_thickness
+    x, y, z = jaws.knuckle
+    return (
         f'<geom name="{name}_finger/0" type="box" pos="0 {side * back:.6g} {(jaws.palm + jaws.tip) / 2:.6g}"'
         f' size="{half_width} {half_thickness} {(jaws.tip - jaws.palm) / 2:.6g}" rgba="0.35 0.35 0.38 1"/>'
         f'<geom name="{name}_finger/1" type="box" pos="0 {side * (back + half_thickness - y):.6g}'
-        f' {jaws.palm + 0.004 - z:.6g}" size="{x} {y} {z}" rgba="0.16 0.16 0.18 1"/>{pads}</body>'
+        f' {jaws.palm + 0.004 - z:.6g}" size="{x} {y} {z}" rgba="0.16 0.16 0.18 1"/>'
     )
+
+
+def _mesh(jaws: Jaws, name: str, side: int) -> str:
+    vertices = " ".join(f"{x:.6g} {side * (jaws.stroke / 2 + y):.6g} {z:.6g}" for x, y, z in jaws.corners)
+    return f'<mesh name="{name}_finger/0" vertex="{vertices}"/>'
 
 
 def beside(jaws: Jaws, wrist: str) -> str:
@@ -69,9 +90,12 @@ def beside(jaws: Jaws, wrist: str) -> str:
     bodies = ("gripper", "left_finger", "right_finger")
     pairs = [(wrist, b) for b in bodies[1:]] + [(bodies[i], bodies[j]) for i, j in ((0, 1), (0, 2), (1, 2))]
     skip = "".join(f'<exclude body1="{a}" body2="{b}"/>' for a, b in pairs)
+    meshes = "".join(_mesh(jaws, n, s) for n, s in (("left", 1), ("right", -1)))
+    assets = f"<asset>{meshes}</asset>" if jaws.corners else ""
     stiffness = 40000.0  # saturates within 2.5 mm, so that the grip force hardly depends on the object's width
     return (
-        f'<contact>{skip}</contact><tendon><fixed name="closing"><joint joint="left_finger" coef="0.5"/>'
+        f"{assets}<contact>{skip}</contact>"
+        '<tendon><fixed name="closing"><joint joint="left_finger" coef="0.5"/>'
         '<joint joint="right_finger" coef="0.5"/></fixed></tendon>'
         '<equality><joint joint1="left_finger" joint2="right_finger" solref="0.004 1"/></equality>'
         f'<actuator><general name="gripper" tendon="closing" ctrlrange="0 255"'
