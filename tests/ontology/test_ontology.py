@@ -116,10 +116,10 @@ def test_cycles_are_reported_and_harmless(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("name", "text", "words"),
     [
-        ("x.owl", "Prefix(:=<http://x#>)\nOntology(<http://x>\nDeclaration(Class(:A))", "'Ontology.', which is never closed"),
-        ("x.owl", "Prefix(:=<http://x#>)\nOntology(<http://x>\nSubClassOf(a:A :B))", "'a:A' has no prefix that the text declares"),
-        ("x.owl", "Prefix(:=<http://x#>)\nOntology(<http://x>))", "line 2: this '.' closes nothing"),
-        ("x.ofn", "Ontology(<http://x>\n(<http://x#A>)) (", "line 2: a name is missing"),
+        ("x.owl", "Prefix(:=<http://x#>)\nOntology(<http://x>\nDeclaration(Class(:A))", "line 3: the text ends there, and expected is"),
+        ("x.owl", "Prefix(:=<http://x#>)\nOntology(<http://x>\nSubClassOf(a:A :B))", "line 3: undefined prefix in 'a:A'"),
+        ("x.owl", "Prefix(:=<http://x#>)\nOntology(<http://x>))", "line 2: expected .*, found '.'"),
+        ("x.ofn", "Ontology(<http://x>\n(<http://x#A>)) (", "line 2: expected .*, found"),
         ("x.owl", "Prefix: : <http://x#>\nOntology: <http://x>\nClass: A", "in Manchester syntax.*robot convert"),
         ("x.owl", '<?xml version="1.0"?>\n<Ontology xmlns="http://www.w3.org/2002/07/owl#"/>', "in OWL/XML.*robot convert"),
         ("x.ttl", "cram:A rdfs:subClassOf", "cannot be read"),
