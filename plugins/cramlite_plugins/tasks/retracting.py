@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from typing import Any
 
-from cramlite.model import Action, Belief, Location, Motion, thing_of
-from cramlite.plugin import Decomposition, Role, TaskType, Unresolvable, hookimpl
+from msgspec.structs import replace
+
+from cramlite.model import Action, Belief, Location, Motion, Place, thing_of
+from cramlite.plugin import Allowance, Decomposition, Role, TaskType, Unresolvable, hookimpl
 
 from ..shapes.roofs import has_a_roof
 
@@ -25,6 +28,11 @@ class Retracting(TaskType):
         for what in under[:1]:
             yield Decomposition((*self._farther_in(action, what), *self._back(action)), f"push {what} farther in, straight back")
         yield Decomposition(self._back(action), "straight back")
+
+    def allowance(self, action: Action, bindings: Mapping[str, Any]) -> Allowance:
+        """Return what it may touch, and that it moves what it pushes farther in."""
+        pushed: Place | None = bindings.get(action.inside("deeper"))
+        return replace(super().allowance(action, bindings), moves=frozenset({thing_of(pushed.thing)} if pushed else ()))
 
     @staticmethod
     def _back(action: Action) -> tuple[Location, Motion]:
