@@ -1,5 +1,6 @@
-"""Pushing something farther in under a roof, where it was let go of so near the front that what a later task closes would meet it: a hand is
-as high as it is long, and comes no farther in, but the ends of its closed fingers do.
+"""Pushing something farther in under a roof, where it was let go of so near the front that what a later task closes would meet it.
+
+A hand is as high as it is long, and comes no farther in with what it holds; the ends of its closed fingers do.
 """
 
 from __future__ import annotations

@@ -49,7 +49,7 @@ def _stopped(spot: Spot, wanted: Wanted, clearance: float | None) -> Refusal | N
 
 
 def first_met(put: str, after: Belief, context: Context, clearance: float | None) -> Refusal | None:
-    """Return what is met by anything that a later task closes, with a thing put where it is believed to be: until the rest is felt, where no
+    """Return what is met by anything that a later task closes, with a thing where it is believed to be: until the rest is felt, where no
     clearance [m] is asked for, else to its stop."""
     for thing in after.world.things:
         if thing.joint is not None and thing.name in after.poses:
