@@ -40,7 +40,7 @@ KINDS: Mapping[str, tuple[str, ...]] = {
 RELATIONS = (
     "home", "retreat", "lift", "slide", "grasp", "in", "on", "extract", "insert", "handle", "opened", "closed",
     "stop", "front", "inner_side", "atop", "push", "pushed", "behind", "pushed_to", "pour", "touch", "near", "view", "stand",
-    "through", "aslant", "tipped", "pushed_in",
+    "through", "aslant", "tipped", "pushed_in", "off", "deeper",
 )  # fmt: skip
 """Relations of places that the experts of cramlite answer (``Location.relation``)."""
 

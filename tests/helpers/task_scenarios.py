@@ -52,7 +52,7 @@ REFUSED = {
 MORE = {
     "opening_door": "soma:Opening", "opening_turned_away": "soma:Opening", "closing_drawer": "soma:Closing",
     "looking_at_mobile": "soma:LookingAt", "turning_on_switch": "cram:TurningOn", "pushing_around": "soma:Pushing",
-    "placing_inside": "soma:Placing", "laying_down": "soma:Placing", "tipping_under": "artm:Ungrasping",
+    "placing_inside": "soma:Placing", "placing_deep": "soma:Closing", "laying_down": "soma:Placing", "tipping_under": "artm:Ungrasping",
 }  # fmt: skip
 """Further scenarios that are proven, with the task that they are about."""
 BLOCKED = {
@@ -66,6 +66,7 @@ BLOCKED = {
     "tipping_under_fails": "tipped: not lying there: 'book' is",
     "laying_down_fails": "at the grasp: 'effector/body' is",
     "pouring_full": "'bowl' would overflow: it holds 80 of",
+    "placing_deep_fails": "collision: 'block' hit 'door' with",
     "placing_inside_low": "the room under the roof of 'cabinet' is -10 mm higher than 'block', 20 mm is needed",
     "placing_inside_shut": "no hand comes into 'cabinet': 'cabinet' and 'door' are on all sides of it",
 }

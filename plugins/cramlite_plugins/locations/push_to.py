@@ -145,7 +145,7 @@ def _pushed_to(location: Location, belief: Belief, context: Context) -> Iterator
         yield from _around(location, belief, context, entity)
         return
     to = begun.values["x_m"], begun.values["y_m"]
-    there = _along(belief, context, entity, [to], _gap(belief, context, entity, to, begun.opening or 0.0))
+    there = pushed_straight(belief, context, entity, [to], gap_before(belief, context, entity, to, begun.opening or 0.0))
     if isinstance(there, Refusal):
         yield _stopped(there, location, entity)
     else:
@@ -172,7 +172,7 @@ def _around(location: Location, belief: Belief, context: Context, entity: str) -
         yield _stopped(ways, location, entity)
         return
     for k, (steps, corners) in enumerate(ways):
-        there, key = _along(belief, context, entity, corners), f"{1000 * steps * STEP:.0f} mm aside"
+        there, key = pushed_straight(belief, context, entity, corners), f"{1000 * steps * STEP:.0f} mm aside"
         if isinstance(there, Refusal):
             yield _stopped(there, location, entity, key)
         else:
@@ -211,8 +211,8 @@ def _left(area: Feature, frame: Pose) -> Left:
     return lambda spot: float(np.linalg.norm(np.maximum(np.abs(back.apply((*spot, height))[:2]) - half, 0.0)))
 
 
-def _along(belief: Belief, context: Context, entity: str, corners: Sequence[Spot], gap: float = 0.0) -> Place | Refusal:
-    """Straight legs on which fingers bring a thing's origin to points of the base's x-y plane, one after the other.
+def pushed_straight(belief: Belief, context: Context, entity: str, corners: Sequence[Spot], gap: float = 0.0) -> Place | Refusal:
+    """Return straight legs on which fingers bring a thing's origin to points of the base's x-y plane, one after the other.
 
     Args:
         gap: how far they go straight ahead first until they meet the thing [m].
@@ -324,8 +324,8 @@ def _floor(thing: Thing, pose: Pose, over: Pose, gripper: Gripper) -> float | No
     return over.position[2] - float(met) if math.isfinite(met) and met >= DEEP else None
 
 
-def _gap(belief: Belief, context: Context, entity: str, to: Spot, opening: float) -> float:
-    """How far fingers go ahead, towards where a thing's origin shall come, until they meet it [m]."""
+def gap_before(belief: Belief, context: Context, entity: str, to: Spot, opening: float) -> float:
+    """Return how far fingers go ahead, towards where a thing's origin shall come, until they meet it [m]."""
     from ..motion_planning.reach import tcp
 
     pose = belief.pose(entity)

@@ -31,7 +31,7 @@ def room_to_close(spot: Spot, wanted: Wanted) -> str | Refusal:
 
     Later tasks are looked at only where something would be met, so that what follows elsewhere holds whatever they are.
     """
-    return (is_tight(spot, wanted) and _first_met(spot, wanted, None)) or ""
+    return (is_tight(spot, wanted) and _stopped(spot, wanted, None)) or ""
 
 
 def is_tight(spot: Spot, wanted: Wanted) -> bool:
@@ -41,16 +41,20 @@ def is_tight(spot: Spot, wanted: Wanted) -> bool:
 
 @lru_cache(maxsize=1)
 def _tight(spot: Itself[Spot], wanted: Itself[Wanted]) -> bool:
-    return _first_met(spot.it, wanted.it, LET_GO) is not None
+    return _stopped(spot.it, wanted.it, LET_GO) is not None
 
 
-def _first_met(spot: Spot, wanted: Wanted, clearance: float | None) -> Refusal | None:
-    """What is met by anything that a later task closes: until the rest is felt, where no clearance is asked for, else to its stop."""
-    after, put = _let_go(spot, wanted), wanted.thing.name
+def _stopped(spot: Spot, wanted: Wanted, clearance: float | None) -> Refusal | None:
+    return first_met(wanted.thing.name, _let_go(spot, wanted), wanted.context, clearance)
+
+
+def first_met(put: str, after: Belief, context: Context, clearance: float | None) -> Refusal | None:
+    """Return what is met by anything that a later task closes, with a thing where it is believed to be: until the rest is felt, where no
+    clearance [m] is asked for, else to its stop."""
     for thing in after.world.things:
         if thing.joint is not None and thing.name in after.poses:
-            met = _met(thing, put, after, wanted.context, clearance)
-            if met is not None and is_closed_later(thing.name, put, wanted.context):
+            met = _met(thing, put, after, context, clearance)
+            if met is not None and is_closed_later(thing.name, put, context):
                 return met
     return None
 

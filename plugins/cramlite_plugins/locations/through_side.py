@@ -19,7 +19,7 @@ from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 
 from ..motions.gripping import release_opening
 from ..shapes.bounds import centre_of_mass, height, support
-from ..shapes.roofs import open_sides, roofed
+from ..shapes.roofs import has_a_roof, open_sides, roofed
 from .attitude import held_now
 from .place_filters import Filter, Spot, Wanted, beside, in_region, near, reachable, room_to_open, supported, visible
 from .room_to_close import TIGHT, is_tight, room_to_close
@@ -103,7 +103,7 @@ def goes_under_a_roof(thing: str, belief: Belief, context: Context) -> bool:
     table's board near the floor is not meant by the table, off which a thing is picked up."""
     from ..shapes.surfaces import surfaces
 
-    if not any(_has_a_roof(other, belief) for other in belief.poses if other != thing):
+    if not any(has_a_roof(belief.thing(other), belief.pose(other)) for other in belief.poses if other != thing):
         return False  # later tasks are not looked at, so that what follows from this holds whatever they are
     for onto, region in brought_onto(thing, belief, context):
         there, at = belief.thing(onto.thing), belief.pose(onto.thing)
@@ -121,13 +121,6 @@ def brought_onto(thing: str, belief: Belief, context: Context) -> Iterator[tuple
         what, onto = named.get("Locatum"), named.get("Relatum")
         if what is not None and onto is not None and what.thing == thing and onto.thing in belief.poses:
             yield onto, str(item.parameters.get("where", {}).get("region") or onto.part)
-
-
-def _has_a_roof(name: str, belief: Belief) -> bool:
-    """Whether some surface of a thing, or of one of its regions, is under a part of the thing."""
-    thing, pose = belief.thing(name), belief.pose(name)
-    parts = ("", *(f.name for f in thing.features if f.name)) if len(thing.geoms) > 1 else ()
-    return any(any(True for _ in roofed(thing, pose, part)) for part in parts)
 
 
 def brought_there_by(location: Location, belief: Belief, context: Context) -> tuple[str, ...]:

@@ -31,6 +31,16 @@ def roofed(thing: Thing, pose: Pose, part: str = "") -> Iterator[tuple[Surface, 
             yield surface, over
 
 
+def has_a_roof(thing: Thing, pose: Pose) -> bool:
+    """Check whether some surface of a thing, or of one of its regions, is under a part of the thing.
+
+    Args:
+        pose: of the thing in a frame whose z is up.
+    """
+    parts = ("", *(f.name for f in thing.features if f.name)) if len(thing.geoms) > 1 else ()
+    return any(any(True for _ in roofed(thing, pose, part)) for part in parts)
+
+
 def has_own_roof(thing: Thing, pose: Pose, part: str = "") -> bool:
     """Check whether all of the cavity of a thing, the first or the one that is meant, is under parts of itself: the room under a shelf.
 

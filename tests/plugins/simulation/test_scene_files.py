@@ -115,6 +115,16 @@ def test_a_drawer_is_mounted_in_its_cabinet_whether_they_collide_or_not(tmp_path
     assert compile_world(World(scene.things), {}).model.nexclude == (not meets)
 
 
+@pytest.mark.parametrize(("bits", "meets"), [('contype="0"', False), ("", True)])
+def test_a_door_meets_its_frame_where_the_bits_of_both_let_it(tmp_path: Path, bits: str, meets: bool) -> None:
+    """Shapes that are met by hands alone: a microwave of LIBERO, whose door is 1 mm beside its frame, with a margin of 1 mm."""
+    hinge = '<joint type="hinge" axis="0 0 1" pos="-.1 0 0" range="0 2"/>'
+    frame, panel = f'<geom type="box" size=".02 .02 .1" pos=".121 0 0" {bits}/>', f'<geom type="box" size=".1 .01 .1" {bits}/>'
+    scene = _scene(tmp_path, f'<body name="oven">{frame}<body name="door">{hinge}{panel}</body></body>')
+    joint = next(t.joint for t in scene.things if t.name == "door")
+    assert joint is not None and (joint.parent, joint.meets) == ("oven", meets)
+
+
 def test_what_cannot_be_taken_over_is_said(tmp_path: Path) -> None:
     ball = '<body name="globe"><joint type="ball"/><geom size=".1"/></body>'
     two = '<body name="xy" pos="1 0 0"><joint type="slide"/><joint type="slide" axis="1 0 0"/><geom size=".1"/></body>'

@@ -125,7 +125,15 @@ def _apart(source: Any, group: Group) -> bool:
     model, data = source.model, source.data
     both = [(a, b) for a in group.bodies for b in group.carrier]
     excluded = bool({_pair(*p) for a, b in both for p in ((a, b), (b, a))} & {int(s) for s in model.exclude_signature})
-    return excluded or any(_between(model, data.contact[c].geom, group) and data.contact[c].dist < -0.002 for c in range(data.ncon))
+    geoms, around = ([g for g in range(model.ngeom) if int(model.geom_bodyid[g]) in bodies] for bodies in (group.bodies, group.carrier))
+    if excluded or not any(_meet(model, a, b) for a in geoms for b in around):
+        return True
+    return any(_between(model, data.contact[c].geom, group) and data.contact[c].dist < -0.002 for c in range(data.ncon))
+
+
+def _meet(model: Any, a: int, b: int) -> bool:
+    """Whether the bits of two geoms let them collide."""
+    return bool(model.geom_contype[a] & model.geom_conaffinity[b] | model.geom_contype[b] & model.geom_conaffinity[a])
 
 
 def _pair(a: int, b: int) -> int:

@@ -1,0 +1,106 @@
+"""Pushing something farther in under a roof, where it was let go of so near the front that what a later task closes would meet it.
+
+A hand is as high as it is long, and comes no farther in with what it holds; the ends of its closed fingers do.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from cramlite.model import Belief, Floats, Location, Place, thing_of
+from cramlite.plugin import Answers, Context, Grounding, Refused, Unresolvable, hookimpl
+
+from ..motions.gripping import LET_GO
+from ..shapes.carried_along import gone_along
+from ..shapes.surfaces import resting_height
+from .push_to import gap_before, pushed_straight
+from .room_to_close import first_met
+from .through_side import STEEP
+
+STEP = 0.005  # between the ways that are looked at, back and in [m]: as well as it is known where something was let go of
+FARTHEST = 0.06  # in [m]: three times what a mug in a microwave needs, whose handle sticks out
+BACK = 0.12  # from what was let go of, as far as hands go back else [m]
+
+
+@hookimpl
+def resolve_location(location: Location, belief: Belief, context: Context) -> Answers:
+    """Resolve locations "off" and "deeper"; None for other relations."""
+    finders = {"off": _off, "deeper": _deeper}
+    finder = finders.get(location.relation)
+    return finder(location, belief, context) if finder else None
+
+
+def _off(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
+    """So far level back that closed fingers are before what was let go of, where that has to go farther in."""
+    from ..motion_planning.reach import bound, make_scene, shift, tcp
+
+    entity, ahead = bound(context, location.of), _ahead(belief, context)
+    way, here = _needed(entity, ahead, belief, context), tcp(belief, context)
+    shut = make_scene(belief, context, (), context.robot.gripper.opening[0], LET_GO)
+    for back in np.arange(STEP, BACK, STEP).tolist():
+        there = shift(here, -back * ahead)
+        no = shut.met(belief.base() * there)
+        if no is None:
+            said = f"{1000 * back:.0f} mm back, to push '{entity}' farther in by {1000 * way:.0f} mm"
+            yield Grounding(Place(there, there, context.robot.gripper.opening[0], thing=entity), said, key="off")
+            return
+    yield Refused("off", f"within {1000 * BACK:.0f} mm closed fingers do not come off '{entity}': {no.reason if no else ''}")
+
+
+def _deeper(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
+    """Straight ahead, until what is before the fingers is clear of what a later task closes."""
+    from ..motion_planning.reach import bound
+    from ..motion_planning.space import Refusal
+
+    entity, ahead = bound(context, location.of), _ahead(belief, context)
+    way, (x, y, _) = _needed(entity, ahead, belief, context), belief.pose(entity).position
+    to = x + way * float(ahead[0]), y + way * float(ahead[1])
+    gap = gap_before(belief, context, entity, to, context.robot.gripper.opening[0])
+    there = pushed_straight(belief, context, entity, [to], gap)
+    if isinstance(there, Refusal):
+        yield there.refused("in")
+    else:
+        yield Grounding(there, f"'{entity}' farther in by {1000 * way:.0f} mm, from {1000 * gap:.0f} mm before it", key="in")
+
+
+def _ahead(belief: Belief, context: Context) -> Floats:
+    """The level unit vector (3,) on which the hand points inwards.
+
+    Raises:
+        Unresolvable: it points down or up.
+    """
+    from ..motion_planning.reach import tcp
+
+    ahead = np.asarray(tcp(belief, context).rotate((0.0, 0.0, 1.0)))
+    if abs(ahead[2]) > STEEP:
+        raise Unresolvable(f"the hand points {'down' if ahead[2] < 0 else 'up'}, and does not push anything farther in", (), blocking=())
+    level: Floats = np.array([ahead[0], ahead[1], 0.0]) / math.hypot(ahead[0], ahead[1])
+    return level
+
+
+def _needed(entity: str, ahead: Floats, belief: Belief, context: Context) -> float:
+    """How far a thing has to go along a way (3,) to be clear of what later tasks close [m].
+
+    Raises:
+        Unresolvable: it is, or it would not be as far in as something carries it.
+    """
+    name = thing_of(entity)
+    met = first_met(name, belief, context, LET_GO)
+    if met is None:
+        raise Unresolvable(f"'{entity}' is in the way of nothing that a later task closes", (), blocking=())
+    for way in np.arange(STEP, FARTHEST, STEP).tolist():
+        gone = gone_along(belief, name, way * ahead)
+        if not _carried(name, gone):
+            break
+        if first_met(name, gone, context, LET_GO) is None:
+            return float(way)
+    raise Unresolvable(f"'{entity}' cannot be pushed in so far that it is out of the way: {met.reason}", (), blocking=())
+
+
+def _carried(name: str, belief: Belief) -> bool:
+    """Whether something is right below a thing."""
+    others = [(belief.world.thing(n), belief.poses[n].pose) for n in belief.poses if n != name]
+    return math.isfinite(resting_height(belief.world.thing(name), belief.poses[name].pose, others)[0])
