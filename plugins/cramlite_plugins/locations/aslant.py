@@ -20,7 +20,7 @@ from ..shapes.standing_up import stood_up
 from .attitude import held_now
 from .covers import LOWS, RISE, covers, free_on_way, openings, over_floor
 from .free_area import free_area
-from .place_filters import CHEAP, OFF_WALLS, Filter, Spot, Wanted, reachable, room_to_open, visible
+from .place_filters import CHEAP, OFF_WALLS, Filter, Spot, Wanted, first_objection, reachable, room_to_open, visible
 from .room_to_close import room_to_close
 from .through_side import brought_onto
 
@@ -255,11 +255,8 @@ def _refusal(entry: Entry, wanted: Wanted) -> Refused | None:
     from ..motion_planning.space import Refusal
 
     spot = _spot(entry, wanted)
-    for passed, (name, objects) in enumerate(FILTERS.items()):
-        if no := objects(spot, wanted):
-            return (replace(no, reason=f"not {name}: {no.reason}") if isinstance(no, Refusal) else Refusal(f"not {name}: {no}")).refused(
-                spot.name, passed
-            )
+    if no := first_objection(spot, wanted, FILTERS):
+        return no
     stuck = _arm_leads_out(entry, spot, wanted)
     if stuck is None and not _stands_up(wanted, entry.left):
         stuck = Refusal(f"'{wanted.thing.name}' may come to lie otherwise than it stands when it is let go of")

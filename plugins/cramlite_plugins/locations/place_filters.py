@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import Belief, Floats, Pose, Thing, Value
-from cramlite.plugin import Context
+from cramlite.model import Belief, Floats, Pose, Thing, Value, thing_of
+from cramlite.plugin import Context, Refused
 
 from ..shapes import ray_casting as rays
 from ..shapes.bounds import box_around, centre_of_mass, support
@@ -98,6 +98,26 @@ class Wanted(Value):
 
 Filter = Callable[[Spot, Wanted], "str | Refusal"]
 """Objects with a reason, with what is in the way where it looked for that; "" where it does not object."""
+
+
+def first_objection(spot: Spot, wanted: Wanted, filters: Mapping[str, Filter]) -> Refused | None:
+    """Return which filter objects and why, how many passed before it, and what is in the way; None where none does.
+
+    What stands on the target is blamed whenever nothing else is: it takes away positions that are not even looked at.
+    """
+    from ..motion_planning.space import Refusal
+
+    for passed, (name, objects) in enumerate(filters.items()):
+        no = objects(spot, wanted)
+        if no:
+            why = no if isinstance(no, Refusal) else Refusal(no, blocking=standing_there(wanted))
+            return replace(why, reason=f"not {name}: {why.reason}").refused(spot.name, passed)
+    return None
+
+
+def standing_there(wanted: Wanted) -> tuple[str, ...]:
+    """Return the names of what stands on a target, without the target itself, whose own shape goes along with it."""
+    return tuple(n for n in dict.fromkeys(o.name for o in wanted.obstacles) if n != thing_of(wanted.entity))
 
 
 def supported(spot: Spot, wanted: Wanted) -> str:

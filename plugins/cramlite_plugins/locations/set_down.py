@@ -29,7 +29,22 @@ from .free_area import Offset, beside, free_area, positions
 from .from_aside import is_free, slants
 from .laying_down import laid_down
 from .leaning import LET_GO, close_by, leaning, must_lean
-from .place_filters import ABOVE_IT, ASIDE, CHEAP, DEAR, OFF_WALLS, SIDES, Filter, Obstacle, Spot, Wanted, clear, opened
+from .place_filters import (
+    ABOVE_IT,
+    ASIDE,
+    CHEAP,
+    DEAR,
+    OFF_WALLS,
+    SIDES,
+    Filter,
+    Obstacle,
+    Spot,
+    Wanted,
+    clear,
+    first_objection,
+    opened,
+    standing_there,
+)
 from .put_aside import beside_where_it_stood
 from .resting_poses import DROPS, is_uneven, lowered_onto, resting_poses, spot_at_rest
 from .room_for_more import corner, roomiest, to_come
@@ -193,7 +208,7 @@ def _at_best(targets: list[Wanted], now: Pose, location: Location) -> Iterator[R
         offset = next(_positions(bare, now, location), (0.0, 0.0))
         spot = _spot(wanted, now, offset, 0.0, *_heights(wanted, now, location.relation)[0])
         said = f"not clear: nowhere is a disc of {2000 * _radius(wanted, now):.0f} mm free, which its outline holds"
-        yield _refusal(spot, wanted, CHEAP[location.relation]) or Refused(spot.name, said, 0, blocking=standing_there(wanted))
+        yield first_objection(spot, wanted, CHEAP[location.relation]) or Refused(spot.name, said, 0, blocking=standing_there(wanted))
 
 
 def _no_room(kept: list[Refused], targets: list[Wanted], location: Location, context: Context) -> Unresolvable:
@@ -251,7 +266,7 @@ def _from_above(
     for k, (over, above) in enumerate(heights):
         spot = at(over, above)
         again = blocked is not None and blocked.distance(spot.before)[0] < SAME
-        reason = reason if again else _refusal(spot, wanted, {**CHEAP[relation], **DEAR, **LAST})
+        reason = reason if again else first_objection(spot, wanted, {**CHEAP[relation], **DEAR, **LAST})
         if relation == "in" and reason is not None and ABOVE_IT in reason.reason and (aside := _from_aside(spot, wanted, above)):
             spot, reason = aside, None
         if reason is None:
@@ -280,7 +295,7 @@ def _from_aside(spot: Spot, wanted: Wanted, above: float) -> Spot | None:
     for side, way in slants(above):
         aside = replace(spot, name=f"{spot.name}, from {side}", before=shift(spot.pose, way))
         free = is_free(wanted.scene, wanted.context, spot.pose, way, BETWEEN, wanted.belief.joints)
-        if free and _refusal(aside, wanted, {**DEAR, **LAST}) is None:
+        if free and first_objection(aside, wanted, {**DEAR, **LAST}) is None:
             return aside
     return None
 
@@ -294,26 +309,6 @@ def _settled(wanted: Wanted, now: Pose, yaw: float) -> Wanted:
     there = _spot(wanted, now, (0.0, 0.0), yaw, 0.0, 0.0).thing
     found = nested(wanted.thing, there, wanted.under, wanted.belief.pose(wanted.under.name))
     return replace(wanted, target=found) if found else wanted
-
-
-def _refusal(spot: Spot, wanted: Wanted, filters: Mapping[str, Filter]) -> Refused | None:
-    """Which filter objects and why, how many passed before it, and what is in the way.
-
-    What stands on the target is blamed whenever nothing else is: it takes away positions that are not even looked at.
-    """
-    from ..motion_planning.space import Refusal
-
-    for passed, (name, objects) in enumerate(filters.items()):
-        no = objects(spot, wanted)
-        if no:
-            why = no if isinstance(no, Refusal) else Refusal(no, blocking=standing_there(wanted))
-            return replace(why, reason=f"not {name}: {why.reason}").refused(spot.name, passed)
-    return None
-
-
-def standing_there(wanted: Wanted) -> tuple[str, ...]:
-    """Return the names of what stands on a target, without the target itself, whose own shape goes along with it."""
-    return tuple(n for n in dict.fromkeys(o.name for o in wanted.obstacles) if n != thing_of(wanted.entity))
 
 
 def _targets(location: Location, belief: Belief, context: Context) -> list[Wanted]:

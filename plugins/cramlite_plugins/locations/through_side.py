@@ -21,7 +21,19 @@ from ..motions.gripping import release_opening
 from ..shapes.bounds import centre_of_mass, height, support
 from ..shapes.roofs import has_a_roof, open_sides, roofed
 from .attitude import held_now
-from .place_filters import Filter, Spot, Wanted, beside, in_region, near, reachable, room_to_open, supported, visible
+from .place_filters import (
+    Filter,
+    Spot,
+    Wanted,
+    beside,
+    first_objection,
+    in_region,
+    near,
+    reachable,
+    room_to_open,
+    supported,
+    visible,
+)
 from .room_to_close import TIGHT, is_tight, room_to_close
 
 if TYPE_CHECKING:
@@ -48,7 +60,7 @@ def places_through_a_side(location: Location, belief: Belief, context: Context) 
     found, fits, kept, tight, nearest = 0, False, list[Refused](), list[Grounding](), Refused("", "the hand has no way in")
     for wanted, out, now in _ways(location, belief, context):
         for spot in _spots(wanted, out, now):
-            no = _refusal(spot, wanted)
+            no = first_objection(spot, wanted, FILTERS)
             fits = fits or no is None or no.passed > ALONE
             if no is None:
                 place = Grounding(_place(spot, wanted, out), f"'{wanted.entity}', {spot.name}", 0.1 * found, key=spot.name, anew=True)
@@ -189,18 +201,6 @@ def _stand_off(wanted: Wanted, thing: Pose, out: Floats) -> float:
     """How far out all of what is held is before the thing that it goes into [m]."""
     into = wanted.belief.thing(wanted.entity)
     return support(into, wanted.belief.pose(into.name), out) + support(wanted.thing, thing, -out) + OUT
-
-
-def _refusal(spot: Spot, wanted: Wanted) -> Refused | None:
-    """Which filter objects and why, and how many passed before it; the way in comes last."""
-    from ..motion_planning.space import Refusal
-
-    for passed, (name, objects) in enumerate(FILTERS.items()):
-        if no := objects(spot, wanted):
-            return (replace(no, reason=f"not {name}: {no.reason}") if isinstance(no, Refusal) else Refusal(f"not {name}: {no}")).refused(
-                spot.name, passed
-            )
-    return None
 
 
 def _let_in(spot: Spot, wanted: Wanted) -> str | Refusal:

@@ -25,7 +25,18 @@ from ..shapes.tipping_over import tipped_over
 from .attitude import held_now
 from .covers import openings
 from .leaning import along_walls, extent
-from .place_filters import WELL_IN, Filter, Spot, Wanted, beside, near, reachable, room_to_open, visible
+from .place_filters import (
+    WELL_IN,
+    Filter,
+    Spot,
+    Wanted,
+    beside,
+    first_objection,
+    near,
+    reachable,
+    room_to_open,
+    visible,
+)
 from .push_in import ways_in
 
 if TYPE_CHECKING:
@@ -192,15 +203,8 @@ def _place(tipping: Tipping, wanted: Wanted) -> Place:
 
 def _refusal(tipping: Tipping, wanted: Wanted) -> Refused | None:
     """Which filter objects and why, and how many passed before it."""
-    from ..motion_planning.space import Refusal
-
     spot = _spot(tipping, wanted)
-    for passed, (name, objects) in enumerate(FILTERS.items()):
-        if no := objects(spot, wanted):
-            return (replace(no, reason=f"not {name}: {no.reason}") if isinstance(no, Refusal) else Refusal(f"not {name}: {no}")).refused(
-                spot.name, passed
-            )
-    return _not_pushed_in(tipping, spot, wanted)
+    return first_objection(spot, wanted, FILTERS) or _not_pushed_in(tipping, spot, wanted)
 
 
 def _not_pushed_in(tipping: Tipping, spot: Spot, wanted: Wanted) -> Refused | None:
