@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cramlite.model import Floats, Handover, Rollout, enclosing_names, walk
+from cramlite.model import Handover, Rollout, enclosing_names, walk
 from cramlite.plugin import Candidate
 
 from .grips import Grip, grips
@@ -26,12 +26,14 @@ class ExplainedGrip(NamedTuple):
         wrong: why no task explains it; "" where one does.
         at: the sample that ``wrong`` is about.
         left: the handover by which it ends; None where it lasts until the end of the run, or no handovers are known.
+        taken: whether its beginning is explained, whatever is wrong with its end.
     """
 
     grip: Grip
     wrong: str
     at: int
     left: Handover | None
+    taken: bool = True
 
 
 def explained_grips(candidate: Candidate) -> list[ExplainedGrip]:
@@ -42,11 +44,11 @@ def explained_grips(candidate: Candidate) -> list[ExplainedGrip]:
 
 
 def explained_at(candidate: Candidate) -> list[str]:
-    """Return what is in the hand at each sample by a grip that a task explains; "" for nothing."""
+    """Return what is in the hand at each sample by a grip whose beginning a task explains; "" for nothing."""
     assert candidate.rollout is not None
     held = [""] * len(candidate.rollout.times)
     for found in explained_grips(candidate):
-        if not found.wrong:
+        if found.taken:
             held[found.grip.first : found.grip.last + 1] = [found.grip.thing] * (found.grip.last + 1 - found.grip.first)
     return held
 
@@ -66,9 +68,9 @@ class _Run:
             return ExplainedGrip(grip, "", grip.first, None)
         if self.handovers is None or self._own_way(grip):
             wrong = "" if self._about(grip.first, grip.thing) else "no task that runs then is about it"
-            return ExplainedGrip(grip, wrong, grip.first, None)
+            return ExplainedGrip(grip, wrong, grip.first, None, taken=not wrong)
         if not self._near(grip.thing, grip.first, taken=True):
-            return ExplainedGrip(grip, "no task of the plan takes it then", grip.first, None)
+            return ExplainedGrip(grip, "no task of the plan takes it then", grip.first, None, taken=False)
         if grip.last == len(self.times) - 1 and self._kept(grip.thing):
             return ExplainedGrip(grip, "", grip.first, None)
         left = self._near(grip.thing, grip.last, taken=False)
@@ -91,7 +93,10 @@ class _Run:
         return any(h.thing == thing and tasks & set(enclosing_names(h.by)) for h in found)
 
     def _own_way(self, grip: Grip) -> bool:
-        """Whether a task runs from the first to the last sample that says of nothing how it is handed over."""
+        """Whether a task runs from the first to the last sample that says of nothing how it is handed over, nor does another of the
+        thing."""
+        if any(h.thing == grip.thing for h in self.handovers or ()):
+            return False
         tasks = {self._whole(k) for k in (grip.first, grip.last)}
         spoken = {n for h in self.handovers or () for n in enclosing_names(h.by)}
         return len(tasks) == 1 and not tasks & (spoken | {""})
@@ -130,8 +135,3 @@ class _Run:
             if self.order.get(self.came_from[k], -1) > until:
                 yield k
 
-
-def moved_while(rollout: Rollout, grip: Grip) -> float:
-    """Return how far a thing gets from where it was taken, while it is in the hand [m]."""
-    track: Floats = rollout.poses[grip.thing][grip.first : grip.last + 1, :3]
-    return float(np.linalg.norm(track - track[0], axis=1).max())

@@ -27,8 +27,8 @@ Moved = dict[str, list[str | None]]
 def moved_by(candidate: Candidate) -> Moved:
     """Return which task moves each thing, at each sample.
 
-    A task moves what is in the hand while it runs, by a grip that the plan explains, and what it says that it moves, all through, until its effects
-    have appeared; and what it let go of until that has come to rest, whatever runs meanwhile.
+    A task moves its payload, which a grip that the plan explains holds while the task runs. It moves what it says that it
+    moves, all through, until its effects have appeared; and what it let go of until that has come to rest, whatever runs meanwhile.
     """
     rollout = candidate.rollout
     assert rollout is not None

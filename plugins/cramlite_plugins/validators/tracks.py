@@ -13,6 +13,7 @@ from cramlite.plugin import Allowance, Candidate, Cost, Finding, Validator, hook
 from .explained import LATE, ExplainedGrip, explained_grips
 from .movers import rests
 from .slides import slides
+from .swings import declared
 from .task_times import inner_tasks, origins
 
 DROP = 0.03
@@ -55,7 +56,7 @@ def _rollout(candidate: Candidate) -> Rollout:
 def _unexplained(candidate: Candidate, found: Iterable[ExplainedGrip]) -> Iterator[Finding]:
     """Grips that no task explains."""
     rollout, tasks = _rollout(candidate), inner_tasks(candidate)
-    for grip, wrong, at, _ in found:
+    for grip, wrong, at, _, _ in found:
         if wrong:
             span = f"from {rollout.times[grip.first]:.1f} to {rollout.times[grip.last]:.1f} s"
             way = _way(rollout.poses[grip.thing][grip.first : grip.last + 1])
@@ -77,7 +78,7 @@ def _interrupted(candidate: Candidate, found: Iterable[ExplainedGrip]) -> Iterat
         if not len(begun) or not len(ended):
             continue
         inside = np.zeros(len(rollout.times), dtype=bool)
-        for grip, _, _, _ in found:
+        for grip, *_ in found:
             inside[grip.first : grip.last + 1] |= grip.thing == taken.thing
         rows = np.arange(int(begun[-1]) + 1, max(int(ended[0]), int(begun[-1]) + 1))
         gone = rows[~inside[rows]]
@@ -99,7 +100,7 @@ def _held_between(handovers: Iterable[Handover]) -> Iterator[tuple[Handover, Han
 def _fallen(candidate: Candidate, found: Iterable[ExplainedGrip]) -> Iterator[Finding]:
     """Falls that are longer than the place says where a thing was let go, or do not end."""
     rollout, tasks = _rollout(candidate), inner_tasks(candidate)
-    for grip, wrong, _, left in found:
+    for grip, wrong, _, left, _ in found:
         if wrong or left is None or left.rest is None:
             continue
         rest = min(rests(rollout, grip.thing, grip.last), len(rollout.times) - 1)
@@ -112,13 +113,14 @@ def _fallen(candidate: Candidate, found: Iterable[ExplainedGrip]) -> Iterator[Fi
 
 
 def _slid(candidate: Candidate, found: Iterable[ExplainedGrip]) -> Iterator[Finding]:
-    """Payloads that were moved along what they touch, in a task that slides nothing."""
-    rollout, tasks = _rollout(candidate), inner_tasks(candidate)
-    for grip, wrong, _, _ in found:
-        for task, rows in () if wrong else _stretches(tasks):
+    """Payloads that were moved along what they touch, in a task that slides nothing; but for declared turns, about a far side."""
+    rollout, tasks, turns = _rollout(candidate), inner_tasks(candidate), declared(candidate)
+    for grip, _, _, _, taken in found:
+        for task, rows in () if not taken else _stretches(tasks):
             if candidate.allowances.get(task, Allowance()).slides:
                 continue
-            worst = max(slides(rollout, grip, rows), key=lambda s: s.way, default=None)
+            free = (s for s in slides(rollout, grip, rows) if not any(t.first <= s.last and s.first <= t.last for t in turns))
+            worst = max(free, key=lambda s: s.way, default=None)
             if worst is not None and worst.way > SLIDES:
                 span = f"from {rollout.times[worst.first]:.1f} to {rollout.times[worst.last]:.1f} s"
                 said = f"'{grip.thing}' was dragged along '{worst.along}' by {1000 * worst.way:.0f} mm {span}"
