@@ -7,6 +7,7 @@ import pytest
 from msgspec.structs import replace
 from short_runs import (
     COUNT,
+    HANDOVERS,
     LANDED,
     LEFT,
     LIFTED,
@@ -23,7 +24,7 @@ from short_runs import (
     touching,
 )
 
-from cramlite.model import Feature, JudgingLimits, Pose, Touch
+from cramlite.model import Feature, Handover, JudgingLimits, Pose, Touch
 from cramlite.plugin import HAND, Allowance, Candidate
 from cramlite_plugins.validators.collision import GAP, GRIP, Bump, Collision, bumps
 
