@@ -229,7 +229,8 @@ def test_a_thing_that_is_taken_twice_is_asked_what_it_stands_on_each_time() -> N
             kept = tuple(t for t in row if k not in lifted or {t.a, t.b} != {"block", "shelf"})
             rows.append((*kept, Touch("block", place, 30.0, 0.0)) if k == 88 else kept)
         made = candidate(replace(both.rollout, opening=opening, touches=tuple(rows)))
-        return allowing("4.ParkingArms", pair(HAND, "block"), made)
+        twice = (*HANDOVERS, Handover("block", "4.ParkingArms/move", taken=True))
+        return replace(allowing("4.ParkingArms", pair(HAND, "block"), made), handovers=twice)
 
     assert said(Collision(), retaken("shelf")) == []
     assert said(Collision(), retaken("floor"))
