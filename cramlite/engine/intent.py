@@ -12,6 +12,7 @@ from ..base.errors import UserError
 from ..base.value import Value
 from ..model.belief import Belief
 from ..model.designators import Action
+from ..model.handover import Handover
 from ..model.judging_limits import JudgingLimits
 from ..model.plan import Plan
 from ..model.program import Code, Program
@@ -26,7 +27,7 @@ class Kept(Value):
     """Content of ``intent.json``.
 
     Args:
-        plan, actions, parts, belief, world, limits: as a ``Candidate`` has them.
+        plan, actions, parts, belief, world, limits, handovers: as a ``Candidate`` has them.
         bindings: designator name -> entity, those that are bound to one.
         text, language, suffix: as it was proven; of a ``Code``.
         origins: the line that each origin begins at, from 1, and the origin.
@@ -43,6 +44,7 @@ class Kept(Value):
     language: str
     suffix: str
     origins: tuple[tuple[int, str], ...]
+    handovers: tuple[Handover, ...] | None = None
 
     @property
     def code(self) -> Code:
@@ -70,6 +72,7 @@ def write_intent(candidate: Candidate) -> bytes:
     kept = Kept(
         candidate.plan, candidate.actions, candidate.parts, candidate.belief, candidate.world, candidate.limits, bindings,
         code.text, code.language, code.suffix, tuple(sorted(code.origins.items())),
+        candidate.handovers,
     )  # fmt: skip
     return json.format(json.encode(kept, enc_hook=_plain, order="deterministic"), indent=1)
 

@@ -108,6 +108,7 @@ def _candidate(text: str, world: World, purpose: Purpose, knowledge: Knowledge) 
         belief, actions, pick("robot", knowledge.robots_of(world), mount.type), believed, knowledge.rules, knowledge.taxonomy, goal=goal,
         parts=parts, limits=intent.kept.limits if intent else purpose.limits,
         allowances=allowances((*actions, *parts), bindings, knowledge),
+        handovers=intent.kept.handovers if intent else None,
     ), _remarks(origins, intent is None and bool(actions))  # fmt: skip
 
 

@@ -58,7 +58,7 @@ def assemble(plan: Plan, end: State, setting: Setting, knowledge: Knowledge) -> 
         plan, program, None, end.bindings, end.belief, end.actions, robot, setting.world, knowledge.rules,
         knowledge.taxonomy, goal=literals_of_plan(plan, end.actions, scene, knowledge),
         parts=end.parts, limits=setting.limits,
-        allowances=allowances((*end.actions, *end.parts), end.bindings, knowledge),
+        allowances=allowances((*end.actions, *end.parts), end.bindings, knowledge), handovers=end.handovers,
     )  # fmt: skip
 
 

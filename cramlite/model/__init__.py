@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from .error_model import ErrorModel, PoseError
     from .friction import pair_friction
     from .geometry import Floats, Pose, Vector3, quaternion_product, rotvec_quaternion
+    from .handover import Handover
     from .imported_robot import ImportedRobot
     from .imported_scene import ImportedScene, StatedJoint
     from .judging_limits import JudgingLimits
@@ -93,6 +94,7 @@ _HOMES = {
     ".error_model": "ErrorModel PoseError",
     ".friction": "pair_friction",
     ".geometry": "Floats Pose Vector3 quaternion_product rotvec_quaternion",
+    ".handover": "Handover",
     ".imported_robot": "ImportedRobot",
     ".imported_scene": "ImportedScene StatedJoint",
     ".judging_limits": "JudgingLimits",
@@ -155,6 +157,7 @@ __all__ = [
     "Geom",
     "Gripper",
     "HandFile",
+    "Handover",
     "Held",
     "Image",
     "ImportedRobot",

@@ -21,11 +21,13 @@ class Estimate(Value):
         pose: world frame.
         sigma: standard deviation of the position [m].
         source: who said so.
+        fall: how far it is believed to have fallen there after it was let go [m].
     """
 
     pose: Pose
     sigma: float = 0.0
     source: str = "known from the scenario"
+    fall: float = 0.0
 
 
 class Held(Value):

@@ -16,6 +16,7 @@ from ..base.value import Value
 from ..model.control_flow import Compound, Mark
 from ..model.designator_name import task_of
 from ..model.designators import Action, Designator, Location, Motion, Place, Stand
+from ..model.handover import Handover, handovers
 from ..model.program import Section
 from ..model.steps import MoveJoints, MoveLinear, SetGripper, walk
 
@@ -57,6 +58,7 @@ class State(Value):
         reached: places that the arm was led to since anything else was moved.
         here: the place that the arm was led to last, by name; "" before the first.
         used: places at which more was done than lead the arm to them and on, such as closing the fingers.
+        handovers: what passed into the hand and out of it so far, in order.
         passed: what of both came before the last motion that ends where it does from wherever the arm comes.
     """
 
@@ -80,6 +82,7 @@ class State(Value):
     passed: frozenset[str] = frozenset()
     here: str = ""
     used: frozenset[str] = frozenset()
+    handovers: tuple[Handover, ...] = ()
 
     @property
     def folding(self) -> bool:
@@ -92,7 +95,7 @@ def state_after_choice(state: State, item: Designator, answer: Grounding, choice
 
     An action's steps come next on the agenda; all else is bound.
     """
-    after = replace(state, choices=choices, belief=answer.belief or state.belief)
+    after = _state_believed(state, answer.belief or state.belief, item.name, choices=choices)
     if isinstance(item, Action):
         opened = {**state.opened, item.name: len(state.steps)}
         return replace(after, agenda=(*answer.value.steps, Effect(item), *state.agenda), opened=opened)
@@ -104,6 +107,12 @@ def state_after_choice(state: State, item: Designator, answer: Grounding, choice
         after = replace(after, bindings=bindings, steps=steps, motions=state.motions | {item.name}, stand=stand)
         return _state_led_on(state, item, after, answer.anew)
     return replace(after, bindings=bindings)
+
+
+def _state_believed(state: State, belief: Belief, by: str, **changes: Any) -> State:
+    """The state with another belief, and the handovers that led to it."""
+    new = handovers(state.belief, belief, by, optional=state.folding)
+    return replace(state, belief=belief, handovers=(*state.handovers, *new), **changes)
 
 
 def state_after_action(state: State, done: Action, tasks: Mapping[str, TaskType]) -> State:
@@ -119,7 +128,7 @@ def state_after_action(state: State, done: Action, tasks: Mapping[str, TaskType]
         state = replace(state, actions=(*state.actions, action))
     elif not state.folding:
         state = replace(state, parts=(*state.parts, action))
-    after = replace(state, belief=belief)
+    after = _state_believed(state, belief, action.name)
     after = after if _at_rest(state, after) else replace(after, reached=frozenset())
     return renew_places(after, first) if top else after
 

@@ -17,6 +17,7 @@ class Allowance(Value):
         touches: pairs of things that may touch; ``HAND`` is the hand, ``HELD`` what it holds.
         moves: things that the task moves without holding them.
         carries_on: whether what is held may touch what it stood or hung on when it was taken.
+        slides: whether what is held may be moved along what it touches.
         force: the most that the arm may feel while the task runs, beside what it carries [N]; None for the program's limit.
     """
 
@@ -24,3 +25,4 @@ class Allowance(Value):
     moves: frozenset[str] = frozenset()
     carries_on: bool = True
     force: float | None = None
+    slides: bool = True

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 from msgspec import field
 
 from ..base.value import Value
+from ..model.handover import Handover
 from ..model.judging_limits import JudgingLimits
 from .allowance import Allowance
 
@@ -51,6 +52,8 @@ class Candidate(Value):
         parts: actions that the plan's actions were decomposed into, grounded; without those that the run decides about.
         allowances: name of each action and part -> what it may touch and move.
         limits: how far the run may disturb what no task is about.
+        handovers: what passes into the hand and out of it, in the plan's order; None where nobody knows, as of a text that is
+            judged without its run.
     """
 
     plan: Plan
@@ -69,6 +72,7 @@ class Candidate(Value):
     parts: tuple[Action, ...] = ()
     allowances: Mapping[str, Allowance] = field(default_factory=dict)
     limits: JudgingLimits = JudgingLimits()
+    handovers: tuple[Handover, ...] | None = None
 
 
 class Validator(Protocol):

@@ -112,6 +112,10 @@ class TaskType(ABC):
     """Roles whose things it moves without holding them, such as what is pushed. The judge of bystanders objects where any
     other thing moves that is not held."""
 
+    slides: ClassVar[bool] = True
+    """Whether it may move what is held along what that touches, as a task that wipes does. The judge of tracks objects where one
+    that may not drags its payload."""
+
     @abstractmethod
     def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
         """Yield the ways to do ``action``, best first.
@@ -157,6 +161,7 @@ class TaskType(ABC):
             frozenset(things[r] for r in self.moves if r in things),
             self.touches is None,
             self.parameter(action, FORCE_LIMIT) if limited else None,
+            self.slides,
         )
 
     def role(self, name: str) -> Role | None:

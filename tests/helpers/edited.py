@@ -9,6 +9,7 @@ from msgspec.structs import replace
 from task_scenarios import attempt
 
 from cramlite import Engine
+from cramlite.engine.line_origins import origins_of
 from cramlite.engine.proof import judge
 from cramlite.model import Finding, World
 from cramlite.plugin import Candidate
@@ -59,7 +60,8 @@ def run(candidate: Candidate, text: str, world: World | None = None) -> Candidat
     rollout = knowledge.simulator.execute(text, place, knowledge.robots, mount=candidate.program.robot, seed=0)
     episode = knowledge.episodes.detect(rollout, candidate.program.name)
     episode = replace(episode, extras={**episode.extras, "park": np.array(candidate.robot.home)})
-    return replace(candidate, code=replace(candidate.code, text=text), rollout=rollout, episode=episode, world=place)
+    code = replace(candidate.code, text=text, origins=dict(origins_of(text, candidate.code).of))
+    return replace(candidate, code=code, rollout=rollout, episode=episode, world=place)
 
 
 def objections(candidate: Candidate) -> dict[str, str]:

@@ -17,8 +17,10 @@ from cramlite.model import (
     Action,
     Belief,
     Code,
+    Estimate,
     Finding,
     Floats,
+    Handover,
     Object,
     Plan,
     Pose,
@@ -42,6 +44,10 @@ TASKS = {"1.Grasping": "soma:Grasping", "2.PickingUp": "soma:PickingUp", "3.Plac
 ORIGINS = {
     1: "1.Grasping/close", 3: "2.PickingUp/lift", 5: "3.Placing/PuttingDown/lower", 7: "3.Placing/Releasing/open", 9: "4.ParkingArms/move",
 }  # fmt: skip
+HANDOVERS = (
+    Handover("block", "1.Grasping/close", taken=True),
+    Handover("block", "3.Placing/Releasing/open", taken=False, rest=Estimate(Pose((0.5, -0.35, 0.20)), 0.005, "predicted")),
+)
 LINES = np.repeat([0, 1, 3, 5, 7, 9, 0], [2, 23, 25, 20, 10, 10, 10])
 
 
@@ -93,7 +99,7 @@ def candidate(rollout: Rollout) -> Candidate:
     belief = Belief(rollout.world, {}, "arm", UR5E.home, 0.085, relations=frozenset({("on", "block", "shelf")}))
     return Candidate(
         Plan("p", (), ()), Program("p", "arm", "ur5e", UR5E.gripper.tcp, UR5E.home, (), ()), Code("text", text, ORIGINS, ".txt"), {},
-        belief, actions, UR5E, rollout.world, (), taxonomy(), rollout, None, (), parts, allowed,
+        belief, actions, UR5E, rollout.world, (), taxonomy(), rollout, None, (), parts, allowed, handovers=HANDOVERS,
     )  # fmt: skip
 
 

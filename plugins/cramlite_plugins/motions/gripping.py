@@ -129,7 +129,7 @@ def _let_go(motion: Motion, belief: Belief, context: Context, opening: float) ->
     from ..shapes.tipping_over import tipped_over
 
     assert belief.held is not None
-    pose = belief.base() * held_pose(belief, context)
+    pose = let_go_at = belief.base() * held_pose(belief, context)
     if motion.to is not None and motion.to.relation == "aslant":  # a place from which it comes to stand
         pose = stood_up(belief.world.thing(belief.held.thing), pose)
     if motion.to is not None and motion.to.relation == "tipped":
@@ -140,7 +140,8 @@ def _let_go(motion: Motion, belief: Belief, context: Context, opening: float) ->
         pose = fallen(belief, pose)
     on_rails = belief.world.thing(belief.held.thing).joint is not None  # or on hinges: it neither falls nor shifts
     sigma = math.hypot(DROPPED if into else 0.0 if on_rails else LET_GO, belief.held.sigma)
-    return belief.released(Estimate(pose, sigma, f"predicted: let go by {motion.name}"), opening)
+    fall = max(0.0, float(let_go_at.position[2] - pose.position[2]))
+    return belief.released(Estimate(pose, sigma, f"predicted: let go by {motion.name}", fall), opening)
 
 
 def fallen(belief: Belief, pose: Pose) -> Pose:

@@ -18,6 +18,7 @@ class Grasping(TaskType):
     aliases = ("Grasp",)
     roles = (Role("Patient", ("soma:PhysicalObject", "dul:PhysicalObject")),)
     summary = "approach an object, close the fingers, check that it is held"
+    slides = False
     parameters = (
         Parameter(
             "approach_speed_m_s", 0.05, "slow enough to stop within a millimetre, ISO 10218 reduced speed is 0.25"

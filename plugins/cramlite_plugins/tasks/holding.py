@@ -13,6 +13,7 @@ class Holding(TaskType):
     aliases = ("Hold",)
     roles = (Role("Patient"),)
     summary = "keep hold of an object, standing still"
+    slides = False
     parameters = (Parameter("duration_s", 1.0, "long enough for a slip of 1 mm/s to show"),)
 
     def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:

@@ -17,6 +17,7 @@ class PickAndPlace(TaskType):
     places = True
     puts_aside = ("Locatum", "Relatum")
     summary = "grasp an object, lift it, put it onto a surface"
+    slides = False
 
     def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
         empty_hand(belief)

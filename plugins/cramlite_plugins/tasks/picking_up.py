@@ -15,6 +15,7 @@ class PickingUp(TaskType):
     aliases = ("PickUp", "Lift")
     roles = (Role("Locatum"), Role("Relatum", required=False))
     summary = "lift a held object straight up"
+    slides = False
     parameters = (Parameter("height_m", 0.1, "clears the rim of a tray and leaves room for a free motion"),)
 
     def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:

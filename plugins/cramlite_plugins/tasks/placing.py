@@ -16,6 +16,7 @@ class Placing(TaskType):
     roles = (Role("Locatum"), Role("Relatum", features=("vrps:SurfaceFeature",)))
     places = True
     summary = "lower a held object onto a surface, open, withdraw"
+    slides = False
 
     def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
         what_is_held(belief, "placed")

@@ -15,6 +15,7 @@ class Pouring(TaskType):
     aliases = ("Pour", "PourInto")
     roles = (Role("Source", features=("cram:Cavity",), filled=True), Role("Destination", features=("cram:Cavity",)))
     summary = "tilt a held vessel about its rim, over another one, and back"
+    slides = False
     touches = ((HAND, "Source"),)
     parameters = (
         Parameter("tilt_rad", 2.1, "120 deg: walls of an upright vessel then slope by 30 deg, the angle of repose of grains"),

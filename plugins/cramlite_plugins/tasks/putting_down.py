@@ -20,6 +20,7 @@ class PuttingDown(TaskType):
     roles = (Role("Locatum"), Role("Relatum", features=("vrps:SurfaceFeature",)))
     places = True
     summary = "move above a surface and lower until contact"
+    slides = False
     parameters = (
         Parameter("speed_m_s", 0.01, "a guarded approach at 10 mm/s peaks at 9 N in simulation"),
         Parameter("force_n", 3.0, "above sensor noise, below what tips a light object"),

@@ -20,6 +20,7 @@ class Reaching(TaskType):
     aliases = ("MoveToReach", "Reach")
     roles = (Role("Goal", required=False),)
     summary = "bring the empty hand near an object"
+    slides = False
     leads_on = True
     touches = ()
 

@@ -15,6 +15,7 @@ class Releasing(TaskType):
     aliases = ("Release", "LetGo")
     roles = (Role("Locatum"), Role("Relatum", required=False))
     summary = "open the fingers; what they held stays with what supports it, and is put down there first if it does not"
+    slides = False
 
     def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
         held = what_is_held(belief, "released")

@@ -13,6 +13,7 @@ class Shaking(TaskType):
     aliases = ("Shake",)
     roles = (Role("Patient", filled=True),)
     summary = "swing a held thing up and down"
+    slides = False
     touches = ()
     parameters = (
         Parameter("swings", 6.0, "up or down, each counts; a demonstration says how many, and its rule asks for 5"),

@@ -15,6 +15,7 @@ class Transporting(TaskType):
     aliases = ("Transport", "Carry")
     roles = (Role("Patient"), Role("Destination", required=False))
     summary = "carry a held object to another thing"
+    slides = False
     leads_on = True
     touches = ()
 

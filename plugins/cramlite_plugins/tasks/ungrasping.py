@@ -20,6 +20,7 @@ class Ungrasping(TaskType):
     roles = (Role("Locatum"), Role("Relatum", features=("cram:Cavity",)))
     places = True
     summary = "carry a held object into a container's opening and let go"
+    slides = False
 
     def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
         what_is_held(belief, "let go")

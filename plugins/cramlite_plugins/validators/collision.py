@@ -10,7 +10,8 @@ from cramlite.model import Rollout, Touch, Value, thing_of
 from cramlite.plugin import HAND, HELD, Allowance, Candidate, Cost, Finding
 
 from ..shapes.mounts import mounts
-from .grips import held_at, pressed_at
+from .explained import explained_at
+from .grips import pressed_at
 from .movers import moved_by
 from .task_times import inner_tasks
 
@@ -94,13 +95,14 @@ class _Contacts:
     def __init__(self, candidate: Candidate, rollout: Rollout) -> None:
         self.times, self.robot = rollout.times, candidate.program.robot
         self.allowances = candidate.allowances
-        self.tasks, self.held, self.moved = inner_tasks(candidate), held_at(rollout), moved_by(candidate)
+        self.tasks, self.held, self.moved = inner_tasks(candidate), explained_at(candidate), moved_by(candidate)
         self.mounted = {frozenset((t.name, name)) for t in rollout.world.things for name in mounts(t, rollout.world)}
         self.hollow = {t.name for t in rollout.world.things if t.feature("cram:Cavity")}
         self.weight = {t.name: (t.mass or 0.0) * GRAVITY for t in rollout.world.things}
         near = round(GRIP / float(self.times[1] - self.times[0])) if len(self.times) > 1 else 0
         pressed = pressed_at(rollout)
-        self.gripped = [{*pressed[k : k + near + 1], one} for k, one in enumerate(self.held)]
+        explained = {h for h in self.held if h}
+        self.gripped = [{*explained.intersection(pressed[k : k + near + 1]), one} for k, one in enumerate(self.held)]
         self.last: dict[Pair, float] = {}  # when two that may touch last did [s]
         self.stood: dict[str, set[str]] = {}  # what a thing touched when it was taken
 

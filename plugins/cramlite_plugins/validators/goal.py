@@ -13,8 +13,11 @@ from cramlite.plugin import EFFECTOR, Candidate, Cost, Finding, Validator, conte
 
 from ..episodes.detection.entities import contents_of
 from ..predicates.places import in_region, in_region_by
+from ..predicates.relations import supports
 from ..shapes.contents import SHARE, where
 from .held_times import MOMENT, held_times, said_times
+from .rest import at_the_end
+from .stance import wrongly_rests
 
 if TYPE_CHECKING:
     from cramlite.plugin import Clause, GoalLiteral, Timeline
@@ -58,7 +61,7 @@ class Goal(Value):
         timeline, rollout = Timeline(candidate.episode, candidate.taxonomy), candidate.rollout
         for literal in candidate.goal:
             wrong = _unmet(literal, timeline, rollout) or _doubtful(literal, timeline, rollout)
-            wrong = wrong or _beside(literal, candidate) or _unsettled(literal, rollout)
+            wrong = wrong or _beside(literal, candidate) or _unsettled(literal, rollout) or _badly_rests(literal, candidate)
             end = _measured(literal, rollout, candidate.episode)
             said = f"{_what(literal)} {f'is not reached: {wrong}' if wrong else f'holds for the last {LASTS:g} s'}"
             yield Finding(self.name, not wrong, f"{said}; {end}" if end else said, things=True)
@@ -151,6 +154,21 @@ def _unsettled(literal: GoalLiteral, rollout: Rollout) -> str:
         way = float(np.linalg.norm(np.ptp(rollout.poses[name][recent, :3], axis=0)))
         if way > STILL:
             return f"'{name}' moves by {1000 * way:.0f} mm in the last {LASTS:g} s, up to {1000 * STILL:.0f} mm are at rest"
+    return ""
+
+
+def _badly_rests(literal: GoalLiteral, candidate: Candidate) -> str:
+    """What is wrong with how a thing rests on the one that it should be on; empty where nothing is."""
+    from cramlite.plugin import atoms
+
+    assert candidate.rollout is not None
+    rollout, there = candidate.rollout, {t.name for t in candidate.rollout.world.things}
+    for clause in literal.clauses:
+        for atom in atoms(clause.condition) if not clause.text.startswith("not ") else ():
+            if atom.predicate.function is supports:
+                below, above = (thing_of(str(v)) for v in atom.arguments(dict(literal.binding)))
+                if {below, above} <= there and (wrong := wrongly_rests(candidate, at_the_end(rollout, above), at_the_end(rollout, below))):
+                    return wrong
     return ""
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from cramlite.model import Floats, Rollout
 from cramlite.plugin import PADDING, Candidate
 
-from .grips import held_at
+from .explained import explained_at
 from .task_times import inner_tasks
 
 SETTLE = 1.0
@@ -27,21 +27,21 @@ Moved = dict[str, list[str | None]]
 def moved_by(candidate: Candidate) -> Moved:
     """Return which task moves each thing, at each sample.
 
-    A task moves what is in the hand at some time while it runs, and what it says that it moves, all through, until its effects
-    have appeared; and what it let go of until that has come to rest, whatever runs meanwhile.
+    A task moves its payload, which a grip that the plan explains holds while the task runs. It moves what it says that it
+    moves, all through, until its effects have appeared; and what it let go of until that has come to rest, whatever runs meanwhile.
     """
     rollout = candidate.rollout
     assert rollout is not None
-    tasks, held = inner_tasks(candidate), held_at(rollout)
+    tasks, held = inner_tasks(candidate), explained_at(candidate)
     loose = [t.name for t in rollout.world.things if t.movable or t.joint]
     moved: Moved = {name: [None] * len(tasks) for name in loose}
     for name in loose:
-        _charge(moved[name], "", 0, min(_rests(rollout, name, 0), _after(rollout, 0, SETTLE)))
+        _charge(moved[name], "", 0, min(rests(rollout, name, 0), _after(rollout, 0, SETTLE)))
     for task, stretch in groupby(range(len(tasks)), key=lambda k: tasks[k]):
         rows = list(stretch)
         declared = candidate.allowances[task].moves if task in candidate.allowances else frozenset()
         for name in ({held[k] for k in rows} | declared) & moved.keys():
-            until = max(_after(rollout, rows[-1], PADDING), _rests(rollout, name, rows[-1]))
+            until = max(_after(rollout, rows[-1], PADDING), rests(rollout, name, rows[-1]))
             _charge(moved[name], task, rows[0], until)
     return moved
 
@@ -54,8 +54,8 @@ def _after(rollout: Rollout, sample: int, time: float) -> int:
     return int(np.searchsorted(rollout.times, rollout.times[sample] + time, side="right"))
 
 
-def _rests(rollout: Rollout, name: str, sample: int) -> int:
-    """The first sample, from one on, after which a thing is at rest for a while; past the end where it never is."""
+def rests(rollout: Rollout, name: str, sample: int) -> int:
+    """Return the first sample, from one on, after which a thing is at rest for a while; past the end where it never is."""
     from numpy.lib.stride_tricks import sliding_window_view
 
     step = float(rollout.times[1] - rollout.times[0]) if len(rollout.times) > 1 else OVER

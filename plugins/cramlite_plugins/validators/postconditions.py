@@ -6,13 +6,10 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
-from msgspec.structs import replace
-
 from cramlite.model import (
     Action,
     EntityName,
     Feature,
-    Pose,
     Relation,
     Rollout,
     Thing,
@@ -24,7 +21,8 @@ from cramlite.model import (
 from cramlite.plugin import Candidate, Cost, Finding, Validator, hookimpl
 
 from .held_times import held_times, said_times, said_values
-from .rest import restless
+from .rest import at_the_end, restless
+from .stance import wrongly_rests
 from .task_times import Span, span
 
 if TYPE_CHECKING:
@@ -59,13 +57,9 @@ class EndState(Value):
                 wrong = tests[predicate](rollout, subject, whole) or _unsettled(
                     rollout, subject, hanging=predicate == "hangs_on"
                 )
+                if predicate == "on" and not wrong:
+                    wrong = wrongly_rests(candidate, at_the_end(rollout, subject), whole)
                 yield Finding(self.name, not wrong, wrong or _holds(relation), origin=_last_about(candidate, subject), things=True)
-
-
-def at_the_end(rollout: Rollout, name: str) -> Thing:
-    """Return a thing where the run left it."""
-    thing, row = rollout.world.thing(name), rollout.poses[name][-1]
-    return replace(thing, pose=Pose(tuple(row[:3]), tuple(row[3:])))
 
 
 def _holds(relation: Relation) -> str:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
+from msgspec.structs import replace
 
-from cramlite.model import Pose, Rollout, Vector3, thing_of
+from cramlite.model import Pose, Rollout, Thing, Vector3, thing_of
 
 GRAVITY = 9.81
 CARRIES = 0.5  # what bears this share of a thing's weight carries it along: a drawer its contents, a tray its cups
@@ -24,6 +25,12 @@ Measured: what had been dropped into a basket turned by less than 0.001 rad/s wh
 SWING_TURN = SWING / 0.05
 """What hangs on a peg may turn by this [rad/s]: what ``SWING`` makes of a body that swings 50 mm below its peg; the products here hang
 60 to 70 mm below it. Measured: 0.01 to 0.03."""
+
+
+def at_the_end(rollout: Rollout, name: str) -> Thing:
+    """Return a thing where the run left it."""
+    thing, row = rollout.world.thing(name), rollout.poses[name][-1]
+    return replace(thing, pose=Pose(tuple(row[:3]), tuple(row[3:])))
 
 
 def borne_by(rollout: Rollout, thing: str, sample: int) -> list[str]:

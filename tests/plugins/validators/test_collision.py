@@ -7,6 +7,7 @@ import pytest
 from msgspec.structs import replace
 from short_runs import (
     COUNT,
+    HANDOVERS,
     LANDED,
     LEFT,
     LIFTED,
@@ -23,7 +24,7 @@ from short_runs import (
     touching,
 )
 
-from cramlite.model import Feature, JudgingLimits, Pose, Touch
+from cramlite.model import Feature, Handover, JudgingLimits, Pose, Touch
 from cramlite.plugin import HAND, Allowance, Candidate
 from cramlite_plugins.validators.collision import GAP, GRIP, Bump, Collision, bumps
 
@@ -228,7 +229,8 @@ def test_a_thing_that_is_taken_twice_is_asked_what_it_stands_on_each_time() -> N
             kept = tuple(t for t in row if k not in lifted or {t.a, t.b} != {"block", "shelf"})
             rows.append((*kept, Touch("block", place, 30.0, 0.0)) if k == 88 else kept)
         made = candidate(replace(both.rollout, opening=opening, touches=tuple(rows)))
-        return allowing("4.ParkingArms", pair(HAND, "block"), made)
+        twice = (*HANDOVERS, Handover("block", "4.ParkingArms/move", taken=True))
+        return replace(allowing("4.ParkingArms", pair(HAND, "block"), made), handovers=twice)
 
     assert said(Collision(), retaken("shelf")) == []
     assert said(Collision(), retaken("floor"))

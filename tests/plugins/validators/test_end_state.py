@@ -11,7 +11,8 @@ from short_runs import COUNT, WEIGHT, candidate, good, only, said, shifted, touc
 from cramlite.model import Held, Pose, Rollout, Touch
 from cramlite.plugin import Candidate
 from cramlite_plugins.simulation.objects.products_and_fixtures import basket, hanger, hung, product
-from cramlite_plugins.validators.postconditions import EndState, _not_in, _not_on, at_the_end, validators
+from cramlite_plugins.validators.postconditions import EndState, _not_in, _not_on, validators
+from cramlite_plugins.validators.rest import at_the_end
 
 
 def moved_later(rollout: Rollout, by: float, *things: str) -> Rollout:

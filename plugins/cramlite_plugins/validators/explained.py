@@ -1,0 +1,137 @@
+"""Explained grips: the handover of the plan by which each grip of a run begins, and the one by which it ends."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from cramlite.model import Handover, Rollout, enclosing_names, walk
+from cramlite.plugin import Candidate
+
+from .grips import Grip, grips
+from .task_times import inner_tasks, origins
+
+EARLY, LATE = 0.5, 0.2
+"""A grip begins or ends at most so long before, or after, the code of its handover runs [s]: fingers that are told to open leave
+a thing before they have arrived, and contacts of stiff pads chatter (``grips.SHORTEST``)."""
+
+
+class ExplainedGrip(NamedTuple):
+    """A grip with what explains it.
+
+    Args:
+        grip: thing and samples.
+        wrong: why no task explains it; "" where one does.
+        at: the sample that ``wrong`` is about.
+        left: the handover by which it ends; None where it lasts until the end of the run, or no handovers are known.
+        taken: whether its beginning is explained, whatever is wrong with its end.
+    """
+
+    grip: Grip
+    wrong: str
+    at: int
+    left: Handover | None
+    taken: bool = True
+
+
+def explained_grips(candidate: Candidate) -> list[ExplainedGrip]:
+    """Return every grip of a run, each with what explains it."""
+    assert candidate.rollout is not None
+    run = _Run(candidate, candidate.rollout)
+    return [run.explained(grip) for grip in grips(candidate.rollout)]
+
+
+def explained_at(candidate: Candidate) -> list[str]:
+    """Return what is in the hand at each sample by a grip whose beginning a task explains; "" for nothing."""
+    assert candidate.rollout is not None
+    held = [""] * len(candidate.rollout.times)
+    for found in explained_grips(candidate):
+        if found.taken:
+            held[found.grip.first : found.grip.last + 1] = [found.grip.thing] * (found.grip.last + 1 - found.grip.first)
+    return held
+
+
+class _Run:
+    """Handovers, origins and tasks of a run."""
+
+    def __init__(self, candidate: Candidate, rollout: Rollout) -> None:
+        self.candidate, self.times = candidate, rollout.times
+        self.came_from, self.tasks = origins(candidate), inner_tasks(candidate)
+        self.handovers = candidate.handovers
+        order = dict.fromkeys(s.origin for s in walk(candidate.program.steps))
+        self.order = {origin: k for k, origin in enumerate(order)}
+
+    def explained(self, grip: Grip) -> ExplainedGrip:
+        if self._declared_move(grip):
+            return ExplainedGrip(grip, "", grip.first, None)
+        if self.handovers is None or self._own_way(grip):
+            wrong = "" if self._about(grip.first, grip.thing) else "no task that runs then is about it"
+            return ExplainedGrip(grip, wrong, grip.first, None, taken=not wrong)
+        if not self._near(grip.thing, grip.first, taken=True):
+            return ExplainedGrip(grip, "no task of the plan takes it then", grip.first, None, taken=False)
+        if grip.last == len(self.times) - 1 and self._kept(grip.thing):
+            return ExplainedGrip(grip, "", grip.first, None)
+        left = self._near(grip.thing, grip.last, taken=False)
+        if left is None:
+            return ExplainedGrip(grip, "no task of the plan lets go of it then", grip.last, None)
+        late = next(self._after(left, grip), None)
+        if late is not None:
+            said = f"{left.by} lets go of it, and {self.came_from[late]} comes after that"
+            return ExplainedGrip(grip, said, late, left)
+        return ExplainedGrip(grip, "", grip.first, left)
+
+    def _declared_move(self, grip: Grip) -> bool:
+        """Whether tasks that move the thing without holding it run all the while: open fingers push with both pads."""
+        allowed = self.candidate.allowances
+        tasks = set(self.tasks[grip.first : grip.last + 1])
+        return all(t in allowed and grip.thing in allowed[t].moves for t in tasks) and not self._taken_in(tasks, grip.thing)
+
+    def _taken_in(self, tasks: set[str], thing: str) -> bool:
+        found = self.handovers or ()
+        return any(h.thing == thing and tasks & set(enclosing_names(h.by)) for h in found)
+
+    def _own_way(self, grip: Grip) -> bool:
+        """Whether a task runs from the first to the last sample that says of nothing how it is handed over, nor does another of the
+        thing."""
+        if any(h.thing == grip.thing for h in self.handovers or ()):
+            return False
+        tasks = {self._whole(k) for k in (grip.first, grip.last)}
+        spoken = {n for h in self.handovers or () for n in enclosing_names(h.by)}
+        return len(tasks) == 1 and not tasks & (spoken | {""})
+
+    def _whole(self, sample: int) -> str:
+        """The action of the plan that runs at a sample."""
+        names = set(enclosing_names(self.came_from[sample]))
+        return next((a.name for a in self.candidate.actions if a.name in names), "")
+
+    def _about(self, sample: int, thing: str) -> bool:
+        """Whether the action that runs, or the part of one, has a thing in a role."""
+        names = set(enclosing_names(self.came_from[sample]))
+        acting = (a for a in (*self.candidate.actions, *self.candidate.parts) if a.name in names)
+        return any(o.thing == thing for a in acting for o in a.roles.values())
+
+    def _near(self, thing: str, sample: int, *, taken: bool) -> Handover | None:
+        """The handover whose code runs about a sample."""
+        first, last = np.searchsorted(self.times, self.times[sample] + np.array([-LATE, EARLY]))
+        if not taken:
+            first, last = np.searchsorted(self.times, self.times[sample] + np.array([-EARLY, LATE]))
+        names = {n for o in set(self.came_from[first : last + 1]) for n in enclosing_names(o)}
+        return next((h for h in self.handovers or () if (h.thing, h.taken) == (thing, taken) and h.by in names), None)
+
+    def _kept(self, thing: str) -> bool:
+        """Whether a thing is still in the hand when the plan ends."""
+        last = next((h for h in reversed(self.handovers or ()) if h.thing == thing), None)
+        return last is not None and last.taken
+
+    def _after(self, left: Handover, grip: Grip) -> Iterator[int]:
+        """Samples of a grip at which code runs that comes behind the handover by which it ends."""
+        until = self.order.get(left.by)
+        if until is None:
+            return
+        end = int(np.searchsorted(self.times, self.times[grip.last] - LATE))
+        for k in range(grip.first, end):
+            if self.order.get(self.came_from[k], -1) > until:
+                yield k
+

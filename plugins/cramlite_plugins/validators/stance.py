@@ -1,0 +1,106 @@
+"""Stance of one thing on another: whether a lid covers its opening, and how far a centre of mass is inside of its support."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import shapely
+
+from cramlite.model import Rollout, Thing, thing_of
+from cramlite.plugin import Candidate
+
+from ..shapes.bounds import centre_of_mass, lowest
+from ..shapes.surfaces import footprint
+
+LID = "soma:Lid"
+ALONE = 0.9
+"""What bears this share of a thing's weight supports it alone: contact forces chatter by some per cent."""
+GRAVITY = 9.81
+
+GAP = 0.002
+"""An opening stays uncovered by no more than this [m]: things and their models differ by some millimetres."""
+SHIFT, SHARE = 0.002, 0.05
+"""A centre of mass is inside of its support by this [m], and by this share of the thing's extents: twins shift things by 2 mm, and
+centres of mass by 5 % of the extents (``ErrorModel``)."""
+CONTACT = 0.01
+"""Slices of two things so far below and above the height at which they meet are what touches [m]: one may lean by some degrees."""
+
+
+def wrongly_rests(candidate: Candidate, thing: Thing, support: Thing) -> str:
+    """Return what is wrong with how a thing rests on another at the end of a run; "" where nothing is.
+
+    A lid covers the opening that it lies on. What is stacked on a thing that can be moved has its centre of mass over that; on
+    furniture, a thing may stand as it stands.
+
+    Args:
+        thing, support: where the run left them.
+    """
+    assert candidate.rollout is not None
+    if candidate.taxonomy.any_is_a((thing.type,), LID):
+        return uncovered(thing, support)
+    stacked = support.movable and support.joint is None and borne(candidate.rollout, thing.name, support.name) > ALONE
+    return unbalanced(thing, support) if stacked else ""
+
+
+def borne(rollout: Rollout, thing: str, support: str) -> float:
+    """Return the share of a thing's weight that another bears at the end of a run."""
+    pairs = ((thing_of(t.a), thing_of(t.b), t.lift) for t in rollout.touches[-1])
+    lift = sum(lift if b == thing else -lift for a, b, lift in pairs if {a, b} == {thing, support})
+    return lift / ((rollout.world.thing(thing).mass or 1.0) * GRAVITY)
+
+
+def uncovered(lid: Thing, vessel: Thing) -> str:
+    """Return what of a vessel's opening a lid leaves open; "" where it covers one, or the vessel has none.
+
+    Args:
+        lid, vessel: where they are, their z upwards.
+    """
+    over = footprint(lid, lid.pose)
+    shares = [opening.buffer(-GAP).difference(over).area / opening.area for opening in _openings(vessel)]
+    if not shares or min(shares) == 0.0:
+        return ""
+    return f"'{lid.name}' leaves {100 * min(shares):.0f} % of the opening of '{vessel.name}' uncovered"
+
+
+def _openings(vessel: Thing) -> Iterator[Any]:
+    """Outlines of a vessel's openings, seen from above."""
+    for feature in vessel.features:
+        if feature.type == "cram:Cavity":
+            there, size = vessel.pose * feature.pose, feature.size
+            if "radius" in size:
+                yield shapely.Point(*there.position[:2]).buffer(size["radius"])
+            else:
+                x, y = size["width"] / 2, size["depth"] / 2
+                corners = there.apply([(a * x, b * y, 0.0) for a, b in ((1, 1), (1, -1), (-1, -1), (-1, 1))])
+                yield shapely.Polygon(corners[:, :2])
+
+
+def unbalanced(thing: Thing, support: Thing) -> str:
+    """Return by how much too little a thing's centre of mass is inside of what supports it; "" where it is enough.
+
+    Args:
+        thing, support: where they are, their z upwards.
+    """
+    low = thing.pose.position[2] + lowest(thing, thing.pose)
+    own = footprint(thing, thing.pose, low, low + CONTACT).convex_hull
+    under = footprint(support, support.pose, low - CONTACT, low + CONTACT).convex_hull
+    both, centre = own.intersection(under), shapely.Point(thing.pose.apply(centre_of_mass(thing))[:2])
+    inside, most = _depth(centre, both), _depth(centre, own)
+    least = min(SHIFT + SHARE * _extent(own), most / 2)
+    if inside >= least:
+        return ""
+    place = f"{1000 * abs(inside):.0f} mm {'inside' if inside >= 0 else 'outside'} of its support on '{support.name}'"
+    return f"the centre of mass of '{thing.name}' is {place}, at least {1000 * least:.0f} mm inside are needed"
+
+
+def _depth(point: Any, area: Any) -> float:
+    """Distance of a point from the edge of an area [m], negative outside."""
+    away = float(area.boundary.distance(point))
+    return away if area.contains(point) else -away
+
+
+def _extent(area: Any) -> float:
+    """The longer side of the box around an area [m]."""
+    x, y, x1, y1 = area.bounds
+    return float(max(x1 - x, y1 - y))

@@ -1,0 +1,154 @@
+"""Judge of whole tracks: each time that a thing is in the hand, falls, or is moved along belongs to a task that says so."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from itertools import groupby
+
+import numpy as np
+
+from cramlite.model import Floats, Handover, Rollout, Value
+from cramlite.plugin import Allowance, Candidate, Cost, Finding, Validator, hookimpl
+
+from .explained import LATE, ExplainedGrip, explained_grips
+from .movers import rests
+from .slides import slides
+from .swings import declared
+from .task_times import inner_tasks, origins
+
+DROP = 0.03
+"""What is let go of falls by at most so much more than its place says [m]: poses are believed to 2 mm, a guarded motion ends
+within 20 mm, and one thing stands on others."""
+SETTLES = 3.0
+"""And comes to rest within so long [s]: a block that topples off an edge takes 0.5 s, a can that rolls in a bowl 2 s."""
+SLIDES = 0.015
+"""A payload moves by at most so much along what it touches, in a task that does not slide it [m]: fingers that close centre what
+is believed to be some millimetres off, and lifts begin aslant."""
+BACK = 0.01
+"""What a task moves along comes back by at most so much before the task ends [m]."""
+
+
+class Tracks(Value):
+    """Every time that a thing is in the hand, falls or is moved along is explained by a task of the plan: by a handover, by the
+    place where it was let go, or by what the task says that it moves or slides."""
+
+    name: str = "tracks"
+    cost: Cost = "rollout"
+
+    def check(self, candidate: Candidate) -> Iterator[Finding]:
+        found, wrong = explained_grips(candidate), 0
+        parts = (_unexplained, _interrupted, _fallen, _slid, _returned)
+        for part in parts:
+            for finding in part(candidate, found):
+                wrong += 1
+                yield finding
+        if not wrong:
+            things = sorted({f.grip.thing for f in found})
+            what = f"{', '.join(map(repr, things))} in the hand {len(found)} times" if found else "nothing was in the hand"
+            yield Finding(self.name, True, f"{what}, each time as a task of the plan says")
+
+
+def _rollout(candidate: Candidate) -> Rollout:
+    assert candidate.rollout is not None
+    return candidate.rollout
+
+
+def _unexplained(candidate: Candidate, found: Iterable[ExplainedGrip]) -> Iterator[Finding]:
+    """Grips that no task explains."""
+    rollout, tasks = _rollout(candidate), inner_tasks(candidate)
+    for grip, wrong, at, _, _ in found:
+        if wrong:
+            span = f"from {rollout.times[grip.first]:.1f} to {rollout.times[grip.last]:.1f} s"
+            way = _way(rollout.poses[grip.thing][grip.first : grip.last + 1])
+            said = f"'{grip.thing}' was in the hand {span} and moved by {1000 * way:.0f} mm: {wrong}"
+            yield Finding("tracks", False, said, way, 0.0, "m", tasks[at], things=True)
+
+
+def _way(track: Floats) -> float:
+    """How far a track (N, 7) leads from its start [m]."""
+    return float(np.linalg.norm(track[:, :3] - track[0, :3], axis=1).max())
+
+
+def _interrupted(candidate: Candidate, found: Iterable[ExplainedGrip]) -> Iterator[Finding]:
+    """Times without a grip between two handovers of a thing that the plan always makes."""
+    rollout, tasks = _rollout(candidate), inner_tasks(candidate)
+    came_from = np.array(origins(candidate))
+    for taken, left in _held_between(candidate.handovers or ()):
+        begun, ended = np.flatnonzero(came_from == taken.by), np.flatnonzero(came_from == left.by)
+        if not len(begun) or not len(ended):
+            continue
+        inside = np.zeros(len(rollout.times), dtype=bool)
+        for grip, *_ in found:
+            inside[grip.first : grip.last + 1] |= grip.thing == taken.thing
+        rows = np.arange(int(begun[-1]) + 1, max(int(ended[0]), int(begun[-1]) + 1))
+        gone = rows[~inside[rows]]
+        if len(gone) and len(gone) * float(np.median(np.diff(rollout.times))) > LATE:
+            when = f"from {rollout.times[gone[0]]:.1f} to {rollout.times[gone[-1]]:.1f} s"
+            said = f"'{taken.thing}' was not in the hand {when}, between {taken.by} and {left.by}"
+            yield Finding("tracks", False, said, origin=tasks[gone[0]], things=True)
+
+
+def _held_between(handovers: Iterable[Handover]) -> Iterator[tuple[Handover, Handover]]:
+    """Pairs of the handover that takes a thing and the one that lets go of it next."""
+    taken: Handover | None = None
+    for one in handovers:
+        if taken is not None and not one.taken and one.thing == taken.thing and not (one.optional or taken.optional):
+            yield taken, one
+        taken = one if one.taken else None
+
+
+def _fallen(candidate: Candidate, found: Iterable[ExplainedGrip]) -> Iterator[Finding]:
+    """Falls that are longer than the place says where a thing was let go, or do not end."""
+    rollout, tasks = _rollout(candidate), inner_tasks(candidate)
+    for grip, wrong, _, left, _ in found:
+        if wrong or left is None or left.rest is None:
+            continue
+        rest = min(rests(rollout, grip.thing, grip.last), len(rollout.times) - 1)
+        height = rollout.poses[grip.thing][grip.last : rest + 1, 2]
+        drop, limit = float(height[0] - height.min()), left.rest.fall + DROP
+        if drop > limit:
+            when = f"{rollout.times[grip.last]:.1f} s"
+            said = f"'{grip.thing}' fell by {1000 * drop:.0f} mm when it was let go at {when}, limit {1000 * limit:.0f} mm of {left.by}"
+            yield Finding("tracks", False, said, drop, limit, "m", tasks[grip.last], things=True)
+
+
+def _slid(candidate: Candidate, found: Iterable[ExplainedGrip]) -> Iterator[Finding]:
+    """Payloads that were moved along what they touch, in a task that slides nothing; but for declared turns, about a far side."""
+    rollout, tasks, turns = _rollout(candidate), inner_tasks(candidate), declared(candidate)
+    for grip, _, _, _, taken in found:
+        for task, rows in () if not taken else _stretches(tasks):
+            if candidate.allowances.get(task, Allowance()).slides:
+                continue
+            free = (s for s in slides(rollout, grip, rows) if not any(t.first <= s.last and s.first <= t.last for t in turns))
+            worst = max(free, key=lambda s: s.way, default=None)
+            if worst is not None and worst.way > SLIDES:
+                span = f"from {rollout.times[worst.first]:.1f} to {rollout.times[worst.last]:.1f} s"
+                said = f"'{grip.thing}' was dragged along '{worst.along}' by {1000 * worst.way:.0f} mm {span}"
+                limit = f"limit {1000 * SLIDES:.0f} mm of a task that slides nothing"
+                yield Finding("tracks", False, f"{said}, {limit}", worst.way, SLIDES, "m", task, things=True)
+
+
+def _stretches(tasks: list[str]) -> Iterator[tuple[str, range]]:
+    """Tasks, each with the samples of a stretch in which its code runs."""
+    for task, stretch in groupby(range(len(tasks)), key=lambda k: tasks[k]):
+        rows = list(stretch)
+        yield task, range(rows[0], rows[-1] + 1)
+
+
+def _returned(candidate: Candidate, found: Iterable[ExplainedGrip]) -> Iterator[Finding]:
+    """Things that a task moved along, and that came back before it ended."""
+    rollout, tasks = _rollout(candidate), inner_tasks(candidate)
+    for task, rows in _stretches(tasks):
+        for name in sorted(candidate.allowances.get(task, Allowance()).moves & rollout.poses.keys()):
+            if rollout.world.thing(name).joint is not None:
+                continue  # how far open it ends is the task's rule to say
+            ways = np.linalg.norm(rollout.poses[name][rows, :3] - rollout.poses[name][rows.start, :3], axis=1)
+            back = float(ways.max() - ways[-1])
+            if back > BACK:
+                said = f"'{name}' was moved by {1000 * ways.max():.0f} mm and came back by {1000 * back:.0f} mm"
+                yield Finding("tracks", False, f"{said}, limit {1000 * BACK:.0f} mm", back, BACK, "m", task, things=True)
+
+
+@hookimpl
+def validators() -> Iterable[Validator]:
+    return [Tracks()]

@@ -1,0 +1,70 @@
+"""How a thing rests on another: lids cover openings, stacked things stand with their centre of mass over what bears them."""
+
+from __future__ import annotations
+
+import pytest
+from edited import against, proven, replaced
+from msgspec.structs import replace
+from short_runs import SHELF, good, lying, said
+
+from cramlite.model import Pose
+from cramlite.plugin import Candidate
+from cramlite_plugins.simulation.objects.products_and_fixtures import block
+from cramlite_plugins.simulation.objects.vessels import bowl, can, lid
+from cramlite_plugins.validators.postconditions import EndState
+from cramlite_plugins.validators.stance import unbalanced, uncovered
+
+POT = bowl("pot", Pose((0.4, 0.0, 0.045)), radius=0.08, height=0.09)
+
+
+@pytest.mark.parametrize(("aside", "covers"), [(0.0, True), (0.010, True), (0.012, True), (0.016, False), (0.03, False), (0.06, False)])
+def test_a_lid_of_85_mm_covers_an_opening_of_74_mm_within_their_play(aside: float, covers: bool) -> None:
+    for x, y in ((aside, 0.0), (0.0, -aside)):
+        over = lid("lid", Pose((0.4 + x, y, 0.093)), radius=0.085)
+        assert (uncovered(over, POT) == "") is covers
+        assert covers or "of the opening of 'pot' uncovered" in uncovered(over, POT)
+
+
+def test_what_has_no_opening_is_not_to_be_covered() -> None:
+    assert uncovered(lid("lid", Pose((0.4, 0.0, 0.1))), block("block", Pose((0.4, 0.0, 0.03)))) == ""
+
+
+@pytest.mark.parametrize(("aside", "stands"), [(0.0, True), (0.012, True), (0.0245, True), (0.0255, False), (0.031, False)])
+def test_a_stacked_block_of_60_mm_has_its_centre_5_mm_inside(aside: float, stands: bool) -> None:
+    upper = block("upper", Pose((0.4, aside, 0.09)), size=(0.06, 0.06, 0.06))
+    assert (unbalanced(upper, block("lower", Pose((0.4, 0.0, 0.03)), size=(0.06, 0.06, 0.06))) == "") is stands
+
+
+def test_what_stands_on_little_needs_no_more_than_half_of_that() -> None:
+    post = block("post", Pose((0.4, 0.0, 0.03)), size=(0.2, 0.2, 0.06))
+    assert unbalanced(can("can", Pose((0.4, 0.0, 0.11)), radius=0.004, height=0.1), post) == ""
+
+
+def stacked_on(movable: bool, aside: float) -> Candidate:
+    """The candidate, whose block ends on a block of its own size, or on furniture of that size."""
+    base = good().rollout
+    assert base is not None
+    x, y, z = base.poses["block"][-1, :3]
+    under = replace(lying("shelf", (x, y + aside, z - 0.06)), mass=0.2 if movable else None)
+    things = tuple(under if t.name == "shelf" else t for t in base.world.things)
+    poses = {**base.poses, "shelf": base.poses["shelf"] * 0 + [x, y + aside, z - 0.06, 1, 0, 0, 0]}
+    return good(world=replace(base.world, things=things), poses=poses)
+
+
+def test_a_stack_at_its_edge_is_refused_and_on_furniture_a_thing_stands_as_it_stands() -> None:
+    assert SHELF.movable is False
+    assert said(EndState(), stacked_on(True, 0.012)) == []
+    (why,) = said(EndState(), stacked_on(True, 0.027))
+    assert "the centre of mass of 'block' is 3 mm inside of its support on 'shelf', at least 5 mm inside are needed" in why
+    assert said(EndState(), stacked_on(False, 0.027)) == []
+
+
+def test_a_lid_beside_its_pot_is_refused() -> None:
+    candidate = proven("lid_on_pot", folder="kitchen")
+    assert candidate.code is not None
+    (line,) = (t for t in candidate.code.text.splitlines() if "lower_pose = p[" in t)
+    x = line.split("p[")[1].split(",")[0]
+    for aside, passes in ((0.005, True), (0.03, False)):
+        found = against(candidate, replaced(candidate, (line, line.replace(f"p[{x}", f"p[{float(x) + aside:.6f}"))))
+        assert ("end_state" not in found) is passes, found
+        assert passes or "of the opening of 'pot' uncovered" in found["end_state"]
