@@ -10,6 +10,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from ..base.errors import DEFECTS, UserError
+from ..base.pulse import checkpoint
 from ..model.designator_name import task_of
 from ..model.designators import Action, Place, Stand
 from ..model.entity_name import thing_of
@@ -179,6 +180,7 @@ def judge(
     for cost in COSTS:
         for validator in knowledge.validators:
             wanted = only is None or validator.name in only
+            checkpoint()
             if wanted and validator.cost == cost and (cost == "rollout") == rollout:
                 findings += _ask(validator, candidate, knowledge)
         if any(not f.passed for f in findings):
