@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Never
 from msgspec.structs import replace
 
 from ..base.errors import UserError
-from ..base.pulse import Stop
+from ..base.pulse import Stop, working
 from ..base.seeds import whole_seed
 from ..planning.budget import Budget, budget_of, until_late
 from ..planning.heartbeat import Heartbeat
@@ -278,7 +278,8 @@ class Engine:
         from .candidates import CandidateSequence, doubted_last
 
         engine = self._for(reading.goal)
-        setting = engine._setting(reading, setting, seed)
+        with working("building the world, with what the camera sees"):
+            setting = engine._setting(reading, setting, seed)
         plans = engine.plans(reading, setting, trace, progress)
         answers, tried = Answers(), list[CandidateSequence]()
         planned = trace.watch.over("planning", plans)

@@ -73,14 +73,14 @@ def searching_text(trace: Trace, tasks: int = 0) -> str:
     asked = next((e for e in reversed(recent) if e.kind in ASKED_FOR), None)
     if asked is None:
         return "searching: no question was asked yet"
-    task = asked.numbers.get("task")
+    task = next((e.numbers["task"] for e in reversed(recent) if "task" in e.numbers), 0)
     where = f", task {task:.0f} of {tasks}" if task and tasks else ""
-    said = f"searching: {asked.designator}{where} in candidate {asked.candidate}; {len(trace.entries)} decisions"
+    said = f"searching: {asked.designator}{where}, candidate {asked.candidate}; {len(trace.entries)} decisions"
     reasons = Counter((e.reason, e.plugin) for e in recent if e.outcome in REFUSED)
     if not reasons:
         return said
     ((reason, plugin), count), *_ = reasons.most_common(1)
-    return f"{said}; of {reasons.total()} refusals most ({count}): {reason} [{plugin}]"
+    return f"{said}; refused {reasons.total()} times, most often ({count}): {reason} [{plugin}]"
 
 
 def _recent(entries: list[Entry]) -> list[Entry]:
