@@ -82,7 +82,7 @@ def resolve_scenario(
                 with pulse(came.one):
                     solution = _accepted(run, solution, engine, say, seed, report=report)
             elif report:
-                _report_nothing(run, reading, setting, engine, trace, tried)
+                _report_nothing(run, reading, setting, engine, trace, tried, came)
         if solution is None:
             raise _no_solution(run, trace, engine, seed, came, json_output=json_output)
     print(as_json(solution_summary(solution, run, engine, seed)) if json_output else solution_text(solution, str(run.path)))
@@ -118,12 +118,12 @@ def _solved_before(run: RunDirectory, *, json_output: bool) -> int:
 
 
 def _report_nothing(
-    run: RunDirectory, reading: Reading, setting: Setting, engine: Engine, trace: Trace, tried: Solution | None
+    run: RunDirectory, reading: Reading, setting: Setting, engine: Engine, trace: Trace, tried: Solution | None, came: Signals
 ) -> None:
-    """The page about a search that proved nothing, with the program that came nearest."""
+    """The page about a search that proved nothing, with the program that came nearest; without drawings where somebody waits for the end."""
     from ..report import Finished, write_page
 
-    write_page(Finished(engine, run, setting, trace, tried, reading.interpretation, reading.episode))
+    write_page(Finished(engine, run, setting, trace, tried, reading.interpretation, reading.episode), drawn=not came.one())
 
 
 def _no_solution(

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import AbstractContextManager
 from typing import TypeVar
 
-from ..base.pulse import Pulse, Stop, Work, pulse
+from ..base.pulse import Pulse, Stop, Stopped, Work, pulse
 from .diagnosis import nearest_miss
 from .trace import Entry, Trace
 
@@ -47,14 +47,25 @@ class Heartbeat:
         return pulse(self._stop, self._tell)
 
     def over(self, items: Iterable[T]) -> Iterator[T]:
-        """Yield items; the heart beats while each is computed."""
+        """Yield items; the heart beats while each is computed. When the caller stops it they end, and the trace says so.
+
+        Raises:
+            Stopped: the work around this is to end.
+        """
         rest = iter(items)
-        while True:
-            with self():
-                item = next(rest, None)
-            if item is None:
-                return
+        while (item := self._next(rest)) is not None:
             yield item
+
+    def _next(self, items: Iterator[T]) -> T | None:
+        try:
+            with self() as its:
+                its.beat()
+                return next(items, None)
+        except Stopped:
+            self._trace.stopped()
+            if not self._stop():
+                raise
+            return None
 
     def _tell(self, work: Work | None) -> None:
         now = time.monotonic()
