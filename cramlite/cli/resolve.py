@@ -120,7 +120,7 @@ def _solved_before(run: RunDirectory, *, json_output: bool) -> int:
 def _report_nothing(
     run: RunDirectory, reading: Reading, setting: Setting, engine: Engine, trace: Trace, tried: Solution | None, came: Signals
 ) -> None:
-    """The page about a search that proved nothing, with the program that came nearest; without drawings where somebody waits for the end."""
+    """The page about a search that proved nothing, with the program that came nearest; no drawings where somebody waits."""
     from ..report import Finished, write_page
 
     write_page(Finished(engine, run, setting, trace, tried, reading.interpretation, reading.episode), drawn=not came.one())
