@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 import time
 from typing import TYPE_CHECKING
@@ -13,12 +14,14 @@ if TYPE_CHECKING:
 
 SHOWN = ("candidate", "program", "twin", "writing", "executing")
 """How events begin that are written where there is no terminal to draw on."""
+STAYS = re.compile(r"program \d+ refused: ")
+"""Events that stay on a terminal, above its line of progress."""
 RAREST = 60.0
 """Seconds between two lines on what is done now, at most, in a log: between the first ones it is less, twice as much each time."""
 
 
 class Progress:
-    """Progress lines on standard error, with the time since the start; on a terminal the last one stays, in its place."""
+    """Progress lines on standard error, with the time since the start; on a terminal each takes the place of the one before."""
 
     def __init__(self, *, quiet: bool) -> None:
         self._begin, self._quiet = time.monotonic(), quiet
@@ -30,6 +33,8 @@ class Progress:
         if self._live is not None:
             from rich.text import Text
 
+            if STAYS.match(text):
+                self._live.console.print(Text(line))
             self._live.update(Text(line, no_wrap=True, overflow="ellipsis"), refresh=True)
         elif not self._quiet and self._is_due(text):
             print(line, file=sys.stderr, flush=True)

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 
 from msgspec.structs import replace
 
-from ..base.pulse import working
+from ..base.pulse import checkpoint, working
 from ..base.seeds import derive_seed
 from ..base.value import Value
 from ..model.error_model import NO_ERRORS, SOURCES, ErrorModel
@@ -134,8 +134,10 @@ def _in_twins(doubtful: Doubtful, progress: Progress, seconds: float) -> TwinVer
     found = TwinVerdict(doubts, ())
     runs, began = doubtful.runs(_places(doubtful, seeds, twins)), time.monotonic()
     while not doubts.decided(found.succeeded, found.ran):
-        number, each = found.ran, (time.monotonic() - began) / (found.ran - 1) if found.ran > 1 else seconds / processes_here()
-        with working(f"twin {number} of {doubts.twins}", ends=time.monotonic() + each * (doubts.twins + 1 - number)):
+        number, done = found.ran, len(found.twins)
+        each = (time.monotonic() - began) / done if done else seconds / processes_here()
+        with working(f"twin {number} of {doubts.twins}", ends=time.monotonic() + each * (doubts.twins - done)):
+            checkpoint()
             said, peaks = next(runs)
         run = TwinRun(number, seeds[number - 1], twins[number - 1].draws, said is None, peaks=peaks)
         if said is not None:
@@ -155,11 +157,13 @@ def _places(doubtful: Doubtful, seeds: list[int], twins: list[Twin]) -> Iterator
 def _explained(found: TwinVerdict, doubtful: Doubtful, progress: Progress) -> TwinVerdict:
     """The first run that failed with the sources of error that break the program by themselves."""
     first = found.failed[0]
-    progress(f"twin {first.number}: looking for the error that broke it")
+    looking = f"twin {first.number}: looking for the error that broke it"
+    progress(looking)
     errors, seen = doubtful.setting.doubts.errors, sight_of(doubtful.setting) is not None
     none = NO_ERRORS.scaled(errors.scale)
     sources = [s for s in SOURCES if errors.only(s) != none and (seen or s != "hand-eye")]
     worlds = ((doubtful.twin(first.seed, errors.only(s)).world, first.seed) for s in sources)
-    broken = tuple(s for s, (said, _) in zip(sources, doubtful.runs(worlds), strict=True) if said is not None)
+    with working(looking):
+        broken = tuple(s for s, (said, _) in zip(sources, doubtful.runs(worlds), strict=True) if said is not None)
     told = replace(first, causes=broken, looked_for=True)
     return replace(found, twins=tuple(told if t.number == first.number else t for t in found.twins))

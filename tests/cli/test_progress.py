@@ -46,6 +46,11 @@ def test_progress_stays_in_one_line_of_a_terminal_and_is_cleared() -> None:
     assert on_terminal(quiet=True) == ""
 
 
+def test_a_refusal_stays_on_a_terminal() -> None:
+    said = on_terminal(quiet=False, then="say(\"program 1 refused: 'mug' fell\"); say('candidate 2')")
+    assert "program 1 refused: 'mug' fell\r\n" in said and said.endswith(CLEARED)
+
+
 def test_progress_elsewhere_is_lines_of_what_matters() -> None:
     piped = subprocess.run([sys.executable, "-c", PROGRESS.format(False, "pass")], capture_output=True, text=True, check=True).stderr
     assert piped == "[  0.0 s] candidate 1\n"
