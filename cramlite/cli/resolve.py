@@ -77,23 +77,27 @@ def resolve_scenario(
             return _solved_before(run, json_output=json_output)
         trace = _earlier_trace(run)
         with Progress(quiet=json_output) as say:
-            solution, tried = _first_solution(run, reading, setting, engine, trace, say, came)
-            if solution is not None:
-                with pulse(came.one):
-                    solution = _accepted(run, solution, engine, say, seed, report=report)
-            elif report:
-                _report_nothing(run, reading, setting, engine, trace, tried, came)
+            solution = _accepted_solution(run, reading, setting, engine, trace, say, came, report=report)
         if solution is None:
             raise _no_solution(run, trace, engine, seed, came, json_output=json_output)
     print(as_json(solution_summary(solution, run, engine, seed)) if json_output else solution_text(solution, str(run.path)))
     return _ended(solution, run, scenario)
 
 
-def _accepted(run: RunDirectory, solution: Solution, engine: Engine, say: Progress, seed: int, *, report: bool) -> Solution:
-    """The first proven program after its execution in the real world, where there is one; its files are written."""
-    solution = _executed(solution, engine, say)
-    write_solution(run, solution, engine, seed)
-    _finish(run, solution, engine, say, report=report)
+def _accepted_solution(
+    run: RunDirectory, reading: Reading, setting: Setting, engine: Engine, trace: Trace, say: Progress, came: Signals, *, report: bool
+) -> Solution | None:
+    """The first proven program after its execution in the real world, where there is one; its files are written. Or the page about
+    what was tried."""
+    solution, tried = _first_solution(run, reading, setting, engine, trace, say, came)
+    if solution is None:
+        if report:
+            _report_nothing(run, reading, setting, engine, trace, tried, came)
+        return None
+    with pulse(came.one):
+        solution = _executed(solution, engine, say)
+        write_solution(run, solution, engine, setting.seed)
+        _finish(run, solution, engine, say, report=report)
     return solution
 
 

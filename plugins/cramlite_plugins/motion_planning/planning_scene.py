@@ -26,7 +26,6 @@ import numpy as np
 from msgspec.structs import replace
 
 from cramlite.model import Collision, Floats, Pose, Robot, Value, World
-from cramlite.plugin import checkpoint
 
 from ..simulation.model.build import Carried
 from ..simulation.model.compile import Compiled
@@ -141,7 +140,6 @@ class PlanningScene(Value):
         Args:
             hand: whether the hand is there; without it what it holds is, whoever may hold it.
         """
-        checkpoint()
         data, model, address = self.data, self.compiled.model, self.index.joints[0]
         data.qpos[address : address + len(self.index.joints)] = self.robot.home
         mujoco.mj_kinematics(model, data)
