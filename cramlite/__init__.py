@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from .planning.budget import Budget
     from .planning.diagnosis import failure_text, how_it_ended, nearest_miss
     from .planning.goal_parts import GoalAnswer, goal_answers
+    from .planning.heartbeat import NowDone
     from .planning.operators import Operator
     from .planning.pddl import PddlText, PlanStep
     from .planning.plan_file import checked_steps, steps_of
@@ -60,6 +61,7 @@ _HOMES = {
     ".planning.budget": "Budget",
     ".planning.planning_problem": "PlanningProblem planning_problem",
     ".planning.goal_parts": "GoalAnswer goal_answers",
+    ".planning.heartbeat": "NowDone",
     ".planning.operators": "Operator",
     ".planning.pddl": "PddlText PlanStep",
     ".planning.plan_file": "checked_steps steps_of",
@@ -85,6 +87,7 @@ __all__ = [
     "GoalAnswer",
     "Interpretation",
     "NoSolution",
+    "NowDone",
     "Operator",
     "PddlText",
     "Percept",

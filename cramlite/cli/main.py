@@ -48,7 +48,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run one command.
 
     Returns:
-        0 solved, 1 no solution, 2 the user's mistake, 3 a plugin's bug, 130 interrupted.
+        0 solved, 1 no solution, 2 the user's mistake, 3 a plugin's bug, 130 interrupted, 143 terminated.
     """
     if argv is None:
         _start_lightly()

@@ -21,8 +21,9 @@ from mcp.server.mcpserver.tools import Tool
 from mcp.types import Resource, ToolAnnotations
 from pydantic import ValidationError
 
-from ..base.errors import DEFECTS, CramliteError, UserError, nearest
+from ..base.errors import DEFECTS, CramliteError, NoSolution, UserError, nearest
 from ..base.json_text import plain_json
+from ..base.pulse import Stop, Stopped, pulse
 from ..base.resources import shipped_scenarios
 from ..engine.executor import Executor, ExecutorDied
 from ..plugin.selection import PluginChoice
@@ -30,7 +31,7 @@ from ..scenario.scenario import read_scenario
 from ..version import VERSION
 from .answers import check_answer, goals_answer, interpret_answer, solution_answer, tasks_answer, things_answer
 from .client_files import ClientFiles, quoted
-from .proven_runs import ProvenRuns, Say, Stop
+from .proven_runs import ProvenRuns, Say
 from .run_files import twins_json
 from .texts import rollout_json
 
@@ -251,13 +252,26 @@ class Tools:
                 from_thread.run(ctx.report_progress, float(next(number)), None, text)
 
         try:
-            return await to_thread.run_sync(do, say, ended.is_set, abandon_on_cancel=True, limiter=self._one)
+            return await to_thread.run_sync(_until_stopped, do, say, ended.is_set, abandon_on_cancel=True, limiter=self._one)
         except CramliteError as error:
             raise ToolError(str(error)) from error
         except DEFECTS as error:
             raise ToolError(f"a defect: {type(error).__name__}: {error}") from error
         finally:
             ended.set()
+
+
+def _until_stopped(do: Callable[[Say, Stop], T], say: Say, stop: Stop) -> T:
+    """Do something that ends soon when it is to stop.
+
+    Raises:
+        NoSolution: it was stopped.
+    """
+    try:
+        with pulse(stop):
+            return do(say, stop)
+    except Stopped as stopped:
+        raise NoSolution("cancelled") from stopped
 
 
 def make_server(engine: Engine, files: ClientFiles) -> Server:

@@ -2,22 +2,30 @@
 
 from __future__ import annotations
 
+import re
 import sys
 import time
 from typing import TYPE_CHECKING
 
+from ..planning.heartbeat import EVERY, NowDone
+
 if TYPE_CHECKING:
     from rich.live import Live
 
-SHOWN = ("candidate", "refused", "twins", "writing", "executing", "searching", "planning")
-"""How lines of progress begin that are written where there is no terminal to draw on."""
+SHOWN = ("candidate", "program", "twin", "writing", "executing")
+"""How events begin that are written where there is no terminal to draw on."""
+STAYS = re.compile(r"program \d+ refused: ")
+"""Events that stay on a terminal, above its line of progress."""
+RAREST = 60.0
+"""Seconds between two lines on what is done now, at most, in a log: between the first ones it is less, twice as much each time."""
 
 
 class Progress:
-    """Progress lines on standard error, with the time since the start; on a terminal the last one stays, in its place."""
+    """Progress lines on standard error, with the time since the start; on a terminal each takes the place of the one before."""
 
     def __init__(self, *, quiet: bool) -> None:
         self._begin, self._quiet = time.monotonic(), quiet
+        self._said, self._pause = self._begin, 0.0
         self._live = _live_line() if sys.stderr.isatty() and not quiet else None
 
     def __call__(self, text: str) -> None:
@@ -25,9 +33,24 @@ class Progress:
         if self._live is not None:
             from rich.text import Text
 
+            if STAYS.match(text):
+                self._live.console.print(Text(line))
             self._live.update(Text(line, no_wrap=True, overflow="ellipsis"), refresh=True)
-        elif not self._quiet and text.startswith(SHOWN):
+        elif not self._quiet and self._is_due(text):
             print(line, file=sys.stderr, flush=True)
+
+    def _is_due(self, text: str) -> bool:
+        """Check whether a line is written where there is no terminal: each event, and what is done now ever more rarely."""
+        now = time.monotonic()
+        if not isinstance(text, NowDone):
+            if text.startswith(SHOWN):
+                self._said, self._pause = now, 0.0
+                return True
+            return False
+        if now - self._said < self._pause:
+            return False
+        self._said, self._pause = now, min(RAREST, max(EVERY, 2 * self._pause))
+        return True
 
     def __enter__(self) -> Progress:
         return self

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 from msgspec import json
 
 from ..base.errors import NoSolution, UserError
+from ..base.pulse import Stop
 from ..base.run_directory import RunDirectory, content_key
 from ..base.seeds import derive_seed
 from ..base.value import Value
@@ -33,7 +34,6 @@ if TYPE_CHECKING:
 KEPT = 16
 """Proven runs that are kept, the last ones: each holds what was recorded of one run, some megabytes."""
 Say = Callable[[str], None]
-Stop = Callable[[], bool]
 
 
 class ProvenRun(Value):

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Callable
 from itertools import takewhile
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..base.errors import NoSolution, PluginError
 from ..base.json_text import as_json
+from ..base.pulse import pulse
 from ..base.resources import find_scenario
 from ..base.run_directory import RunDirectory
 from ..engine.engine import make_engine
@@ -18,13 +18,14 @@ from ..engine.scenario_doubts import doubts
 from ..planning.budget import is_late
 from ..planning.diagnosis import failure_text
 from ..planning.goal_parts import goal_answers
-from ..planning.heartbeat import heartbeat, interrupted_text
+from ..planning.heartbeat import interrupted_text
 from ..planning.trace import Trace, read_trace
 from ..plugin.selection import INSTALLED, PluginChoice
 from ..scenario.scenario import read_scenario
 from .arguments import Add, plugin_choice
 from .progress import Progress
 from .run_files import failure_summary, run_key, solution_summary, write_solution, write_trace
+from .signals import Interrupted, Signals, interruptible
 from .texts import first_execution_failed, solution_text, warn_of
 
 if TYPE_CHECKING:
@@ -60,30 +61,44 @@ def resolve_scenario(
 
     Raises:
         NoSolution: every candidate was refused; the run directory holds the trace. Or the first execution failed.
+        Interrupted: a signal came; the run directory holds trace and report of what was tried until then.
         PluginError: nothing was found, and a plugin broke on the way.
         UserError: the scenario cannot be used.
     """
     scenario = _started_from(read_scenario(find_scenario(name)), demonstration, plan, meant)
     engine = make_engine(scenario, plugins)
     reading = engine.read(scenario)
-    setting = engine.setting(reading, seed=seed, backend=backend, twins=twins)  # a scenario that cannot be used claims no directory
-    _say_notes(scenario, setting, engine)
-    run = RunDirectory(out or Path("runs") / f"{scenario.name}-{seed}", run_key(scenario, setting, backend, engine))
-    if run.complete and (not report or (run.path / "report.html").is_file()):
-        return _solved_before(run, json_output=json_output)
-    trace = _earlier_trace(run)
-    with Progress(quiet=json_output) as say:
-        solution, tried = _first_solution(run, reading, setting, engine, trace, say)
-        solution = _executed(solution, engine, say) if solution else None
-        if solution is not None:
-            write_solution(run, solution, engine, seed)
-            _finish(run, solution, engine, say, report=report)
-        elif report:
-            _report_nothing(run, reading, setting, engine, trace, tried)
-    if solution is None:
-        raise _no_solution(run, trace, engine, seed, json_output=json_output)
+    with interruptible() as came:
+        with pulse(came.one):
+            setting = engine.setting(reading, seed=seed, backend=backend, twins=twins)  # a scenario that cannot be used claims no directory
+            _say_notes(scenario, setting, engine)
+        run = RunDirectory(out or Path("runs") / f"{scenario.name}-{seed}", run_key(scenario, setting, backend, engine))
+        if run.complete and (not report or (run.path / "report.html").is_file()):
+            return _solved_before(run, json_output=json_output)
+        trace = _earlier_trace(run)
+        with Progress(quiet=json_output) as say:
+            solution = _accepted_solution(run, reading, setting, engine, trace, say, came, report=report)
+        if solution is None:
+            raise _no_solution(run, trace, engine, seed, came, json_output=json_output)
     print(as_json(solution_summary(solution, run, engine, seed)) if json_output else solution_text(solution, str(run.path)))
     return _ended(solution, run, scenario)
+
+
+def _accepted_solution(
+    run: RunDirectory, reading: Reading, setting: Setting, engine: Engine, trace: Trace, say: Progress, came: Signals, *, report: bool
+) -> Solution | None:
+    """The first proven program after its execution in the real world, where there is one; its files are written. Or the page about
+    what was tried."""
+    solution, tried = _first_solution(run, reading, setting, engine, trace, say, came)
+    if solution is None:
+        if report:
+            _report_nothing(run, reading, setting, engine, trace, tried, came)
+        return None
+    with pulse(came.one):
+        solution = _executed(solution, engine, say)
+        write_solution(run, solution, engine, setting.seed)
+        _finish(run, solution, engine, say, report=report)
+    return solution
 
 
 def _started_from(scenario: Scenario, demonstration: Path | None, plan: Path | None, meant: str | None) -> Scenario:
@@ -107,44 +122,45 @@ def _solved_before(run: RunDirectory, *, json_output: bool) -> int:
 
 
 def _report_nothing(
-    run: RunDirectory, reading: Reading, setting: Setting, engine: Engine, trace: Trace, tried: Solution | None
+    run: RunDirectory, reading: Reading, setting: Setting, engine: Engine, trace: Trace, tried: Solution | None, came: Signals
 ) -> None:
-    """The page about a search that proved nothing, with the program that came nearest."""
+    """The page about a search that proved nothing, with the program that came nearest; no drawings where somebody waits."""
     from ..report import Finished, write_page
 
-    write_page(Finished(engine, run, setting, trace, tried, reading.interpretation, reading.episode))
+    write_page(Finished(engine, run, setting, trace, tried, reading.interpretation, reading.episode), drawn=not came.one())
 
 
-def _no_solution(run: RunDirectory, trace: Trace, engine: Engine, seed: int, *, json_output: bool) -> NoSolution | PluginError:
+def _no_solution(
+    run: RunDirectory, trace: Trace, engine: Engine, seed: int, came: Signals, *, json_output: bool
+) -> NoSolution | PluginError | Interrupted:
     """What is raised where nothing was proven; as JSON it is printed before."""
     if json_output:
         print(as_json(failure_summary(trace, run, engine, seed)))
+    if came.one():
+        return Interrupted(f"What was tried until then: {run.path}. The same command goes on there.", came.number)
     text = "\n".join([failure_text(trace, engine.registry.faults), *(f"  Goal: {a}" for a in goal_answers(trace))])
     text += f"\n  Every decision: cramlite explain {run.path}"
     return PluginError(text) if engine.registry.faults else NoSolution(text)
 
 
 def _first_solution(
-    run: RunDirectory, reading: Reading, setting: Setting, engine: Engine, trace: Trace, say: Progress
+    run: RunDirectory, reading: Reading, setting: Setting, engine: Engine, trace: Trace, say: Progress, came: Signals
 ) -> tuple[Solution | None, Solution | None]:
     """The first proven program, and the last one that was refused of the first candidate that had one."""
     try:
-        with heartbeat(trace, say) as heard:
-            return _search(run, reading, setting, engine, trace, heard)
-    except KeyboardInterrupt:
-        trace.stopped()
-        print(f"cramlite: {interrupted_text(trace)}.", file=sys.stderr)
-        raise
+        return _search(run, reading, setting, engine, trace, say, came)
     finally:
+        if came.one():
+            print(f"cramlite: {interrupted_text(trace)}.", file=sys.stderr, flush=True)
         write_trace(run, trace, engine)
 
 
 def _search(
-    run: RunDirectory, reading: Reading, setting: Setting, engine: Engine, trace: Trace, say: Callable[[str], None]
+    run: RunDirectory, reading: Reading, setting: Setting, engine: Engine, trace: Trace, say: Progress, came: Signals
 ) -> tuple[Solution | None, Solution | None]:
     tried: Solution | None = None
     before = dict(run.spent)
-    for candidate in engine.candidates(reading, setting=setting, trace=trace, progress=say):
+    for candidate in engine.candidates(reading, setting=setting, trace=trace, progress=say, stop=came.one):
         if candidate.resume(before.get(str(candidate.number))):
             said = "refused before this run was resumed"
             trace.add(0, "sequence", str(candidate.plan), "refused", "engine", said, kind="sequence")
@@ -153,7 +169,7 @@ def _search(
             if attempt.verdict.passed:
                 return attempt, tried
             tried = attempt if tried is None or tried.number == attempt.number else tried
-        if not is_late(trace):  # else it was not tried out
+        if not is_late(trace) and not came.one():  # else it was not tried out
             write_trace(run, trace, engine)
             run.refuse(candidate.number, candidate.spent)
     return None, tried

@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import IO, Any
 
 from ..base.errors import DEFECTS, CramliteError, NoSolution, nearest
+from ..base.pulse import Stopped, pulse
 from ..base.value import Value
 from ..engine.engine import Engine
 from ..engine.solution import Solution
@@ -27,6 +28,7 @@ from ..planning.trace import Trace
 from .answers import check_answer, interpret_answer, solution_answer, tasks_answer
 from .arguments import Add, plugin_choice
 
+CANCELLED = "cancelled"
 LONGEST_LINE = 1_000_000
 """Characters: a scenario takes a few thousand."""
 Id = int | float | str | None
@@ -56,7 +58,6 @@ class Found(Value):
     solutions: Iterator[Solution]
     engine: Engine
     trace: Trace
-    progress: Callable[[str], None]
 
 
 class Service:
@@ -130,8 +131,12 @@ class Service:
         return {"cancelled": id_}
 
     def _answer(self, request: dict[str, Any]) -> dict[str, Any]:
+        id_ = request["id"]
         try:
-            return {"result": self.methods[request["method"]](request["id"], request["params"])}
+            with pulse(lambda: self._stopped(id_)):
+                return {"result": self.methods[request["method"]](id_, request["params"])}
+        except Stopped:
+            return {"error": {"code": NoSolution.exit_code, "message": CANCELLED}}
         except Refused as refused:
             more = {"data": refused.data} if refused.data is not None else {}
             return {"error": {"code": refused.code, "message": str(refused), **more}}
@@ -173,7 +178,7 @@ class Service:
         solutions = engine.resolve(
             scenario, seed=_seed(params), trace=trace, progress=progress, stop=lambda: self._stopped(id_)
         )
-        self._found[id_] = Found(solutions, engine, trace, progress)
+        self._found[id_] = Found(solutions, engine, trace)
         return self._one(id_)
 
     def _next(self, id_: Any, params: dict[str, Any]) -> Any:
@@ -188,14 +193,12 @@ class Service:
     def _one(self, id_: Id) -> Any:
         from ..planning.diagnosis import failure_text, how_it_ended
         from ..planning.goal_parts import goal_answers
-        from ..planning.heartbeat import heartbeat
 
         found = self._found.pop(id_)  # put back if it can go on
-        with heartbeat(found.trace, found.progress):
-            solution = next(found.solutions, None)
+        solution = next(found.solutions, None)
         if solution is None:
             if self._stopped(id_):
-                raise NoSolution("cancelled")
+                raise NoSolution(CANCELLED)
             if any(e.outcome == "proven" for e in found.trace.entries):
                 raise NoSolution(f"No further solution: {how_it_ended(found.trace.entries)}.")
             said, answers = failure_text(found.trace, found.engine.registry.faults), goal_answers(found.trace)

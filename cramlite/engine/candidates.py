@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from msgspec import field
 from msgspec.structs import replace
 
+from ..base.pulse import Stop, working
 from ..base.value import Value
+from ..model.designator_name import task_of
 from ..planning.answers import Answers
 from ..planning.budget import Budget
+from ..planning.heartbeat import Heartbeat
 from ..planning.refutation import refutation
 from ..planning.search import Effort, Search
 from .late_poses import parametric
+from .program_time import about
 from .proof import assemble, conflict_of, prove
 from .search_in_setting import search_in
 from .solution import Solution
@@ -57,7 +62,7 @@ class CandidateSequence(Value, eq=False):
     budget: Budget
     trace: Trace
     progress: Progress
-    stop: Callable[[], bool]
+    stop: Stop
     answers: Answers = field(default_factory=Answers)
     effort: Effort = field(default_factory=Effort)
 
@@ -67,13 +72,17 @@ class CandidateSequence(Value, eq=False):
         Args:
             group: runs them in twins, and is left open; None for processes of this machine.
         """
+        beat = Heartbeat(self.trace, self.progress, self.stop, len(self.plan.actions))
+        yield from beat.over(self._attempts(group))
+
+    def _attempts(self, group: RunGroup | None) -> Iterator[Solution]:
         self.trace.candidate = self.number
         wider = f", {self.effort.breadth} times as many alternatives as at first" if self.effort.breadth > 1 else ""
         if wider:
             self.trace.widened(str(self.plan), self.effort.breadth)
         self.progress(f"candidate {self.number}: {self.plan}{wider}")
         search = search_in(
-            self.setting, self.knowledge, self.budget, self.trace, self.progress, self.stop, self.answers, self.effort
+            self.setting, self.knowledge, self.budget, self.trace, self.progress, self.answers, self.effort
         )
         made = attempts(search, self.plan, self.setting, self.knowledge, group)
         for candidate, verdict in made:
@@ -155,7 +164,7 @@ def attempts(
 def _attempts(
     search: Search, plan: Plan, setting: Setting, knowledge: Knowledge, group: RunGroup | None
 ) -> Iterator[tuple[Candidate, Verdict]]:
-    budget, trace, progress, stop = search.budget, search.trace, search.progress, search.stop
+    budget, trace, progress = search.budget, search.trace, search.progress
     states, conflict, unproven, proven = search.solve(setting.start(plan)), None, set[object](), False
     while search.effort.proofs < budget.proofs:
         try:
@@ -165,23 +174,15 @@ def _attempts(
             if search.refuted is not None and not proven:
                 trace.refuted(str(plan), refutation(search.refuted))
             return
-        if stop():
-            trace.stopped()
-            return
         candidate = _candidate(plan, state, setting, knowledge)
         search.effort.proofs += 1
-        progress(f"candidate program {search.effort.proofs} of {len(candidate.program.steps)} steps: running its text")
-        judged = _judged(candidate, search, setting, knowledge, group)
-        if judged is None:
-            trace.stopped()
-            return
-        candidate, verdict = judged
+        candidate, verdict = _judged(candidate, search, setting, knowledge, group)
         trace.add(
             0, "proof", str(plan), "proven" if verdict.passed else "failed", setting.backend.name, verdict.reason,
             kind="proof", numbers=verdict.measured,
         )  # fmt: skip
         if not verdict.passed:
-            progress(f"refused: {verdict.reason}")
+            progress(f"program {search.effort.proofs} refused: {_told(verdict)}")
         yield candidate, verdict
         conflict = None if verdict.passed else conflict_of(verdict, state)
         unproven |= conflict or set()
@@ -195,28 +196,36 @@ def _attempts(
 
 def _judged(
     candidate: Candidate, search: Search, setting: Setting, knowledge: Knowledge, group: RunGroup | None
-) -> tuple[Candidate, Verdict] | None:
-    """A complete program that ran in the believed world, then in twins of it, and what the judges found; None where it was stopped.
+) -> tuple[Candidate, Verdict]:
+    """A complete program that ran in the believed world, then in twins of it, and what the judges found.
 
     The time of each goes to the trace.
     """
-    trace = search.trace
+    trace, name = search.trace, f"program {search.effort.proofs}"
     if trace.first_program is None:
         trace.first_program = trace.seconds["planning"]
     if group is not None:
         group.start()  # they load their plugins while the nominal run is under way
-    with trace.watch("proof"):
+    length, began = about(candidate.program, setting.robot), time.monotonic()
+    search.progress(f"{name}: {len(candidate.program.steps)} steps run for about {length:.0f} s")
+    with trace.watch("proof"), working(f"{name} runs", length):
         candidate, verdict = prove(candidate, knowledge, setting.backend, setting.seed)
     if group is None or not verdict.passed:
         return candidate, verdict
     before = group.seconds
     with trace.watch("twins"):
-        doubted = doubt(candidate, verdict, setting, knowledge, group, search.progress, search.stop)
+        doubted = doubt(candidate, verdict, setting, knowledge, group, search.progress, time.monotonic() - began)
     trace.watch.add("twins", group.seconds - before)
-    if doubted is None:
-        return None
     _trace_twins(trace, doubted)
     return candidate, doubted
+
+
+def _told(verdict: Verdict) -> str:
+    """The first objection, with the task that it is about; how many others there are."""
+    first, *others = verdict.objections
+    where = f" in {task}" if (task := task_of(first.origin)) and task not in first.reason else ""
+    more = f" (and {len(others)} more)" if others else ""
+    return f"{first.reason}{where}{more} [{first.validator}]"
 
 
 def _trace_twins(trace: Trace, verdict: Verdict) -> None:

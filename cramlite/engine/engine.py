@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Never
 
 from msgspec.structs import replace
 
 from ..base.errors import UserError
+from ..base.pulse import Stop, working
 from ..base.seeds import whole_seed
 from ..planning.budget import Budget, budget_of, until_late
+from ..planning.heartbeat import Heartbeat
 from ..planning.trace import Trace
 from ..plugin.catalogue import Knowledge
 from ..plugin.registry import Registry
@@ -193,7 +195,7 @@ class Engine:
         budget: Budget | None = None,
         trace: Trace | None = None,
         progress: Progress = lambda _: None,
-        stop: Callable[[], bool] = lambda: False,
+        stop: Stop = lambda: False,
         **unknown: Never,
     ) -> Iterator[Solution]:
         """Generate programs for a goal that were proven in what is believed and in twins of it (``Setting.doubts``), one after another;
@@ -208,9 +210,10 @@ class Engine:
             seed: the same one gives the same programs.
             budget: counted work; by default the scenario's.
             trace: is filled while the search runs, also when nothing is found.
-            progress: called with a line for people.
-            stop: asked before each question to a plugin and before each run of a text, from the thread that resolves;
-                True ends the iterator, and the trace says so. What runs is not interrupted: it takes a few seconds.
+            progress: called with a line for people: events when they happen, and every 5 s what is done now
+                (``NowDone``); from the thread that resolves.
+            stop: asked several times a second, also within a run of a text, from the thread that resolves; True ends the
+                iterator, and the trace says so.
 
         Raises:
             UserError: the goal cannot be used.
@@ -250,7 +253,7 @@ class Engine:
         budget: Budget | None = None,
         trace: Trace | None = None,
         progress: Progress = lambda _: None,
-        stop: Callable[[], bool] = lambda: False,
+        stop: Stop = lambda: False,
     ) -> Iterator[CandidateSequence]:
         """Generate the task sequences that may achieve a goal, best first, as many as the budget has.
 
@@ -261,23 +264,31 @@ class Engine:
         Raises:
             UserError: the goal cannot be used.
         """
+        reading, seed, trace = self.read(goal), whole_seed(seed), trace or Trace()
+        budget = budget or _budget(reading.goal)
+        stop = until_late(budget, trace, stop)
+        beat = Heartbeat(trace, progress, stop)
+        yield from beat.over(self._candidates(reading, setting, seed, budget, trace, progress, stop))
+
+    def _candidates(
+        self, reading: Reading, setting: Setting | None, seed: int, budget: Budget, trace: Trace, progress: Progress,
+        stop: Stop,
+    ) -> Iterator[CandidateSequence]:  # fmt: skip
         from ..planning.answers import Answers
         from .candidates import CandidateSequence, doubted_last
 
-        reading, seed = self.read(goal), whole_seed(seed)
-        engine, trace = self._for(reading.goal), trace or Trace()
-        budget = budget or _budget(reading.goal)
-        stop = until_late(budget, trace, stop)
-        setting = engine._setting(reading, setting, seed)
-        plans = engine.plans(reading, setting, trace, progress, stop)
+        engine = self._for(reading.goal)
+        with working("building the world, with what the camera sees"):
+            setting = engine._setting(reading, setting, seed)
+        plans = engine.plans(reading, setting, trace, progress)
         answers, tried = Answers(), list[CandidateSequence]()
         planned = trace.watch.over("planning", plans)
-        for number, plan, sequence in _to_try(doubted_last(planned, tried, trace), budget.sequences, trace, stop):
+        for number, plan, sequence in _to_try(doubted_last(planned, tried, trace), budget.sequences, trace):
             tried.append(CandidateSequence(
                 number, plan, sequence, reading, setting, engine.knowledge, budget, trace, progress, stop, answers
             ))  # fmt: skip
             yield tried[-1]
-        while tried and not stop():
+        while tried:
             tried = [wider for one in tried if (wider := one.wider()) is not None]
             yield from tried
 
@@ -301,8 +312,7 @@ class Engine:
         return setting
 
     def plans(
-        self, goal: AnyGoal | Reading, setting: Setting, trace: Trace, progress: Progress = lambda _: None,
-        stop: Callable[[], bool] = lambda: False, **unknown: Never,
+        self, goal: AnyGoal | Reading, setting: Setting, trace: Trace, progress: Progress = lambda _: None, **unknown: Never
     ) -> Iterator[tuple[Plan, TaskSequence | None]]:
         """Generate the plans of a goal, best first; those of a demonstration each with the sequence it was read as."""
         from ..planning.task_goals import Goal, plan_from_tasks
@@ -319,7 +329,7 @@ class Engine:
             yield from plans_from_interpretation(setting.name, found, episode, knowledge.tasks, trace, meant)
         elif isinstance(asked, Goal) or (isinstance(asked, Scenario) and asked.spec.goal is not None):
             scene = setting.symbolic(knowledge.taxonomy)
-            yield from ((plan, None) for plan in plans_for_goal(setting.name, asked, scene, knowledge, trace, progress, stop))
+            yield from ((plan, None) for plan in plans_for_goal(setting.name, asked, scene, knowledge, trace, progress))
         else:
             yield plan_from_tasks(setting.name, asked, knowledge.tasks, setting.world), None  # type: ignore[arg-type]
 
@@ -349,15 +359,12 @@ def _budget(goal: object) -> Budget:
 
 
 def _to_try(
-    plans: Iterable[tuple[Plan, TaskSequence | None]], most: int, trace: Trace, stop: Callable[[], bool]
+    plans: Iterable[tuple[Plan, TaskSequence | None]], most: int, trace: Trace
 ) -> Iterator[tuple[int, Plan, TaskSequence | None]]:
     """The first so many task sequences, numbered from 1; why others are left out is traced."""
     for number, (plan, sequence) in enumerate(plans, 1):
         if number > most:
             trace.spent("sequences", most, f"{most} task sequences were tried, the rest left out")
-            return
-        if stop():
-            trace.stopped()
             return
         trace.candidate = number
         yield number, plan, sequence

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any, BinaryIO
 from msgspec import Struct
 
 from ..base.errors import UserError
+from ..base.pulse import Stopped, pulse
 from ..plugin.selection import INSTALLED, PluginChoice
 
 if TYPE_CHECKING:
@@ -108,14 +109,17 @@ class Executor(Struct):
 
 
 def _serve(asked: BinaryIO, answers: BinaryIO) -> None:
-    """In the other process: answer until nobody asks any more."""
+    """In the other process: answer until nobody asks any more, or whoever asked has ended."""
+    parent = os.getppid()
     try:
         knowledge = _loaded(pickle.load(asked))
         while True:
             text, world, seed = pickle.load(asked)
-            pickle.dump(_execute(knowledge, text, world, seed), answers)
+            with pulse(lambda: os.getppid() != parent):
+                answer = _execute(knowledge, text, world, seed)
+            pickle.dump(answer, answers)
             answers.flush()
-    except (EOFError, OSError):  # whoever asked is gone
+    except (EOFError, OSError, Stopped):  # whoever asked is gone
         return
 
 

@@ -10,6 +10,7 @@ from queue import SimpleQueue
 from typing import TYPE_CHECKING, Protocol, TypeVar
 
 from ..base.errors import UserError
+from ..base.pulse import awaited
 from ..plugin.selection import PluginChoice
 from .executor import Executor, ExecutorDied
 
@@ -102,7 +103,7 @@ class ExecutorGroup:
             What happened in each, in order; or why nothing did, as a clause.
         """
         for run in in_order(lambda world, seed: self._threads.submit(self._run, text, world, seed), places, len(self._all)):
-            yield run.result()
+            yield awaited(run)
 
     def close(self) -> None:
         """End the processes, whatever they are at: nobody asks any more."""

@@ -10,6 +10,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from ..base.errors import DEFECTS, UserError
+from ..base.pulse import checkpoint, working
 from ..model.designator_name import task_of
 from ..model.designators import Action, Place, Stand
 from ..model.entity_name import thing_of
@@ -139,7 +140,8 @@ def _at_the_edges(candidate: Candidate, text: Code, knowledge: Knowledge, seed: 
     """The same text where late things are as far off as is declared: it must do what it does where they were planned."""
     findings = []
     for said, moved in worlds_at_tolerance(candidate.world, candidate.program):
-        _, there = run_and_judge(replace(candidate, world=moved), text, moved, knowledge, seed)
+        with working(f"the program runs with {said}"):
+            _, there = run_and_judge(replace(candidate, world=moved), text, moved, knowledge, seed)
         wrong = [f for f in there if not f.passed]
         reason = f"with {said}: " + (f"{wrong[0].validator}: {wrong[0].reason}" if wrong else "it came to the same end")
         findings.append(Finding("late_pose", not wrong, reason, origin=wrong[0].origin if wrong else ""))
@@ -179,6 +181,7 @@ def judge(
     for cost in COSTS:
         for validator in knowledge.validators:
             wanted = only is None or validator.name in only
+            checkpoint()
             if wanted and validator.cost == cost and (cost == "rollout") == rollout:
                 findings += _ask(validator, candidate, knowledge)
         if any(not f.passed for f in findings):

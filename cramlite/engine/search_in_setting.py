@@ -23,12 +23,12 @@ Progress = Callable[[str], None]
 
 def search_in(
     setting: Setting, knowledge: Knowledge, budget: Budget, trace: Trace, progress: Progress = lambda _: None,
-    stop: Callable[[], bool] = lambda: False, answers: Answers | None = None, effort: Effort | None = None,
+    answers: Answers | None = None, effort: Effort | None = None,
 ) -> Search:  # fmt: skip
     """Return a search in a setting that has not begun."""
     return Search(
         knowledge.registry, knowledge.tasks, knowledge.task_owners, _context(setting, knowledge, budget), trace, budget, progress,
-        stop, answers or Answers(), effort or Effort(),
+        answers or Answers(), effort or Effort(),
     )  # fmt: skip
 
 

@@ -9,11 +9,13 @@ of the first twin that failed, so that the reason names what broke it.
 from __future__ import annotations
 
 import hashlib
+import time
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING
 
 from msgspec.structs import replace
 
+from ..base.pulse import checkpoint, working
 from ..base.seeds import derive_seed
 from ..base.value import Value
 from ..model.error_model import NO_ERRORS, SOURCES, ErrorModel
@@ -81,24 +83,19 @@ def executors(knowledge: Knowledge, setting: Setting) -> ExecutorGroup | None:
 
 def doubt(
     candidate: Candidate, verdict: Verdict, setting: Setting, knowledge: Knowledge, group: RunGroup, progress: Progress,
-    stop: Callable[[], bool] = lambda: False,
-) -> Verdict | None:  # fmt: skip
+    seconds: float = 0.0,
+) -> Verdict:  # fmt: skip
     """Return the verdict about a program that was accepted in the believed world, after its runs in twins.
 
     A program that does not run here is returned as it was judged.
 
     Args:
-        stop: asked before each run is waited for.
-
-    Returns:
-        None if it was stopped before it was decided.
+        seconds: that its nominal run took, by the wall clock: what is left is told from that.
     """
     text = text_that_runs(candidate, setting.backend)
     if text is None or candidate.rollout is None:
         return verdict
-    found = _in_twins(Doubtful(candidate, text, setting, knowledge, group), progress, stop)
-    if found is None:
-        return None
+    found = _in_twins(Doubtful(candidate, text, setting, knowledge, group), progress, seconds)
     progress(f"twins: {found.text}")
     finding = Finding(
         FINDING, found.passed, found.reason, value=found.succeeded / found.ran, limit=setting.doubts.at_least, origin=found.weakest
@@ -130,16 +127,18 @@ def sight_of(setting: Setting) -> Sight | None:
     return Sight(Pose(at.position, at.quaternion), frozenset(look.estimates))
 
 
-def _in_twins(doubtful: Doubtful, progress: Progress, stop: Callable[[], bool]) -> TwinVerdict | None:
+def _in_twins(doubtful: Doubtful, progress: Progress, seconds: float) -> TwinVerdict:
     doubts = doubtful.setting.doubts
     seeds = [twin_seed(doubtful.setting.seed, doubtful.text.text, k) for k in range(1, doubts.twins + 1)]
     twins: list[Twin] = []
     found = TwinVerdict(doubts, ())
-    runs = doubtful.runs(_places(doubtful, seeds, twins))
+    runs, began = doubtful.runs(_places(doubtful, seeds, twins)), time.monotonic()
     while not doubts.decided(found.succeeded, found.ran):
-        if stop():
-            return None
-        (said, peaks), number = next(runs), found.ran
+        number, done = found.ran, len(found.twins)
+        each = (time.monotonic() - began) / done if done else seconds / processes_here()
+        with working(f"twin {number} of {doubts.twins}", ends=time.monotonic() + each * (doubts.twins - done)):
+            checkpoint()
+            said, peaks = next(runs)
         run = TwinRun(number, seeds[number - 1], twins[number - 1].draws, said is None, peaks=peaks)
         if said is not None:
             run = replace(run, reason=f"{said.validator}: {said.reason}", origin=said.origin)
@@ -158,11 +157,13 @@ def _places(doubtful: Doubtful, seeds: list[int], twins: list[Twin]) -> Iterator
 def _explained(found: TwinVerdict, doubtful: Doubtful, progress: Progress) -> TwinVerdict:
     """The first run that failed with the sources of error that break the program by themselves."""
     first = found.failed[0]
-    progress(f"twin {first.number}: which error it was")
+    looking = f"twin {first.number}: looking for the error that broke it"
+    progress(looking)
     errors, seen = doubtful.setting.doubts.errors, sight_of(doubtful.setting) is not None
     none = NO_ERRORS.scaled(errors.scale)
     sources = [s for s in SOURCES if errors.only(s) != none and (seen or s != "hand-eye")]
     worlds = ((doubtful.twin(first.seed, errors.only(s)).world, first.seed) for s in sources)
-    broken = tuple(s for s, (said, _) in zip(sources, doubtful.runs(worlds), strict=True) if said is not None)
+    with working(looking):
+        broken = tuple(s for s, (said, _) in zip(sources, doubtful.runs(worlds), strict=True) if said is not None)
     told = replace(first, causes=broken, looked_for=True)
     return replace(found, twins=tuple(told if t.number == first.number else t for t in found.twins))

@@ -8,6 +8,7 @@ from functools import lru_cache
 from typing import TYPE_CHECKING
 
 from ..base.errors import UserError
+from ..base.pulse import awaited
 from ..engine.executor_group import in_order
 from ..plugin.catalogue import Knowledge
 from ..plugin.selection import PluginChoice
@@ -91,7 +92,7 @@ class ClusterRuns:
 
             for run in in_order(submit, places, max(1, sum(client.nthreads().values()))):
                 try:
-                    rollout, seconds = run.result()
+                    rollout, seconds = awaited(run)
                 except KilledWorker as error:
                     yield f"the process that executes it died {error.allowed_failures + 1} times (out of memory, or killed)"
                     continue

@@ -14,6 +14,7 @@ from msgspec import field
 from msgspec.structs import replace
 
 from ..base.errors import UserError, nearest
+from ..base.pulse import checkpoint
 from ..base.value import Value
 from ..model.episode import Episode, Event
 from ..ontology.foundation import ACTION, TELLS_APART
@@ -347,6 +348,7 @@ class _Judge(Value):
         """The joined action, judged anew once."""
         key = (segment.start, segment.end)
         if key not in self.wholes:
+            checkpoint()
             self.wholes[key] = self.tree.solve(self.timeline.phases(segment, self.padding))
         return self.judged(segment, segments, self.wholes[key])
 

@@ -9,6 +9,7 @@ from typing import Any
 from msgspec import Struct, field
 
 from ..base.errors import DEFECTS, Unresolvable
+from ..base.pulse import checkpoint
 from ..ontology.taxonomy import Taxonomy
 from ..plugin.expert import OBJECTS, SEGMENT, SEGMENTS, VIEW, Expert, Inputs, Judged
 from .pipeline import Pipeline, plan_pipeline
@@ -152,6 +153,7 @@ class _Running(Struct):
         missing = [i for i in expert.inputs if i not in known]
         if missing:
             return None, f"expert '{expert.name}' lacks {', '.join(missing)}"
+        checkpoint()
         values = {n: known[n].judged for n in (*expert.inputs, *expert.uses) if n in known}
         try:
             found = expert.run(Inputs(values, expert.defaults()))

@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
 from ..base.errors import UserError, nearest
+from ..base.pulse import Stop
 from ..base.value import Value
 
 if TYPE_CHECKING:
@@ -86,7 +87,7 @@ def budget_from(asked: Mapping[str, int], where: Callable[[str], str]) -> Budget
     return Budget(**asked)
 
 
-def until_late(budget: Budget, trace: Trace, stop: Callable[[], bool]) -> Callable[[], bool]:
+def until_late(budget: Budget, trace: Trace, stop: Stop) -> Stop:
     """Return ``stop``, or what says the same once a budget of seconds is spent; the trace tells that when it is."""
     if not budget.seconds:
         return stop
@@ -118,7 +119,3 @@ class BudgetSpent(Exception):
     def __init__(self, budget: str, reason: str) -> None:
         super().__init__(reason)
         self.budget = budget
-
-
-class Stopped(Exception):
-    """End of a search because the caller stopped it."""

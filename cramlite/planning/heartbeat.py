@@ -1,67 +1,104 @@
-"""Lines for people while a search is silent: what is tried, how often, and what refuses."""
+"""Heartbeat of a search: it ends when its caller wants that, and says every few seconds what is done now."""
 
 from __future__ import annotations
 
-import threading
 import time
 from collections import Counter
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import AbstractContextManager
+from typing import TypeVar
 
+from ..base.pulse import Pulse, Stop, Stopped, Work, pulse
 from .diagnosis import nearest_miss
-from .trace import Trace
+from .trace import Entry, Trace
 
+T = TypeVar("T")
 EVERY = 5.0
-"""Seconds of silence before a line."""
-
+"""Seconds between two lines on what is done now."""
+ASKED_FOR = ("action", "compound", "object", "location", "motion")
 REFUSED = ("refused", "impossible", "failed")
 
 
-@contextmanager
-def heartbeat(trace: Trace, say: Callable[[str], None], every: float = EVERY) -> Iterator[Callable[[str], None]]:
-    """Say what a search does whenever it has been silent, from a thread of its own.
+class NowDone(str):
+    """Line of progress on what is done now; other lines are events, and come once."""
+
+    __slots__ = ()
+
+
+class Heartbeat:
+    """Heartbeat of a search.
 
     Args:
         trace: of the search, which fills it meanwhile.
-        say: takes a line; it is called from that thread, too.
-        every: seconds of silence.
-
-    Yields:
-        What the search says its own lines to; each begins the silence anew.
+        say: takes a line for people; it is called from the thread that searches.
+        stop: asked meanwhile; True ends the search.
+        tasks: how many the sequence has that is tried; 0 where none is yet.
+        every: seconds between two lines.
     """
-    ended, last = threading.Event(), [time.monotonic()]
 
-    def heard(text: str) -> None:
-        last[0] = time.monotonic()
-        say(text)
+    def __init__(
+        self, trace: Trace, say: Callable[[str], None], stop: Stop, tasks: int = 0, every: float = EVERY
+    ) -> None:
+        self._trace, self._say, self._stop, self._tasks, self._every = trace, say, stop, tasks, every
+        self._last = time.monotonic()
 
-    def beat() -> None:
-        while not ended.wait(max(0.05, last[0] + every - time.monotonic())):
-            if time.monotonic() - last[0] >= every:
-                heard(searching_text(trace))
+    def __call__(self) -> AbstractContextManager[Pulse]:
+        """Return a context within which the heart beats."""
+        return pulse(self._stop, self._tell)
 
-    thread = threading.Thread(target=beat, daemon=True)
-    thread.start()
-    try:
-        yield heard
-    finally:
-        ended.set()
-        thread.join()
+    def over(self, items: Iterable[T]) -> Iterator[T]:
+        """Yield items; the heart beats while each is computed. When the caller stops it they end, and the trace says so.
+
+        Raises:
+            Stopped: the work around this is to end.
+        """
+        rest = iter(items)
+        while (item := self._next(rest)) is not None:
+            yield item
+
+    def _next(self, items: Iterator[T]) -> T | None:
+        try:
+            with self() as its:
+                its.beat()
+                return next(items, None)
+        except Stopped:
+            self._trace.stopped()
+            if not self._stop():
+                raise
+            return None
+
+    def _tell(self, work: Work | None) -> None:
+        now = time.monotonic()
+        if now - self._last >= self._every:
+            self._last = now
+            self._say(NowDone(work or searching_text(self._trace, self._tasks)))
 
 
-def searching_text(trace: Trace) -> str:
-    """Return a line on a search that goes on: what was asked last, how often it was, and what refuses most."""
-    entries = list(trace.entries)
-    asked = next((e for e in reversed(entries) if e.kind in ("action", "compound", "object", "location", "motion")), None)
+def searching_text(trace: Trace, tasks: int = 0) -> str:
+    """Return a line on a search that goes on: what was asked last, and what refuses most since the last program, or the last sequence.
+
+    Args:
+        tasks: how many the sequence has that is tried; 0 where that is not known.
+    """
+    recent = _recent(trace.entries)
+    asked = next((e for e in reversed(recent) if e.kind in ASKED_FOR), None)
     if asked is None:
         return "searching: no question was asked yet"
-    times = sum(e.designator == asked.designator and e.outcome == "chosen" for e in entries)
-    said = f"searching: {asked.designator}, tried {times} times in candidate {asked.candidate}; {len(entries)} decisions"
-    reasons = Counter((e.reason, e.plugin) for e in entries if e.outcome in REFUSED)
+    task = next((e.numbers["task"] for e in reversed(recent) if "task" in e.numbers), 0)
+    where = f", task {task:.0f} of {tasks}" if task and tasks else ""
+    said = f"searching: {asked.designator}{where}, candidate {asked.candidate}; {len(trace.entries)} decisions"
+    reasons = Counter((e.reason, e.plugin) for e in recent if e.outcome in REFUSED)
     if not reasons:
-        return f"{said}, none refused"
+        return said
     ((reason, plugin), count), *_ = reasons.most_common(1)
-    return f"{said}, {reasons.total()} refused, most often ({count}): {reason} [{plugin}]"
+    return f"{said}; refused {reasons.total()} times, most often ({count}): {reason} [{plugin}]"
+
+
+def _recent(entries: list[Entry]) -> list[Entry]:
+    """The entries behind the last program that ran, and behind the last sequence that ended."""
+    entries = list(entries)
+    ends = (k for k in range(len(entries) - 1, -1, -1) if entries[k].kind in ("proof", "sequence"))
+    return entries[next(ends, -1) + 1 :]
 
 
 def interrupted_text(trace: Trace) -> str:

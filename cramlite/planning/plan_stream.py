@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 
 from msgspec.structs import replace
 
+from ..base.pulse import checkpoint
 from .goal_planner import NEEDLESS, TaskPlan
 from .handling import said
 from .operators import Operator
@@ -31,7 +32,6 @@ WRONG = 3
 def task_plans(
     problem: PlanningProblem,
     progress: Callable[[str], None] = lambda _: None,
-    stop: Callable[[], bool] = lambda: False,
     most: int = MOST,
     trace: Trace | None = None,
 ) -> Iterator[TaskPlan]:
@@ -45,12 +45,13 @@ def task_plans(
         trace: of the search that tries each sequence before the next is asked for.
     """
     given, level, missed = _Given(problem), 0, 0
-    while len(given.unexplained) < most and missed < WRONG and not stop():
+    while len(given.unexplained) < most and missed < WRONG:
+        checkpoint()
         scopes = list(given.problem.scopes())
         if level == len(scopes):
             return
         problem = given.problem.within(scopes[level])
-        steps = _asked(given, problem, scopes[level], progress, stop)
+        steps = _asked(given, problem, scopes[level], progress)
         if steps is None:
             if given.unexplained and not given.problem.blocked:
                 return
@@ -93,12 +94,10 @@ class _Given:
         return bool(new)
 
 
-def _asked(
-    given: _Given, problem: PlanningProblem, scope: Scope, progress: Callable[[str], None], stop: Callable[[], bool]
-) -> list[PlanStep] | None:
+def _asked(given: _Given, problem: PlanningProblem, scope: Scope, progress: Callable[[str], None]) -> list[PlanStep] | None:
     """The planner's plan with the things of a scope; None where there is none."""
     text = problem.pddl(scope, given.earlier)
-    answer = fast_downward(text, few_things(problem, scope), progress, stop)
+    answer = fast_downward(text, few_things(problem, scope), progress)
     return steps_of(answer.plan, text, "the planner's plan") if answer.plan is not None else None
 
 

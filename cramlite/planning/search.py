@@ -13,6 +13,7 @@ from msgspec import Struct, field
 from msgspec.structs import replace
 
 from ..base.errors import DEFECTS, Unresolvable
+from ..base.pulse import checkpoint
 from ..model.control_flow import Compound, Mark
 from ..model.designators import Action, Designator, Motion
 from ..plugin.grounding import Context
@@ -20,7 +21,7 @@ from ..plugin.registry import Registry
 from ..plugin.task_type import TaskType
 from .alternatives import Alternatives
 from .answers import Answers
-from .budget import Budget, BudgetSpent, Stopped
+from .budget import Budget, BudgetSpent
 from .choice_point import ChoicePoint, Conflict, Nogoods, key_of
 from .control_steps import state_after_mark
 from .refutation import WHOLE, Capped, InTask, Later, Part, as_they_are
@@ -68,7 +69,6 @@ class Search(Struct, dict=True):
         owners: which plugin declared each task type.
         context: for plugins; bindings and seed are set for each question.
         trace: filled as the search goes.
-        stop: asked before each question to plugins; True ends the search.
         answers: of plugins, from this search and others for the same goal.
         effort: that was spent on the plan in earlier rounds; what this search spends is added to it.
     """
@@ -80,7 +80,6 @@ class Search(Struct, dict=True):
     trace: Trace
     budget: Budget = Budget()
     progress: Callable[[str], None] = lambda _: None
-    stop: Callable[[], bool] = lambda: False
     answers: Answers = field(default_factory=Answers)
     effort: Effort = field(default_factory=Effort)
 
@@ -108,8 +107,6 @@ class Search(Struct, dict=True):
                 self.refuted = yield from self._descend(state, 0)
         except BudgetSpent as spent:
             self.trace.spent(spent.budget, getattr(self.budget, spent.budget), str(spent))
-        except Stopped:
-            self.trace.stopped()
 
     def _descend(self, state: State, parent: int) -> Below:
         if not state.agenda:
@@ -215,11 +212,10 @@ class Search(Struct, dict=True):
 
         Raises:
             BudgetSpent: there are too many.
-            Stopped: the caller has had enough.
+            Stopped: the caller no longer wants it.
         """
         self.effort.expanded += 1
-        if self.stop():
-            raise Stopped
+        checkpoint()
         if self.effort.expanded > self.budget.expansions:
             reason = f"{self.budget.expansions} nodes were expanded, the budget of one task sequence"
             raise BudgetSpent("expansions", reason)

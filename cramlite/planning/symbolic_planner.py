@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
+import os
+import signal
 import subprocess
 import sys
 import tempfile
@@ -11,6 +14,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from ..base.errors import NoSolution, PluginError, UserError
+from ..base.pulse import ASKED, checkpoint, working
 from ..base.value import Value
 from .pddl import PddlText
 
@@ -24,9 +28,6 @@ SHORTEST = ("--search", "astar(blind())")
 FEW_INVARIANTS = ("--translate-options", "--invariant-generation-max-candidates", "300")
 """Among the many conditional effects of blockings the search for invariants takes 9 s with its default of 100000 candidates, 0.03 s
 with these, and finds the same variables; the search for a plan takes some milliseconds either way."""
-
-EVERY = 5.0
-"""Between two lines of progress [s]."""
 
 ROOM = "64M"
 """Memory of a search, which counts its states: 40 goals among 100 things take 17M, of which 11M are the program. Where blockings leave
@@ -55,14 +56,12 @@ def fast_downward(
     text: PddlText,
     shortest: bool = False,
     progress: Callable[[str], None] = lambda _: None,
-    stop: Callable[[], bool] = lambda: False,
 ) -> PlannerAnswer:
     """Solve a planning problem.
 
     Args:
         shortest: whether no shorter plan may exist; else any will do, which is quicker with many things.
-        progress: called with a line for people every 5 s.
-        stop: asked five times a second; True ends the planner.
+        progress: called with a line for people where the planner's memory is used up.
 
     Raises:
         UserError: Fast Downward is not installed.
@@ -81,9 +80,10 @@ def fast_downward(
         before, behind = ((), (*few, "--search-options", *SHORTEST)) if shortest else (ALIAS, few)
         with log.open("w") as said:
             process = subprocess.Popen(
-                [*command, *before, *map(str, inputs), *behind], stdout=said, stderr=said, cwd=folder
+                [*command, *before, *map(str, inputs), *behind], stdout=said, stderr=said, cwd=folder, start_new_session=True
             )
-            code = _wait(process, began, progress, stop)
+            with working("planning which tasks achieve the goal"):
+                code = _wait(process, began)
         seconds = time.monotonic() - began
         if code in SOLVED and plan.is_file():
             return PlannerAnswer(plan.read_text(), seconds)
@@ -109,23 +109,20 @@ def _driver() -> Path:
     return driver
 
 
-def _wait(
-    process: subprocess.Popen[bytes], began: float, progress: Callable[[str], None], stop: Callable[[], bool]
-) -> int | None:
-    """The exit code; None where it was ended here."""
-    said = began
+def _wait(process: subprocess.Popen[bytes], began: float) -> int | None:
+    """The exit code; None where it was ended here, since it took too long."""
     try:
-        while True:
-            try:
-                return process.wait(0.2)
-            except subprocess.TimeoutExpired:
-                now = time.monotonic()
-                if stop() or now - began > LONGEST:
-                    return None
-                if now - said > EVERY:
-                    said = now
-                    progress(f"planning for {now - began:.0f} s")
+        while time.monotonic() - began < LONGEST:
+            with contextlib.suppress(subprocess.TimeoutExpired):
+                return process.wait(ASKED)
+            checkpoint()
+        return None
     finally:
-        if process.poll() is None:
-            process.kill()
-            process.wait()
+        _end(process)
+
+
+def _end(process: subprocess.Popen[bytes]) -> None:
+    """End the planner with the processes that it started, if it still runs."""
+    if process.poll() is None:
+        os.killpg(process.pid, signal.SIGKILL)
+        process.wait()

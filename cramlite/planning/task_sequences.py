@@ -109,7 +109,6 @@ def plans_for_goal(
     knowledge: Knowledge,
     trace: Trace,
     progress: Callable[[str], None] = lambda _: None,
-    stop: Callable[[], bool] = lambda: False,
 ) -> Iterator[Plan]:
     """Generate task sequences whose rules achieve a goal, as a planner finds them; why each task is there goes to the trace.
 
@@ -117,7 +116,6 @@ def plans_for_goal(
         name: of the plans.
         scene: what holds at the start.
         progress: called with a line for people while the planner works.
-        stop: asked meanwhile; True ends it.
 
     Raises:
         UserError: the goal is none, names what there is not, contradicts itself, or holds already.
@@ -140,14 +138,14 @@ def plans_for_goal(
         possible = True
         if problem.wanted.met(problem.facts):
             raise UserError(f"{asked.where}the goal '{choice}' holds already in this world, so there is nothing to do.")
-        plans = iter([handed_plan(problem, asked.handed)]) if asked.handed else task_plans(problem, progress, stop, trace=trace)
+        plans = iter([handed_plan(problem, asked.handed)]) if asked.handed else task_plans(problem, progress, trace=trace)
         for plan in plans:
             found, number = True, number + 1
             _trace_plan(number, plan, choice, problem, trace)
             specs = as_tasks(plan, knowledge.tasks, problem.wanted)
             yield replace(plan_from_tasks(name, specs, knowledge.tasks, scene.world), goal=choice.says)
-        if not found and not stop():
-            _trace_unreachable(choice, problem, trace, progress, stop)
+        if not found:
+            _trace_unreachable(choice, problem, trace, progress)
     if refused and not possible:
         raise UserError(refused)
 
@@ -178,31 +176,27 @@ def _asked(goal: Goal | Scenario) -> _Asked:
     return _Asked(Goal(spec.goal or ()), spec.objects, f"{goal.where('goal')}: ", places, handed)
 
 
-def _trace_unreachable(
-    choice: Goal, problem: PlanningProblem, trace: Trace, progress: Callable[[str], None], stop: Callable[[], bool]
-) -> None:
+def _trace_unreachable(choice: Goal, problem: PlanningProblem, trace: Trace, progress: Callable[[str], None]) -> None:
     """Why no tasks achieve a goal, and which of its parts could be achieved alone."""
     from .planning_problem import why_unreachable
 
     trace.add(0, "goal", str(choice), "refused", "engine", why_unreachable(problem), kind="goal")
     if len(choice.says) > 1:
-        _trace_alone(problem, trace, progress, stop)
+        _trace_alone(problem, trace, progress)
 
 
-def _trace_alone(problem: PlanningProblem, trace: Trace, progress: Callable[[str], None], stop: Callable[[], bool]) -> None:
+def _trace_alone(problem: PlanningProblem, trace: Trace, progress: Callable[[str], None]) -> None:
     """Why each part of a goal is not achieved, where no tasks achieve all of it."""
     from .goal_parts import PART
     from .plan_stream import task_plans
     from .planning_problem import why_unreachable
 
     for says, wanted in problem.parts():
-        if stop():
-            return
         part = problem.alone(says, wanted)
         if wanted.met(problem.facts):
             trace.add(0, PART, says, "asked", "engine", "holds at the start", kind="goal", numbers={"first": 0, "last": 0})
             continue
-        plan = next(task_plans(part, progress, stop, 1), None)
+        plan = next(task_plans(part, progress, 1), None)
         names = " -> ".join(s.task.split(":")[-1] for s in plan.steps) if plan is not None else ""
         why = f"alone {names} would do, but not with the other parts" if plan is not None else why_unreachable(part)
         trace.add(0, PART, says, "refused", "engine", why, kind="goal")

@@ -13,6 +13,7 @@ from ..base.lazy_names import LazyNames
 if TYPE_CHECKING:
     from ..base.errors import CramliteError, InTheWay, Unresolvable, UserError, did_you_mean, nearest
     from ..base.html_template import html_template
+    from ..base.pulse import checkpoint, stop_asked
     from ..base.quantities import Angle, Length, Mass, parse_quantity
     from ..base.spec import Spec, read_value
     from ..base.yaml_file import explain_validation, load_yaml
@@ -58,6 +59,7 @@ if TYPE_CHECKING:
 _HOMES = {
     "..base.errors": "CramliteError InTheWay Unresolvable UserError did_you_mean nearest",
     "..base.html_template": "html_template",
+    "..base.pulse": "checkpoint stop_asked",
     "..base.quantities": "Angle Length Mass parse_quantity",
     "..base.spec": "Spec read_value",
     "..base.yaml_file": "explain_validation load_yaml",
@@ -150,6 +152,7 @@ __all__ = [
     "UserError",
     "Validator",
     "atoms",
+    "checkpoint",
     "contents",
     "did_you_mean",
     "explain_validation",
@@ -160,6 +163,7 @@ __all__ = [
     "nearest",
     "parse_quantity",
     "read_value",
+    "stop_asked",
 ]
 
 

@@ -12,6 +12,7 @@ import pluggy
 from msgspec import Struct, field
 
 from ..base.errors import DEFECTS, PluginError, Unresolvable, UserError, nearest
+from ..base.pulse import checkpoint
 from ..base.value import Value
 from . import hookspecs
 from .entry_points import GROUP, OWN_DISTRIBUTION, Point, entry_points, module_from
@@ -254,6 +255,7 @@ class Registry(Struct, dict=True):
         name = getattr(designator, "name", str(designator))
         for impl in self._implementations(hook):
             values = [arguments.get(a, designator) for a in impl.argnames]
+            checkpoint()
             try:
                 answer = impl.function(*values)
                 if answer is not None:
@@ -272,7 +274,9 @@ class Registry(Struct, dict=True):
     def guarded(self, plugin: str, hook: str, designator: str, answers: Iterable[Any]) -> Iterator[Any]:
         """Yield the answers of one plugin; a bug while yielding ends that plugin's answers and nobody else's."""
         try:
-            yield from answers
+            for answer in answers:
+                checkpoint()
+                yield answer
         except (Unresolvable, UserError, GeneratorExit):
             raise
         except DEFECTS as error:

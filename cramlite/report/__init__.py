@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..base.errors import DEFECTS
 from ..base.html_template import html_template
+from ..base.pulse import Stopped, checkpoint, pulse
 from ..base.value import Value
 
 if TYPE_CHECKING:
@@ -26,6 +27,9 @@ if TYPE_CHECKING:
     from ..plugin.protocols import ReportSection
 
 __all__ = ["Finished", "Part", "write_page", "write_report"]
+
+
+NOT_DRAWN = "It draws, and the command was interrupted; the same command goes on, and draws it in the end."
 
 
 class Finished(Value):
@@ -70,17 +74,20 @@ class Finished(Value):
 
     def picture(self, sample: int, size: tuple[int, int]) -> Any:
         """Render the run at one sample: (height, width, 3) uint8; ``size`` is (width, height) [pixel]."""
+        checkpoint()
         knowledge, rollout = self.engine.knowledge, self.solution.candidate.rollout
         assert rollout is not None
         return knowledge.simulator.picture(rollout, sample, knowledge.robots_of(rollout.world), size)
 
     def collision_picture(self, collision: Collision, size: tuple[int, int]) -> Any:
         """Render a state that the search refused: (height, width, 3) uint8; ``size`` is (width, height) [pixel]."""
+        checkpoint()
         knowledge = self.engine.knowledge
         return knowledge.simulator.collision_picture(self.setting.world, knowledge.robots_of(self.setting.world), collision, size)
 
     def scene(self, samples: Sequence[int]) -> Scene:
         """Return the shapes of the run, and their poses at some samples."""
+        checkpoint()
         knowledge, rollout = self.engine.knowledge, self.solution.candidate.rollout
         assert rollout is not None
         return knowledge.simulator.scene(rollout, knowledge.robots_of(rollout.world), samples)
@@ -105,15 +112,18 @@ def write_report(run: RunDirectory, solution: Solution, engine: Engine) -> None:
     write_page(Finished(engine, run, setting, trace, solution, solution.interpretation, solution.episode))
 
 
-def write_page(done: Finished) -> None:
+def write_page(done: Finished, *, drawn: bool = True) -> None:
     """Write ``report.html``, also where nothing was proven: the same page for the same run.
+
+    Args:
+        drawn: False leaves out sections that draw, which takes seconds.
 
     Raises:
         UserError: it cannot be written.
     """
     from markupsafe import Markup
 
-    parts = list(_parts(done))
+    parts = list(_parts(done, drawn))
     own = files(__package__)
     page = html_template((own / "page.html.j2").read_text("utf-8")).render(
         done=done,
@@ -124,21 +134,26 @@ def write_page(done: Finished) -> None:
     done.run.write("report.html", page)
 
 
-def _parts(done: Finished) -> Iterator[Part]:
+def _parts(done: Finished, drawn: bool) -> Iterator[Part]:
     sections = sorted(done.engine.registry.collect("report_sections"), key=lambda s: (s[1].order, s[1].title))
     for number, (plugin, section) in enumerate(sections, 1):
         if not (done.proven or section.refused):
             continue
-        part = _part(plugin, section, done, f"section-{number}")
+        part = _part(plugin, section, done, f"section-{number}", drawn)
         if part.html or part.fault:
             yield part
 
 
-def _part(plugin: str, section: ReportSection, done: Finished, anchor: str) -> Part:
+def _part(plugin: str, section: ReportSection, done: Finished, anchor: str, drawn: bool) -> Part:
     """A section may have nothing to say about a run (empty HTML): it is then left out."""
     render: Callable[[Any], str] = section.render
     try:
-        return Part(anchor, section.title, str(render(done)))
+        with pulse(lambda: not drawn):
+            return Part(anchor, section.title, str(render(done)))
+    except Stopped:
+        if drawn:
+            raise
+        return Part(anchor, section.title, "", NOT_DRAWN)
     except DEFECTS as error:
         fault = done.engine.registry.fault(plugin, "report_sections", section.title, error)
         return Part(anchor, section.title, "", str(fault))

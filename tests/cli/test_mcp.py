@@ -330,23 +330,32 @@ def small(seconds: float = 60.0) -> Any:
 
 
 async def cancelled_and_answered(client: Client) -> None:
-    """A search that would take a minute is cancelled after its first line of progress, and the next call is answered soon."""
+    """A resolution is cancelled when its program, which would be proven after a minute, begins to run; the next call is answered soon."""
     with anyio.CancelScope() as scope:
 
-        async def first(number: float, total: float | None, message: str | None) -> None:
-            scope.cancel()
+        async def begun(number: float, total: float | None, message: str | None) -> None:
+            if (message or "").startswith("program 1: "):
+                scope.cancel()
 
-        await client.call_tool("resolve", {"scenario": "fetch_from_hanger"}, progress_callback=first)
+        await client.call_tool("resolve", {"scenario": "tasks/pouring"}, progress_callback=begun)
     assert scope.cancelled_caught
     begin = time.monotonic()
     assert not (await client.call_tool("check", {"scenario": "grasp_one_thing"})).is_error
     assert time.monotonic() - begin < 30
 
 
+def ended_within_its_run(runs: Path) -> bool:
+    """Whether the trace of the one run says that it was stopped before its program was proven."""
+    (trace,) = runs.glob("*/trace.json")
+    kinds = [e["kind"] for e in json.loads(trace.read_text())["entries"]]
+    return "stop" in kinds and "proof" not in kinds
+
+
 def test_over_stdio(tmp_path: Path) -> None:
     async def use(client: Client) -> Any:
         with small(120):
             await cancelled_and_answered(client)
+            assert ended_within_its_run(tmp_path / "runs")
             solved = await client.call_tool("resolve", {"scenario": "grasp_one_thing"})
             run = {"run": solved.structured_content["run"]}
             return solved, await client.call_tool("run", run), await client.call_tool("run", {**run, "text": "movej"})

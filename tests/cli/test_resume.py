@@ -42,6 +42,7 @@ def test_a_killed_run_keeps_what_it_refused(tmp_path: Path) -> None:
     assert before[:1] == [1]
     done = subprocess.run([*COMMAND, scenario, "--out", run], capture_output=True, text=True, check=False)
     assert done.returncode == 1, done.stderr
+    assert "program 1 refused: " in done.stderr and "ExtractHoleFromPeg" in done.stderr
     assert "candidate 1:" not in done.stderr.split("No solution")[0]
     assert "candidate 1, proof" in done.stderr or "Candidate 1: candidate 1" in done.stderr
     entries = json.loads((run / "trace.json").read_text())["entries"]

@@ -166,6 +166,34 @@ def test_cancel(process: subprocess.Popen[str]) -> None:
     assert said[-1]["error"] == {"code": 1, "message": "cancelled"}
 
 
+def test_cancel_within_a_run_and_the_next_request(process: subprocess.Popen[str]) -> None:
+    """The program would run for 30 s of simulated time, and be proven then."""
+    assert process.stdin is not None and process.stdout is not None
+    process.stdin.write(_request(1, "resolve", scenario="tasks/pouring") + "\n")
+    process.stdin.flush()
+    said = (json.loads(line) for line in process.stdout)
+    assert any(s["progress"].startswith("program 1: ") for s in said)
+    process.stdin.write(_request(2, "cancel", id=1) + "\n" + _request(3, "interpret", episode="nothing") + "\n")
+    process.stdin.flush()
+    answers = [next(s for s in said if "progress" not in s) for _ in range(3)]
+    assert [a["id"] for a in answers] == [2, 1, 3]
+    assert answers[1]["error"] == {"code": 1, "message": "cancelled"}
+    assert answers[2]["error"]["code"] == 2, "it was worked off: there is no such episode"
+
+
+def test_a_request_for_the_next_program_is_cancelled_by_its_own_id(process: subprocess.Popen[str]) -> None:
+    assert process.stdin is not None and process.stdout is not None
+    said = (json.loads(line) for line in process.stdout)
+    process.stdin.write(_request(1, "resolve", scenario="grasp_one_thing") + "\n")
+    process.stdin.flush()
+    assert any("result" in s for s in said)
+    process.stdin.write(_request(2, "next", of=1) + "\n" + _request(3, "cancel", id=2) + "\n" + _request(4, "next", of=1) + "\n")
+    process.stdin.flush()
+    answers = {s["id"]: s for s in (next(s for s in said if "progress" not in s) for _ in range(3))}
+    assert answers[2]["error"] == {"code": 1, "message": "cancelled"}
+    assert "can go on, not 1" in answers[4]["error"]["message"]
+
+
 def test_a_client_that_hangs_up(process: subprocess.Popen[str]) -> None:
     assert process.stdin is not None and process.stdout is not None and process.stderr is not None
     process.stdin.write(_request(1, "resolve", scenario="fetch_from_hanger") + "\n")

@@ -18,6 +18,7 @@ from properties import examples
 from task_scenarios import attempt
 
 from cramlite import Engine, UserError, find_scenario, read_scenario
+from cramlite.base.pulse import Stopped, pulse
 from cramlite.base.wilson import wilson_interval
 from cramlite.engine.executor_group import ExecutorGroup
 from cramlite.engine.setting import Setting
@@ -103,7 +104,8 @@ def test_the_verdict_is_the_same_for_any_number_of_processes(picked: Candidate, 
 
 
 def test_who_stops_it_gets_no_verdict(picked: Candidate, pair: ExecutorGroup) -> None:
-    assert doubt(picked, NOMINAL, setting(twins=8), ENGINE.knowledge, pair, lambda _: None, lambda: True) is None
+    with pytest.raises(Stopped), pulse(lambda: True):
+        doubt(picked, NOMINAL, setting(twins=8), ENGINE.knowledge, pair, lambda _: None)
 
 
 def test_seeds_of_proofs_are_no_others() -> None:

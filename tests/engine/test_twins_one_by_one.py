@@ -5,6 +5,7 @@ The processes are replaced by a list of what they would answer; what succeeded i
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterator
 from typing import Any
 
@@ -13,6 +14,7 @@ from edited import engine, proven
 from msgspec.structs import replace
 
 from cramlite import find_scenario, read_scenario
+from cramlite.base.pulse import ASKED, Stopped, pulse
 from cramlite.engine.executor_group import ExecutorGroup, processes_here
 from cramlite.engine.setting import Setting
 from cramlite.engine.twin_proof import doubt, executors, sight_of, twin_seed
@@ -119,7 +121,7 @@ def test_of_the_first_that_failed_each_source_of_error_is_tried_by_itself() -> N
     assert not found.passed and found.twins is not None
     assert [r.number for r in found.twins.twins] == [1, 2]
     assert [(r.causes, r.looked_for) for r in found.twins.twins] == [((), False), (("friction",), True)]
-    assert "twin 2: which error it was" in said and len(group.asked) == 4
+    assert "twin 2: looking for the error that broke it" in said and len(group.asked) == 4
     seeds = [seed for _, seed in group.asked]
     assert seeds[2:] == [seeds[1]] * 2
     assert not found.findings[-1].passed and found.findings[-1].value == pytest.approx(2 / 3)
@@ -145,10 +147,16 @@ def test_the_camera_is_tried_where_one_looked() -> None:
 
 
 def test_who_stops_it_is_asked_before_each_run() -> None:
-    asked, group = [False, True], Answers(proven("picking_up"), True, True)
-    doubts = setting(ProofDoubts(3, 1.0, TWO))
-    assert doubt(proven("picking_up"), NOMINAL, doubts, engine().knowledge, group, lambda _: None, lambda: asked.pop(0)) is None
-    assert len(group.asked) == 1 and asked == []
+    group, doubts = Answers(proven("picking_up"), True, True), setting(ProofDoubts(3, 1.0, TWO))
+    stopped = list[bool]()
+
+    def said(text: str) -> None:
+        stopped.append(True)
+        time.sleep(2 * ASKED)
+
+    with pytest.raises(Stopped), pulse(lambda: bool(stopped)):
+        doubt(proven("picking_up"), NOMINAL, doubts, engine().knowledge, group, said)
+    assert len(group.asked) == 1
 
 
 def test_what_does_not_run_here_is_judged_as_it_was() -> None:
@@ -191,7 +199,7 @@ def test_no_more_worlds_are_drawn_than_there_are_twins() -> None:
 def test_it_is_the_first_that_failed_which_is_explained() -> None:
     found, _, said = doubted("it fell", "it slipped", True, True, twins=4, at_least=0.8)
     assert found.twins is not None and [r.looked_for for r in found.twins.twins] == [True, False]
-    assert "twin 1: which error it was" in said
+    assert "twin 1: looking for the error that broke it" in said
 
 
 def test_a_programs_twins_are_the_same_ones_whenever_they_are_drawn() -> None:

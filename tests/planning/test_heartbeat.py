@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Iterator
 
 import pytest
 
 from cramlite import Budget, Engine, Goal, Trace, find_scenario, how_it_ended, read_scenario
+from cramlite.base.pulse import checkpoint, working
 from cramlite.planning.budget import is_late, until_late
-from cramlite.planning.heartbeat import heartbeat, interrupted_text, searching_text
+from cramlite.planning.heartbeat import Heartbeat, NowDone, interrupted_text, searching_text
 from cramlite.plugin import UserError
 
 
@@ -21,27 +23,54 @@ def _trace() -> Trace:
     return trace
 
 
-def test_a_silent_search_says_what_it_does() -> None:
-    lines: list[str] = []
-    with heartbeat(_trace(), lines.append, every=0.1) as heard:
-        heard("candidate 1")
-        time.sleep(0.35)
-    assert lines[0] == "candidate 1" and len(lines) >= 3
-    assert lines[1] == (
-        "searching: grasp(tin), tried 1 times in candidate 1; 5 decisions, 4 refused, most often (3): 60 mm wide [grasps]"
-    )
-    count = len(lines)
-    time.sleep(0.2)
-    assert len(lines) == count  # it ends with the search
+def _beaten(beat: Heartbeat, seconds: float) -> None:
+    end = time.monotonic() + seconds
+    with beat():
+        while time.monotonic() < end:
+            checkpoint()
 
 
-def test_a_search_that_speaks_is_not_interrupted_by_lines() -> None:
+def test_a_search_says_every_few_seconds_what_it_does() -> None:
     lines: list[str] = []
-    with heartbeat(_trace(), lines.append, every=0.3) as heard:
-        for _ in range(6):
-            heard("trying")
-            time.sleep(0.05)
-    assert set(lines) == {"trying"}
+    _beaten(Heartbeat(_trace(), lines.append, lambda: False, every=0.15), 0.5)
+    assert 2 <= len(lines) <= 3 and all(isinstance(line, NowDone) for line in lines)
+    assert lines[0] == "searching: grasp(tin), candidate 1; 5 decisions; refused 4 times, most often (3): 60 mm wide [grasps]"
+
+
+def test_work_that_has_a_name_is_told_instead() -> None:
+    lines: list[str] = []
+    with working("nobody hears this"):
+        checkpoint()
+    beat = Heartbeat(_trace(), lines.append, lambda: False, every=0.0)
+    with beat(), working("program 1 runs", 30.0):
+        checkpoint(12.0)
+    assert lines == ["program 1 runs, 12 of about 30 s"]
+
+
+def test_a_stop_ends_the_items_and_the_trace_says_so() -> None:
+    trace, asked = Trace(), list[bool]()
+
+    def numbers() -> Iterator[int]:
+        yield 1
+        asked.append(True)
+        time.sleep(0.1)
+        checkpoint()
+        yield 2
+
+    assert list(Heartbeat(trace, print, lambda: bool(asked)).over(numbers())) == [1]
+    assert [(e.kind, e.outcome) for e in trace.entries] == [("stop", "capped")]
+    assert list(Heartbeat(trace, print, lambda: False).over([1, 2])) == [1, 2]
+    assert list(Heartbeat(trace, print, lambda: True).over([1, 2])) == []
+
+
+def test_of_refusals_those_count_that_came_after_the_last_program() -> None:
+    trace = _trace()
+    trace.add(0, "proof", "plan", "failed", "urscript", "it fell", kind="proof")
+    assert "no question" in searching_text(trace)
+    trace.add(0, "2.Placing", "", "asked", "engine", "", kind="action", numbers={"task": 2, "depth": 0})
+    trace.add(0, "on(tray)", "", "refused", "places", "too near", kind="location")
+    said = searching_text(trace, tasks=3)
+    assert said == "searching: on(tray), task 2 of 3, candidate 1; 8 decisions; refused 1 times, most often (1): too near [places]"
 
 
 def test_what_is_said_of_a_search_that_has_not_begun_or_was_interrupted() -> None:

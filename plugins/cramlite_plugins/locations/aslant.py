@@ -12,7 +12,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from cramlite.model import Belief, EntityName, Floats, Location, Place, Pose, Value, thing_of
-from cramlite.plugin import Context, Grounding, Refused, Unresolvable
+from cramlite.plugin import Context, Grounding, Refused, Unresolvable, checkpoint
 
 from ..motions.gripping import OPEN, release_opening
 from ..shapes.bounds import corners
@@ -206,6 +206,7 @@ def _moved(wanted: Wanted, offset: tuple[float, float], by: Floats) -> tuple[flo
 
 def _met(wanted: Wanted, pose: Pose) -> bool:
     """Whether hand or thing meet something with the thing at a pose, wherever the arm is."""
+    checkpoint()
     assert wanted.belief.held is not None
     return wanted.scene.met(wanted.belief.base() * pose * wanted.belief.held.tcp_to_thing.inverse()) is not None
 

@@ -9,7 +9,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from cramlite.model import Belief, Floats, Held, Pose, Thing
-from cramlite.plugin import Context, InTheWay
+from cramlite.plugin import Context, InTheWay, checkpoint
 
 from ..motion_planning.reach import make_scene
 from ..motion_planning.space import Refusal
@@ -50,7 +50,12 @@ def _met_at(poses: Sequence[Pose], name: str, belief: Belief, context: Context, 
     """What a thing meets, with what it takes along, at poses in the world; where it is now does not count."""
     held = Held(name, Pose(), 0.0, carries=carried_along(belief, name))
     scene = make_scene(belief.grasped(held), context, touch, clearance=0.0)
-    return [scene.met(there, hand=False) for there in poses]
+
+    def met(there: Pose) -> Refusal | None:
+        checkpoint()
+        return scene.met(there, hand=False)
+
+    return [met(there) for there in poses]
 
 
 def driven_along(thing: Thing, value: float, goal: float, belief: Belief, context: Context) -> Mapping[str, float] | Refusal:

@@ -27,7 +27,7 @@ from cramlite.model import (
     rotvec_quaternion,
     thing_of,
 )
-from cramlite.plugin import Context, Unresolvable
+from cramlite.plugin import Context, Unresolvable, checkpoint
 
 from ..kinematics.kinematics import (
     Joints,
@@ -165,6 +165,7 @@ def plan_straight_line(
         The path, or a refusal with the fraction of the way that was reached and the reason there: reach,
         singularity, joint limit, joint speed or collision.
     """
+    checkpoint()
     origin = tuple(float(v) for v in start)
     begin = forward(robot, origin)
     goals = sampled(begin, [targets] if isinstance(targets, Pose) else targets, step_m, step_rad)
@@ -201,6 +202,7 @@ def _follow(robot: Robot, origin: Joints, goals: Sequence[Pose]) -> tuple[list[J
     if reason := out_of_limits(robot, origin):
         return points, reason
     for pose in goals:
+        checkpoint()
         found = nearest_branch(robot, pose, points[-1])
         if found is None:
             return points, reach_shortfall(robot, pose) or _singular(robot, points[-1])
@@ -226,6 +228,7 @@ def _stopped(scene: PlanningScene, points: Sequence[Joints]) -> tuple[int, Refus
     """How many points are reached before a collision, which one it is, and the things that must be moved before there is none."""
     eased = scene.relaxed([points[0], points[-1]])
     for k, (a, b) in enumerate(pairwise(points)):
+        checkpoint()
         part = eased.blocked(a, b)
         if part is not None:
             at = [x + part * (y - x) for x, y in zip(a, b, strict=True)]

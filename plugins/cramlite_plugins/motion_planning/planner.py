@@ -14,12 +14,14 @@ import math
 import threading
 import time
 from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
 from cramlite.model import Floats, Value
+from cramlite.plugin import checkpoint, stop_asked
 
 from ..kinematics.timing import duration, leading
 from .round_off import blend_radii
@@ -106,6 +108,7 @@ def plan(
 def _straight(scene: Space, origin: Joints, goals: Goals, law: tuple[float, float]) -> Path | None:
     """The straight line to the nearest goal to which there is one."""
     for index, goal in goals[:DIRECT]:
+        checkpoint()
         if scene.line_free(origin, goal):
             time_s = duration((origin, goal), *law)
             return Path((origin, goal), index, 0, time_s, time_s)
@@ -155,6 +158,7 @@ def _free_goals(scene: Space, origin: Joints, goals: list[Joints]) -> list[tuple
     for index, q in sorted(enumerate(goals), key=lambda item: (leading(origin, item[1]), item[0])):
         key = tuple(round(math.remainder(v, 2 * math.pi), 6) for v in q)
         if key not in known:
+            checkpoint()
             known[key] = not scene.relaxed([q]).why(q)
         if known[key] and all(low <= v <= high for v, (low, high) in zip(q, scene.limits, strict=True)):
             result.append((index, q))
@@ -195,6 +199,7 @@ def _ways(q: Joints) -> Iterator[Joints]:
     """Ends of short ways from a joint position in all directions, the same each time."""
     rng = np.random.default_rng(0)
     for _ in range(AWAYS):
+        checkpoint()
         way = rng.uniform(-1.0, 1.0, len(q))
         yield _joints(np.asarray(q) + AWAY / float(np.abs(way).max()) * way)
 
@@ -215,7 +220,7 @@ def _search(
     for number, margin in enumerate(MARGINS, 1):
         share = (samples - spent) // 2 if number < len(MARGINS) else samples - spent
         box = _box(scene, [origin, *goals], margin)
-        with _ONE_QUERY:
+        with _alone():
             points, used, truncated = _rrt(scene, origin, goals, box, 1 + (seed * 3 + number) % (2**31 - 2), share, ends)
         spent += used
         if points is not None or truncated:
@@ -230,6 +235,19 @@ def _box(scene: Space, positions: list[Joints], margin: float) -> list[tuple[flo
 
 _ONE_QUERY = threading.Lock()
 """OMPL's random generator belongs to the process: from its seed to the path a query has it alone."""
+PATIENCE = 0.1
+"""Seconds of waiting for another thread's query between two questions whether to go on."""
+
+
+@contextmanager
+def _alone() -> Iterator[None]:
+    """No other query of this process runs meanwhile."""
+    while not _ONE_QUERY.acquire(timeout=PATIENCE):
+        checkpoint()
+    try:
+        yield
+    finally:
+        _ONE_QUERY.release()
 
 
 def _rrt(
@@ -268,6 +286,7 @@ def _rrt(
     planner.setup()
     counter = _Counter(budget, ends)
     planner.solve(base.PlannerTerminationCondition(counter))
+    checkpoint()
     if not problem.hasExactSolution():
         return None, counter.count, counter.late
     found = [_joints(state[0 : len(origin)]) for state in problem.getSolutionPath().getStates()]
@@ -291,16 +310,18 @@ def _motion_validator(base: Any, info: Any, scene: Space, size: int) -> Any:
 
 
 class _Counter:
-    """Ends a query after so many evaluations: the planner asks once an extension."""
+    """Ends a query after so many evaluations: the planner asks once an extension. An exception must not pass through OMPL."""
 
     def __init__(self, budget: int, ends: float) -> None:
-        self.count, self.budget, self.ends, self.late = 0, budget, ends, False
+        self.count, self.budget, self.ends = 0, budget, ends
+        self.late = self.stopped = False
 
     def __call__(self) -> bool:
         self.count += 1
-        if self.count % 64 == 0 and time.monotonic() > self.ends:
-            self.late = True
-        return self.late or self.count > self.budget
+        if self.count % 64 == 0:
+            self.late = self.late or time.monotonic() > self.ends
+        self.stopped = self.stopped or stop_asked()
+        return self.stopped or self.late or self.count > self.budget
 
 
 def resampled(points: Sequence[Joints], step: float) -> Floats:

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from cramlite.plugin import checkpoint
+
 from ..kinematics.timing import duration, segment_times
 
 if TYPE_CHECKING:
@@ -36,6 +38,7 @@ def shortened(
     rng = np.random.default_rng(seed)
     path, stale = _skip_corners(scene, points, speed, acceleration), 0
     for attempt in range(attempts):
+        checkpoint()
         if len(path) < 3 or stale >= STALE:
             break
         propose: Callable[..., tuple[Points, list[tuple[Joints, Joints]]]] = (_cut, _pull)[attempt % 2]

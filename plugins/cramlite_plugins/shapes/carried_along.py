@@ -9,6 +9,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from cramlite.model import Belief, Estimate, Floats, Place, Pose, Thing, thing_of
+from cramlite.plugin import checkpoint
 
 from .bounds import lowest
 from .contents import within
@@ -32,6 +33,7 @@ def carried_along(belief: Belief, name: str) -> dict[str, Estimate]:
     there = belief.poses[name].pose.inverse()
     found, new = list[str](), [name]
     while new:
+        checkpoint()
         new = [n for below in new for n in _directly(belief, below) if n not in (name, *found)]
         found += dict.fromkeys(new)
     return {n: replace(belief.poses[n], pose=there * belief.poses[n].pose) for n in found}

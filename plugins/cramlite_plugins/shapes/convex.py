@@ -22,6 +22,7 @@ import manifold3d
 import numpy as np
 
 from cramlite.model import Floats, Value, Vector3
+from cramlite.plugin import checkpoint
 
 MOST = 72  # parts of one mesh
 DEPTH = 0.0015  # how far a hull may fill in a hollow [m], and
@@ -53,6 +54,7 @@ def hull_planes(corners: tuple[Vector3, ...]) -> Floats:
     """Compute the planes (n, 4) of the convex hull of points: outward unit normal and offset, n x + d <= 0 inside."""
     from scipy.spatial import ConvexHull
 
+    checkpoint()
     planes: Floats = np.unique(np.round(ConvexHull(corners).equations, 9), axis=0)
     return planes
 

@@ -16,6 +16,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from cramlite.model import Floats, Pose, Thing, World
+from cramlite.plugin import checkpoint
 
 from ..shapes.bounds import corners
 from ..shapes.itself import Itself
@@ -110,6 +111,7 @@ def _dropped(thing: Itself[Thing], start: Pose, below: Itself[Thing], at: Pose, 
         return None
     bottom, quiet = float(corners(below.it, at)[:, 2].min()), 0
     for _ in range(round(SECONDS / LOOK)):
+        checkpoint()
         mujoco.mj_step(compiled.model, data, round(LOOK / compiled.model.opt.timestep))
         pose = compiled.pose(data, thing.it.name)
         if unstable(data) or float(corners(thing.it, pose)[:, 2].min()) < bottom - ASIDE:

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cramlite.model import EntityName, Feature, Floats, Pose, Rollout, Thing
+from cramlite.plugin import checkpoint
 
 from ...shapes.peg_fit import stands
 
@@ -58,6 +59,7 @@ def _passes(rollout: Rollout, owner: Thing, hole: Feature, hanger: Thing, line: 
 
 
 def _meets(hole: Pose, radius: float, line: Floats) -> bool:
+    checkpoint()
     local = hole.inverse().apply(line)
     for a, b in pairwise(local):
         if (a[2] > 0) != (b[2] > 0):

@@ -9,6 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from cramlite.model import EntityName, Event, Floats, Rollout, Value, thing_of
+from cramlite.plugin import checkpoint
 
 from .signals import Flags, close_gaps, runs
 
@@ -36,6 +37,7 @@ def touching_pairs(rollout: Rollout, known: set[str]) -> dict[tuple[str, str], P
     n = len(rollout.times)
     pairs: dict[tuple[str, str], Pair] = defaultdict(lambda: Pair(np.zeros(n), np.zeros(n)))
     for k, touches in enumerate(rollout.touches):
+        checkpoint()
         for touch in touches:
             a, b = (_finest(entity_of(v, rollout), known) for v in (touch.a, touch.b))
             for first, second, lift in ((a, b, touch.lift), (b, a, -touch.lift)):

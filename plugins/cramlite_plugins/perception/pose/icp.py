@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from cramlite.model import Mask, Value
+from cramlite.plugin import checkpoint
 
 from .model import Floats32, PoseModel
 from .outline import Outline
@@ -78,6 +79,7 @@ def register(model: PoseModel, scene: Floats32, starts: PoseBatch, stage: Stage,
     surface = np.ascontiguousarray(model.points[which].T), np.ascontiguousarray(model.normals[which].T)
     turn, shift = starts.turn, starts.shift
     for k in range(stage.iterations):
+        checkpoint()
         share = k / max(1, stage.iterations - 1)
         reach = stage.reach[0] ** (1 - share) * stage.reach[1] ** share
         matrix, vector = _surface_terms(model, points, turn, shift, ray, reach, stage)

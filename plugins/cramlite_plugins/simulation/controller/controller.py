@@ -15,6 +15,7 @@ import mujoco
 import numpy as np
 
 from cramlite.model import Disturbance, Floats, Pose
+from cramlite.plugin import checkpoint
 
 from ..model.compile import unstable
 from ..model.index import RobotIndex
@@ -241,6 +242,7 @@ class Controller(CommandedArm):
 
     def _physics(self, before: Floats) -> None:
         """Interpolated commands, with what velocity and payload need fed forward, and the sensor's mean."""
+        checkpoint(float(self.data.time))
         model, data, ctrl, servos, platform = self.model, self.data, self.ctrl, self.servos, self.platform
         readings, wrist, mj_step = self.readings, self.wrist, mujoco.mj_step
         forward_fed = self.lag * self.rate + self._payload()

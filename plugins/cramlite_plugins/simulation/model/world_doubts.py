@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 
 from cramlite.model import Robot, World
-from cramlite.plugin import UserError
+from cramlite.plugin import UserError, checkpoint
 
 from ...shapes.bounds import height
 from .compile import Compiled, compile_world
@@ -70,6 +70,7 @@ def _falling(compiled: Compiled, data: Data) -> Iterator[tuple[str, str]]:
     before = {n: compiled.pose(data, n).position for n in free}
     beneath = {n: _beneath(compiled, data, n) for n in free}
     while free and data.time < WITHIN:
+        checkpoint()
         mujoco.mj_step(compiled.model, data)
     for name in free:
         fall = before[name][2] - compiled.pose(data, name).position[2]

@@ -19,7 +19,7 @@ import numpy as np
 from msgspec import Struct, field
 
 from cramlite.model import Floats, Pose, Rollout
-from cramlite.plugin import UserError
+from cramlite.plugin import UserError, checkpoint
 
 from ..model.compile import Compiled, unstable
 from ..model.hand_model import HandIndex
@@ -212,6 +212,7 @@ class Person:
 
     def _follow(self, aim: Pose, opening: float) -> None:
         """One control period of both hands."""
+        checkpoint()
         self.limb.aim, self.limb.opening = aim, opening
         for limb in (self.limb, *([self.other] if self.other else [])):
             limb.follow(self.data)

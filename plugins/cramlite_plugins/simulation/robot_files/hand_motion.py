@@ -14,7 +14,7 @@ import mujoco
 import numpy as np
 
 from cramlite.model import Floats, Value
-from cramlite.plugin import UserError
+from cramlite.plugin import UserError, checkpoint
 
 SAMPLES = 33  # along the stroke: 2.7 mm of a 2F-85, between which openings are straight lines to 0.02 mm
 STILL, PATIENCE = 1e-4, 2000  # speed of joints at rest [rad/s, m/s]; steps until then at most
@@ -104,6 +104,7 @@ def settled(model: Any, order: Floats, data: Any = None) -> tuple[Floats, Any]:
     data = mujoco.MjData(model) if data is None else data
     data.ctrl[:] = order
     for _ in range(PATIENCE):
+        checkpoint()
         mujoco.mj_step(model, data, 10)
         if float(np.abs(data.qvel).max()) < STILL:
             break

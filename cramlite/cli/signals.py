@@ -1,0 +1,66 @@
+"""Signals that end a command: Ctrl+C, and what ``timeout``, job queues and CI send."""
+
+from __future__ import annotations
+
+import signal
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from types import FrameType
+
+from ..base.errors import CramliteError
+from ..base.pulse import Stopped
+
+SIGNALS = (signal.SIGINT, signal.SIGTERM)
+KILLED = 128
+"""Exit code of what a signal ended, without the signal's number (POSIX shells)."""
+
+
+class Interrupted(CramliteError):
+    """End of a command by a signal; the message says what was found until then.
+
+    Args:
+        message: one paragraph.
+        number: of the signal.
+    """
+
+    def __init__(self, message: str, number: int = signal.SIGINT) -> None:
+        super().__init__(message)
+        self.exit_code = KILLED + number
+
+
+class Signals:
+    """Signals that came; work asks whether one did, and ends."""
+
+    def __init__(self) -> None:
+        self.number = 0
+        """The first signal that came; 0 for none."""
+
+    def one(self) -> bool:
+        """Check whether a signal came."""
+        return self.number != 0
+
+    def take(self, number: int, frame: FrameType | None) -> None:
+        """Take a signal; a second one ends the process as if nobody had taken the first."""
+        self.number = number
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+        signal.signal(signal.SIGTERM, signal.SIG_DFL)
+
+
+@contextmanager
+def interruptible() -> Iterator[Signals]:
+    """Take signals in this block; only the main thread can, in others none ever comes.
+
+    Raises:
+        Interrupted: work in the block ended since a signal came.
+    """
+    taken = Signals()
+    main = threading.current_thread() is threading.main_thread()
+    before = {number: signal.signal(number, taken.take) for number in SIGNALS if main}
+    try:
+        yield taken
+    except Stopped:
+        raise Interrupted("interrupted; what was written so far is kept.", taken.number) from None
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)

@@ -1,0 +1,76 @@
+"""Ctrl+C and SIGTERM end ``resolve`` soon, and leave what was found."""
+
+from __future__ import annotations
+
+import json
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from conftest import Run
+
+from cramlite.base.pulse import checkpoint, pulse
+from cramlite.cli.signals import Interrupted, interruptible
+
+COMMAND = [sys.executable, "-m", "cramlite", "resolve"]
+SOON = 30.0
+"""Seconds of a busy machine; drawings alone would take some."""
+
+
+def interrupted(run: Path, scenario: str, number: signal.Signals) -> tuple[int, str]:
+    """Exit code and what was said of a resolution that gets a signal when its first program begins to run."""
+    with subprocess.Popen([*COMMAND, scenario, "--out", run], stderr=subprocess.PIPE, text=True) as process:
+        assert process.stderr is not None
+        before = next(line for line in process.stderr if "program 1: " in line)
+        began = time.monotonic()
+        process.send_signal(number)
+        said = before + process.stderr.read()
+        assert process.wait() and time.monotonic() - began < SOON
+    return process.returncode, said
+
+
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_trace_report_and_nearest_miss_are_left(tmp_path: Path, number: signal.Signals, code: int) -> None:
+    ended, said = interrupted(tmp_path, "tasks/pouring", number)
+    assert ended == code, said
+    assert "the search was interrupted after" in said and "nearest miss: candidate 1, pour(bowl): " in said
+    assert f"What was tried until then: {tmp_path}. The same command goes on there." in said
+    entries = json.loads((tmp_path / "trace.json").read_text())["entries"]
+    assert "stop" in {e["kind"] for e in entries} and "proof" not in {e["kind"] for e in entries}
+    page = (tmp_path / "report.html").read_text()
+    assert "It draws, and the command was interrupted" in page and "Why nothing was proven" in page
+    assert "data:image/webp" not in page
+    assert json.loads((tmp_path / "manifest.json").read_text())["refused"] == [], "what was not tried to its end is tried again"
+
+
+def test_the_same_command_goes_on(tmp_path: Path, run: Run) -> None:
+    assert interrupted(tmp_path / "run", "grasp_one_thing", signal.SIGTERM)[0] == 143
+    done = run("resolve", "grasp_one_thing", "--out", tmp_path / "run")
+    assert done.code == 0, done.err
+    assert "It draws" not in (tmp_path / "run" / "report.html").read_text()
+
+
+def test_a_second_signal_ends_what_does_not_listen() -> None:
+    with interruptible() as came:
+        signal.raise_signal(signal.SIGINT)
+        assert came.one() and came.number == signal.SIGINT
+        with pytest.raises(KeyboardInterrupt):
+            signal.raise_signal(signal.SIGINT)
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+def test_work_between_is_interrupted() -> None:
+    with pytest.raises(Interrupted) as ended:
+        terminate_and_go_on()
+    assert ended.value.exit_code == 143
+
+
+def terminate_and_go_on() -> None:
+    with interruptible() as came, pulse(came.one):
+        checkpoint()
+        signal.raise_signal(signal.SIGTERM)
+        time.sleep(0.2)
+        checkpoint()
