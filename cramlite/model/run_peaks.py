@@ -43,7 +43,7 @@ def peaks_of(rollout: Rollout) -> RunPeaks | None:
     commanded = 0.0 if rollout.commanded is None else float(rollout.commanded.max())
     return RunPeaks(
         float(rollout.times[running[-1]]) if len(running) else float(rollout.times[-1]),
-        float(tool[fastest]), int(lines[fastest]), tuple(joints.max(axis=0).tolist()),
+        float(tool[fastest]), int(lines[fastest + 1]), tuple(joints.max(axis=0).tolist()),
         tuple(rollout.joints.min(axis=0).tolist()), tuple(rollout.joints.max(axis=0).tolist()),
         float(force[hardest]), int(lines[hardest]), commanded,
     )  # fmt: skip

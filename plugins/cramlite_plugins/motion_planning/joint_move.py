@@ -19,7 +19,7 @@ def joint_move(
         pace: speed and acceleration of the leading axis that are wanted [rad/s, rad/s2].
         radii: of the corners [m].
     """
-    speed = passable_speed(robot, points, pace[0])
+    speed = passable_speed(robot, points, *pace)
     slower = f"{speed:g} instead of {pace[0]:g} rad/s, as the tool goes {TOOL_SPEED:g} m/s at most" if speed < pace[0] else ""
     comment = "; ".join(filter(None, (motion.reason, slower)))
     return MoveJoints(tuple(points[1:]), speed, pace[1], tuple(radii), origin=motion.name, comment=comment)

@@ -41,7 +41,7 @@ def test_it_is_asked() -> None:
 
 def test_what_is_told_in_time_passes() -> None:
     found = only(Payload(), telling(EMPTY + BLOCK))
-    assert found.passed and found.reason == f"the arm was told what hangs on it: off by 0.00 kg, limit 0.10 kg"
+    assert found.passed and found.reason == "the arm was told what hangs on it: off by 0.00 kg, limit 0.10 kg"
 
 
 @pytest.mark.parametrize(("off", "passes"), [(0.99, True), (-0.99, True), (1.01, False), (-1.01, False)])
