@@ -31,8 +31,9 @@ from .task_times import inner_tasks
 
 GRAVITY = 9.81
 STOPPED = 1.15  # a program that stops at its task's force limit has gone beyond it by then: 28.3 N at 25 N, measured
-RISE = 6.0
-"""A guarded motion of 10 mm/s goes on pressing beyond the force that ends it by so much [N]: 9 N at 3 N, in simulation."""
+RISE = 750.0
+"""A guarded motion presses beyond the force that ends it by so much of its speed [N s/m]: one that ends at 3 N peaks at 9 N with 10 mm/s
+and at 18 N with 20 mm/s, in simulation."""
 IN_DOUBT = 0.2
 """Share of a carried weight that the arm may feel though it was told that: masses are in doubt by this (``ErrorModel``)."""
 SPREAD = 2
@@ -70,7 +71,7 @@ def _force(step: AnyStep) -> float | None:
     """The most that a step presses with, by what ends it [N]; None where it does not feel."""
     if isinstance(step, Forced):
         return step.force_limit
-    return step.force + RISE if isinstance(step, MoveUntilContact) else None
+    return step.force + RISE * step.speed if isinstance(step, MoveUntilContact) else None
 
 
 def _steps(candidate: Candidate) -> Mapping[str, list[AnyStep]]:

@@ -63,7 +63,7 @@ def test_pads_on_what_they_hold_meet_nothing() -> None:
 @pytest.mark.parametrize(
     ("step", "most"),
     [
-        (guarded(3.0), 25.0), (guarded(19.0), 25.0), (guarded(30.0), 36.0), (inserted(20.0), 25.0), (inserted(32.0), 32.0),
+        (guarded(3.0), 25.0), (guarded(17.0), 25.0), (guarded(30.0), 37.5), (inserted(20.0), 25.0), (inserted(32.0), 32.0),
         (Parallel(((inserted(32.0),), (Wait(1.0),))), 32.0), (Wait(1.0, origin="2.PickingUp/rest"), 25.0),
     ],
 )  # fmt: skip
