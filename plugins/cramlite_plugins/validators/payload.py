@@ -82,9 +82,7 @@ def hanging_on(candidate: Candidate) -> Hanging:
     assert rollout is not None
     count = len(rollout.times)
     least, most, what = np.full(count, mass), np.full(count, mass), [f"it was the gripper's {mass:.2f} kg"] * count
-    for grip in grips(rollout):
-        if rollout.world.thing(grip.thing).joint is not None:
-            continue  # its joint carries it, and what is in it
+    for grip in (g for g in grips(rollout) if rollout.world.thing(g.thing).joint is None):  # a joint carries what it moves
         carried = [_believed(candidate, name) for name in (grip.thing, *_along(rollout, grip))]
         empty, full = (sum(weigh(t) for t in carried) for weigh in (_empty, load))
         said = f"they were {mass + full:.2f} kg, the gripper's and those of {', '.join(repr(t.name) for t in carried)}"

@@ -67,12 +67,20 @@ def test_a_limit_that_is_believed_or_real_holds(known: bool) -> None:
 def test_a_limit_of_its_class_holds_too() -> None:
     fragile = ordered(31.0)
     things = tuple(replace(t, type="soma:Glass") if t.name == "block" else t for t in fragile.world.things)
-    told, _ = findings(replace(fragile, world=replace(fragile.world, things=things)))
+    glass = replace(fragile, world=replace(fragile.world, things=things))
+    told, _ = findings(glass)
     assert not told.passed and told.limit == 30.0 and "cram:FragileObject" in told.reason
+    for own, lower in ((25.0, 25.0), (35.0, 30.0)):
+        assert findings(bearing(own, glass, known=False))[0].limit == lower
 
 
 def test_what_is_told_while_nothing_is_between_the_pads_presses_nothing() -> None:
-    assert findings(bearing(80.0, ordered(235.0, OPENED, COUNT)))[0].passed
+    assert findings(bearing(80.0, ordered(235.0, OPENED, COUNT)))[0].value == 0.0
+
+
+def test_a_register_rounds_by_half_a_step() -> None:
+    """Of 255 between 20 and 235 N."""
+    assert pytest.approx(215 / 510, abs=1e-6) == ROUNDED > 215 / 510
 
 
 @pytest.mark.parametrize(("newtons", "passes"), [(71.9, True), (72.1, False)])
