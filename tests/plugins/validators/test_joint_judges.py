@@ -111,6 +111,9 @@ def test_each_joint_has_its_own_speed() -> None:
     joints[41:] += np.array([0.5, 0.5, 2.9, 0.5, 5.1, 0.5]) * 2 * STEP
     found = only(JointSpeeds(), replace(good(joints=joints), robot=robot))
     assert found.passed and found.reason.startswith(f"{UR5E.joints[4]} at most 5.10 rad/s of 5.00")
+    joints[40:] = np.array(UR5E.home) + np.array([0.95, 0.5, 0.5, 0.5, 0.5, 3.0]) * STEP * np.array([[1.0], *[[2.0]] * (COUNT - 41)])
+    found = only(JointSpeeds(), replace(good(joints=joints), robot=robot))
+    assert found.passed and found.reason.startswith(f"{UR5E.joints[0]} at most 0.95 rad/s of 1.00"), "the share counts, not the speed"
 
 
 def test_a_run_of_one_sample_has_no_speed() -> None:
