@@ -34,7 +34,9 @@ from .steps import (
     walk,
 )
 
-TOOL_SPEED, FEELING = 1.5, 0.25
+TOOL_SPEED = 1.5
+"""Highest speed of the tool [m/s]: the factory preset of the e-Series' safety configuration."""
+FEELING = 0.25
 LONGEST = 600.0  # no single step of a handling task waits longer [s]
 MOST = 1000  # repetitions
 SLACK = 1e-6

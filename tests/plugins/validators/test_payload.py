@@ -156,7 +156,7 @@ def test_what_is_pushed_between_the_fingers_stands_on_its_floor() -> None:
 
 def test_what_has_no_mass_weighs_nothing() -> None:
     for mass, off in ((EMPTY, 0.0), (EMPTY - 0.5, 0.5)):
-        base = good(payload=told((2, mass)))
+        base = good(payload=told((TAKEN, mass), (OPENED, EMPTY)))
         things = tuple(replace(t, mass=None) if t.name == "block" else t for t in base.world.things)
         assert only(Payload(), replace(base, world=replace(base.world, things=things))).value == pytest.approx(off)
 
