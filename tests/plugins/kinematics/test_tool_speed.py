@@ -49,13 +49,13 @@ def test_no_part_of_the_way_is_faster_than_it_may_be(to: list[float], speed: flo
     lead = float(np.abs(np.subtract(to, STRETCHED)).max())
     tips = np.array([forward(UR5E, q).position for q in np.linspace(*path, 500)])
     fastest = np.linalg.norm(np.diff(tips, axis=0), axis=1).max() * 499 / max(lead, 1e-9) * found
-    assert 0 < found <= speed and fastest <= 1.5 * 0.97
-    assert found == speed or fastest > 1.5 * 0.93
+    assert 0 < found <= speed and fastest <= 1.5 * 0.92
+    assert found == speed or fastest > 1.5 * 0.88
 
 
-@pytest.mark.parametrize(("angle", "slowed"), [(1.7, False), (1.9, True)])
+@pytest.mark.parametrize(("angle", "slowed"), [(1.5, False), (1.75, True)])
 def test_what_a_short_way_never_reaches_slows_nothing(angle: float, slowed: bool) -> None:
-    """With 1.4 rad/s2 an arm reaches 1.59 rad/s on 1.8 rad, at most; its tool is 0.895 m from the axis."""
+    """With 1.4 rad/s2 an arm reaches 1.51 rad/s on 1.63 rad, at most; its tool is 0.895 m from the axis."""
     assert tool_way(UR5E, (STRETCHED, turned(STRETCHED, 0, angle))) == pytest.approx(FAR, abs=0.01)
     halves = (STRETCHED, turned(STRETCHED, 0, angle / 2), turned(STRETCHED, 0, angle))
     for path in (halves, halves[::2]):
@@ -65,7 +65,7 @@ def test_what_a_short_way_never_reaches_slows_nothing(angle: float, slowed: bool
 def test_a_motion_that_is_slowed_says_why() -> None:
     motion = Motion("1.A/move", "transfer", reason="to the shelf")
     slow = joint_move(motion, UR5E, (STRETCHED, turned(STRETCHED, 0, 2.0)), (3.0, 4.0))
-    assert slow.speed == pytest.approx(0.95 * 1.5 / math.hypot(*forward(UR5E, STRETCHED).position[:2]), abs=2e-3) and slow.speed < 3.0
+    assert slow.speed == pytest.approx(0.9 * 1.5 / math.hypot(*forward(UR5E, STRETCHED).position[:2]), abs=2e-3) and slow.speed < 3.0
     assert slow.comment == f"to the shelf; {slow.speed:g} instead of 3 rad/s, as the tool goes 1.5 m/s at most"
     usual = joint_move(motion, UR5E, (STRETCHED, turned(STRETCHED, 5, 2.0), STRETCHED), (1.05, 1.4), (0.01,))
     assert (usual.speed, usual.acceleration, usual.comment, usual.radii, usual.origin) == (1.05, 1.4, "to the shelf", (0.01,), "1.A/move")
