@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
 from msgspec import DecodeError, json
@@ -13,9 +13,9 @@ from ..base.errors import UserError
 from ..base.value import Value
 from ..model.program import Code, Program
 from ..model.program_json import is_program_text, read_program, typed_code
-from ..model.program_safety import FASTEST
 from ..model.robot import Robot
 from ..model.rollout import Rollout, load_rollout
+from ..model.run_limits import Reached, reached
 from ..model.run_peaks import RunPeaks, peaks_of
 from ..model.slowed import slowed
 from ..model.steps import SetGripper, SetPayload, walk
@@ -26,8 +26,6 @@ from ..plugin.catalogue import Knowledge, pick
 from .intent import Intent, read_intent
 from .judging import Judged, Purpose, judge_text
 
-OVERSHOOT = 1.05
-"""Measured joint speeds may exceed a limit by this factor: the model's position servo lags, then catches up."""
 MARGIN = 1.2
 """A safety limit is set this far above what the program reaches: closer stops it for nothing. Ours."""
 OWN: Mapping[str, str] = {"tool_speed": "m/s", "tool_force": "N", "joint_speed": "deg/s", "payload": "kg"}
@@ -64,9 +62,9 @@ class Flight(Value):
 
     @property
     def twins(self) -> tuple[RunPeaks, ...]:
-        """Peaks of its runs in twins, at its own speed; none of a dry run."""
+        """Peaks of its runs in twins that succeeded, at its own speed; none of a dry run. One that failed counts as such in the proof."""
         runs = self.verdict.twins.twins if self.verdict is not None and self.verdict.twins is not None else ()
-        return tuple(t.peaks for t in runs if t.peaks is not None) if self.speed == 1.0 else ()
+        return tuple(t.peaks for t in runs if t.peaks is not None and t.succeeded) if self.speed == 1.0 else ()
 
     @property
     def draws(self) -> tuple[Draw, ...]:
@@ -86,7 +84,7 @@ class Check(Value):
         name: of the limit.
         unit: of all numbers here.
         reaches: in the run.
-        in_twins: the most in any twin; None where there are none.
+        in_twins: the most in any twin in which it succeeded; None where there are none.
         limit: that may not be exceeded, and ``source``, whose limit that is.
         line: of the text where it is reached; 0 where that is nowhere in particular.
         safety: whether a controller has a safety limit of it that is to be set.
@@ -210,26 +208,29 @@ def checks(flight: Flight, own: Mapping[str, float]) -> Iterator[Check]:
         own: limits of the user, by a name of ``OWN``; in place of the robot's and the program's.
     """
     peaks, robot, program = flight.peaks, flight.robot, flight.program
-    if peaks is not None:
-        twins = flight.twins
-        most = max((t.tool_speed for t in twins), default=None)
-        allowed = _limit("tool_speed", own, FASTEST, "factory preset")
-        yield Check("tool speed", "m/s", peaks.tool_speed, most, *allowed, peaks.tool_speed_line)
-        force = program.force_limit if program is not None else robot.force_limit
-        source = program.force_limit_source if program is not None else f"of robot '{robot.type}'"
-        most = max((t.force for t in twins), default=None)
-        yield Check("tool force", "N", peaks.force, most, *_limit("tool_force", own, force, source), peaks.force_line)
-        yield from _joint_speeds(peaks, twins, robot, own)
+    twins = [_reached(flight, t) for t in flight.twins]
+    for k, row in enumerate(_reached(flight, peaks) if peaks is not None else ()):
+        most = max((t[k].value for t in twins), default=None)
+        yield _check(row, most, own)
     if program is not None:
         allowed = _limit("payload", own, robot.payload, f"of robot '{robot.type}'")
         yield Check("payload", "kg", heaviest(program)[0], None, *allowed, safety=False)
 
 
-def _joint_speeds(peaks: RunPeaks, twins: Sequence[RunPeaks], robot: Robot, own: Mapping[str, float]) -> Iterator[Check]:
-    for k, (name, reached, limit) in enumerate(zip(robot.joints, peaks.joint_speeds, robot.velocity, strict=False)):
-        most = max((math.degrees(t.joint_speeds[k]) for t in twins), default=None)
-        allowed = _limit("joint_speed", own, math.degrees(limit) * OVERSHOOT, f"of robot '{robot.type}', and 5 %")
-        yield Check(f"joint speed {name}", "deg/s", math.degrees(reached), most, *allowed)
+def _reached(flight: Flight, peaks: RunPeaks) -> list[Reached]:
+    """What a run of the program reached, as its proof judges it."""
+    program, robot = flight.program, flight.robot
+    force = program.force_limit if program is not None else robot.force_limit
+    source = program.force_limit_source if program is not None else f"of robot '{robot.type}'"
+    return list(reached(peaks, robot, force, source))
+
+
+def _check(row: Reached, in_twins: float | None, own: Mapping[str, float]) -> Check:
+    """A limit as a controller's pages have it: angles in degrees."""
+    unit, scale = ("deg/s", math.degrees(1.0)) if row.unit == "rad/s" else (row.unit, 1.0)
+    allowed = _limit(row.limit, own, scale * row.most, row.source)
+    name = " ".join(filter(None, (row.limit.replace("_", " "), row.of)))
+    return Check(name, unit, scale * row.value, None if in_twins is None else scale * in_twins, *allowed, row.line)
 
 
 def _limit(name: str, own: Mapping[str, float], limit: float, source: str) -> tuple[float, str]:

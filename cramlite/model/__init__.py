@@ -29,11 +29,13 @@ if TYPE_CHECKING:
     from .plan import Plan
     from .program import Code, LatePose, Program, Section
     from .program_json import ProgramText, is_program_text, read_program, typed_code, write_program
-    from .program_safety import PROGRAM_RULES, STEP_RULES, violations
+    from .program_safety import PROGRAM_RULES, STEP_RULES, TOOL_SPEED, violations
     from .proof_doubts import ProofDoubts
     from .robot import Gripper, Platform, Robot
     from .robot_file import HandFile, RobotFile, Stated
     from .rollout import Message, Rollout, Scene, Solid, Touch
+    from .run_limits import OVERSHOOT, Reached, reached
+    from .run_peaks import RunPeaks, force_while_running, peaks_of
     from .run_record import RunRecord, TimeSpan
     from .sensor_errors import SensorErrors
     from .steps import (
@@ -102,11 +104,13 @@ _HOMES = {
     ".plan": "Plan",
     ".program": "Code LatePose Program Section",
     ".program_json": "ProgramText is_program_text read_program typed_code write_program",
-    ".program_safety": "PROGRAM_RULES STEP_RULES violations",
+    ".program_safety": "TOOL_SPEED PROGRAM_RULES STEP_RULES violations",
     ".proof_doubts": "ProofDoubts",
     ".robot": "Gripper Platform Robot",
     ".robot_file": "HandFile RobotFile Stated",
     ".rollout": "Message Rollout Scene Solid Touch",
+    ".run_limits": "OVERSHOOT Reached reached",
+    ".run_peaks": "RunPeaks force_while_running peaks_of",
     ".run_record": "RunRecord TimeSpan",
     ".sensor_errors": "SensorErrors",
     ".steps": "AnyStep CompliantSlide Control Drive Fallback ForceExtract ForceInsert ForceMove Joints"
@@ -122,8 +126,10 @@ _NAMES = LazyNames(__name__, _HOMES)
 
 __all__ = [
     "D435",
+    "OVERSHOOT",
     "PROGRAM_RULES",
     "STEP_RULES",
+    "TOOL_SPEED",
     "Action",
     "AnyStep",
     "Belief",
@@ -191,6 +197,7 @@ __all__ = [
     "Program",
     "ProgramText",
     "ProofDoubts",
+    "Reached",
     "Relation",
     "Repair",
     "Repeat",
@@ -198,6 +205,7 @@ __all__ = [
     "RobotFile",
     "RobotMount",
     "Rollout",
+    "RunPeaks",
     "RunRecord",
     "Scene",
     "Section",
@@ -228,6 +236,7 @@ __all__ = [
     "choose",
     "enclosing_names",
     "fallback",
+    "force_while_running",
     "initial_belief",
     "is_part_of",
     "is_program_text",
@@ -235,7 +244,9 @@ __all__ = [
     "pair_friction",
     "parallel",
     "part_name",
+    "peaks_of",
     "quaternion_product",
+    "reached",
     "read_program",
     "repeat",
     "replace",

@@ -34,7 +34,9 @@ from .steps import (
     walk,
 )
 
-FASTEST, FEELING = 1.5, 0.25
+TOOL_SPEED = 1.5
+"""Highest speed of the tool [m/s]: the factory preset of the e-Series' safety configuration."""
+FEELING = 0.25
 LONGEST = 600.0  # no single step of a handling task waits longer [s]
 MOST = 1000  # repetitions
 SLACK = 1e-6
@@ -111,7 +113,7 @@ def _speed(step: AnyStep, program: Program, robot: Robot) -> Iterator[str]:
         if not (value > 0 and math.isfinite(value)):
             yield f"{name} {value:g} is not positive"
     if isinstance(step, MoveLinear | Felt):
-        most = FASTEST if isinstance(step, MoveLinear) else FEELING
+        most = TOOL_SPEED if isinstance(step, MoveLinear) else FEELING
         if step.speed > most:
             yield f"TCP speed {step.speed:g} m/s > {most:g} m/s" + ("" if isinstance(step, MoveLinear) else " while feeling")
 

@@ -57,12 +57,20 @@ class Touch(Value):
             finger pads (thumb and index of a hand); "effector/body" for the rest of it.
         force: normal force, summed over the contact points [N].
         lift: vertical component of the whole force that ``a`` exerts on ``b`` [N], up positive.
+        press: magnitude of the vector sum of the normal forces [N]: less than ``force`` where the points face apart, as those of a
+            wedge do; None where it was not measured.
     """
 
     a: str
     b: str
     force: float
     lift: float
+    press: float | None = None
+
+    @property
+    def pressed(self) -> float:
+        """Return ``press``, or ``force``, which is no less, where nobody measured it [N]."""
+        return self.force if self.press is None else self.press
 
 
 class Message(Value):
@@ -107,6 +115,9 @@ class Rollout(Value):
             that it carries, since the last tare; before the first one as ``wrench`` [N]; None where no controller ran.
         commanded: (N,) the largest force that the program told the arm to apply in force mode since the sample before [N], 0
             where it controls position; None where no controller ran.
+        payload: (N,) the mass on the flange, gripper included, that the program told the arm [kg]; None where no controller ran.
+        grip: (N,) the force that each pad was ordered to press with [N], 0 where the fingers were to open or to stay; None where no
+            controller ran.
     """
 
     world: World
@@ -128,6 +139,8 @@ class Rollout(Value):
     seen: dict[str, float] = field(default_factory=dict)
     force: Floats | None = None
     commanded: Floats | None = None
+    payload: Floats | None = None
+    grip: Floats | None = None
 
     def contact_force(self) -> Floats:
         """Return the (N,) magnitude of the contact force [N]: ``force``, or that of ``wrench`` where nobody tared a sensor."""
@@ -155,7 +168,7 @@ def _end(rollout: Rollout, name: str, before: Pose) -> Pose:
 
 
 _ARRAYS = ("times", "joints", "wrench", "opening", "lines")
-_CONTROLLED = ("force", "commanded")  # None where no controller ran
+_CONTROLLED = ("force", "commanded", "payload", "grip")  # None where no controller ran
 
 
 def save_rollout(rollout: Rollout, path: Path) -> None:
@@ -165,7 +178,7 @@ def save_rollout(rollout: Rollout, path: Path) -> None:
     pairs = sorted({(t.a, t.b) for touches in rollout.touches for t in touches})
     number = {pair: k for k, pair in enumerate(pairs)}
     rows = [
-        (k, number[t.a, t.b], t.force, t.lift) for k, touches in enumerate(rollout.touches) for t in touches
+        (k, number[t.a, t.b], t.force, t.lift, t.pressed) for k, touches in enumerate(rollout.touches) for t in touches
     ]  # fmt: skip
     header = {
         "effector": rollout.effector, "outcome": rollout.outcome, "reason": rollout.reason, "extra": rollout.extra,
@@ -178,7 +191,7 @@ def save_rollout(rollout: Rollout, path: Path) -> None:
     poses = {f"pose{k}": rows for k, rows in enumerate(rollout.poses.values())}
     poses |= {f"grains{k}": rows for k, rows in enumerate(rollout.grains.values())}
     with path.open("wb") as file:
-        np.savez(file, header=json.dumps(header), touches=np.array(rows).reshape(-1, 4), **arrays | poses)
+        np.savez(file, header=json.dumps(header), touches=np.array(rows).reshape(-1, 5), **arrays | poses)
 
 
 def load_rollout(path: Path, world: World) -> Rollout:
@@ -209,9 +222,10 @@ def _rollout(header: dict[str, Any], data: dict[str, Any], world: World) -> Roll
     import numpy as np
 
     touches: list[list[Touch]] = [[] for _ in data["times"]]
-    for sample, pair, force, lift in data["touches"].tolist():
+    controlled: dict[str, Any] = {name: data.get(name) for name in _CONTROLLED}
+    for sample, pair, *forces in data["touches"].tolist():
         a, b = header["pairs"][int(pair)]
-        touches[int(sample)].append(Touch(a, b, force, lift))
+        touches[int(sample)].append(Touch(a, b, *forces))
     return Rollout(
         world=world,
         effector=header["effector"],
@@ -225,7 +239,6 @@ def _rollout(header: dict[str, Any], data: dict[str, Any], world: World) -> Roll
         grains={name: data[f"grains{k}"] for k, name in enumerate(header.get("grains", ()))},
         sizes={name: tuple(size) for name, size in header.get("sizes", {}).items()},
         seen=header.get("seen", {}),
-        force=data.get("force"),
-        commanded=data.get("commanded"),
+        **controlled,
         **{name: data[name] for name in _ARRAYS},
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from ..base.value import Value
+from .geometry import Floats
 from .rollout import Rollout
 
 
@@ -14,7 +15,7 @@ class RunPeaks(Value):
         tool_speed: highest speed of the TCP [m/s], and ``tool_speed_line``, the line of the text that ran then.
         joint_speeds: highest of each joint [rad/s].
         lowest, highest: positions of each joint [rad].
-        force: largest contact force at the TCP [N], and ``force_line``.
+        force: largest contact force at the TCP while the program ran [N], and ``force_line``.
         commanded: largest force that the program told the arm to apply in force mode [N]; 0 for none.
     """
 
@@ -35,15 +36,32 @@ def peaks_of(rollout: Rollout) -> RunPeaks | None:
 
     if len(rollout.times) < 2 or not rollout.joints.shape[1]:
         return None
-    steps = np.diff(rollout.times)
-    tool = np.linalg.norm(np.diff(rollout.poses["effector"][:, :3], axis=0), axis=1) / steps
-    joints = np.abs(np.diff(rollout.joints, axis=0)) / steps[:, None]
-    force, lines = rollout.contact_force(), np.asarray(rollout.lines)
+    tool = np.linalg.norm(_rates(rollout.poses["effector"][:, :3], rollout.times), axis=1)
+    joints = np.abs(_rates(rollout.joints, rollout.times))
+    force, lines = force_while_running(rollout), np.asarray(rollout.lines)
     fastest, hardest, running = int(tool.argmax()), int(force.argmax()), np.flatnonzero(lines)
     commanded = 0.0 if rollout.commanded is None else float(rollout.commanded.max())
     return RunPeaks(
         float(rollout.times[running[-1]]) if len(running) else float(rollout.times[-1]),
-        float(tool[fastest]), int(lines[fastest]), tuple(joints.max(axis=0).tolist()),
+        float(tool[fastest]), int(lines[fastest + 1]), tuple(joints.max(axis=0).tolist()),
         tuple(rollout.joints.min(axis=0).tolist()), tuple(rollout.joints.max(axis=0).tolist()),
         float(force[hardest]), int(lines[hardest]), commanded,
     )  # fmt: skip
+
+
+def _rates(values: Floats, times: Floats) -> Floats:
+    """How fast values (N, n) change, over two periods: a sample is up to a control cycle late, which is 20 % of one period at 50 samples
+    and 125 cycles a second; two periods are a whole number of cycles."""
+    span = min(2, len(times) - 1)
+    rates: Floats = (values[span:] - values[:-span]) / (times[span:] - times[:-span])[:, None]
+    return rates
+
+
+def force_while_running(rollout: Rollout) -> Floats:
+    """Return the contact force at each sample (N,) [N], 0 where no line ran; a sample has the peak of the cycles before it, so the
+    program's last ones count, too."""
+    import numpy as np
+
+    running = np.asarray(rollout.lines) > 0
+    force: Floats = np.where(running | np.roll(running, 1), rollout.contact_force(), 0.0)
+    return force

@@ -69,8 +69,8 @@ def test_peaks_are_measured_where_they_are() -> None:
     run = Rollout(World(()), "arm", times, {"effector": tool}, ((),) * 5, joints, wrench, np.zeros(5), np.array([1, 2, 3, 4, 0]))
     found = peaks_of(run)
     assert found is not None
-    assert (found.tool_speed, found.tool_speed_line) == (pytest.approx(0.4), 2)
-    assert found.joint_speeds[2] == pytest.approx(3.0)
+    assert (found.tool_speed, found.tool_speed_line) == (pytest.approx(0.25), 2)
+    assert found.joint_speeds[2] == pytest.approx(1.5)
     assert (found.lowest[2], found.highest[2]) == pytest.approx((-0.1, 0.2))
     assert (found.force, found.force_line, found.seconds) == (pytest.approx(5.0), 4, pytest.approx(0.3))
 

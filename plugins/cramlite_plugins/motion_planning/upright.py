@@ -17,12 +17,13 @@ from itertools import pairwise, product
 import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import Belief, Floats, Motion, MoveJoints, MoveLinear, Place, Pose, Robot, Value
+from cramlite.model import Belief, Floats, Motion, MoveLinear, Place, Pose, Robot, Value
 from cramlite.plugin import Context, Grounding, Unresolvable
 
 from ..kinematics.kinematics import forward, well_conditioned
 from ..kinematics.timing import duration, trapezoid
 from .cartesian import JointPath, interpolate, plan_straight_line, sampled, why_no_straight_line
+from .joint_move import joint_move
 from .planner import resampled, start_blocked
 from .planning_scene import PlanningScene
 from .round_off import blend_radii
@@ -124,8 +125,8 @@ def carried(
     for goal in goals:
         eased = scene.relaxed([belief.joints, goal])
         if UprightScene(eased, carry).line_free(belief.joints, goal):
-            seconds = duration((belief.joints, goal), *pace)
-            step = MoveJoints((goal,), *pace, origin=motion.name, comment=motion.reason)
+            step = joint_move(motion, context.robot, (belief.joints, goal), pace)
+            seconds = duration((belief.joints, goal), step.speed, step.acceleration)
             yield Grounding((step,), f"one line, {seconds:.1f} s, {about}", seconds / 100, belief.moved(goal), key=f"{goal}")
             break
     yield from _over(motion, place, belief, context, carry, scene, (here, there), about, pace)
@@ -185,7 +186,8 @@ def _rounded_off(
         points += chords
     path = shortened(space, tuple(points), *pace, seed=context.seed, attempts=ATTEMPTS)
     radii, seconds = blend_radii(space, path, *pace)
-    step = MoveJoints(path[1:], *pace, radii, origin=motion.name, comment=motion.reason)
+    step = joint_move(motion, context.robot, path, pace, radii)
+    seconds *= pace[0] / step.speed
     reason = f"{len(radii)} corners, {sum(r == 0 for r in radii)} of them stops, {seconds:.1f} s, {about}"
     yield Grounding((step,), reason, 0.02 + seconds / 100, belief.moved(path[-1]), key="rounded off")
 

@@ -10,10 +10,11 @@ from typing import Any
 import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import Belief, Motion, MoveJoints, MoveLinear, Place
+from cramlite.model import TOOL_SPEED, Belief, Motion, MoveLinear, Place
 from cramlite.plugin import Answers, Context, Grounding, Unresolvable, hookimpl
 
 from ..kinematics.timing import STEADY, steady_speed
+from ..kinematics.tool_speed import KEPT
 from ..motion_planning.cartesian import line, near, why_no_straight_line
 from ..shapes.carried_along import pushed_along
 from .motion_kinds import value
@@ -35,6 +36,7 @@ def resolve_motion(motion: Motion, belief: Belief, context: Context) -> Answers:
 
 def _transfer(motion: Motion, belief: Belief, context: Context) -> Found:
     """Joint-space motion to the stand-off of a place, once per inverse solution that can go on from there."""
+    from ..motion_planning.joint_move import joint_move
     from ..motion_planning.planner import plan
     from ..motion_planning.reach import make_scene, tcp
     from ..motion_planning.space import Refusal
@@ -64,12 +66,11 @@ def _transfer(motion: Motion, belief: Belief, context: Context) -> Found:
             said = f"no path to {motion.to}: {found.reason}"
             raise Unresolvable(said, blocking=found.blocking, collision=found.collision)  # where the arm starts matters too
         end = found.points[-1]
-        step = MoveJoints(
-            found.points[1:], speed, acceleration, found.radii, origin=motion.name, comment=motion.reason
-        )  # fmt: skip
+        step = joint_move(motion, context.robot, found.points, (speed, acceleration), found.radii)
+        seconds = found.duration * speed / step.speed
         stops = sum(r == 0 for r in found.radii)
         corners = f"{len(found.radii)} corners, {stops} of them stops, " if found.radii else "one line, "
-        reason = f"{corners}{found.duration:.1f} s, {found.samples} samples, clearance kept{noted(motion)}"
+        reason = f"{corners}{seconds:.1f} s, {found.samples} samples, clearance kept{noted(motion)}"
         cost, key = attempt + found.duration / 100, f"{attempt}:{end}"
         yield Grounding((step,), reason, cost, belief.moved(end), key=key, anew=True)
         left, attempt = [g for g in goals if math.dist(g, end) > 0.1], attempt + 1
@@ -129,7 +130,8 @@ def _linear(motion: Motion, belief: Belief, context: Context) -> Found:
     pace = context.robot.pace if bare or value(motion, "paced") else 1.0
     slow, acceleration = value(motion, "speed_m_s"), (pace if bare else math.sqrt(pace)) * value(motion, "acceleration_m_s2")
     fast = max(slow, value(motion, "free_m_s")) if pace > 1.0 else slow
-    speed = steady_speed(context.robot, points, here.distance(target)[0], pace * fast, slow)
+    quick = min(pace * fast, max(slow, KEPT * TOOL_SPEED))
+    speed = steady_speed(context.robot, points, here.distance(target)[0], quick, slow)
     step = MoveLinear(target, speed, acceleration, points[-1], origin=motion.name, comment=motion.reason)
     reason = f"straight {1000 * here.distance(target)[0]:.0f} mm, free of collision{noted(motion)}"
     after = pushed_along(belief, place).moved(points[-1])

@@ -19,7 +19,7 @@ from cramlite.plugin import Context, Unresolvable
 
 from ..shapes.bounds import centre_of_mass
 from .motion_kinds import LIMIT
-from .ontology_limits import lowest
+from .ontology_limits import Knowing, lowest
 
 GRAVITY = 9.81
 MARGIN = 2.5
@@ -121,16 +121,22 @@ def _doubt(grip: Grip, force: float) -> str:
 def _limit(grip: Grip, context: Context, because: tuple[str, ...]) -> tuple[float, str]:
     """The most that a pad may press [N], and why: the gripper's most, or what the thing bears."""
     low, high = grip.gripper.force
-    limits = [(high, f"the most of gripper '{grip.gripper.type}'")]
-    if (said := lowest([grip.thing], "cram:maximumGripForce", context)) is not None:
-        limits.append((said.value, str(said)))
-    if (own := grip.thing.max_grip_force) is not None:
-        limits.append((own, f"the max_grip_force of '{grip.thing.name}'"))
-    limit, why = min(limits, key=lambda x: x[0])
+    borne = most_borne(grip.thing, context)
+    limit, why = min((high, f"the most of gripper '{grip.gripper.type}'"), borne or (math.inf, ""), key=lambda x: x[0])
     if limit < low:
         reason = f"the gripper presses with {low:.0f} N at least, more than {limit:g} N: {why}"
         raise Unresolvable(reason, because, {"least_N": low, "limit_N": limit}, blocking=())
     return limit, why
+
+
+def most_borne(thing: Thing, context: Knowing) -> tuple[float, str] | None:
+    """Return the most that each pad may press a thing with [N], and who says so; None where nobody does."""
+    limits = list[tuple[float, str]]()
+    if (said := lowest([thing], "cram:maximumGripForce", context)) is not None:
+        limits.append((said.value, str(said)))
+    if thing.max_grip_force is not None:
+        limits.append((thing.max_grip_force, f"the max_grip_force of '{thing.name}'"))
+    return min(limits, key=lambda x: x[0], default=None)
 
 
 def _too_weak(grip: Grip, limit: float, why: str, because: tuple[str, ...]) -> Unresolvable:

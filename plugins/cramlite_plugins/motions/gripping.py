@@ -156,13 +156,21 @@ def fallen(belief: Belief, pose: Pose) -> Pose:
     return Pose((*pose.position[:2], height - lowest(thing, pose)), pose.quaternion) if math.isfinite(height) else pose
 
 
+def _hanging(belief: Belief) -> Iterator[tuple[float, Pose]]:
+    """The held thing and what is in or on it: mass [kg] and pose in the frame of the TCP; nothing where a joint carries them."""
+    if (held := belief.held) is None or belief.world.thing(held.thing).joint is not None:
+        return
+    yield load(belief.world.thing(held.thing)), held.tcp_to_thing
+    for name, estimate in held.carries.items():
+        yield load(belief.world.thing(name)), held.tcp_to_thing * estimate.pose
+
+
 def _payload(motion: Motion, belief: Belief, context: Context) -> Found:
-    """Gripper and held thing: the mass, and the common centre of gravity in the flange frame."""
+    """Gripper, held thing and what that carries: the mass, and the common centre of gravity in the flange frame."""
     gripper = context.robot.gripper
     mass, moment = gripper.mass, gripper.mass * np.array([0.0, 0.0, gripper.tcp.position[2] / 2])
-    if belief.held:
-        carried = load(belief.world.thing(belief.held.thing))
-        moment = moment + carried * np.array((gripper.tcp * belief.held.tcp_to_thing).position)
+    for carried, pose in _hanging(belief):
+        moment = moment + carried * np.array((gripper.tcp * pose).position)
         mass += carried
     if mass > context.robot.payload:
         load_of = [n for n, v in context.bindings.items() if belief.held and v == belief.held.thing]

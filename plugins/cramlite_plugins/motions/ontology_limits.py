@@ -12,7 +12,7 @@ from collections.abc import Iterable, Iterator
 from msgspec.structs import replace
 
 from cramlite.model import Belief, Motion, Thing, Value, thing_of
-from cramlite.plugin import Context
+from cramlite.plugin import Candidate, Context
 
 from .motion_kinds import KINDS, value
 
@@ -23,6 +23,9 @@ LIMITS = {
 }  # fmt: skip
 """Parameter -> the property that lowers it: forces to a highest value, rates to a share."""
 MASS = "cram:minimumMass"
+
+Knowing = Context | Candidate
+"""What has the taxonomy that limits are looked up in: a motion that is planned, or a program that is judged."""
 
 
 class Known(Value):
@@ -43,7 +46,7 @@ class Known(Value):
         return f"{self.of} is a {self.said_of}: {self.source}"
 
 
-def known(class_: str, property_: str, context: Context, of: str = "") -> Known | None:
+def known(class_: str, property_: str, context: Knowing, of: str = "") -> Known | None:
     """What the nearest class says of a property; None if nothing is said."""
     for said_of, said in context.taxonomy.restrictions_on(class_, property_):
         if isinstance(said.filler, float):
@@ -52,7 +55,7 @@ def known(class_: str, property_: str, context: Context, of: str = "") -> Known 
     return None
 
 
-def classes(thing: Thing, context: Context) -> Iterator[str]:
+def classes(thing: Thing, context: Knowing) -> Iterator[str]:
     """Yield the class of a thing, and those that it belongs to by its mass: what is on rails or a hinge is carried by them."""
     yield thing.type
     if thing.joint is not None:
@@ -63,7 +66,7 @@ def classes(thing: Thing, context: Context) -> Iterator[str]:
             yield name
 
 
-def lowest(things: Iterable[Thing], property_: str, context: Context) -> Known | None:
+def lowest(things: Iterable[Thing], property_: str, context: Knowing) -> Known | None:
     """Return the smallest value of a property among things; None if nothing is said."""
     found = [
         k for t in things for c in classes(t, context)

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator
 from itertools import pairwise
 
-from cramlite.model import Belief, Motion, MoveJoints
+from cramlite.model import Belief, Motion
 from cramlite.plugin import Answers, Context, Grounding, Unresolvable, hookimpl
 
 from .motion_kinds import value
@@ -22,6 +22,7 @@ def _tilt(motion: Motion, belief: Belief, context: Context) -> Iterator[Groundin
     """To the end of the path ("tilted"), or back to its beginning ("upright")."""
     from ..kinematics.timing import leading
     from ..motion_planning.cartesian import plan_straight_line
+    from ..motion_planning.joint_move import joint_move
     from ..motion_planning.reach import make_scene
     from ..motion_planning.round_off import blend_radii
     from ..motion_planning.space import Refusal
@@ -41,6 +42,7 @@ def _tilt(motion: Motion, belief: Belief, context: Context) -> Iterator[Groundin
     speed = value(motion, "speed_rad_s") * turned / angle
     acceleration = value(motion, "acceleration_rad_s2")
     radii, seconds = blend_radii(scene, points, speed, acceleration)
-    step = MoveJoints(tuple(points[1:]), speed, acceleration, radii, origin=motion.name, comment=motion.reason)
+    step = joint_move(motion, context.robot, points, (speed, acceleration), radii)
+    seconds *= speed / step.speed
     reason = f"{math.degrees(angle):.0f} deg about the rim in {seconds:.1f} s, {len(radii)} corners rounded"
     yield Grounding((step,), reason, 0.0, belief.moved(points[-1]), key="tilt")

@@ -1,4 +1,4 @@
-"""Validators of joint limits, joint speeds and singularities, before and after the text ran."""
+"""Validators of joint limits and singularities, before and after the text ran."""
 
 from __future__ import annotations
 
@@ -13,7 +13,6 @@ from .task_times import task_at
 
 LOOK = 0.1  # between samples that are looked at [s]
 PASSING = 0.8  # of what is kept where it stops: free motions are planned without looking at it
-OVERSHOOT = 1.05  # measured speeds may exceed the limit by this factor: the position servo lags, then catches up
 
 
 class JointLimits(Value):
@@ -45,25 +44,6 @@ def _targets(step: AnyStep) -> tuple[Joints, ...]:
     return (joints,) if joints else ()
 
 
-class JointSpeeds(Value):
-    """Check that the arm stayed within its joint limits and speeds while the text ran."""
-
-    name: str = "joint_speeds"
-    cost: Cost = "rollout"
-
-    def check(self, candidate: Candidate) -> Iterator[Finding]:
-        rollout, robot = candidate.rollout, candidate.robot
-        if rollout is None or len(rollout.times) < 2:
-            return
-        speeds = np.abs(np.diff(rollout.joints, axis=0)) / np.diff(rollout.times)[:, None]
-        shares = speeds.max(axis=0) / np.array(robot.velocity)
-        k = int(np.argmax(shares))
-        reason = f"{robot.joints[k]} at most {speeds[:, k].max():.2f} rad/s of {robot.velocity[k]:.2f} rad/s"
-        yield Finding(
-            self.name, bool(shares[k] <= OVERSHOOT), reason, float(speeds[:, k].max()), robot.velocity[k], "rad/s"
-        )
-
-
 class Singularities(Value):
     """Check that the arm kept its distance from singularities while the text ran, if it must keep one (``Robot.conditioning``)."""
 
@@ -87,4 +67,4 @@ class Singularities(Value):
 
 @hookimpl
 def validators() -> Iterable[Validator]:
-    return [JointLimits(), JointSpeeds(), Singularities()]
+    return [JointLimits(), Singularities()]

@@ -6,16 +6,16 @@ from collections.abc import Iterable, Iterator
 
 import numpy as np
 
-from cramlite.model import Value
+from cramlite.model import Value, force_while_running
 from cramlite.plugin import Candidate, Cost, Finding, Validator, hookimpl
 
 from .collision import Collision
+from .contact_force import force_limits, task_forces
 from .grips import grips, slip
 from .swings import declared
 from .task_times import inner_tasks, task_at
 
 SLIP = 0.012  # a held thing may settle this far between the pads [m]: half the pad width of a 2F-85
-STOPPED = 1.15  # a program that stops at its task's force limit has gone beyond it by then: 28.3 N at 25 N, measured
 
 
 class Execution(Value):
@@ -48,16 +48,13 @@ class ForcePeak(Value):
     def check(self, candidate: Candidate) -> Iterator[Finding]:
         rollout = candidate.rollout
         assert rollout is not None
-        running = rollout.lines > 0
-        if not running.any():
+        if not (rollout.lines > 0).any():
             return
-        running = running | np.roll(running, 1)  # a sample has the peak of the cycles before it, the program's last ones too
-        force, tasks = np.where(running, rollout.contact_force(), 0.0), inner_tasks(candidate)
-        limits = {task: _limit(candidate, task) for task in set(tasks)}
-        k = int(np.argmax([f / limits[task][0] for f, task in zip(force, tasks, strict=True)]))
-        limit, whose = limits[tasks[k]]
-        reason = f"peak {force[k]:.1f} N at {rollout.times[k]:.1f} s, limit {limit:g} N {whose}"
-        yield Finding(self.name, bool(force[k] <= limit), reason, float(force[k]), limit, "N", tasks[k])
+        force, limits = force_while_running(rollout), force_limits(candidate)
+        k = int(np.argmax(force / limits.most))
+        limit = float(limits.most[k])
+        reason = f"peak {force[k]:.1f} N at {rollout.times[k]:.1f} s, limit {limit:.4g} N {limits.source[k]}"
+        yield Finding(self.name, bool(force[k] <= limit), reason, float(force[k]), limit, "N", limits.tasks[k])
 
 
 class CommandedForce(Value):
@@ -71,22 +68,12 @@ class CommandedForce(Value):
         assert rollout is not None
         if rollout.commanded is None or not rollout.commanded.any():
             return
-        tasks, own = inner_tasks(candidate), {name: a.force for name, a in candidate.allowances.items()}
-        limits = [own.get(task) or program.force_limit for task in tasks]
-        k = int(np.argmax(rollout.commanded / np.array(limits)))
-        force, limit = float(rollout.commanded[k]), limits[k]
-        whose = f"of {tasks[k]}" if own.get(tasks[k]) else program.force_limit_source
+        tasks, own = inner_tasks(candidate), task_forces(candidate)
+        k = int(np.argmax(rollout.commanded / np.array([min(own[task].most, program.force_limit) for task in tasks])))
+        force, allowed = float(rollout.commanded[k]), own[tasks[k]]
+        limit, whose = min((allowed.most, allowed.source), (program.force_limit, program.force_limit_source))
         reason = f"told the arm to apply {force:.1f} N at {rollout.times[k]:.1f} s, limit {limit:g} N {whose}"
         yield Finding(self.name, force <= limit, reason, force, limit, "N", tasks[k])
-
-
-def _limit(candidate: Candidate, task: str) -> tuple[float, str]:
-    """The force limit of a task [N], and whose it is. A program that stops at its task's limit has gone beyond it by then."""
-    program = candidate.program
-    own = candidate.allowances[task].force if task in candidate.allowances else None
-    if own is None or own * STOPPED >= program.force_limit:
-        return program.force_limit, program.force_limit_source
-    return own * STOPPED, f"of {task} ({own:g} N, and {STOPPED - 1:.0%} while it stops)"
 
 
 class GraspSlip(Value):

@@ -52,7 +52,7 @@ def test_a_rollout_survives_its_file(tmp_path: Path) -> None:
     save_rollout(CALM, tmp_path / "rollout.npz")
     read = load_rollout(tmp_path / "rollout.npz", CALM.world)
     assert read.touches == CALM.touches and read.messages == CALM.messages and read.outcome == CALM.outcome
-    for name in ("times", "joints", "wrench", "opening", "lines", "force"):
+    for name in ("times", "joints", "wrench", "opening", "lines", "force", "commanded", "payload", "grip"):
         assert np.array_equal(getattr(read, name), getattr(CALM, name))
     assert read.poses.keys() == CALM.poses.keys()
     half = (tmp_path / "rollout.npz").read_bytes()[:900]

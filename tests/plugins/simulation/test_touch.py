@@ -120,3 +120,19 @@ def test_sockets_lead_to_the_gripper_only() -> None:
     bad = script('  socket_open("192.168.1.5", 30002)')
     assert bad.outcome == "error"
     assert "192.168.1.5:30002 refused" in bad.reason
+
+
+def test_what_arm_and_gripper_were_told_is_recorded() -> None:
+    grip = SetGripper(opening=0.0, speed=0.1, force=60, expect="object", origin="grip")
+    load = SetPayload(mass=UR5E.gripper.mass + 0.8, center=(0.0, 0.0, 0.12))
+    rollout = run(
+        go(down(0.55, 0.1, 0.22)), MoveLinear(target=down(0.55, 0.1, 0.13), speed=0.2, acceleration=1.0), grip, load,
+        MoveLinear(target=down(0.55, 0.1, 0.2), speed=0.1, acceleration=1.0), replace(grip, opening=0.085, force=20.0, expect="none"),
+    )  # fmt: skip
+    assert rollout.payload is not None and rollout.grip is not None
+    assert sorted(set(np.round(rollout.payload[1:], 6).tolist())) == pytest.approx([UR5E.gripper.mass, UR5E.gripper.mass + 0.8])
+    held = np.flatnonzero(np.diff(rollout.payload) > 0)[-1]
+    assert rollout.grip[held + 5] == pytest.approx(60.0, abs=0.5) and rollout.grip[0] == 0.0 and rollout.grip[-1] == 0.0
+    pads = [t for t in rollout.touches[held + 5] if t.a.startswith("effector/")]
+    assert pads and all(t.press is not None and t.pressed <= t.force + 1e-6 for t in pads)
+    assert max(t.pressed for t in pads) == pytest.approx(60.0, rel=0.05)

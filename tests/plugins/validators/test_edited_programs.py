@@ -103,6 +103,7 @@ def test_limits_are_the_scenarios_and_are_kept_to_the_last_digit(name: str) -> N
     assert "of the scenario" in objections(replace(ran, limits=outside))[judge]
 
 
+LOADED = "set_target_payload(1.125,"
 LOWER, MOVE = "0.03, 0.01, 3.0, 9.0", "movej(placing_3_putting_down_transfer_joints, a=1.4, v=1.05)"
 
 
@@ -110,14 +111,55 @@ LOWER, MOVE = "0.03, 0.01, 3.0, 9.0", "movej(placing_3_putting_down_transfer_joi
     ("judge", "old", "inside", "outside", "says"),
     [
         ("execution", LOWER, "0.025, 0.01, 3.0, 9.0", "0.01, 0.01, 3.0, 9.0", "3.Placing/PuttingDown/lower: no contact within 0.01 m"),
-        ("force_peak", LOWER, "0.03, 0.01, 35.0, 9.0", "0.03, 0.01, 55.0, 9.0", "limit 60 N of robot 'ur5e'"),
-        ("joint_speeds", MOVE, MOVE.replace("1.4, v=1.05", "5.0, v=3.1"), MOVE.replace("1.4, v=1.05", "8.0, v=3.1"), "of 3.14 rad/s"),
+        ("force_peak", LOWER, "0.03, 0.01, 20.0, 9.0", "0.03, 0.01, 35.0, 9.0", "of every task that declares none"),
+        ("tool_speed", MOVE, MOVE.replace("1.4, v=1.05", "8.0, v=2.4"), MOVE.replace("1.4, v=1.05", "8.0, v=2.8"), "of 1.5 m/s"),
+        ("payload", LOADED, "set_target_payload(1.18,", "set_target_payload(4.0,", "they were 1.12 kg"),
     ],
 )
 def test_one_number_makes_the_difference(judge: str, old: str, inside: str, outside: str, says: str) -> None:
     good = proven("placing")
     assert against(good, replaced(good, (old, inside))) == {}
     assert says in against(good, replaced(good, (old, outside)))[judge]
+
+
+def test_a_payload_that_is_told_a_little_late_is_harmless() -> None:
+    good = proven("placing")
+    assert good.code is not None
+    comment = "  # 1.Grasping/payload: the arm now carries the object\n"
+    late = replaced(good, (comment, "  sleep(0.3)\n"))
+    assert LOADED in late.split("sleep(0.3)\n")[1] and against(good, late) == {}
+
+
+def test_no_thing_is_gripped_harder_than_it_bears() -> None:
+    good, close = proven("placing"), "move_gripper(255, 157, 33,"
+    bearing = replace(good.world, things=tuple(replace(t, max_grip_force=60.0) if t.name == "block" else t for t in good.world.things))
+    for register, passes in ((33, True), (47, True), (48, False), (255, False)):
+        said = against(good, replaced(good, (close, close.replace("33", str(register)))), bearing)
+        assert ("grip_limits" not in said) is passes
+        assert passes or "limit 60 N (the max_grip_force of 'block')" in said["grip_limits"]
+
+
+def test_what_was_put_down_is_not_pressed_from_above() -> None:
+    good = proven("placing")
+    assert good.code is not None
+    (back,) = (t for t in good.code.text.splitlines() if t.lstrip().startswith("movel(placing_3_retracting_back_pose"))
+    shut = '  move_gripper(255, 157, 0, "any", 3.0, "press")'
+    for force, passes in ((5.0, True), (54.0, False)):
+        press = f'  move_until_contact([0.0, 0.0, -1.0], 0.12, 0.01, {force}, 12.0, "contact", "press")'
+        said = against(good, replaced(good, (back, "\n".join((back, shut, press, back)))))
+        assert ("force_peak" not in said) is passes and "execution" not in said
+        assert passes or "N of every task that declares none" in said["force_peak"]
+
+
+def test_joints_turn_no_faster_than_they_can() -> None:
+    good = proven("parking_arms")
+    park = "parking_arms_2_park_joints = [2.8186, -1.7747, 1.578, -1.3741, -1.5708, 1.2478]"
+    move = "movej(parking_arms_2_park_joints, a=1.4, v=1.05)"
+    for speed, passes in ((3.2, True), (3.5, False)):
+        turn = (park, park.replace("1.2478", "-1.7522")), (move, move.replace("a=1.4, v=1.05", f"a=8.0, v={speed}"))
+        said = against(good, replaced(good, *turn))
+        assert ("joint_speeds" not in said) is passes
+        assert passes or ("wrist_3 at most" in said["joint_speeds"] and "of 3.14 rad/s" in said["joint_speeds"])
 
 
 def test_who_does_not_let_go_has_put_nothing_down() -> None:

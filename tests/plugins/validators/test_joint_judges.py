@@ -8,12 +8,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
 from properties import examples
-from short_runs import COUNT, STEP, good, only
+from short_runs import COUNT, STEP, good, only, posed
 
 from cramlite.model import AnyStep, Fallback, Joints, MoveJoints, MoveLinear, Pose, SetGripper, Wait
 from cramlite.plugin import Candidate
 from cramlite_plugins.robots.ur5e import UR5E
-from cramlite_plugins.validators.limits import JointLimits, JointSpeeds, Singularities, validators
+from cramlite_plugins.validators import speeds
+from cramlite_plugins.validators.limits import JointLimits, Singularities, validators
+from cramlite_plugins.validators.speeds import JointSpeeds, ToolSpeed
 
 LOW, HIGH = UR5E.limits[3]
 
@@ -33,14 +35,27 @@ def to(*path: Joints) -> MoveJoints:
 
 
 def turned(speed: float, joint: int = 0, sample: int = 40) -> Candidate:
-    """The run in which a joint goes once from one sample to the next, at a speed [rad/s]."""
+    """The run in which a joint turns for two periods, at a speed [rad/s]."""
     joints = np.tile(UR5E.home, (COUNT, 1))
-    joints[sample:, joint] += speed * STEP
+    joints[sample, joint] += speed * STEP
+    joints[sample + 1 :, joint] += 2 * speed * STEP
     return good(joints=joints)
 
 
+def led(speed: float) -> Candidate:
+    """The run in which the tool goes on for two periods while it lifts, at a speed [m/s]."""
+    base = good().rollout
+    assert base is not None
+    hand = base.poses["effector"].copy()
+    hand[:, :3] = hand[0, :3]
+    hand[40, 0] += speed * STEP
+    hand[41:, 0] += 2 * speed * STEP
+    return posed(effector=hand)
+
+
 def test_all_of_them_are_asked() -> None:
-    assert [v.name for v in validators()] == ["joint_limits", "joint_speeds", "singularities"]
+    assert [v.name for v in validators()] == ["joint_limits", "singularities"]
+    assert [v.name for v in speeds.validators()] == ["joint_speeds", "tool_speed"]
 
 
 @pytest.mark.parametrize(("value", "passes"), [(HIGH - 1e-6, True), (HIGH, True), (HIGH + 1e-6, False), (LOW, True), (LOW - 1e-6, False)])
@@ -84,7 +99,7 @@ def test_at_its_speed_with_what_a_servo_overshoots_it_passes() -> None:
     """Halves of a second and of a radian, so that no digit is lost."""
     robot = replace(UR5E, velocity=(1.0, 8.0, 8.0, 8.0, 8.0, 8.0))
     joints = np.zeros((COUNT, 6))
-    joints[40:, 0] = 1.05
+    joints[40, 0], joints[41:, 0] = 1.05, 2.10
     base = good(joints=joints, times=np.arange(COUNT) * 1.0)
     assert only(JointSpeeds(), replace(base, robot=robot)).passed
 
@@ -92,18 +107,44 @@ def test_at_its_speed_with_what_a_servo_overshoots_it_passes() -> None:
 def test_each_joint_has_its_own_speed() -> None:
     robot = replace(UR5E, velocity=(1.0, 2.0, 3.0, 4.0, 5.0, 6.0))
     joints = np.tile(UR5E.home, (COUNT, 1))
-    joints[40:] += np.array([0.5, 0.5, 2.9, 0.5, 5.1, 0.5]) * STEP
+    joints[40] += np.array([0.5, 0.5, 2.9, 0.5, 5.1, 0.5]) * STEP
+    joints[41:] += np.array([0.5, 0.5, 2.9, 0.5, 5.1, 0.5]) * 2 * STEP
     found = only(JointSpeeds(), replace(good(joints=joints), robot=robot))
     assert found.passed and found.reason.startswith(f"{UR5E.joints[4]} at most 5.10 rad/s of 5.00")
+    joints[40:] = np.array(UR5E.home) + np.array([0.95, 0.5, 0.5, 0.5, 0.5, 3.0]) * STEP * np.array([[1.0], *[[2.0]] * (COUNT - 41)])
+    found = only(JointSpeeds(), replace(good(joints=joints), robot=robot))
+    assert found.passed and found.reason.startswith(f"{UR5E.joints[0]} at most 0.95 rad/s of 1.00"), "the share counts, not the speed"
 
 
 def test_a_run_of_one_sample_has_no_speed() -> None:
     base = good().rollout
     assert base is not None
     for count, findings in ((1, 0), (2, 1)):
-        short = replace(base, times=base.times[:count], joints=base.joints[:count])
-        assert len(list(JointSpeeds().check(replace(good(), rollout=short)))) == findings
-    assert list(JointSpeeds().check(replace(good(), rollout=None))) == []
+        poses = {name: rows[:count] for name, rows in base.poses.items()}
+        force = np.zeros(count)
+        short = replace(base, times=base.times[:count], joints=base.joints[:count], poses=poses, lines=base.lines[:count], force=force)
+        for judge in (JointSpeeds(), ToolSpeed()):
+            assert len(list(judge.check(replace(good(), rollout=short)))) == findings
+            assert list(judge.check(replace(good(), rollout=None))) == []
+
+
+@pytest.mark.parametrize(("speed", "passes"), [(1.49, True), (1.51, False), (20.0, False)])
+def test_the_tool_is_no_faster_than_a_controller_lets_it(speed: float, passes: bool) -> None:
+    found = only(ToolSpeed(), led(speed))
+    assert found.passed is passes and found.value == pytest.approx(speed) and (found.limit, found.unit) == (1.5, "m/s")
+    assert found.reason == f"the tool at most {speed:.2f} m/s of 1.5 m/s (factory preset)" and found.origin == "2.PickingUp"
+
+
+def test_a_sample_that_is_a_cycle_late_is_no_speed() -> None:
+    """Samples of 20 ms of an arm that is moved every 8 ms: 2 and 3 cycles in turn, at 0.1 rad/s and 1.4 m/s."""
+    base = good().rollout
+    assert base is not None
+    times = np.arange(COUNT) * 0.02
+    late = np.ceil(times / 0.008 - 1e-9) * 0.008
+    hand = base.poses["effector"].copy()
+    hand[:, :3] = np.outer(1.4 * late, (1.0, 0.0, 0.0))
+    moved = replace(posed(effector=hand), rollout=replace(base, times=times, poses={**base.poses, "effector": hand}))
+    assert only(ToolSpeed(), moved).value == pytest.approx(1.4)
 
 
 @pytest.mark.parametrize(("elbow", "passes"), [(1.6, True), (0.02, False)])

@@ -58,7 +58,8 @@ def test_a_task_that_stops_at_its_limit_may_exceed_it_by_what_stopping_takes(new
 
 
 @pytest.mark.parametrize(("newtons", "passes"), [(60.0, True), (60.001, False)])
-def test_a_task_without_a_limit_has_the_programs(newtons: float, passes: bool) -> None:
+def test_what_is_felt_while_nothing_is_touched_has_the_programs_limit(newtons: float, passes: bool) -> None:
+    """A heavy load that is accelerated pulls at the sensor, too."""
     found = only(ForcePeak(), good(force=forced(k40=newtons)))
     assert (found.passed, found.origin, found.limit) == (passes, "2.PickingUp", 60.0)
     assert found.reason.endswith("limit 60 N of robot 'ur5e'")
@@ -94,11 +95,17 @@ def test_no_task_is_told_to_press_harder_than_its_limit(newtons: float, passes: 
     assert found.reason == f"told the arm to apply {newtons:.1f} N at 2.8 s, limit 25 N of 3.Placing/PuttingDown"
 
 
-@pytest.mark.parametrize(("newtons", "passes"), [(60.0, True), (60.001, False)])
-def test_a_task_without_a_limit_of_its_own_may_be_told_the_programs(newtons: float, passes: bool) -> None:
+@pytest.mark.parametrize(("newtons", "passes"), [(25.0, True), (25.001, False)])
+def test_a_task_that_declares_no_force_may_be_told_as_much_as_motions_by_force_end_at(newtons: float, passes: bool) -> None:
     for sample in ("k40", "k75"):
         found = only(CommandedForce(), good(commanded=forced(**{sample: newtons, "k55": 20.0})))
-        assert (found.passed, found.limit) == (passes, 60.0) and found.reason.endswith("of robot 'ur5e'")
+        assert (found.passed, found.limit) == (passes, 25.0) and found.reason.endswith("limit 25 N of every task that declares none")
+
+
+@pytest.mark.parametrize(("newtons", "passes"), [(60.0, True), (60.001, False)])
+def test_no_task_may_be_told_more_than_the_program(newtons: float, passes: bool) -> None:
+    found = only(CommandedForce(), limited(good(commanded=forced(k55=newtons)), "3.Placing/PuttingDown", 70.0))
+    assert (found.passed, found.limit) == (passes, 60.0) and found.reason.endswith("of robot 'ur5e'")
 
 
 def test_nothing_is_said_of_forces_where_none_was_commanded() -> None:
@@ -115,7 +122,7 @@ def test_what_is_held_may_settle_and_not_slip(way: float, passes: bool) -> None:
 
 
 def test_the_peak_of_commands_is_the_highest_share_of_its_own_limit() -> None:
-    assert only(CommandedForce(), good(commanded=forced(k40=55.0, k55=26.0))).value == 26.0
+    assert only(CommandedForce(), limited(good(commanded=forced(k40=24.0, k55=16.0)), "3.Placing/PuttingDown", 15.0)).value == 16.0
 
 
 def test_the_first_line_of_a_program_counts() -> None:

@@ -55,6 +55,11 @@ class GripperOrder:
         return "stopped closing" if rest > 0 else "stopped opening"
 
     @property
+    def pressing(self) -> float:
+        """The force that the fingers are ordered to press with [N]; 0 where they are to open, or to stay where they are."""
+        return self.force if self.goal < self.opening - self.tolerance else 0.0
+
+    @property
     def _stopped(self) -> bool:
         """Whether fingers that stand still have been stopped for certain, and do not only hesitate: they had begun to close, press with all
         that they are ordered to, and are not nearly closed. Fingers that open press on nothing, and creep to the end of their way."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import mujoco
 import numpy as np
 
@@ -57,8 +59,10 @@ class Contacts:
             return ()
         forces = np.concatenate(self._forces)
         # the frame's rows are the contact axes; the force is the one of the first geom on the second
-        up = np.concatenate(self._axes)[:, None, 2::3] @ forces[:, :3, None]
-        points = iter(zip(forces[:, 0].tolist(), up.ravel().tolist(), strict=True))
+        axes = np.concatenate(self._axes)
+        up = axes[:, None, 2::3] @ forces[:, :3, None]
+        pushed = (axes[:, :3] * forces[:, :1]).tolist()
+        points = iter(zip(forces[:, 0].tolist(), up.ravel().tolist(), pushed, strict=True))
         return tuple(_summed([(pair, *next(points)) for pair in named]) for named in self._named)
 
     def _listed(self, pairs: list[list[int]]) -> tuple[list[int], list[Named]]:
@@ -80,12 +84,17 @@ class Contacts:
         return owner.touch if own else str(EntityName(owner.name, owner.part))
 
 
-def _summed(points: list[tuple[Named, float, float]]) -> tuple[Touch, ...]:
-    """The touches of a sample from its contact points: names, normal force, and what the first lifts the second by [N]."""
+def _summed(points: list[tuple[Named, float, float, list[float]]]) -> tuple[Touch, ...]:
+    """The touches of a sample from its contact points: names, normal force, what the first lifts the second by [N], and the
+    vector of the normal force (3,) [N]."""
     sums: dict[tuple[str, str], list[float]] = {}
-    for (pair, flip), pushed, lift in points:
+    for (pair, flip), pushed, lift, (x, y, z) in points:
         if pushed >= WEAKEST:
-            total = sums.setdefault(pair, [0.0, 0.0])
+            total = sums.setdefault(pair, [0.0] * 5)
+            sign = -1.0 if flip else 1.0
             total[0] += pushed
-            total[1] += -lift if flip else lift
-    return tuple(Touch(a, b, f, u) for (a, b), (f, u) in sorted(sums.items()))
+            total[1] += sign * lift
+            total[2] += sign * x
+            total[3] += sign * y
+            total[4] += sign * z
+    return tuple(Touch(a, b, f, u, math.hypot(x, y, z)) for (a, b), (f, u, x, y, z) in sorted(sums.items()))

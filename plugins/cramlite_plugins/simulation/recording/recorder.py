@@ -215,6 +215,8 @@ class Peaks:
         self.wrenches: list[Floats] = []
         self.forces: list[float] = []
         self.commanded: list[float] = []
+        self.payload: list[float] = []
+        self.grip: list[float] = []
         self._peak: Applied | None = None
         self._strongest = self._force = self._wanted = 0.0
 
@@ -232,11 +234,15 @@ class Peaks:
             self.wrenches.append(self._peak.wrench)
             self.forces.append(self._force)
             self.commanded.append(self._wanted)
+            self.payload.append(arm.sensor.mass)
+            self.grip.append(arm.gripper.pressing)
             self._peak, self._strongest, self._force, self._wanted = applied, strong, force, wanted
 
     def arrays(self) -> dict[str, Floats]:
-        """Return the fields of a rollout: wrench (N, 6) [N, Nm], force (N,) [N]."""
-        fields = {"wrench": self.wrenches, "force": self.forces, "commanded": self.commanded}
+        """Return the fields of a rollout: wrench (N, 6) [N, Nm], force, commanded and grip (N,) [N], payload (N,) [kg]."""
+        fields = {
+            "wrench": self.wrenches, "force": self.forces, "commanded": self.commanded, "payload": self.payload, "grip": self.grip,
+        }  # fmt: skip
         return {name: np.array(values) for name, values in fields.items()}
 
 

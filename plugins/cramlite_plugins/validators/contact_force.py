@@ -1,0 +1,133 @@
+"""How hard each task may press or pull on something: by what it declares, else by the motions of its program, else by default."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+from cramlite.model import (
+    AnyStep,
+    CompliantSlide,
+    Floats,
+    ForceExtract,
+    ForceInsert,
+    ForceMove,
+    MoveUntilContact,
+    Rollout,
+    SpiralSearch,
+    Touch,
+    enclosing_names,
+    thing_of,
+    walk,
+)
+from cramlite.plugin import HAND, Candidate
+
+from ..motions.motion_kinds import LIMIT
+from ..motions.ontology_limits import Known, lowest
+from .grips import held_at
+from .task_times import inner_tasks
+
+GRAVITY = 9.81
+STOPPED = 1.15  # a program that stops at its task's force limit has gone beyond it by then: 28.3 N at 25 N, measured
+RISE = 750.0
+"""A guarded motion presses beyond the force that ends it by so much of its speed [N s/m]: one that ends at 3 N peaks at 9 N with 10 mm/s
+and at 18 N with 20 mm/s, in simulation."""
+IN_DOUBT = 0.2
+"""Share of a carried weight that the arm may feel though it was told that: masses are in doubt by this (``ErrorModel``)."""
+SPREAD = 2
+"""Samples before and after a contact that count as such: a sample has the peak of the cycles before it, and the sensor lags by 16 ms."""
+
+Forced = ForceMove | SpiralSearch | ForceInsert | ForceExtract | CompliantSlide
+
+
+class TaskForce(NamedTuple):
+    """The most that a task may press or pull with [N], who says so, and whether a task's own declaration does."""
+
+    most: float
+    source: str
+    declared: bool = False
+
+
+def task_forces(candidate: Candidate) -> dict[str, TaskForce]:
+    """Return of each task of a program what it may press with; the program's own limit is above all of them."""
+    steps = _steps(candidate)
+    names = {"", *(a.name for a in (*candidate.actions, *candidate.parts))}
+    return {name: _of(name, candidate, steps.get(name, ())) for name in names}
+
+
+def _of(name: str, candidate: Candidate, steps: Iterable[AnyStep]) -> TaskForce:
+    own = candidate.allowances[name].force if name in candidate.allowances else None
+    if own is not None:
+        return TaskForce(own, f"of {name}", declared=True)
+    most = max((f for step in steps if (f := _force(step)) is not None), default=0.0)
+    if most > LIMIT.default:
+        return TaskForce(most, f"of the motions of {name}")
+    return TaskForce(LIMIT.default, "of every task that declares none")
+
+
+def _force(step: AnyStep) -> float | None:
+    """The most that a step presses with, by what ends it [N]; None where it does not feel."""
+    if isinstance(step, Forced):
+        return step.force_limit
+    return step.force + RISE * step.speed if isinstance(step, MoveUntilContact) else None
+
+
+def _steps(candidate: Candidate) -> Mapping[str, list[AnyStep]]:
+    """The steps of each task, by the innermost that they belong to."""
+    known, found = {a.name for a in (*candidate.actions, *candidate.parts)}, dict[str, list[AnyStep]]()
+    for step in walk(candidate.program.steps):
+        task = next((n for n in enclosing_names(step.origin) if n in known), "")
+        found.setdefault(task, []).append(step)
+    return found
+
+
+class ForceLimits(NamedTuple):
+    """What the arm may feel at each sample (N,) [N], whose limit that is, and the task."""
+
+    most: Floats
+    source: list[str]
+    tasks: list[str]
+
+
+def force_limits(candidate: Candidate) -> ForceLimits:
+    """Return what the arm may feel at each sample: what its task may press with while something is touched, else the program's limit.
+
+    A task that declares a force has that all through. What is carried may be heavier than believed; what bears little lowers the limit.
+    """
+    program, rollout, tasks = candidate.program, candidate.rollout, inner_tasks(candidate)
+    assert rollout is not None
+    own, fragile, held = task_forces(candidate), _fragile(candidate), held_at(rollout)
+    weights = {t.name: GRAVITY * (t.mass or 0.0) for t in candidate.world.things if t.joint is None}
+    most, source = np.full(len(tasks), program.force_limit), [program.force_limit_source] * len(tasks)
+    for k, touched in enumerate(_touched(rollout, held)):
+        force = own[tasks[k]]
+        if not touched and not force.declared:
+            continue
+        limit, whose = STOPPED * force.most, f"{force.source} ({force.most:g} N, and {STOPPED - 1:.0%} while it stops)"
+        least = min((fragile[one] for one in touched if one in fragile), key=lambda known: known.value, default=None)
+        if least is not None and least.value < force.most:
+            limit, whose = STOPPED * least.value, f"{least} ({least.value:g} N, and {STOPPED - 1:.0%} while it stops)"
+        limit += 0.0 if force.declared else IN_DOUBT * weights.get(held[k], 0.0)
+        if limit < program.force_limit:
+            most[k], source[k] = limit, whose
+    return ForceLimits(most, source, tasks)
+
+
+def _fragile(candidate: Candidate) -> dict[str, Known]:
+    """What things bear that bear little, as far as an ontology says so."""
+    said = {t.name: lowest([t], "cram:maximumForce", candidate) for t in candidate.world.things}
+    return {name: known for name, known in said.items() if known is not None}
+
+
+def _touched(rollout: Rollout, held: list[str]) -> Iterator[set[str]]:
+    """What meets at each sample, a little before and after it: something, and the hand or what it holds; empty where nothing does."""
+    met = [_met(touches, {HAND, one} - {""}) for touches, one in zip(rollout.touches, held, strict=True)]
+    for k in range(len(met)):
+        yield set[str]().union(*met[max(0, k - SPREAD) : k + SPREAD + 1])
+
+
+def _met(touches: Iterable[Touch], hand: set[str]) -> set[str]:
+    pairs = [{HAND if thing_of(one) == "effector" else thing_of(one) for one in (t.a, t.b)} for t in touches]
+    return set[str]().union(*(pair - {HAND} for pair in pairs if len(pair & hand) == 1))

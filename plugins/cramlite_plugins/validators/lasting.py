@@ -1,0 +1,22 @@
+"""What lasts: the least of something over a time, so that what was more for a moment only does not count."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from cramlite.model import Floats
+
+
+def lasting(values: Floats, times: Floats, seconds: float) -> Floats:
+    """Return the least value from each sample on for a time (M,); of a run that is shorter, 0 once.
+
+    Args:
+        values, times: (N,), evenly sampled.
+    """
+    from numpy.lib.stride_tricks import sliding_window_view
+
+    if len(times) < 2 or times[-1] - times[0] < seconds:
+        return np.zeros(1)
+    count = 1 + round(seconds / float(times[1] - times[0]))
+    least: Floats = sliding_window_view(values, count).min(axis=1)
+    return least

@@ -1,0 +1,136 @@
+"""What the arm is told that hangs on its flange, against what does: the gripper, and what is believed of a thing in the hand."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from cramlite.model import Floats, Rollout, Thing, Touch, Value, thing_of
+from cramlite.plugin import HAND, Candidate, Cost, Finding, Validator, hookimpl
+
+from ..motions.grip_force import load
+from .grips import Grip, grips
+from .lasting import lasting
+from .task_times import task_at
+
+TELLING = 1.0
+"""The arm is told so long after pads closed on a thing, or opened, at the latest [s]: gripper and program take 0.1 to 0.4 s."""
+SHARE, LEAST = 0.1, 0.1
+"""What is told may be off by this share, or by so many [kg], if that is more: half of what masses are in doubt by (``ErrorModel``); a third
+of the 3 N by which a guarded motion knows a contact."""
+ALONG = 0.03
+"""What is carried in or on a thing shifts in its frame by less than this [m]."""
+
+
+class Hanging(NamedTuple):
+    """The least and the most that hangs on the flange at each sample (N,) [kg], and what that is."""
+
+    least: Floats
+    most: Floats
+    what: list[str]
+
+
+class Payload(Value):
+    """Check that the arm is told what hangs on its flange, in time."""
+
+    name: str = "payload"
+    cost: Cost = "rollout"
+
+    def check(self, candidate: Candidate) -> Iterator[Finding]:
+        rollout = candidate.rollout
+        assert rollout is not None
+        if rollout.payload is None:
+            return
+        if not rollout.payload.any():
+            yield self._never(candidate)
+            return
+        hanging = hanging_on(candidate)
+        share = lasting(_share(rollout.payload, hanging), rollout.times, TELLING)
+        k = int(np.argmax(share))
+        limit, passed = float(_slack(hanging.most[k])), bool(share[k] <= 1.0)
+        off, when = float(share[k] * limit), f"at {rollout.times[k]:.1f} s, and still {TELLING:g} s later"
+        wrong = f"the arm was told that {rollout.payload[k]:.2f} kg hang on it {when}, and {hanging.what[k]}"
+        reason = f"{'the arm was told what hangs on it' if passed else wrong}: off by {off:.2f} kg, limit {limit:.2f} kg"
+        yield Finding(self.name, passed, reason, off, limit, "kg", task_at(candidate, k), places=False)
+
+    def _never(self, candidate: Candidate) -> Finding:
+        """A text that says nothing leaves the controller what it was set to; one that was written to say it does not."""
+        said, wanted = "the text tells the arm no payload", candidate.program.mass
+        if wanted > 0:
+            return Finding(self.name, False, f"{said}; the program that was proven begins with {wanted:.2f} kg", places=False)
+        return Finding(self.name, True, f"{said}; its controller reckons with what it is set to")
+
+
+def _slack(mass: Floats | float) -> Floats:
+    """By how much what is told may be off [kg]."""
+    return np.maximum(LEAST, SHARE * np.asarray(mass))
+
+
+def _share(told: Floats, hanging: Hanging) -> Floats:
+    """How far what is told is off, as a share of what it may be off by; 0 until something is told."""
+    off = np.maximum(np.maximum(hanging.least - told, told - hanging.most), 0.0) / _slack(hanging.most)
+    off[: int(np.argmax(told > 0))] = 0.0
+    return np.asarray(off)
+
+
+def hanging_on(candidate: Candidate) -> Hanging:
+    """Return what hangs on the flange at each sample. What stands on something hangs there with any part of its weight, and a vessel is
+    full or empty."""
+    rollout, mass = candidate.rollout, candidate.robot.gripper.mass
+    assert rollout is not None
+    count = len(rollout.times)
+    least, most, what = np.full(count, mass), np.full(count, mass), [f"it was the gripper's {mass:.2f} kg"] * count
+    for grip in (g for g in grips(rollout) if rollout.world.thing(g.thing).joint is None):  # a joint carries what it moves
+        carried = [_believed(candidate, name) for name in (grip.thing, *_along(rollout, grip))]
+        empty, full = (sum(weigh(t) for t in carried) for weigh in (_empty, load))
+        said = f"they were {mass + full:.2f} kg, the gripper's and those of {', '.join(repr(t.name) for t in carried)}"
+        for k in range(grip.first, grip.last + 1):
+            stands = _stands(rollout.touches[k], {t.name for t in carried})
+            least[k], most[k], what[k] = mass + (0.0 if stands else empty), mass + full, said
+    return Hanging(least, most, what)
+
+
+def _believed(candidate: Candidate, name: str) -> Thing:
+    """A thing as it is believed to be; as it is, where nobody knows of it."""
+    assert candidate.rollout is not None
+    return next(t for w in (candidate.world, candidate.rollout.world) for t in w.things if t.name == name)
+
+
+def _empty(thing: Thing) -> float:
+    """The mass of a thing, without contents [kg]."""
+    return thing.mass or 0.0
+
+
+def _along(rollout: Rollout, grip: Grip) -> Iterator[str]:
+    """Things that go along with what is in the hand: they touch it, or one another, in the middle of the grip, and keep their place."""
+    loose = {t.name for t in rollout.world.things if t.movable and t.joint is None} - {grip.thing}
+    pairs = [frozenset({thing_of(t.a), thing_of(t.b)}) for t in rollout.touches[(grip.first + grip.last) // 2]]
+    found, new = set[str](), {grip.thing}
+    while new:
+        near = {one for pair in pairs if pair & new for one in pair & loose} - found
+        new = {one for one in near if _shift(rollout, grip, one) < ALONG}
+        found |= new
+    yield from sorted(found)
+
+
+def _shift(rollout: Rollout, grip: Grip, name: str) -> float:
+    """How far a thing got in the frame of what is in the hand, from when that was gripped until it was let go [m]."""
+    from scipy.spatial.transform import Rotation
+
+    rows = [grip.first, grip.last]
+    held, other = rollout.poses[grip.thing][rows], rollout.poses[name][rows]
+    local = Rotation.from_quat(held[:, 3:], scalar_first=True).inv().apply(other[:, :3] - held[:, :3])
+    return float(np.linalg.norm(local[1] - local[0]))
+
+
+def _stands(touches: Iterable[Touch], carried: set[str]) -> bool:
+    """Whether something beside the hand touches what is carried."""
+    pairs = ({HAND if thing_of(one) == "effector" else thing_of(one) for one in (t.a, t.b)} for t in touches)
+    return any(pair & carried and pair - carried - {HAND} for pair in pairs)
+
+
+@hookimpl
+def validators() -> list[Validator]:
+    return [Payload()]
