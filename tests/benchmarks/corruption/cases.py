@@ -73,3 +73,8 @@ def _chosen(rules: tuple[Rule, ...] | list[Rule], count: int, seed: int) -> list
             if turn < len(bases) and len(found) < count:
                 found.append(Case(rule, bases[(k + turn) % len(bases)], 0, seed))
     return found
+
+
+def rules_named(name: str) -> tuple[Rule, ...]:
+    """Return a set of rules: "open", "sealed" or "all"."""
+    return RULES[name]

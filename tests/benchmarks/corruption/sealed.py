@@ -84,7 +84,7 @@ def _squeezed(ready: Ready, draw: Random) -> str:
 def _furniture(ready: Ready, draw: Random) -> str:
     """Closed fingers press on the place, 80 mm beside what was put there."""
     at, side = tracks.end(ready.run, ready.base.held), draw.choice((-1, 1))
-    lines = pressed([at[0] + 0.085 * side, at[1], at[2] + 0.06, *ready.release[3:]], draw.uniform(30, 50), 0.14)
+    lines = pressed([at[0] + 0.085 * side, at[1], at[2] - 0.06, *ready.release[3:]], draw.uniform(30, 50), 0.2)
     return ready.script.after("Retracting/back", lines).text
 
 
@@ -239,7 +239,7 @@ CORRUPTIONS: tuple[Rule, ...] = (
     rule("placed_twice", "B", "it is taken and put down again", "shelf stack fragile", _placed_twice, held_again,
          "Placing Retracting ParkingArms", times=2),
     rule("tasks_swapped", "B", "two tasks have changed places", "basket fetch drawer hang", _swapped,
-         lambda s: fell(s) or differs(s) or held_again(s), "order Retracting Ungrasping Releasing Closing", times=2),
+         lambda s: fell(s) or differs(s) or held_again(s), "order Retracting Ungrasping Releasing Closing", times=1),
     rule("task_deleted", "C", "a task is gone", "placed dropped hang push shake slide", _task_deleted, differs, ". left gone no"),
     rule("hand_left_inside", "C", "the hand stays in the container", "basket fetch drawer", _hand_left_inside, _inside,
          "Retracting ParkingArms Closing left gone no", times=1),

@@ -75,14 +75,14 @@ def moved(at: Pose, to: Pose, lift: float = 0.1, by: float = 0.002) -> Lines:
 
 
 def pressed(at: Pose, force: float, depth: float = 0.12) -> Lines:
-    """Press closed fingers down, from ``depth`` over a point, until it pushes back [N]."""
+    """Press closed fingers down, from ``depth`` over a point, until it pushes back [N]; then rise and open them."""
     down = f'  move_until_contact([0.0, 0.0, -1.0], {depth:.3f}, 0.02, {force:.1f}, 15.0, "any", "press")'
-    return fingers(SHUT), go(above(at, depth)), down, go(above(at, depth), 0.1)
+    return fingers(SHUT), go(above(at, depth)), down, go(above(at, depth), 0.1), fingers(0)
 
 
 def shoved(start: Pose, end: Pose, speed: float = 0.05) -> Lines:
-    """Move closed fingers low along a line, from above and back up."""
-    return fingers(SHUT), go(above(start, 0.2)), go(start, 0.1), go(end, speed), go(above(end, 0.2), 0.1)
+    """Move closed fingers low along a line, from above and back up; then open them."""
+    return fingers(SHUT), go(above(start, 0.2)), go(start, 0.1), go(end, speed), go(above(end, 0.2), 0.1), fingers(0)
 
 
 def leaning(pose: Pose, angle: float, axis: Sequence[float]) -> list[float]:
