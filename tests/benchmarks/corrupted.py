@@ -26,16 +26,20 @@ HERE = Path(__file__).parent
 
 def names(options: argparse.Namespace) -> list[str]:
     """Cases to be judged: each base as it is, and its edited programs."""
-    chosen = fixed(options.seed) if options.fixed else tuple(cases(RULES[options.rules], options.seed))
-    chosen = distinct((c for c in chosen if not options.base or c.base in options.base), options.work)
+    asked = fixed() if options.fixed else tuple(cases(RULES[options.rules], options.seed))
+    of_base = (c for c in asked if not options.base or c.base in options.base)
+    chosen = distinct((c for c in of_base if not options.rule or c.rule.name in options.rule), options.work)
     return [*(f"{UNCHANGED}/{b}/0" for b in dict.fromkeys(c.base for c in chosen)), *(c.name for c in chosen)]
 
 
 def record(options: argparse.Namespace, found: list[Answer]) -> bytes:
     """Write down what was asked, of which code, and every answer."""
-    commit = subprocess.run(["git", "-C", str(HERE), "rev-parse", "HEAD"], capture_output=True, text=True, check=False).stdout.strip()
+    commit = subprocess.run(
+        ["git", "-C", str(HERE), "rev-parse", "HEAD"], capture_output=True, text=True, check=False
+    ).stdout.strip()
     facts = {
-        "commit": commit, "seed": options.seed, "rules": "fixed" if options.fixed else options.rules, "seen": not any(a.sealed for a in found),
+        "commit": commit, "seed": options.seed, "rules": "fixed" if options.fixed else options.rules,
+        "seen": not any(a.sealed for a in found),
         "cpu_seconds": sum(a.seconds for a in found), "answers": found,
     }  # fmt: skip
     return msgspec.json.format(msgspec.json.encode(facts))
@@ -46,9 +50,14 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--rules", choices=sorted(RULES), default="open")
     parser.add_argument("--fixed", action="store_true", help="only the forty of the test suite")
-    parser.add_argument("--base", action="append", choices=[b.name for b in BASES], help="only this one; may be given several times")
+    parser.add_argument(
+        "--base", action="append", choices=[b.name for b in BASES], help="only this one; may be given several times"
+    )
+    parser.add_argument("--rule", action="append", help="only this one; may be given several times")
     parser.add_argument("--seed", type=int, default=1, help="of the numbers in the edits")
-    parser.add_argument("--work", type=Path, default=Path("runs/corrupted"), help="folder for resolved bases and answers")
+    parser.add_argument(
+        "--work", type=Path, default=Path("runs/corrupted"), help="folder for resolved bases and answers"
+    )
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--out", type=Path, help="write all answers to this JSON file")
     options = parser.parse_args()
@@ -57,9 +66,16 @@ def main() -> None:
     found = []
     for one in answers(wanted, options.rules, options.seed, options.work, options.workers):
         found.append(one)
-        print(f"{len(found)} of {len(wanted)}: {one.case}: {'passed' if one.passed else one.error or 'refused'}", flush=True)
+        print(
+            f"{len(found)} of {len(wanted)}: {one.case}: {'passed' if one.passed else one.error or 'refused'}",
+            flush=True,
+        )
     print(page([a for a in found if not a.case.startswith(UNCHANGED)]))
-    print("\n".join(f"base refused: {a.base}: {a.reasons}" for a in found if a.case.startswith(UNCHANGED) and not a.passed))
+    print(
+        "\n".join(
+            f"base refused: {a.base}: {a.reasons}" for a in found if a.case.startswith(UNCHANGED) and not a.passed
+        )
+    )
     if options.out:
         options.out.write_bytes(record(options, found))
 

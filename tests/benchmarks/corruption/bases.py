@@ -42,7 +42,9 @@ class Base(Value):
     suffix: str = "script"
 
 
-def _base(name: str, held: str, place: str, stranger: str, is_a: str, scenario: str = "", suffix: str = "script") -> Base:
+def _base(
+    name: str, held: str, place: str, stranger: str, is_a: str, scenario: str = "", suffix: str = "script"
+) -> Base:
     return Base(name, held, place, stranger, frozenset(is_a.split()), scenario or name, suffix)
 
 
@@ -138,5 +140,16 @@ def _resolve(base: Base, folder: Path) -> None:
     import sys
 
     file = SCENARIOS / f"{base.scenario}.yaml"
-    command = [sys.executable, "-m", "cramlite", "resolve", str(file), "--twins", "0", "--no-report", "--out", str(folder)]
+    command = [
+        sys.executable,
+        "-m",
+        "cramlite",
+        "resolve",
+        str(file),
+        "--twins",
+        "0",
+        "--no-report",
+        "--out",
+        str(folder),
+    ]
     subprocess.run(command, check=True, capture_output=True)

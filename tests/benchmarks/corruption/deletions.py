@@ -28,7 +28,9 @@ def _last_step_deleted(ready: Ready, draw: Random) -> str:
 def _step_deleted(ready: Ready, draw: Random) -> str:
     """Any step that moves arm or fingers is deleted."""
     script = ready.script
-    moving = [o for o in script.origins() if any(word in line for line in script.code(o) for word in ("move", "force_"))]
+    moving = [
+        o for o in script.origins() if any(word in line for line in script.code(o) for word in ("move", "force_"))
+    ]
     name = draw.choice(moving)
     return script.without(name, draw.choice((0, -1))).text
 
@@ -42,7 +44,9 @@ def _token(ready: Ready, draw: Random) -> str:
         return script.coded(name, code[: draw.randint(1, 4)]).text
     variable = script.variables("back_pose")[-1]
     start = _before_the_end(ready)
-    return script.with_numbers(variable, lambda pose: [*(a + share * (b - a) for a, b in zip(start, pose[:3], strict=True)), *pose[3:]]).text
+    end = script.numbers(variable)
+    short = [*(a + share * (b - a) for a, b in zip(start, end[:3], strict=True)), *end[3:]]
+    return script.with_numbers(variable, lambda _: short).text
 
 
 def _before_the_end(ready: Ready) -> list[float]:
@@ -76,10 +80,31 @@ def _value(seen: Seen) -> float:
 
 
 RULES: tuple[Rule, ...] = (
-    rule("last_step_deleted", "C", "the last step of a task is gone", "placed drawer basket fetch hang pour door knob push",
-         _last_step_deleted, differs, "back Retracting Closing Pouring Opening TurningOn left gone Pushing"),
-    rule("step_deleted", "C", "a step is gone", "placed dropped joint push slide hang", _step_deleted, differs,
-         ". / left gone no"),
-    rule("token_retreat", "C", "the last retreat is a few millimetres long", "drawer pour push fetch basket hang knob", _token, differs,
-         "back Retracting Closing Pouring Pushing TurningOn left"),
-)  # fmt: skip
+    rule(
+        "last_step_deleted",
+        "C",
+        "the last step of a task is gone",
+        "placed drawer basket fetch hang pour door knob push",
+        _last_step_deleted,
+        differs,
+        "back Retracting Closing Pouring Opening TurningOn left gone Pushing",
+    ),
+    rule(
+        "step_deleted",
+        "C",
+        "a step is gone",
+        "placed dropped joint push slide hang",
+        _step_deleted,
+        differs,
+        ". / left gone no",
+    ),
+    rule(
+        "token_retreat",
+        "C",
+        "the last retreat is a few millimetres long",
+        "drawer pour push fetch basket hang knob",
+        _token,
+        differs,
+        "back Retracting Closing Pouring Pushing TurningOn left",
+    ),
+)

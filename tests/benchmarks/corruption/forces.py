@@ -40,7 +40,9 @@ def _too_strong(seen: Seen) -> str:
 def pressed_down(seen: Seen) -> str:
     """Say how hard the hand pressed on what it did not hold, if with 15 N or more."""
     loose = ~tracks.held(seen.run, seen.base.held)
-    force = (tracks.press(seen.run, "effector", seen.base.held) * loose)[tracks.release(seen.run, seen.base.held) + 1 :].max(initial=0)
+    force = (tracks.press(seen.run, "effector", seen.base.held) * loose)[
+        tracks.release(seen.run, seen.base.held) + 1 :
+    ].max(initial=0)
     return f"'{seen.base.held}' was pressed with {force:.0f} N" if force > 15 else ""
 
 
@@ -50,8 +52,32 @@ def _put_down_hard(seen: Seen) -> str:
 
 
 RULES: tuple[Rule, ...] = (
-    rule("grip_too_strong", "D", "the fingers press a fragile thing hard", "fragile", _strong_grip, _too_strong, "grip N", times=5),
-    rule("press_after_release", "D", "the closed hand presses on what was put down", "placed", _pressed_after, pressed_down,
-         "N Retracting ParkingArms"),
-    rule("hard_put_down", "D", "it is pressed on its place with ten times the force", "placed", _put_hard, _put_down_hard, "N PuttingDown"),
-)  # fmt: skip
+    rule(
+        "grip_too_strong",
+        "D",
+        "the fingers press a fragile thing hard",
+        "fragile",
+        _strong_grip,
+        _too_strong,
+        "grip N",
+        times=5,
+    ),
+    rule(
+        "press_after_release",
+        "D",
+        "the closed hand presses on what was put down",
+        "placed",
+        _pressed_after,
+        pressed_down,
+        "N Retracting ParkingArms",
+    ),
+    rule(
+        "hard_put_down",
+        "D",
+        "it is pressed on its place with ten times the force",
+        "placed",
+        _put_hard,
+        _put_down_hard,
+        "N PuttingDown",
+    ),
+)

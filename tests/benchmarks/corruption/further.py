@@ -6,15 +6,15 @@ from random import Random
 
 from . import tracks
 from .bases import Ready
-from .order import fell, held_again, not_where_it_was, opening
+from .order import held_again, not_where_it_was, opening
 from .rule import Rule, Seen, rule
 from .snippets import above, aside, excursion, go, leaning, wait
 from .strangers import stranger_moved
 
 
 def _from_high(ready: Ready, draw: Random) -> str:
-    """The fingers open 60 to 150 mm higher over a container."""
-    higher = draw.uniform(0.06, 0.15)
+    """The fingers open 150 to 300 mm higher over a container."""
+    higher = draw.uniform(0.15, 0.3)
     script = ready.script
     lines = [go(above(script.numbers(script.variables("ungrasping_._lower_pose")[0]), higher), 0.1)]
     return script.coded("Ungrasping/lower", lines).text
@@ -39,9 +39,14 @@ def _turned_back(ready: Ready, draw: Random) -> str:
     code = list(script.code(step))
     moves = [line for line in code if "movel(" in line]
     stop = draw.randint(0, len(moves) - 2)
-    back = moves[stop:-1][::-1] + ([moves[0].replace("_pull_pose", "_approach_pose").replace("_turn_pose", "_approach_pose")] * (stop == 0))
+    back = moves[stop:-1][::-1] + (
+        [moves[0].replace("_pull_pose", "_approach_pose").replace("_turn_pose", "_approach_pose")] * (stop == 0)
+    )
     k = code.index(moves[-1]) + 1
-    longer = [line.replace("25.0, 8.0", "25.0, 30.0").replace("25.0, 13.0", "25.0, 40.0") for line in (*code[:k], *back, *code[k:])]
+    longer = [
+        line.replace("25.0, 8.0", "25.0, 30.0").replace("25.0, 13.0", "25.0, 40.0")
+        for line in (*code[:k], *back, *code[k:])
+    ]
     return script.coded(step, longer).text
 
 
@@ -68,6 +73,11 @@ def _let_go_leaning(ready: Ready, draw: Random) -> str:
     return ready.script.after("PuttingDown/rest", lines).text
 
 
+def _fell_deep(seen: Seen) -> str:
+    deep, before = (tracks.fell(run, seen.base.held) for run in (seen.run, seen.ready.run))
+    return f"'{seen.base.held}' fell {1000 * deep:.0f} mm" if deep > before + 0.12 else ""
+
+
 def _spilled(seen: Seen) -> str:
     count = tracks.spilled(seen.run, seen.base.held, seen.base.place)
     before = tracks.spilled(seen.ready.run, seen.base.held, seen.base.place)
@@ -76,7 +86,9 @@ def _spilled(seen: Seen) -> str:
 
 def _joint_back(seen: Seen) -> str:
     now, before = tracks.value(seen.run, seen.base.held), tracks.value(seen.ready.run, seen.base.held)
-    return f"'{seen.base.held}' was left at {now:.2f} instead of {before:.2f}" if abs(now) < 0.8 * abs(before) else ""
+    return (
+        f"'{seen.base.held}' was left at {now:.2f} instead of {before:.2f}" if abs(now) < 0.8 * abs(before) else ""
+    )
 
 
 def _fell_over(seen: Seen) -> str:
@@ -85,14 +97,60 @@ def _fell_over(seen: Seen) -> str:
 
 
 RULES: tuple[Rule, ...] = (
-    rule("dropped_from_high", "N", "it is dropped into the container from high above", "basket fetch drawer", _from_high, fell,
-         "Ungrasping basket"),
-    rule("vessel_tipped", "N", "the vessel is tipped on its way", "vessel", _tipped, _spilled, "spilled PickingUp grains Pouring Shaking"),
-    rule("turned_back", "N", "what was opened or turned is brought back", "turning", _turned_back, _joint_back, "Opening TurningOn"),
-    rule("half_open", "N", "the fingers do not let go", "placed dropped", _half_open,
-         lambda s: not_where_it_was(s) or held_again(s), "Releasing Ungrasping Placing", times=1),
-    rule("payload_hits_stranger", "N", "what is held is led through what stands there", "shelf fragile stack basket", _sweeps,
-         stranger_moved, "hit PickingUp", times=1),
-    rule("let_go_leaning", "N", "it is let go of leaning, and falls over", "shelf fragile stack", _let_go_leaning, _fell_over,
-         "Releasing Placing"),
-)  # fmt: skip
+    rule(
+        "dropped_from_high",
+        "N",
+        "it is dropped into the container from high above",
+        "basket fetch drawer",
+        _from_high,
+        _fell_deep,
+        "Ungrasping basket",
+    ),
+    rule(
+        "vessel_tipped",
+        "N",
+        "the vessel is tipped on its way",
+        "vessel",
+        _tipped,
+        _spilled,
+        "spilled PickingUp grains Pouring Shaking",
+    ),
+    rule(
+        "turned_back",
+        "N",
+        "what was opened or turned is brought back",
+        "turning",
+        _turned_back,
+        _joint_back,
+        "Opening TurningOn",
+    ),
+    rule(
+        "half_open",
+        "N",
+        "the fingers do not let go",
+        "placed dropped",
+        _half_open,
+        lambda s: not_where_it_was(s) or held_again(s),
+        "Releasing Ungrasping Placing",
+        times=1,
+    ),
+    rule(
+        "payload_hits_stranger",
+        "N",
+        "what is held is led through what stands there",
+        "shelf fragile stack basket",
+        _sweeps,
+        stranger_moved,
+        "hit PickingUp",
+        times=1,
+    ),
+    rule(
+        "let_go_leaning",
+        "N",
+        "it is let go of leaning, and falls over",
+        "shelf fragile stack",
+        _let_go_leaning,
+        _fell_over,
+        "Releasing Placing",
+    ),
+)

@@ -21,7 +21,11 @@ ALL = "shelf stack fragile lid drawer basket fetch hang shake push slide door kn
 def _comment_moved(ready: Ready, draw: Random) -> str:
     """A step's comment goes one to three lines down, within its task."""
     script = ready.script
-    places = [k for k, line in enumerate(script.lines) if STEP.match(line) and line.startswith("  #") and _room(script, k) > 0]
+    places = [
+        k
+        for k, line in enumerate(script.lines)
+        if STEP.match(line) and line.startswith("  #") and _room(script, k) > 0
+    ]
     k = draw.choice(places)
     far = draw.randint(1, min(3, _room(script, k)))
     return script.spliced(slice(k, k + 1 + far), [*script.lines[k + 1 : k + 1 + far], script.lines[k]]).text
@@ -36,7 +40,9 @@ def _reworded(ready: Ready, draw: Random) -> str:
     """What a step's comment says behind its name is written anew."""
     script = ready.script
     k = draw.choice([k for k, line in enumerate(script.lines) if STEP.match(line)])
-    return script.spliced(slice(k, k + 1), [script.lines[k].split(": ")[0] + ": as agreed with the shift leader"]).text
+    return script.spliced(
+        slice(k, k + 1), [script.lines[k].split(": ")[0] + ": as agreed with the shift leader"]
+    ).text
 
 
 def _trailing_removed(ready: Ready, draw: Random) -> str:
@@ -57,12 +63,16 @@ def _slower(ready: Ready, draw: Random) -> str:
 
 def _waits(ready: Ready, draw: Random) -> str:
     script = ready.script
-    name = draw.choice([o for o in script.origins() if o.endswith(("lift", "open", "transfer", "back", "approach", "close"))])
+    name = draw.choice(
+        [o for o in script.origins() if o.endswith(("lift", "open", "transfer", "back", "approach", "close"))]
+    )
     return script.after(name, [wait(draw.uniform(0.2, 0.8))]).text
 
 
 def _logged(ready: Ready, draw: Random) -> str:
-    name = draw.choice([o for o in ready.script.origins() if o.endswith(("lift", "open", "transfer", "back", "approach", "close"))])
+    name = draw.choice(
+        [o for o in ready.script.origins() if o.endswith(("lift", "open", "transfer", "back", "approach", "close"))]
+    )
     return ready.script.after(name, [f'  textmsg("cell 4: done with part {draw.randint(1, 99)}")']).text
 
 
@@ -81,7 +91,9 @@ def _gripped(ready: Ready, draw: Random) -> str:
     """The fingers press by 2 to 6 of 255 steps more."""
     script, name = ready.script, closing_of(ready.script)
     more = draw.randint(2, 6)
-    code = [re.sub(r"\(255, 157, (\d+)", lambda m: f"(255, 157, {int(m[1]) + more}", line) for line in script.code(name)]
+    code = [
+        re.sub(r"\(255, 157, (\d+)", lambda m: f"(255, 157, {int(m[1]) + more}", line) for line in script.code(name)
+    ]
     return script.coded(name, code).text
 
 
@@ -108,7 +120,11 @@ def as_before(within: float) -> Oracle:
         run, base, held = seen.run, seen.ready.run, seen.base.held
         if tracks.apart(run, base, held) > within or abs(tracks.turned(run, held) - tracks.turned(base, held)) > 5:
             return f"'{held}' ended elsewhere"
-        others = [t.name for t in run.world.things if t.movable and t.name != held and tracks.apart(run, base, t.name) > 0.003]
+        others = [
+            t.name
+            for t in run.world.things
+            if t.movable and t.name != held and tracks.apart(run, base, t.name) > 0.003
+        ]
         if others:
             return f"'{others[0]}' ended elsewhere"
         if any(abs(tracks.value(run, joint) - tracks.value(base, joint)) > 0.02 for joint in run.values):
@@ -121,16 +137,49 @@ def as_before(within: float) -> Oracle:
 SAME = as_before(0.008)
 
 RULES: tuple[Rule, ...] = (
-    rule("comment_moved", "H", "a comment stands some lines below", "shelf drawer hang lid", _comment_moved, SAME, times=1),
+    rule(
+        "comment_moved",
+        "H",
+        "a comment stands some lines below",
+        "shelf drawer hang lid",
+        _comment_moved,
+        SAME,
+        times=1,
+    ),
     rule("comment_reworded", "H", "a comment says something else", "stack basket pour", _reworded, SAME, times=1),
-    rule("trailing_removed", "H", "comments behind code are gone", "fetch knob shelf", _trailing_removed, SAME, times=1),
+    rule(
+        "trailing_removed",
+        "H",
+        "comments behind code are gone",
+        "fetch knob shelf",
+        _trailing_removed,
+        SAME,
+        times=1,
+    ),
     rule("blank_lines", "H", "there are more blank lines", "fragile door push", _blank_lines, SAME, times=1),
-    rule("slower", "H", "all motions are slower", "shelf stack drawer lid basket fetch knob", _slower, SAME, times=1),
+    rule(
+        "slower", "H", "all motions are slower", "shelf stack drawer lid basket fetch knob", _slower, SAME, times=1
+    ),
     rule("waits", "H", "it waits somewhere", "stack drawer fragile hang push slide", _waits, SAME, times=1),
     rule("logged", "H", "a message is written", "lid basket door shake", _logged, SAME, times=1),
     rule("renamed", "H", "a variable has another name", "shelf fetch slide knob", _renamed, SAME, times=1),
-    rule("placed_aside", "H", "it is put down some millimetres aside", "shelf stack fragile", _placed_aside, as_before(0.032)),
-    rule("gripped_more", "H", "the grip is a little stronger", "shelf stack basket drawer door", _gripped, SAME, times=1),
+    rule(
+        "placed_aside",
+        "H",
+        "it is put down some millimetres aside",
+        "shelf stack fragile",
+        _placed_aside,
+        as_before(0.032),
+    ),
+    rule(
+        "gripped_more",
+        "H",
+        "the grip is a little stronger",
+        "shelf stack basket drawer door",
+        _gripped,
+        SAME,
+        times=1,
+    ),
     rule("typed_one_line", "H", "the typed program stands on one line", "typed", _one_line, SAME, times=2),
     rule("typed_slower", "H", "the typed program is slower", "typed", _typed_slower, SAME, times=1),
 )

@@ -17,7 +17,7 @@ from cramlite.engine.judging import Judged, Purpose, judge_text
 from cramlite.plugin.catalogue import Knowledge
 from cramlite.plugin.selection import INSTALLED
 
-from .bases import BASES, Base, Ready, ready
+from .bases import BASES, Ready, ready
 from .cases import Case, cases, rules_named
 from .rule import Seen
 

@@ -30,8 +30,8 @@ def _lid_beside(ready: Ready, draw: Random) -> str:
 
 
 def _at_the_edge(ready: Ready, draw: Random) -> str:
-    """The centre of mass is 1 to 3 mm inside of the edge, or up to 3 mm outside."""
-    return put_aside(ready.script, *_towards(draw, draw.uniform(0.03, 0.038))).text
+    """The centre of mass is up to 2 mm inside of the edge, which is 35 mm from the middle, or outside."""
+    return put_aside(ready.script, *_towards(draw, draw.uniform(0.0332, 0.038))).text
 
 
 def _and_back(ready: Ready, draw: Random) -> str:
@@ -63,7 +63,9 @@ def _poured_beside(ready: Ready, draw: Random) -> str:
 def _at_the_tip(ready: Ready, draw: Random) -> str:
     """The hole is pushed on by 8 to 20 mm instead of 70."""
     depth = f"8.0, {draw.uniform(0.008, 0.02):.4f}, 0.02"
-    return ready.script.spliced(*_line(ready.script, "force_insert(insert_hole_onto_peg_3_push_frame", r"8.0, 0.070392, 0.02", depth)).text
+    return ready.script.spliced(
+        *_line(ready.script, "force_insert(insert_hole_onto_peg_3_push_frame", r"8.0, 0.070392, 0.02", depth)
+    ).text
 
 
 def _line(script: Script, start: str, old: str, new: str) -> tuple[slice, list[str]]:
@@ -75,7 +77,11 @@ def off_the_middle(seen: Seen) -> str:
     """Say how far beside the middle of its place a thing ended, if more than 20 mm."""
     a, b = tracks.end(seen.run, seen.base.held), tracks.end(seen.run, seen.base.place)
     far = ((a[0] - b[0]) ** 2 + (a[1] - b[1]) ** 2) ** 0.5
-    return f"'{seen.base.held}' ended {1000 * far:.0f} mm beside the middle of '{seen.base.place}'" if far > 0.02 else ""
+    return (
+        f"'{seen.base.held}' ended {1000 * far:.0f} mm beside the middle of '{seen.base.place}'"
+        if far > 0.02
+        else ""
+    )
 
 
 def _went_back(seen: Seen) -> str:
@@ -98,13 +104,76 @@ def not_caught(seen: Seen) -> str:
     return f"{count - there} of {count} balls are not in '{seen.base.place}'" if there < 0.9 * count else ""
 
 
+def _over_the_edge(seen: Seen) -> str:
+    """Say where it ended, if its middle is no more than 2 mm inside of the lower block's edge."""
+    a, b = tracks.end(seen.run, seen.base.held), tracks.end(seen.run, seen.base.place)
+    far = max(abs(a[0] - b[0]), abs(a[1] - b[1]))
+    return (
+        f"'{seen.base.held}' ended {1000 * far:.0f} mm beside the middle of '{seen.base.place}'"
+        if far > 0.033
+        else ""
+    )
+
+
 RULES: tuple[Rule, ...] = (
-    rule("lid_beside", "E", "the lid is let go of beside the pot's middle", "lid", _lid_beside, off_the_middle, "pot Placing", times=6),
-    rule("pushed_and_back", "E", "what was pushed is pushed back", "push", _and_back, _went_back, "Pushing Retracting", times=5),
-    rule("stack_at_edge", "E", "the centre of mass is over the edge of the lower block", "stack", _at_the_edge, off_the_middle,
-         "lower Placing", times=5),
-    rule("drawer_half_shut", "E", "the drawer is not shut", "drawer", _half_shut, still_open, "Closing drawer", times=4),
-    rule("poured_beside", "E", "the jug is turned beside the bowl", "pour", _poured_beside, not_caught, "Pouring bowl", times=2),
-    rule("hung_at_tip", "E", "the pack hangs at the peg's tip, or falls", "hang", _at_the_tip, not_where_it_was,
-         "hook peg InsertHoleOntoPeg Releasing", times=3),
-)  # fmt: skip
+    rule(
+        "lid_beside",
+        "E",
+        "the lid is let go of beside the pot's middle",
+        "lid",
+        _lid_beside,
+        off_the_middle,
+        "pot Placing",
+        times=6,
+    ),
+    rule(
+        "pushed_and_back",
+        "E",
+        "what was pushed is pushed back",
+        "push",
+        _and_back,
+        _went_back,
+        "Pushing Retracting",
+        times=5,
+    ),
+    rule(
+        "stack_at_edge",
+        "E",
+        "the centre of mass is over the edge of the lower block",
+        "stack",
+        _at_the_edge,
+        _over_the_edge,
+        "lower Placing",
+        times=5,
+    ),
+    rule(
+        "drawer_half_shut",
+        "E",
+        "the drawer is not shut",
+        "drawer",
+        _half_shut,
+        still_open,
+        "Closing drawer",
+        times=4,
+    ),
+    rule(
+        "poured_beside",
+        "E",
+        "the jug is turned beside the bowl",
+        "pour",
+        _poured_beside,
+        not_caught,
+        "Pouring bowl",
+        times=2,
+    ),
+    rule(
+        "hung_at_tip",
+        "E",
+        "the pack hangs at the peg's tip, or falls",
+        "hang",
+        _at_the_tip,
+        not_where_it_was,
+        "hook peg InsertHoleOntoPeg Releasing",
+        times=3,
+    ),
+)

@@ -37,13 +37,22 @@ def _early_open(ready: Ready, draw: Random) -> str:
     """The fingers open over the place; the motion down then expects no contact."""
     lower = ready.script.numbers(ready.script.variables("lower_pose")[0])
     lines = [go(above(lower, draw.uniform(0.03, 0.06))), fingers(WIDE), wait(0.3)]
-    return ready.script.substituted("PuttingDown/lower", '"contact"', '"any"').within("PuttingDown/lower", lines).text
+    return (
+        ready.script.substituted("PuttingDown/lower", '"contact"', '"any"').within("PuttingDown/lower", lines).text
+    )
 
 
 def _drop_and_retake(ready: Ready, draw: Random) -> str:
     grasp, lift = ready.grasp, ready.script.variables("lift_pose")[0]
     high = above(grasp, draw.uniform(0.03, 0.06))
-    lines = go(high), fingers(WIDE), wait(0.6), go(grasp, 0.1), fingers(SHUT, USUAL_GRIP), f"  movel({lift}, a=0.5, v=0.1)"
+    lines = (
+        go(high),
+        fingers(WIDE),
+        wait(0.6),
+        go(grasp, 0.1),
+        fingers(SHUT, USUAL_GRIP),
+        f"  movel({lift}, a=0.5, v=0.1)",
+    )
     return ready.script.after("PickingUp/lift", lines).text
 
 
@@ -68,8 +77,9 @@ def _retaken(ready: Ready, draw: Random) -> str:
     far = draw.uniform(0.008, 0.014) if "stack" in ready.base.is_a else draw.uniform(0.03, 0.05)
     at = ready.release
     to = aside(at, far * draw.choice((-1, 1)), 0.0)
-    again = go(at, 0.1), fingers(SHUT, USUAL_GRIP), go(above(at, 0.04), 0.1), go(above(to, 0.04)), go(above(to, 0.001), 0.05)
-    return ready.script.after("Retracting/back", (*again, fingers(WIDE), go(above(to, 0.12), 0.1))).text
+    up = go(at, 0.1), fingers(SHUT, USUAL_GRIP), go(above(at, 0.04), 0.1)
+    down = go(above(to, 0.04)), go(above(to, 0.001), 0.05), fingers(WIDE), go(above(to, 0.12), 0.1)
+    return ready.script.after("Retracting/back", (*up, *down)).text
 
 
 def _pulled_along(ready: Ready, draw: Random) -> str:
@@ -79,11 +89,14 @@ def _pulled_along(ready: Ready, draw: Random) -> str:
     return ready.script.after("Retracting/back", lines).text
 
 
-def _twice_lifted_first(ready: Ready, draw: Random) -> str:
-    """The lift stands before the grasp's closing."""
-    script = ready.script
-    closing = script.lines[script.block("Grasping/close")]
-    return script.without("Grasping/close").after(draw.choice(("PickingUp/lift", "PickingUp/lift")), closing).text
+def _lifted_last(ready: Ready, draw: Random) -> str:
+    """It is carried to its place, back to where it was to be lifted first, and to its place again; the lift may end lower."""
+    script, lift = ready.script, ready.script.variables("lift_pose")[0]
+    over = next(o for o in script.origins() if o.endswith(("PuttingDown/transfer", "Ungrasping/transfer")))
+    moved = script.lines[script.block("PickingUp/lift")]
+    less = draw.uniform(0.0, 0.03)
+    later = script.without("PickingUp/lift").after(over, moved)
+    return later.with_numbers(lift, lambda pose: above(pose, -less)).text
 
 
 def fell(seen: Seen) -> str:
@@ -106,6 +119,18 @@ def _along(seen: Seen) -> str:
     return f"'{seen.base.held}' was drawn {1000 * far:.0f} mm along what it stood on" if far > 0.05 else ""
 
 
+def _went_back(seen: Seen) -> str:
+    """Say how far from its place it was brought again, after it had been over it."""
+    way = tracks.way(seen.run, seen.base.held)[:, :2]
+    far = ((way - way[-1]) ** 2).sum(axis=1) ** 0.5
+    over = int((far < 0.05).argmax())
+    return (
+        f"'{seen.base.held}' was brought {1000 * far[over:].max():.0f} mm away again"
+        if far[over:].max() > 0.15
+        else ""
+    )
+
+
 def not_where_it_was(seen: Seen) -> str:
     """Say how far from its place the held thing ended, if more than 15 mm."""
     far = tracks.apart(seen.run, seen.ready.run, seen.base.held)
@@ -113,19 +138,81 @@ def not_where_it_was(seen: Seen) -> str:
 
 
 RULES: tuple[Rule, ...] = (
-    rule("late_open", "B", "the fingers open behind the retreat", "placed dropped hang", _late_open,
-         lambda s: fell(s) or held_again(s) or not_where_it_was(s), "Releasing Ungrasping Placing Retracting"),
-    rule("early_open", "B", "the fingers open over the place", "placed", _early_open, fell, "PuttingDown Releasing Placing"),
-    rule("drop_and_retake", "B", "it is dropped and gripped again", "lifted", _drop_and_retake, held_again, "PickingUp Grasping"),
-    rule("set_down_on_way", "B", "it is set down on the way", "shelf stack fragile basket", _set_down, held_again, "PickingUp Placing"),
-    rule("dragged_along", "B", "it is drawn along before it is lifted", "shelf stack fragile basket", _dragged, _along, "Grasping PickingUp"),
-    rule("retaken_after_placing", "B", "it is taken again and put elsewhere", "shelf stack fragile", _retaken, held_again,
-         "Placing ParkingArms Retracting"),
-    rule("pulled_along_peg", "B", "it is gripped again and pulled along its peg", "hang", _pulled_along, held_again,
-         "Retracting ParkingArms Releasing", times=4),
-    rule("lifted_before_closing", "B", "the lift stands before the grasp's end", "lifted", _twice_lifted_first, not_where_it_was,
-         "Grasping PickingUp", times=1),
-)  # fmt: skip
+    rule(
+        "late_open",
+        "B",
+        "the fingers open behind the retreat",
+        "placed dropped hang",
+        _late_open,
+        lambda s: fell(s) or held_again(s) or not_where_it_was(s),
+        "Releasing Ungrasping Placing Retracting",
+    ),
+    rule(
+        "early_open",
+        "B",
+        "the fingers open over the place",
+        "placed",
+        _early_open,
+        fell,
+        "PuttingDown Releasing Placing",
+    ),
+    rule(
+        "drop_and_retake",
+        "B",
+        "it is dropped and gripped again",
+        "lifted",
+        _drop_and_retake,
+        held_again,
+        "PickingUp Grasping",
+    ),
+    rule(
+        "set_down_on_way",
+        "B",
+        "it is set down on the way",
+        "shelf stack fragile basket",
+        _set_down,
+        held_again,
+        "PickingUp Placing",
+    ),
+    rule(
+        "dragged_along",
+        "B",
+        "it is drawn along before it is lifted",
+        "shelf stack fragile basket",
+        _dragged,
+        _along,
+        "Grasping PickingUp",
+    ),
+    rule(
+        "retaken_after_placing",
+        "B",
+        "it is taken again and put elsewhere",
+        "shelf stack fragile",
+        _retaken,
+        held_again,
+        "Placing ParkingArms Retracting",
+    ),
+    rule(
+        "pulled_along_peg",
+        "B",
+        "it is gripped again and pulled along its peg",
+        "hang",
+        _pulled_along,
+        held_again,
+        "Retracting ParkingArms Releasing",
+        times=4,
+    ),
+    rule(
+        "lift_behind_transfer",
+        "B",
+        "the lift stands behind the way to the place",
+        "shelf stack fragile basket drawer",
+        _lifted_last,
+        _went_back,
+        "order PickingUp Placing Ungrasping",
+        times=1,
+    ),
+)
 
 
 def closing_of(script: Script) -> str:

@@ -62,6 +62,8 @@ class Rule(Value):
         return bool(self.asks & base.is_a)
 
 
-def rule(name: str, group: str, says: str, asks: str, edit: Edit, oracle: Oracle, about: str = "", times: int = 2) -> Rule:
+def rule(
+    name: str, group: str, says: str, asks: str, edit: Edit, oracle: Oracle, about: str = "", times: int = 2
+) -> Rule:
     """Write a rule down; ``asks`` and ``about`` are words with spaces between."""
     return Rule(name, group, says, frozenset(asks.split()), edit, oracle, tuple(about.split()), times)

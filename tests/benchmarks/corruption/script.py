@@ -98,7 +98,11 @@ class Script(Value):
 
     def variables(self, ending: str) -> tuple[str, ...]:
         """Return the names of the poses and joint positions that end so, in their order."""
-        return tuple(m[1] for line in self.lines if (m := re.match(r"  global (\w+) = p?\[", line)) and re.search(ending + "$", m[1]))
+        return tuple(
+            m[1]
+            for line in self.lines
+            if (m := re.match(r"  global (\w+) = p?\[", line)) and re.search(ending + "$", m[1])
+        )
 
     def numbers(self, name: str) -> Numbers:
         """Return a pose or joint positions by the full name of the variable."""
@@ -120,4 +124,3 @@ class Script(Value):
 def script_of(text: str) -> Script:
     """Read a program's text."""
     return Script(tuple(text.splitlines()))
-

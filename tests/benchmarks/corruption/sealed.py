@@ -16,11 +16,9 @@ from .bases import Ready
 from .deletions import differs
 from .forces import FRAGILE
 from .further import turned_hand
-from .harmless import SAME, as_before
 from .meanings import off_the_middle, put_aside
 from .order import fell, held_again, not_where_it_was, opening
 from .rule import Rule, Seen, rule
-from .script import STEP
 from .snippets import SHUT, USUAL_GRIP, Lines, above, aside, excursion, fingers, go, pressed, shoved, wait
 from .strangers import visiting
 
@@ -43,14 +41,17 @@ def _nudged_twice(ready: Ready, draw: Random) -> Lines:
     """Two nudges; each is less than what a stranger may be moved by, both together are more."""
     at, far = ready.rest(ready.base.stranger), draw.uniform(0.0035, 0.0045)
     touch = aside(at, 0.025 + 0.012, 0.0)
-    return tuple(line for k in (1, 2) for line in shoved(aside(touch, 0.05, 0.0), aside(touch, -k * far, 0.0), 0.02))
+    return tuple(
+        line for k in (1, 2) for line in shoved(aside(touch, 0.05, 0.0), aside(touch, -k * far, 0.0), 0.02)
+    )
 
 
 def _placed_twice(ready: Ready, draw: Random) -> str:
     """It is gripped again, lifted as high as before, and put down where it stood."""
     at, high = ready.release, draw.uniform(0.06, 0.11)
-    again = go(at, 0.1), fingers(SHUT, USUAL_GRIP), go(above(at, high), 0.1), go(above(at, 0.001), 0.1), fingers(0), go(above(at, 0.12), 0.1)
-    return ready.script.after("Retracting/back", again).text
+    up = go(at, 0.1), fingers(SHUT, USUAL_GRIP), go(above(at, high), 0.1)
+    down = go(above(at, 0.001), 0.1), fingers(0), go(above(at, 0.12), 0.1)
+    return ready.script.after("Retracting/back", (*up, *down)).text
 
 
 def _swapped(ready: Ready, draw: Random) -> str:
@@ -99,7 +100,11 @@ def _beside_container(ready: Ready, draw: Random) -> str:
     script = ready.script
     lower = script.numbers(script.variables("ungrasping_._lower_pose")[0])
     side = draw.uniform(0.2, 0.24)
-    lines = go(above(lower, 0.15)), go(aside(above(lower, 0.1), 0.0, side), 0.2), go(aside(above(lower, -0.005), 0.0, side), 0.1)
+    lines = (
+        go(above(lower, 0.15)),
+        go(aside(above(lower, 0.1), 0.0, side), 0.2),
+        go(aside(above(lower, -0.005), 0.0, side), 0.1),
+    )
     return script.coded("Ungrasping/lower", lines).text
 
 
@@ -111,7 +116,9 @@ def _half_done(ready: Ready, draw: Random) -> str:
     poses = script.variables(r"(stroke|push|pull|turn)_pose(_\d)?")
     for name in poses[:-1]:
         script = script.with_numbers(name, lambda _: start)
-    return script.with_numbers(end, lambda pose: [*(a + share * (b - a) for a, b in zip(start, pose, strict=True))]).text
+    return script.with_numbers(
+        end, lambda pose: [*(a + share * (b - a) for a, b in zip(start, pose, strict=True))]
+    ).text
 
 
 def _at_stroke(ready: Ready) -> int:
@@ -129,8 +136,9 @@ def _thrown(ready: Ready, draw: Random) -> str:
     name = next(o for o in script.origins() if o.endswith("transfer") and "Grasping" not in o)
     move = script.code(name)[0].strip()
     thread = "  thread swing():", f"    {move}", "    motion_done = True", "  end"
-    lines = *thread, "  motion_done = False", "  run swing()", wait(draw.uniform(0.4, 0.7)), fingers(0), "  while not motion_done:", "    sync()", "  end"
-    return script.coded(name, lines).text.replace('"contact", "', '"any", "')
+    begun = "  motion_done = False", "  run swing()", wait(draw.uniform(0.4, 0.7)), fingers(0)
+    ended = "  while not motion_done:", "    sync()", "  end"
+    return script.coded(name, (*thread, *begun, *ended)).text.replace('"contact", "', '"any", "')
 
 
 def _rushed(ready: Ready, draw: Random) -> str:
@@ -143,46 +151,16 @@ def _rushed(ready: Ready, draw: Random) -> str:
 def _twisted(ready: Ready, draw: Random) -> str:
     """What was put down is gripped again and turned where it stands."""
     at = ready.release
-    lines = go(at, 0.1), fingers(SHUT, USUAL_GRIP), *excursion(turned_hand(draw.choice((-1, 1)) * draw.uniform(0.4, 0.7)))[:2], fingers(0)
-    return ready.script.after("Retracting/back", (*lines, "  movel(pose_add(get_actual_tcp_pose(), p[0, 0, 0.1, 0, 0, 0]), a=0.5, v=0.1)")).text
+    turn = draw.choice((-1, 1)) * draw.uniform(0.4, 0.7)
+    grip = go(at, 0.1), fingers(SHUT, USUAL_GRIP), *excursion(turned_hand(turn))[:2], fingers(0)
+    up = "  movel(pose_add(get_actual_tcp_pose(), p[0, 0, 0.1, 0, 0, 0]), a=0.5, v=0.1)"
+    return ready.script.after("Retracting/back", (*grip, up)).text
 
 
 def _payload(ready: Ready, draw: Random) -> str:
-    return ready.script.substituted("Grasping/payload", r"payload\(1\.\d+", f"payload({draw.uniform(3.5, 4.9):.3f}").text
-
-
-def _folded(ready: Ready, draw: Random) -> str:
-    """A pose stands where it is used, not in a variable."""
-    script = ready.script
-    variable = draw.choice(script.variables("(approach|lift|lower|back)_pose"))
-    line = next(line for line in script.lines if line.startswith(f"  global {variable} = "))
-    text = script.text.replace(line + "\n", "")
-    return re.sub(rf"\b{variable}\b", line.split(" = ")[1], text)
-
-
-def _longer_retreat(ready: Ready, draw: Random) -> str:
-    far = draw.uniform(0.01, 0.03)
-    return ready.script.with_numbers(ready.script.variables("back_pose")[-1], lambda pose: above(pose, far)).text
-
-
-def _via(ready: Ready, draw: Random) -> str:
-    """The lift goes on by 20 to 50 mm, and the way on begins there."""
-    lift = ready.script.numbers(ready.script.variables("lift_pose")[0])
-    return ready.script.after("PickingUp/lift", [go(above(lift, draw.uniform(0.02, 0.05)), 0.1)]).text
-
-
-def _payload_later(ready: Ready, draw: Random) -> str:
-    """The payload is told behind the wait, or the wait behind the payload: lines that do not depend on each other."""
-    code = ready.script.code("Grasping/payload", 0)
-    return ready.script.coded("Grasping/payload", [wait(draw.uniform(0.1, 0.4)), *code], 0).text
-
-
-def _step_comment_removed(ready: Ready, draw: Random) -> str:
-    """A step's comment is deleted; its code then stands under the one before."""
-    lines = ready.script.lines
-    places = [k for k, line in enumerate(lines) if STEP.match(line) and not lines[k - 1].startswith("  # ----")]
-    k = draw.choice(places)
-    return ready.script.spliced(slice(k, k + 1), ()).text
+    return ready.script.substituted(
+        "Grasping/payload", r"payload\(1\.\d+", f"payload({draw.uniform(3.5, 4.9):.3f}"
+    ).text
 
 
 def stranger_touched(seen: Seen) -> str:
@@ -216,7 +194,11 @@ def _less(seen: Seen) -> str:
 
 def _lost(seen: Seen) -> str:
     count = tracks.spilled(seen.run, seen.base.held, seen.base.place)
-    return f"{count} balls were lost" if count > tracks.spilled(seen.ready.run, seen.base.held, seen.base.place) else ""
+    return (
+        f"{count} balls were lost"
+        if count > tracks.spilled(seen.ready.run, seen.base.held, seen.base.place)
+        else ""
+    )
 
 
 def _turned(seen: Seen) -> str:
@@ -232,36 +214,155 @@ def _feels_wrong(seen: Seen) -> str:
 
 
 CORRUPTIONS: tuple[Rule, ...] = (
-    rule("stranger_shoved", "A", "closed fingers push the stranger", "stranger", visiting(_shoved), stranger_touched, times=1),
-    rule("stranger_shoved_back", "A", "it is pushed away and back", "shelf basket lid fetch hang door", visiting(_shoved_back),
-         stranger_touched, times=1),
-    rule("stranger_nudged_twice", "A", "it is nudged twice", "shelf basket fetch knob", visiting(_nudged_twice), stranger_touched, times=1),
-    rule("placed_twice", "B", "it is taken and put down again", "shelf stack fragile", _placed_twice, held_again,
-         "Placing Retracting ParkingArms", times=2),
-    rule("tasks_swapped", "B", "two tasks have changed places", "basket fetch drawer hang", _swapped,
-         lambda s: fell(s) or differs(s) or held_again(s), "order Retracting Ungrasping Releasing Closing", times=1),
-    rule("task_deleted", "C", "a task is gone", "placed dropped hang push shake slide", _task_deleted, differs, ". left gone no"),
-    rule("hand_left_inside", "C", "the hand stays in the container", "basket fetch drawer", _hand_left_inside, _inside,
-         "Retracting ParkingArms Closing left gone no", times=1),
-    rule("squeezed_again", "D", "a fragile thing is squeezed after its release", "fragile", _squeezed, _squeezed_hard, "grip N", times=4),
-    rule("furniture_pressed", "D", "the hand presses on the place", "shelf fragile", _furniture, _pressed_on, "shelf N"),
-    rule("payload_wrong", "D", "a payload is told that is not there", "shelf stack basket", _payload, _feels_wrong, "payload kg", times=2),
-    rule("off_the_edge", "E", "it is put down over the edge", "shelf fragile", _off_the_edge, off_the_middle, "shelf Placing"),
-    rule("beside_container", "E", "it is let go of beside the container", "basket fetch", _beside_container, not_where_it_was,
-         "basket Ungrasping"),
-    rule("half_done", "E", "a stroke ends early", "slide push door knob", _half_done, _less, "SlidingObject Pushing Opening TurningOn"),
-    rule("thrown", "N", "the fingers open while the arm swings", "shelf basket stack", _thrown, lambda s: fell(s) or not_where_it_was(s),
-         "Placing Ungrasping PuttingDown"),
-    rule("vessel_rushed", "N", "the vessel is swung", "vessel", _rushed, _lost, "spilled grains PickingUp Shaking Pouring"),
-    rule("twisted_after_placing", "N", "it is turned where it stands", "shelf stack fragile", _twisted, _turned, "Placing Retracting Parking"),
-)  # fmt: skip
-
-HARMLESS: tuple[Rule, ...] = (
-    rule("folded", "H", "a pose stands where it is used", "shelf drawer basket fetch door lid", _folded, SAME, times=1),
-    rule("longer_retreat", "H", "the hand retreats farther", "shelf stack lid basket", _longer_retreat, SAME, times=1),
-    rule("via_point", "H", "the way has a further point", "shelf stack basket", _via, SAME, times=1),
-    rule("payload_later", "H", "the payload is told later", "stack fragile drawer lid", _payload_later, SAME, times=1),
-    rule("step_comment_removed", "H", "a step's comment is gone", "shelf knob fetch", _step_comment_removed, as_before(0.008), times=1),
+    rule(
+        "stranger_shoved",
+        "A",
+        "closed fingers push the stranger",
+        "stranger",
+        visiting(_shoved),
+        stranger_touched,
+        times=1,
+    ),
+    rule(
+        "stranger_shoved_back",
+        "A",
+        "it is pushed away and back",
+        "shelf basket lid fetch hang door",
+        visiting(_shoved_back),
+        stranger_touched,
+        times=1,
+    ),
+    rule(
+        "stranger_nudged_twice",
+        "A",
+        "it is nudged twice",
+        "shelf basket fetch knob",
+        visiting(_nudged_twice),
+        stranger_touched,
+        times=1,
+    ),
+    rule(
+        "placed_twice",
+        "B",
+        "it is taken and put down again",
+        "shelf stack fragile",
+        _placed_twice,
+        held_again,
+        "Placing Retracting ParkingArms",
+        times=2,
+    ),
+    rule(
+        "tasks_swapped",
+        "B",
+        "two tasks have changed places",
+        "basket fetch drawer hang",
+        _swapped,
+        lambda s: fell(s) or differs(s) or held_again(s),
+        "order Retracting Ungrasping Releasing Closing",
+        times=1,
+    ),
+    rule(
+        "task_deleted",
+        "C",
+        "a task is gone",
+        "placed dropped hang push shake slide",
+        _task_deleted,
+        differs,
+        ". left gone no",
+    ),
+    rule(
+        "hand_left_inside",
+        "C",
+        "the hand stays in the container",
+        "basket fetch drawer",
+        _hand_left_inside,
+        _inside,
+        "Retracting ParkingArms Closing left gone no",
+        times=1,
+    ),
+    rule(
+        "squeezed_again",
+        "D",
+        "a fragile thing is squeezed after its release",
+        "fragile",
+        _squeezed,
+        _squeezed_hard,
+        "grip N",
+        times=4,
+    ),
+    rule(
+        "furniture_pressed",
+        "D",
+        "the hand presses on the place",
+        "shelf fragile",
+        _furniture,
+        _pressed_on,
+        "shelf N",
+    ),
+    rule(
+        "payload_wrong",
+        "D",
+        "a payload is told that is not there",
+        "shelf stack basket",
+        _payload,
+        _feels_wrong,
+        "payload kg",
+        times=2,
+    ),
+    rule(
+        "off_the_edge",
+        "E",
+        "it is put down over the edge",
+        "shelf fragile",
+        _off_the_edge,
+        off_the_middle,
+        "shelf Placing",
+    ),
+    rule(
+        "beside_container",
+        "E",
+        "it is let go of beside the container",
+        "basket fetch",
+        _beside_container,
+        not_where_it_was,
+        "basket Ungrasping",
+    ),
+    rule(
+        "half_done",
+        "E",
+        "a stroke ends early",
+        "slide push door knob",
+        _half_done,
+        _less,
+        "SlidingObject Pushing Opening TurningOn",
+    ),
+    rule(
+        "thrown",
+        "N",
+        "the fingers open while the arm swings",
+        "shelf basket stack",
+        _thrown,
+        lambda s: fell(s) or not_where_it_was(s),
+        "Placing Ungrasping PuttingDown",
+    ),
+    rule(
+        "vessel_rushed",
+        "N",
+        "the vessel is swung",
+        "vessel",
+        _rushed,
+        _lost,
+        "spilled grains PickingUp Shaking Pouring",
+    ),
+    rule(
+        "twisted_after_placing",
+        "N",
+        "it is turned where it stands",
+        "shelf stack fragile",
+        _twisted,
+        _turned,
+        "Placing Retracting Parking",
+    ),
 )
 
-RULES: tuple[Rule, ...] = tuple(replace(r, sealed=True) for r in (*CORRUPTIONS, *HARMLESS))
+RULES: tuple[Rule, ...] = tuple(replace(r, sealed=True) for r in CORRUPTIONS)

@@ -66,7 +66,13 @@ def put(at: Pose, clearance: float = 0.15, by: float = 0.002) -> Lines:
     Args:
         by: how far over the place they open [m].
     """
-    return go(above(at, max(clearance, by))), go(above(at, by), 0.1), fingers(WIDE), wait(0.5), go(above(at, max(clearance, by)), 0.1)
+    return (
+        go(above(at, max(clearance, by))),
+        go(above(at, by), 0.1),
+        fingers(WIDE),
+        wait(0.5),
+        go(above(at, max(clearance, by)), 0.1),
+    )
 
 
 def moved(at: Pose, to: Pose, lift: float = 0.1, by: float = 0.002) -> Lines:
@@ -82,7 +88,14 @@ def pressed(at: Pose, force: float, depth: float = 0.12) -> Lines:
 
 def shoved(start: Pose, end: Pose, speed: float = 0.05) -> Lines:
     """Move closed fingers low along a line, from above and back up; then open them."""
-    return fingers(SHUT), go(above(start, 0.2)), go(start, 0.1), go(end, speed), go(above(end, 0.2), 0.1), fingers(0)
+    return (
+        fingers(SHUT),
+        go(above(start, 0.2)),
+        go(start, 0.1),
+        go(end, speed),
+        go(above(end, 0.2), 0.1),
+        fingers(0),
+    )
 
 
 def leaning(pose: Pose, angle: float, axis: Sequence[float]) -> list[float]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -49,13 +50,18 @@ def _of(body: str, thing: str) -> bool:
 def press(run: Rollout, a: str, b: str) -> Any:
     """Return the force between two things, or parts of them, at each sample (N,) [N]."""
     return np.array(
-        [sum(t.force for t in ts if (_of(t.a, a) and _of(t.b, b)) or (_of(t.a, b) and _of(t.b, a))) for ts in run.touches]
+        [
+            sum(t.force for t in ts if (_of(t.a, a) and _of(t.b, b)) or (_of(t.a, b) and _of(t.b, a)))
+            for ts in run.touches
+        ]
     )
 
 
 def held(run: Rollout, thing: str) -> Any:
     """Return whether a thing was between both pads, at each sample; closed fingers that press on it do not hold it."""
-    return (press(run, "effector/left", thing) > 0) & (press(run, "effector/right", thing) > 0) & (run.opening > 0.005)
+    return (
+        (press(run, "effector/left", thing) > 0) & (press(run, "effector/right", thing) > 0) & (run.opening > 0.005)
+    )
 
 
 def holds(run: Rollout, thing: str) -> int:
@@ -67,7 +73,7 @@ def holds(run: Rollout, thing: str) -> int:
 def _closed(on: Any) -> Any:
     """Fill gaps of less than ten samples."""
     filled, k = on.copy(), np.flatnonzero(on)
-    for a, b in zip(k, k[1:], strict=False):
+    for a, b in pairwise(k):
         if b - a < 10:
             filled[a:b] = True
     return filled
@@ -127,7 +133,9 @@ def caught(run: Rollout, vessel: str, into: str) -> int:
 
 def speed(run: Rollout) -> float:
     """Return the highest speed of the tool [m/s]."""
-    return float((np.linalg.norm(np.diff(way(run, "effector"), axis=0), axis=1) / np.diff(run.times[SETTLED:])).max())
+    return float(
+        (np.linalg.norm(np.diff(way(run, "effector"), axis=0), axis=1) / np.diff(run.times[SETTLED:])).max()
+    )
 
 
 def value(run: Rollout, thing: str) -> float:

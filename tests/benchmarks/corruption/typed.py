@@ -68,7 +68,9 @@ def _payload(steps: Steps, draw: Random) -> Steps:
 
 
 def _deleted(steps: Steps, draw: Random) -> Steps:
-    steps.pop(draw.choice([k for k, s in enumerate(steps) if s["step"] not in ("ZeroSensor", "Wait", "SetPayload")]))
+    steps.pop(
+        draw.choice([k for k, s in enumerate(steps) if s["step"] not in ("ZeroSensor", "Wait", "SetPayload")])
+    )
     return steps
 
 
@@ -88,11 +90,53 @@ def told_too_much(seen: Seen) -> str:
 
 
 RULES: tuple[Rule, ...] = (
-    rule("typed_late_open", "B", "the fingers open behind the retreat", "typed", changing(_late_open), fell, "Releasing Placing", times=1),
-    rule("typed_drop_and_retake", "B", "it is dropped and gripped again", "typed", changing(_drop_and_retake), held_again, "Picking"),
-    rule("typed_retaken", "B", "it is gripped again and dropped", "typed", changing(_retaken), lambda s: held_again(s) or fell(s),
-         "Retracting Placing", times=1),
+    rule(
+        "typed_late_open",
+        "B",
+        "the fingers open behind the retreat",
+        "typed",
+        changing(_late_open),
+        fell,
+        "Releasing Placing",
+        times=1,
+    ),
+    rule(
+        "typed_drop_and_retake",
+        "B",
+        "it is dropped and gripped again",
+        "typed",
+        changing(_drop_and_retake),
+        held_again,
+        "Picking",
+    ),
+    rule(
+        "typed_retaken",
+        "B",
+        "it is gripped again and dropped",
+        "typed",
+        changing(_retaken),
+        lambda s: held_again(s) or fell(s),
+        "Retracting Placing",
+        times=1,
+    ),
     rule("typed_step_deleted", "C", "a step is gone", "typed", changing(_deleted), differs, ". no", times=4),
-    rule("typed_payload", "D", "a payload is told that is not there", "typed", changing(_payload), told_too_much, "payload kg", times=2),
-    rule("typed_half_open", "N", "the fingers do not let go", "typed", changing(_half_open), not_where_it_was, "Releasing Placing"),
-)  # fmt: skip
+    rule(
+        "typed_payload",
+        "D",
+        "a payload is told that is not there",
+        "typed",
+        changing(_payload),
+        told_too_much,
+        "payload kg",
+        times=2,
+    ),
+    rule(
+        "typed_half_open",
+        "N",
+        "the fingers do not let go",
+        "typed",
+        changing(_half_open),
+        not_where_it_was,
+        "Releasing Placing",
+    ),
+)
