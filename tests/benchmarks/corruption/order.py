@@ -23,6 +23,11 @@ def opening(ready: Ready) -> str:
     return next(o for o in script.origins() for word in ready.base.is_a & OPENS.keys() if o.endswith(OPENS[word]))
 
 
+def closing_of(script: Script) -> str:
+    """Name the step that grips what is held."""
+    return next(o for o in script.origins() if o.endswith("/close"))
+
+
 def _late_open(ready: Ready, draw: Random) -> str:
     """The line goes behind the retreat, with its comment or without; a pause stands where it was."""
     script, name = ready.script, opening(ready)
@@ -213,8 +218,3 @@ RULES: tuple[Rule, ...] = (
         times=1,
     ),
 )
-
-
-def closing_of(script: Script) -> str:
-    """Name the step that grips what is held."""
-    return next(o for o in script.origins() if o.endswith("/close"))
