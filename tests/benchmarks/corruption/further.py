@@ -38,7 +38,7 @@ def _turned_back(ready: Ready, draw: Random) -> str:
     step = next(o for o in script.origins() if o.endswith(("/pull", "/turn")))
     code = list(script.code(step))
     moves = [line for line in code if "movel(" in line]
-    stop = draw.randint(0, len(moves) - 2)
+    stop = draw.randint(0, (len(moves) - 2) // 2)
     back = moves[stop:-1][::-1] + (
         [moves[0].replace("_pull_pose", "_approach_pose").replace("_turn_pose", "_approach_pose")] * (stop == 0)
     )
@@ -87,7 +87,7 @@ def _spilled(seen: Seen) -> str:
 def _joint_back(seen: Seen) -> str:
     now, before = tracks.value(seen.run, seen.base.held), tracks.value(seen.ready.run, seen.base.held)
     return (
-        f"'{seen.base.held}' was left at {now:.2f} instead of {before:.2f}" if abs(now) < 0.8 * abs(before) else ""
+        f"'{seen.base.held}' was left at {now:.2f} instead of {before:.2f}" if abs(now) < 0.6 * abs(before) else ""
     )
 
 
@@ -110,7 +110,7 @@ RULES: tuple[Rule, ...] = (
         "vessel_tipped",
         "N",
         "the vessel is tipped on its way",
-        "vessel",
+        "pour",
         _tipped,
         _spilled,
         "spilled PickingUp grains Pouring Shaking",

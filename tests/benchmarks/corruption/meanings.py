@@ -39,9 +39,10 @@ def _and_back(ready: Ready, draw: Random) -> str:
     at, where = tracks.end(ready.run, ready.base.held), tracks.rest(ready.run, ready.base.held)
     x, y = (b - a for a, b in zip(where[:2], at[:2], strict=True))
     far = (x * x + y * y) ** 0.5
-    ahead = [at[0] + 0.09 * x / far, at[1] + 0.09 * y / far, 0.05]
+    attitude = ready.script.numbers(ready.script.variables("push_pose")[0])[3:]
+    ahead = [at[0] + 0.09 * x / far, at[1] + 0.09 * y / far, 0.05, *attitude]
     share = 0.09 - far * draw.uniform(0.5, 1.0) - 0.03
-    behind = [at[0] + share * x / far, at[1] + share * y / far, 0.05]
+    behind = [at[0] + share * x / far, at[1] + share * y / far, 0.05, *attitude]
     return ready.script.after("Retracting/back", shoved(ahead, behind)).text
 
 

@@ -165,7 +165,7 @@ RULES: tuple[Rule, ...] = (
         "drop_and_retake",
         "B",
         "it is dropped and gripped again",
-        "lifted",
+        "lifted shake",
         _drop_and_retake,
         held_again,
         "PickingUp Grasping",

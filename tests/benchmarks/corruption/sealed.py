@@ -21,6 +21,7 @@ from .order import fell, held_again, not_where_it_was, opening
 from .rule import Rule, Seen, rule
 from .snippets import SHUT, USUAL_GRIP, Lines, above, aside, excursion, fingers, go, pressed, shoved, wait
 from .strangers import visiting
+from .typed import told_too_much
 
 
 def _shoved(ready: Ready, draw: Random) -> Lines:
@@ -158,6 +159,7 @@ def _twisted(ready: Ready, draw: Random) -> str:
 
 
 def _payload(ready: Ready, draw: Random) -> str:
+    """The empty hand is said to carry 2.6 to 4 kg."""
     return ready.script.substituted(
         "Grasping/payload", r"payload\(1\.\d+", f"payload({draw.uniform(3.5, 4.9):.3f}"
     ).text
@@ -204,13 +206,6 @@ def _lost(seen: Seen) -> str:
 def _turned(seen: Seen) -> str:
     angle = tracks.spun(seen.run, seen.ready.run, seen.base.held)
     return f"'{seen.base.held}' was turned by {angle:.0f} deg" if angle > 10 else ""
-
-
-def _feels_wrong(seen: Seen) -> str:
-    if seen.run.force is None or seen.ready.run.force is None:
-        return ""
-    force = abs(seen.run.force).max() - abs(seen.ready.run.force).max()
-    return f"it felt {force:.0f} N that nothing exerts" if force > 10 else ""
 
 
 CORRUPTIONS: tuple[Rule, ...] = (
@@ -305,7 +300,7 @@ CORRUPTIONS: tuple[Rule, ...] = (
         "a payload is told that is not there",
         "shelf stack basket",
         _payload,
-        _feels_wrong,
+        told_too_much,
         "payload kg",
         times=2,
     ),
@@ -349,7 +344,7 @@ CORRUPTIONS: tuple[Rule, ...] = (
         "vessel_rushed",
         "N",
         "the vessel is swung",
-        "vessel",
+        "pour",
         _rushed,
         _lost,
         "spilled grains PickingUp Shaking Pouring",

@@ -7,7 +7,6 @@ from collections.abc import Callable
 from random import Random
 from typing import Any
 
-from . import tracks
 from .bases import Ready
 from .deletions import differs
 from .order import fell, held_again, not_where_it_was
@@ -63,7 +62,8 @@ def _retaken(steps: Steps, draw: Random) -> Steps:
 
 
 def _payload(steps: Steps, draw: Random) -> Steps:
-    steps[found(steps, "Grasping/payload")]["mass"] += draw.uniform(2.5, 3.9)
+    """The empty hand is said to carry something."""
+    steps[found(steps, "Releasing/payload")]["mass"] += draw.uniform(2.5, 3.9)
     return steps
 
 
@@ -81,11 +81,10 @@ def _half_open(steps: Steps, draw: Random) -> Steps:
 
 
 def told_too_much(seen: Seen) -> str:
-    """Say by how much what the program feels is wrong, while it carries: the weight that it was told and that is not there."""
+    """Say by how much what the program feels is wrong: the weight that it was told and that is not there."""
     if seen.run.force is None or seen.ready.run.force is None:
         return ""
-    carried = tracks.held(seen.run, seen.base.held)
-    force = abs(seen.run.force[carried]).max(initial=0) - abs(seen.ready.run.force).max()
+    force = abs(seen.run.force).max() - abs(seen.ready.run.force).max()
     return f"it felt {force:.0f} N that nothing exerts" if force > 10 else ""
 
 
