@@ -19,6 +19,7 @@ from .controller.gripper_drive import GripperDrive
 from .controller.gripper_server import GripperServer
 from .controller.protective_stop import ProtectiveStop, Safety
 from .model.compile import Compiled, compile_world, displace, unstable
+from .model.sleep import let_sleep
 from .recording.recorder import Peaks, Recorder
 from .typed_program.machine import ProgramMachine, load_program
 from .ur.functions import Functions
@@ -135,6 +136,7 @@ class _Run:
     ) -> None:
         index, off = compiled.robots[mount], compiled.world.disturbance
         displace(compiled, mount, off.links)
+        let_sleep(compiled.model)
         self.data = compiled.data()
         self.recorder = Recorder(compiled, mount, wrench=False)
         base = next(m.base for m in compiled.world.robots if m.name == mount)

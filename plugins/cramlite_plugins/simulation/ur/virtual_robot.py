@@ -11,6 +11,7 @@ from cramlite.plugin import UserError, nearest
 from ..controller.controller import Controller
 from ..controller.protective_stop import ProtectiveStop, Safety
 from ..model.compile import compile_world, displace
+from ..model.sleep import let_sleep
 from ..urscript.interpreter import Halted, Machine, Stopped, load
 from ..urscript.values import ScriptError, from_pose
 from .functions import Functions
@@ -46,6 +47,7 @@ class VirtualRobot:
         if mount not in compiled.robots:
             raise UserError(f"the world has no robot '{mount}'; {nearest(mount, compiled.robots)}")
         displace(compiled, mount, off.links)
+        let_sleep(compiled.model)
         self.compiled, self.data, self.say = compiled, compiled.data(), say
         base = next(m.base for m in world.robots if m.name == mount)
         index = compiled.robots[mount]
