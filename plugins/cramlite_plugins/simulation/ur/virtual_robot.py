@@ -11,7 +11,6 @@ from cramlite.plugin import UserError, nearest
 from ..controller.controller import Controller
 from ..controller.protective_stop import ProtectiveStop, Safety
 from ..model.compile import compile_world, displace
-from ..model.sleep import let_sleep
 from ..urscript.interpreter import Halted, Machine, Stopped, load
 from ..urscript.values import ScriptError, from_pose
 from .functions import Functions
@@ -47,13 +46,13 @@ class VirtualRobot:
         if mount not in compiled.robots:
             raise UserError(f"the world has no robot '{mount}'; {nearest(mount, compiled.robots)}")
         displace(compiled, mount, off.links)
-        let_sleep(compiled.model)
         self.compiled, self.data, self.say = compiled, compiled.data(), say
         base = next(m.base for m in world.robots if m.name == mount)
         index = compiled.robots[mount]
         self.model_name = index.robot.type.split("_")[0].upper()
         self.arm = Controller(compiled.model, self.data, index, base, Safety(), noise, seed, steps=1)
         self.arm.disturb(off)
+        self.arm.let_sleep()
         self.machine: Machine | None = None
         self.secondary: Machine | None = None
         self.stopped = ""
