@@ -4,13 +4,14 @@ MuJoCo takes the larger coefficient of two geoms, or that of the one with the hi
 without friction would be held like any other. So every pair of geoms that can meet, and whose own coefficients differ, becomes
 an explicit contact pair, with condim and solref as MuJoCo would have taken them from the two geoms. Explicit pairs pass by
 contact bits and exclusions, so these are checked here. Grains are left to MuJoCo's larger coefficient: 162 of them in a jug would
-be 6,000 pairs, and a step a third slower.
+be 6,000 pairs, and a step a third slower. So are things that nothing brings together: where sixteen vessels stand about, each with a
+friction of its own, these are 17,000 of 18,000 pairs, three quarters of a step.
 """
 
 from __future__ import annotations
 
 import itertools
-from collections.abc import Container
+from collections.abc import Container, Set
 from typing import Any
 
 from cramlite.model import Value, pair_friction
@@ -67,13 +68,14 @@ class Surface(Value):
         return alike or (self.stated and other.stated)
 
 
-def add_pairs(spec: Any, stated: Container[str] = ()) -> None:
+def add_pairs(spec: Any, stated: Container[str] = (), apart: Set[frozenset[str]] = frozenset()) -> None:
     """State the friction of every pair of pad and thing, and of thing and thing; after all geoms were added.
 
     Args:
         stated: names of geoms whose contacts a file states; two of them are left to MuJoCo's rule.
+        apart: pairs of things that nothing brings together; they are left to it, too.
     """
-    excluded = {frozenset((e.bodyname1, e.bodyname2)) for e in spec.excludes}
+    excluded = {frozenset((e.bodyname1, e.bodyname2)) for e in spec.excludes} | apart
     surfaces = [s for s in (_surface(g, stated) for g in spec.geoms) if s is not None]
     for a, b in itertools.combinations(surfaces, 2):
         if a.meets(b) and not (a.pad and b.pad) and not a.agrees(b) and frozenset((a.body, b.body)) not in excluded:
