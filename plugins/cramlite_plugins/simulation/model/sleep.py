@@ -41,8 +41,8 @@ class Sleep:
     def __init__(self, model: Model, cycle: float) -> None:
         self._model = model
         tied = model.eq_active0.astype(bool) & (model.eq_type == mujoco.mjtEq.mjEQ_TENDON)
-        trees = [] if tied.any() else np.flatnonzero(model.tree_sleep_policy == MAY)
-        self._trees = np.array(trees, dtype=int)
+        may = (model.tree_sleep_policy == MAY) & ~tied.any()
+        self._trees = np.flatnonzero(may)
         self._bodies = model.tree_bodyadr[self._trees]
         self._lever = model.dof_length[model.tree_dofadr[self._trees] + model.tree_dofnum[self._trees] - 1]
         self._every, self._cycles = max(1, round(PERIOD / cycle)), 0
