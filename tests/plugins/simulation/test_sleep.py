@@ -166,3 +166,10 @@ def test_friction_is_stated_of_what_may_meet(other: tuple[float, float, float], 
     model = compile_world(kitchen(0, there, block("other", Pose(other), size=(0.06,) * 3)), ROBOTS).model
     pairs = [{model.geom(int(model.pair_geom1[k])).name, model.geom(int(model.pair_geom2[k])).name} for k in range(model.npair)]
     assert ({"there/body/0", "other/body/0"} in pairs) == stated
+
+
+def test_fingers_have_no_pairs_with_what_no_arm_reaches() -> None:
+    near, far = block("near", Pose((0.5, 0.1, 0.04)), size=(0.06,) * 3), block("far", Pose((2.0, 0.0, 0.04)), size=(0.06,) * 3)
+    model = compile_world(kitchen(0, near, far), ROBOTS).model
+    padded = [model.geom(int(model.pair_geom2[k])).name for k in range(model.npair) if "pad" in model.geom(int(model.pair_geom1[k])).name]
+    assert {name for name in padded if name != "floor/body/0"} == {"near/body/0"}
