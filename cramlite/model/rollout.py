@@ -111,6 +111,8 @@ class Rollout(Value):
             frame; "effector/left" a pad, along its frame [m].
         seen: thing name -> when a camera first saw it [s], infinite for never; of what nobody knew at the start where it
             is (``World.poses``), so it is empty where everything is known.
+        work: thing or robot that moves -> contact points that were computed for it, on the mean of all samples: half of those between
+            two of them, none of what slept.
         force: (N,) what the program feels, URScript's ``force()``: at the TCP, without the weight of what the program says
             that it carries, since the last tare; before the first one as ``wrench`` [N]; None where no controller ran.
         commanded: (N,) the largest force that the program told the arm to apply in force mode since the sample before [N], 0
@@ -137,6 +139,7 @@ class Rollout(Value):
     grains: dict[str, Floats] = field(default_factory=dict)
     sizes: dict[str, Vector3] = field(default_factory=dict)
     seen: dict[str, float] = field(default_factory=dict)
+    work: dict[str, float] = field(default_factory=dict)
     force: Floats | None = None
     commanded: Floats | None = None
     payload: Floats | None = None
@@ -184,7 +187,7 @@ def save_rollout(rollout: Rollout, path: Path) -> None:
         "effector": rollout.effector, "outcome": rollout.outcome, "reason": rollout.reason, "extra": rollout.extra,
         "messages": [to_builtins(m) for m in rollout.messages], "pairs": pairs, "poses": list(rollout.poses),
         "values": {name: values.tolist() for name, values in rollout.values.items()},
-        "grains": list(rollout.grains), "sizes": rollout.sizes, "seen": rollout.seen,
+        "grains": list(rollout.grains), "sizes": rollout.sizes, "seen": rollout.seen, "work": rollout.work,
     }  # fmt: skip
     arrays: dict[str, Any] = {name: getattr(rollout, name) for name in _ARRAYS}
     arrays |= {name: a for name in _CONTROLLED if (a := getattr(rollout, name)) is not None}
@@ -239,6 +242,7 @@ def _rollout(header: dict[str, Any], data: dict[str, Any], world: World) -> Roll
         grains={name: data[f"grains{k}"] for k, name in enumerate(header.get("grains", ()))},
         sizes={name: tuple(size) for name, size in header.get("sizes", {}).items()},
         seen=header.get("seen", {}),
+        work=header.get("work", {}),
         **controlled,
         **{name: data[name] for name in _ARRAYS},
     )

@@ -35,6 +35,7 @@ GOALS = {
     "board_before_drawer": "of its own way 'drawer' is",
     "boxed_in": "12.93 kg on the flange, gripper included, > 5 kg that 'ur5e' carries",
     "drawer_blocked": "12.93 kg on the flange, gripper included, > 5 kg that 'ur5e' carries",
+    "kitchen_of_thirteen": "12.93 kg on the flange, gripper included, > 5 kg that 'ur5e' carries",
     "regrasp": "its outline would overlap that of 'roof'",
     "shut_below": "12.93 kg on the flange, gripper included, > 5 kg that 'ur5e' carries",
     "swap_on_shelf": "its outline would overlap that of",
@@ -120,6 +121,17 @@ def test_of_two_things_on_a_full_shelf_one_is_put_elsewhere_in_between(engine: E
 def test_ten_things_are_tidied_into_three_containers(engine: Engine) -> None:
     tasks, reasons = resolved(engine, "tidy_ten")
     assert len([t for t in tasks if t.startswith("Ungrasping")]) == 10, reasons
+
+
+@pytest.mark.heavy
+def test_four_goals_in_a_kitchen_of_thirteen_things_are_proven_in_twins_too(engine: Engine) -> None:
+    """A drawer, a stack, a container and a tray, among things that are only there and sleep."""
+    scenario, trace = read_scenario(find_scenario("kitchen/kitchen_of_thirteen")), Trace()
+    solution = next(engine.resolve(scenario, setting=engine.setting(scenario, twins=8), trace=trace), None)
+    assert solution is not None, failure_text(trace, engine.registry.faults)
+    assert len(scenario.spec.things) == 13 and len([a for a in solution.plan.actions if a.task == "soma:Grasping"]) == 4
+    rollout = solution.candidate.rollout
+    assert rollout is not None and all(rollout.work[name] == 0.0 for name in ("jug", "bowl", "mug"))
 
 
 @pytest.mark.heavy

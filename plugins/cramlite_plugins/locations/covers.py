@@ -13,7 +13,7 @@ import numpy as np
 from cramlite.model import Floats, Pose, Thing, thing_of
 
 from ..shapes import ray_casting as rays
-from ..shapes.bounds import corners
+from ..shapes.bounds import corners, near
 from .from_aside import slants
 from .place_filters import Obstacle, Wanted
 
@@ -56,6 +56,8 @@ def covers(wanted: Wanted, height: float) -> tuple[Obstacle, ...]:
     found = []
     for name in belief.poses.keys() - {thing_of(wanted.entity), wanted.thing.name}:
         thing, there = belief.world.thing(name), to * belief.pose(name)
+        if not near(thing, there, area.bounds):
+            continue
         outline = footprint(thing, there, 2 * FLAT, height)
         if outline.intersects(area) and not footprint(thing, there, -FLAT, 0.0).intersects(area):
             found.append(Obstacle(name, outline.buffer(GAP)))

@@ -26,6 +26,7 @@ TICK = 0.05
 """A position of the slider [s], in runs that are not too long for the page."""
 POSES = 150_000
 """Poses on a page at most, over all ticks and bodies: 2.8 MB."""
+LEAST = 0.01  # a smaller share of the contacts is not named
 BODIES = 40
 """Of an arm, a hand and the things that move, more or less; grains come on top."""
 
@@ -58,7 +59,21 @@ def render(done: Finished) -> str:
         "the_run", data=data, frames=filmstrip(done, tasks), plots=plots, renderer=script("scene"), bands=_bands(tasks, begin, end),
         values=[list(p.values) for p in plots], count=len(ticks), begin=begin, end=end, marks=_marks(begin, end),
         messages=rollout.messages, proven=done.proven, outcome=rollout.outcome, reason=rollout.reason,
+        work=work(rollout),
     )  # fmt: skip
+
+
+def work(rollout: Rollout) -> str:
+    """Say which things the simulation computed contacts for, in shares of all contact points, and which slept; "" where it says nothing."""
+    total = sum(rollout.work.values())
+    if not total:
+        return ""
+    shares = sorted(((points / total, name) for name, points in rollout.work.items() if points), reverse=True)
+    told = ", ".join(f"'{name}' {share:.0%}" for share, name in shares if share >= LEAST)
+    rest = sum(share for share, _ in shares if share < LEAST)
+    others = f", others {rest:.0%}" if rest else ""
+    slept = ", ".join(f"'{name}'" for name, points in rollout.work.items() if not points and name in rollout.poses)
+    return f"{total:.0f} contact points on the mean of all samples: {told}{others}" + (f"; asleep all the time: {slept}" if slept else "")
 
 
 def _tick(rollout: Rollout) -> float:

@@ -88,6 +88,29 @@ def corners(thing: Thing, pose: Pose) -> Floats:
     return np.concatenate([_corners(geom, pose) for geom in thing.geoms])
 
 
+def near(thing: Thing, pose: Pose, area: tuple[float, float, float, float]) -> bool:
+    """Check whether the ball around a thing's origin that holds it is over, in or under a rectangle; where it is not, no point of the
+    thing is.
+
+    Args:
+        pose: of the thing in the frame of the rectangle.
+        area: lowest and highest x and y of the rectangle, as (x, y, x, y) [m].
+    """
+    (x, y, _), far = pose.position, radius(thing)
+    return area[0] - far <= x <= area[2] + far and area[1] - far <= y <= area[3] + far
+
+
+def radius(thing: Thing) -> float:
+    """Radius of the ball around a thing's origin that holds it [m]."""
+    return _radius(Itself(thing.geoms))
+
+
+@lru_cache(maxsize=512)
+def _radius(geoms: Itself[tuple[Geom, ...]]) -> float:
+    """Distance of the farthest corner of a body from its origin [m]."""
+    return max(float(np.linalg.norm(_corners(geom, Pose()), axis=1).max()) for geom in geoms.it)
+
+
 def volume(geom: Geom) -> float:
     """Volume of a primitive [m3]."""
     size = geom.size

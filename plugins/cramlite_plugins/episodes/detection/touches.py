@@ -36,10 +36,12 @@ def touching_pairs(rollout: Rollout, known: set[str]) -> dict[tuple[str, str], P
     """Return the contact signals of every touching pair, in both directions: lift is what the first exerts on the second."""
     n = len(rollout.times)
     pairs: dict[tuple[str, str], Pair] = defaultdict(lambda: Pair(np.zeros(n), np.zeros(n)))
+    bodies = {v for touches in rollout.touches for t in touches for v in (t.a, t.b)}
+    names = {v: _finest(entity_of(v, rollout), known) for v in bodies}
     for k, touches in enumerate(rollout.touches):
         checkpoint()
         for touch in touches:
-            a, b = (_finest(entity_of(v, rollout), known) for v in (touch.a, touch.b))
+            a, b = names[touch.a], names[touch.b]
             for first, second, lift in ((a, b, touch.lift), (b, a, -touch.lift)):
                 pairs[first, second].force[k] += touch.force
                 pairs[first, second].lift[k] += lift

@@ -19,6 +19,7 @@ from cramlite.plugin import checkpoint
 
 from ..model.compile import unstable
 from ..model.index import RobotIndex
+from ..model.sleep import Sleep
 from .arm_errors import ArmErrors
 from .commanded_arm import CommandedArm
 from .gripper_drive import GripperDrive
@@ -105,9 +106,14 @@ class Controller(CommandedArm):
         self.watch = SafetyWatch(safety, index.robot, torques, self.period)
         self.rate, self.nothing = np.zeros(len(self.q)), np.zeros(len(self.q))
         self.freedrive = False
+        self.sleep: Sleep | None = None
         self.errors: ArmErrors | None = None
         self._wrench: Floats | None = None
         self._forget()
+
+    def let_sleep(self) -> None:
+        """Let things of the world that rest sleep from now on."""
+        self.sleep = Sleep(self.model, self.period)
 
     def disturb(self, off: Disturbance) -> None:
         """Add errors that the controller does not know of: of joints, sensor and gripper. Those of links are the model's."""
@@ -233,6 +239,8 @@ class Controller(CommandedArm):
         if self.platform is not None:
             self.platform.advance(self.period)
         self._physics(before)
+        if self.sleep is not None:
+            self.sleep.look(self.data)
         if self.platform is not None:
             self.base = self.arm.arm_at(self.platform.actual())
 

@@ -13,6 +13,7 @@ import mujoco
 from cramlite.model import Pose, Robot, RobotMount, Value, Vector3, World
 
 from .build import Carried, add_thing, attach, check, finish, is_pad, mask_robots, set_options
+from .far_apart import far_apart
 from .friction import add_pairs
 from .grains import GRAIN, add_grains, layout
 from .hand_model import HANDS, REST, HandIndex, hand_index, hand_mjcf
@@ -160,7 +161,7 @@ def _described(
         if not planning:
             add_grains(spec, thing)
     if not planning:
-        add_pairs(spec, _stated(world))
+        add_pairs(spec, _stated(world), far_apart(world, robots))
     return spec
 
 

@@ -4,7 +4,8 @@ MuJoCo takes the larger coefficient of two geoms, or that of the one with the hi
 without friction would be held like any other. So every pair of geoms that can meet, and whose own coefficients differ, becomes
 an explicit contact pair, with condim and solref as MuJoCo would have taken them from the two geoms. Explicit pairs pass by
 contact bits and exclusions, so these are checked here. Grains are left to MuJoCo's larger coefficient: 162 of them in a jug would
-be 6,000 pairs, and a step a third slower.
+be 6,000 pairs, and a step a third slower. So are things that nothing brings together: where sixteen vessels stand about, each with a
+friction of its own, these are 17,500 of 17,600 pairs, and three quarters of a step.
 """
 
 from __future__ import annotations
@@ -16,10 +17,14 @@ from typing import Any
 from cramlite.model import Value, pair_friction
 
 from .build import ROBOT, is_pad
+from .far_apart import Apart
 from .grains import GRAIN
 
 LINK = 0.0
 """Coefficient of links and finger backs, whose surface nobody states: MuJoCo's larger one is then the other's own."""
+
+
+NOTHING = Apart()
 
 
 class Surface(Value):
@@ -67,15 +72,18 @@ class Surface(Value):
         return alike or (self.stated and other.stated)
 
 
-def add_pairs(spec: Any, stated: Container[str] = ()) -> None:
+def add_pairs(spec: Any, stated: Container[str] = (), apart: Apart = NOTHING) -> None:
     """State the friction of every pair of pad and thing, and of thing and thing; after all geoms were added.
 
     Args:
         stated: names of geoms whose contacts a file states; two of them are left to MuJoCo's rule.
+        apart: what nothing brings together; it is left to that rule, too.
     """
     excluded = {frozenset((e.bodyname1, e.bodyname2)) for e in spec.excludes}
     surfaces = [s for s in (_surface(g, stated) for g in spec.geoms) if s is not None]
     for a, b in itertools.combinations(surfaces, 2):
+        if apart.never_meet(a.body, b.body, a.pad or b.pad):
+            continue
         if a.meets(b) and not (a.pad and b.pad) and not a.agrees(b) and frozenset((a.body, b.body)) not in excluded:
             _add_pair(spec, a, b)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any, NamedTuple
 
 import mujoco
 import numpy as np
@@ -10,7 +11,8 @@ import numpy as np
 from cramlite.model import EntityName, Floats, Touch
 
 from ..model.compile import Compiled
-from ..model.index import Data, Owner
+from ..model.index import Data, Model, Owner
+from ..model.sleep import awake_copy
 
 WEAKEST = 1e-3  # a contact below this normal force [N] is a gap within the contact margin, not a touch
 
@@ -18,10 +20,28 @@ Named = tuple[tuple[str, str], bool]
 """Names as a ``Touch`` has them, and whether they are the other way round than MuJoCo's geoms."""
 
 
+class _Kept(NamedTuple):
+    """Contacts that are kept of MuJoCo's list: their rows, the names of each, and the trees of bodies of its two geoms (n, 2), -1
+    for what is fixed."""
+
+    rows: list[int]
+    named: list[Named]
+    trees: Any
+
+
+class _Points(NamedTuple):
+    """Contact points of a state: names, axes (n, 9), and forces and torques along these (n, 6) [N, Nm]."""
+
+    named: list[Named]
+    axes: Floats
+    forces: Floats
+
+
 class Contacts:
     """A collector of the contacts of each sample.
 
-    Contacts within an arm or an effector, and those of grains, are left out.
+    Contacts within an arm or an effector, and those of grains, are left out. Things that sleep touch what they touched when they
+    fell asleep.
 
     Args:
         compiled: the model.
@@ -30,40 +50,48 @@ class Contacts:
 
     def __init__(self, compiled: Compiled, effector: str) -> None:
         self._model, self._owners, self._effector = compiled.model, compiled.owners, effector
-        self._known: dict[bytes, tuple[list[int], list[Named]]] = {}  # contacts last: most samples have those of one before
-        self._named: list[list[Named]] = []
-        self._axes: list[Floats] = []
-        self._forces: list[Floats] = []
+        trees = (int(compiled.model.body_treeid[i.body]) for i in compiled.things.values())
+        self._things = [tree for tree in trees if tree >= 0]
+        self._known: dict[bytes, _Kept] = {}  # contacts last: most samples have those of one before
+        self._awake: list[_Points] = []
+        self._asleep: list[tuple[Touch, ...]] = []
+        self._sleepers, self._theirs = b"", tuple[Touch, ...]()
 
     def see(self, data: Data) -> None:
         """Record the contacts of a state as one sample."""
-        contact = data.contact
-        geoms = contact.geom
-        key = geoms.tobytes()
-        if key not in self._known:
-            self._known[key] = self._listed(geoms.tolist())
-        rows, named = self._known[key]
-        forces = np.empty((len(rows), 6))
-        for row, force in zip(rows, forces, strict=True):
-            mujoco.mj_contactForce(self._model, data, row, force)
-        self._named.append(named)
-        self._axes.append(contact.frame.take(rows, axis=0))
-        self._forces.append(forces)
+        kept = self._kept(data)
+        self._awake.append(_measured(self._model, data, kept.rows, kept.named))
+        asleep = np.append(data.tree_asleep >= 0, False)
+        asleep[kept.trees] = False  # in the step in which a thing falls asleep its contacts are still listed
+        sleepers = asleep[self._things].tobytes()
+        if sleepers != self._sleepers:
+            self._sleepers = sleepers
+            self._theirs = self._between(data, asleep) if any(sleepers) else ()
+        self._asleep.append(self._theirs)
 
     def touches(self) -> tuple[tuple[Touch, ...], ...]:
         """List the touches of each sample, summed over the points of each pair.
 
         In each pair ``a`` is the effector or robot if one takes part, else the first by name.
         """
-        if not self._named:
-            return ()
-        forces = np.concatenate(self._forces)
-        # the frame's rows are the contact axes; the force is the one of the first geom on the second
-        axes = np.concatenate(self._axes)
-        up = axes[:, None, 2::3] @ forces[:, :3, None]
-        pushed = (axes[:, :3] * forces[:, :1]).tolist()
-        points = iter(zip(forces[:, 0].tolist(), up.ravel().tolist(), pushed, strict=True))
-        return tuple(_summed([(pair, *next(points)) for pair in named]) for named in self._named)
+        return tuple(_joined(own, more) for own, more in zip(_summed(self._awake), self._asleep, strict=True))
+
+    def _between(self, data: Data, asleep: Any) -> tuple[Touch, ...]:
+        """The touches of things that sleep, with each other and with what is fixed."""
+        copy = awake_copy(self._model, data)
+        kept = self._kept(copy)
+        theirs = np.flatnonzero((asleep[kept.trees] | (kept.trees < 0)).all(axis=1)).tolist()
+        points = _measured(self._model, copy, [kept.rows[k] for k in theirs], [kept.named[k] for k in theirs])
+        return _summed([points])[0]
+
+    def _kept(self, data: Data) -> _Kept:
+        """Which contacts of a state are kept."""
+        geoms = data.contact.geom
+        key = geoms.tobytes()
+        if key not in self._known:
+            rows, named = self._listed(geoms.tolist())
+            self._known[key] = _Kept(rows, named, self._model.body_treeid[self._model.geom_bodyid[geoms[rows]]])
+        return self._known[key]
 
     def _listed(self, pairs: list[list[int]]) -> tuple[list[int], list[Named]]:
         """Which of the contacts of these pairs of geoms are kept, and the names of each."""
@@ -84,7 +112,28 @@ class Contacts:
         return owner.touch if own else str(EntityName(owner.name, owner.part))
 
 
-def _summed(points: list[tuple[Named, float, float, list[float]]]) -> tuple[Touch, ...]:
+def _measured(model: Model, data: Data, rows: list[int], named: list[Named]) -> _Points:
+    """The contact points in these rows of MuJoCo's list."""
+    forces = np.empty((len(rows), 6))
+    for row, force in zip(rows, forces, strict=True):
+        mujoco.mj_contactForce(model, data, row, force)
+    return _Points(named, data.contact.frame.take(rows, axis=0), forces)
+
+
+def _summed(samples: list[_Points]) -> list[tuple[Touch, ...]]:
+    """The touches of each sample, from its contact points."""
+    if not samples:
+        return []
+    forces = np.concatenate([s.forces for s in samples])
+    # the frame's rows are the contact axes; the force is the one of the first geom on the second
+    axes = np.concatenate([s.axes for s in samples])
+    up = axes[:, None, 2::3] @ forces[:, :3, None]
+    pushed = (axes[:, :3] * forces[:, :1]).tolist()
+    points = iter(zip(forces[:, 0].tolist(), up.ravel().tolist(), pushed, strict=True))
+    return [_touches([(pair, *next(points)) for pair in s.named]) for s in samples]
+
+
+def _touches(points: list[tuple[Named, float, float, list[float]]]) -> tuple[Touch, ...]:
     """The touches of a sample from its contact points: names, normal force, what the first lifts the second by [N], and the
     vector of the normal force (3,) [N]."""
     sums: dict[tuple[str, str], list[float]] = {}
@@ -98,3 +147,8 @@ def _summed(points: list[tuple[Named, float, float, list[float]]]) -> tuple[Touc
             total[3] += sign * y
             total[4] += sign * z
     return tuple(Touch(a, b, f, u, math.hypot(x, y, z)) for (a, b), (f, u, x, y, z) in sorted(sums.items()))
+
+
+def _joined(some: tuple[Touch, ...], others: tuple[Touch, ...]) -> tuple[Touch, ...]:
+    """The touches of both, by name."""
+    return tuple(sorted((*some, *others), key=lambda t: (t.a, t.b))) if some and others else some or others

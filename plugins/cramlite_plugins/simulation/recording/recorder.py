@@ -15,6 +15,7 @@ from ..controller.force_mode import ForceMode
 from ..controller.nominal_arm import cross
 from ..model.compile import Compiled
 from ..model.index import Data, EffectorIndex, Model, RobotIndex, site_pose
+from .contact_work import ContactWork
 from .contacts import Contacts
 from .sight import Sight
 
@@ -52,7 +53,7 @@ class Recorder:
         self._tools = {"effector": self.index, **{h.name: h for h in compiled.hands if h.name != self.index.name}}
         self._bodies = np.array(_recorded_bodies(compiled, self.index), dtype=int)
         self._pads = np.array([pad for tool in self._tools.values() for pad in (*tool.left, *tool.right)], dtype=int)
-        self._contacts = Contacts(compiled, self.index.name)
+        self._contacts, self._work = Contacts(compiled, self.index.name), ContactWork(compiled)
         self.period = 1.0 / rate
         self.messages: list[Message] = []
         self._samples: list[_Sample] = []
@@ -64,6 +65,7 @@ class Recorder:
             if self._sight.seen:
                 self._sight.look(data, camera_poses(self.compiled, data), len(self._samples) * self.period)
             self._contacts.see(data)
+            self._work.see(data)
             self._samples.append(self._sample(data, line))
 
     def message(self, time: float, text: str, line: int = 0) -> None:
@@ -95,6 +97,7 @@ class Recorder:
             grains={name: bodies[:, columns, :3] for name, columns in grains.items()},
             sizes=self._sizes(),
             seen=self._sight.seen,
+            work=self._work.points(),
         )
 
     def _stacked(self, field: str, *shape: int) -> Floats:

@@ -52,6 +52,7 @@ class VirtualRobot:
         self.model_name = index.robot.type.split("_")[0].upper()
         self.arm = Controller(compiled.model, self.data, index, base, Safety(), noise, seed, steps=1)
         self.arm.disturb(off)
+        self.arm.let_sleep()
         self.machine: Machine | None = None
         self.secondary: Machine | None = None
         self.stopped = ""

@@ -1,0 +1,40 @@
+"""Whom a simulation computes contacts for: its work grows with these, faster than their number."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+import numpy as np
+
+from ..model.compile import Compiled
+from ..model.index import Data
+
+
+class ContactWork:
+    """A counter of the contact points of each sample, by whose they are.
+
+    Args:
+        compiled: the model.
+    """
+
+    def __init__(self, compiled: Compiled) -> None:
+        self._compiled = compiled
+        self._moves = (compiled.model.body_treeid >= 0)[compiled.model.geom_bodyid]
+        self._seen: Counter[bytes] = Counter()  # samples by the pairs of geoms that are listed
+
+    def see(self, data: Data) -> None:
+        """Count the contact points of a state as one sample."""
+        self._seen[np.asarray(data.contact.geom, dtype=np.int32).tobytes()] += 1
+
+    def points(self) -> dict[str, float]:
+        """Return the contact points of each thing and robot that moves, on the mean of all samples: half of those between two that move,
+        none of what sleeps. Grains count as what they fill."""
+        owners, moves = self._compiled.owners, self._moves
+        found = {o.name: 0.0 for o, one in zip(owners, moves, strict=True) if one}
+        samples = max(1, self._seen.total())
+        for key, count in self._seen.items():
+            for pair in np.frombuffer(key, dtype=np.int32).reshape(-1, 2).tolist():
+                loose = [owners[g].name for g in pair if moves[g]]
+                for name in loose:
+                    found[name] += count / len(loose) / samples
+        return found
