@@ -60,6 +60,16 @@ def typed_code(program: Program) -> Code:
     return Code("json", text, origins, ".json")
 
 
+def laid_out(text: str) -> str:
+    """Return a program's text with a line of its own for every step: as it is where each has one, else written anew.
+
+    Raises:
+        UserError: as ``read_program``.
+    """
+    read = read_program(text)
+    return text if len(set(read.lines.values())) == len(read.lines) else write_program(read.program)
+
+
 def read_program(text: str) -> ProgramText:
     """Parse a program from its JSON text.
 
