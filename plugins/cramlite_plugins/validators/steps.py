@@ -70,8 +70,8 @@ class Steps(Value):
     """Check that every step of the program was carried out.
 
     Each has code in the text that ran. Steps that move the arm, the fingers or the platform run in their order. Each
-    motion to a stated pose covers its way: from where the hand is when the step's code begins, the hand comes
-    at least ``SHARE`` of the way nearer to that pose, position and rotation taken together.
+    motion to a stated pose covers its way: from where the hand is when the step's code begins it goes at least
+    ``SHARE`` of the way to that pose, measured along that way, position and rotation taken together.
 
     Steps inside a control step are left to the run, which decides about them.
     """
@@ -115,7 +115,7 @@ class Steps(Value):
         length = float(np.linalg.norm(way))
         if length < SHORT:
             return
-        share = float(_way(start, end) @ way) / length**2
+        share = float(_covered(start, end, way) @ way) / length**2
         if share < SHARE:
             said = f"{stage.origin} was not carried out: the hand covered {max(share, 0):.0%} of its way of {1000 * length:.0f} mm"
             yield Finding(self.name, False, f"{said}, {SHARE:.0%} is needed", share, SHARE, "", stage.origin)
@@ -214,6 +214,16 @@ def _way(start: Floats, end: Floats) -> Floats:
 
     way: Floats = twist(start, end) * np.repeat([1.0, LEVER], 3)
     return way
+
+
+def _covered(start: Floats, end: Floats, planned: Floats) -> Floats:
+    """Way between two poses; of the two rotations about half a turn, which differ in sign, that which is more like the planned one."""
+    way = _way(start, end)
+    angle = float(np.linalg.norm(way[3:])) / LEVER
+    if angle < np.pi / 2:
+        return way
+    round_ = np.hstack((way[:3], way[3:] * (1 - 2 * np.pi / angle)))
+    return min(way, round_, key=lambda w: float(np.linalg.norm(w - planned)))
 
 
 @hookimpl
