@@ -78,7 +78,9 @@ class Candidate(Value):
 class Validator(Protocol):
     """Check of a candidate. Validators of cost "rollout" are asked after its text ran, the others before.
 
-    A validator may also have ``by_goal``: where it is True, it judges a text that has a goal and no plan, too.
+    A validator may also have ``by_goal``: where it is True, it judges a text that has a goal and no plan, too; and ``may_advise``:
+    where it is True, a scenario may have its objections told without refusing anything (``JudgingLimits.advisory``). One that says
+    whether a program does what it is for may not.
     """
 
     @property
