@@ -123,6 +123,7 @@ def _candidate(text: str, world: World, purpose: Purpose, knowledge: Knowledge) 
         parts=parts, limits=intent.kept.limits if intent else purpose.limits,
         allowances=allowances((*actions, *parts), bindings, knowledge),
         handovers=intent.kept.handovers if intent else None,
+        proven=intent.kept.code if intent else None,
     ), _remarks(origins, intent is None and bool(actions))  # fmt: skip
 
 

@@ -117,7 +117,9 @@ def _broken(value: Any) -> bool:
     """Whether a value takes several lines: lists of objects that are no poses, and what holds such lists."""
     if isinstance(value, dict):
         return any(_broken(v) for v in value.values())
-    return isinstance(value, list) and any(isinstance(v, dict) and "quaternion" not in v for v in value)
+    if not isinstance(value, list):
+        return False
+    return any("quaternion" not in v if isinstance(v, dict) else _broken(v) for v in value)
 
 
 # Reading: the text with the line of every value beside it

@@ -54,6 +54,7 @@ class Candidate(Value):
         limits: how far the run may disturb what no task is about.
         handovers: what passes into the hand and out of it, in the plan's order; None where nobody knows, as of a text that is
             judged without its run.
+        proven: the text that ``code`` was edited from; None where nobody edited it.
     """
 
     plan: Plan
@@ -73,6 +74,7 @@ class Candidate(Value):
     allowances: Mapping[str, Allowance] = field(default_factory=dict)
     limits: JudgingLimits = JudgingLimits()
     handovers: tuple[Handover, ...] | None = None
+    proven: Code | None = None
 
 
 class Validator(Protocol):

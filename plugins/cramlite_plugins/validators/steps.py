@@ -10,6 +10,7 @@ import numpy as np
 
 from cramlite.model import (
     AnyStep,
+    Code,
     CompliantSlide,
     Control,
     Drive,
@@ -69,9 +70,9 @@ class Turns(NamedTuple):
 class Steps(Value):
     """Check that every step of the program was carried out.
 
-    Each has code in the text that ran. Steps that move the arm, the fingers or the platform run in their order. Each
-    motion to a stated pose covers its way: from where the hand is when the step's code begins it goes at least
-    ``SHARE`` of the way to that pose, measured along that way, position and rotation taken together.
+    Each that has code in the text that was proven has some in the text that ran. Steps that move the arm, the fingers or the
+    platform run in their order. Each motion to a stated pose covers its way: from where the hand is when the step's code
+    begins it goes at least ``SHARE`` of the way to that pose, measured along that way, position and rotation taken together.
 
     Steps inside a control step are left to the run, which decides about them.
     """
@@ -89,8 +90,9 @@ class Steps(Value):
 
     def _objections(self, candidate: Candidate, stages: list[Stage]) -> Iterator[Finding]:
         assert candidate.rollout is not None
-        gone = _without_code(candidate, stages)
-        yield from (Finding(self.name, False, said, origin=origin) for origin, said in _left_out(stages, gone))
+        gone = _without_code(candidate.code, stages)
+        lost = sorted({*gone} - {*_without_code(candidate.proven, stages)}) if candidate.proven is not None else ()
+        yield from (Finding(self.name, False, said, origin=origin) for origin, said in _left_out(stages, lost))
         if candidate.rollout.outcome != "finished":
             return  # what came after was never reached
         turns = _turns(candidate, stages)
@@ -131,18 +133,18 @@ def _stages(steps: Iterable[AnyStep]) -> list[Stage]:
     return found
 
 
-def _without_code(candidate: Candidate, stages: list[Stage]) -> list[int]:
-    """Numbers of the stages that no line of the text belongs to."""
-    assert candidate.code is not None
-    there = {origin for line, origin in candidate.code.origins.items() if candidate.code.lines_of(line)}
+def _without_code(code: Code | None, stages: list[Stage]) -> list[int]:
+    """Numbers of the stages that no line of a text belongs to."""
+    assert code is not None
+    there = {origin for line, origin in code.origins.items() if code.lines_of(line)}
     return [k for k, stage in enumerate(stages) if not stage.known & there]
 
 
-def _left_out(stages: list[Stage], gone: list[int]) -> Iterator[tuple[str, str]]:
-    """Origin and reason for each stage, or whole task, that has no code."""
-    lost = [stages[k].origin for k in gone]
-    kept = {task_of(s.origin) for k, s in enumerate(stages) if k not in gone}
-    for origin in dict.fromkeys(o if task_of(o) in kept else task_of(o) for o in lost):
+def _left_out(stages: list[Stage], lost: Iterable[int]) -> Iterator[tuple[str, str]]:
+    """Origin and reason for each stage, or whole task, that has lost its code."""
+    names = [stages[k].origin for k in lost]
+    kept = {task_of(s.origin) for s in stages if s.origin not in names}
+    for origin in dict.fromkeys(o if task_of(o) in kept else task_of(o) for o in names):
         yield origin, f"{origin} has no line of code in this text, and had some in the one that was proven"
 
 

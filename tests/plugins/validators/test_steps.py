@@ -94,8 +94,20 @@ def test_steps_of_a_branch_that_the_run_decides_about_may_have_no_code() -> None
     way = Fallback(branches=((last,), (replace(last, origin="3.Placing/other"),)), origin="")
     program = replace(good.program, steps=(*others, way))
     assert [f.passed for f in Steps().check(replace(good, program=program))] == [True]
-    lost = replace(program, steps=(*others, replace(way, branches=((replace(last, origin="3.Placing/other"),),))))
-    assert [f.origin for f in Steps().check(replace(good, program=lost)) if not f.passed] == ["3.Placing/other"]
+    gone = without_lines(good, BACK)
+    assert said(replace(good, program=program), gone)[0].startswith("3.Placing/Retracting/back has no line of code")
+
+
+def test_a_backend_that_writes_one_line_for_two_steps_has_left_nothing_out() -> None:
+    good = proven("placing")
+    assert good.code is not None
+    fewer = {line: o for line, o in good.code.origins.items() if o not in ("1.Grasping/open", "3.Placing/Retracting/back")}
+    merged = replace(good, code=replace(good.code, origins=fewer))
+    assert [f.passed for f in Steps().check(merged)] == [True]
+    assert [f.passed for f in Steps().check(replace(merged, proven=merged.code))] == [True]
+    assert [f.origin for f in Steps().check(replace(merged, proven=good.code)) if not f.passed] == [
+        "1.Grasping/open", "3.Placing/Retracting/back",
+    ]  # fmt: skip
 
 
 # Out of turn
