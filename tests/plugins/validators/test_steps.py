@@ -9,7 +9,6 @@ import pytest
 from edited import findings, proven, run
 from msgspec.structs import replace
 
-from cramlite.engine.line_origins import origins_of
 from cramlite.model import Fallback, MoveLinear, Pose
 from cramlite.plugin import Candidate
 from cramlite_plugins.validators.steps import Steps, _covered, _way
@@ -17,10 +16,7 @@ from cramlite_plugins.validators.steps import Steps, _covered, _way
 
 def said(good: Candidate, text: str, judge: str = "steps") -> list[str]:
     """What a judge objects to in a text, whose lines are those of the program that it was edited from."""
-    ran = run(good, text)
-    assert ran.code is not None and good.code is not None
-    ran = replace(ran, code=replace(ran.code, origins=dict(origins_of(text, good.code).of)))
-    return [f.reason for f in findings(ran) if f.validator == judge and not f.passed]
+    return [f.reason for f in findings(run(good, text)) if f.validator == judge and not f.passed]
 
 
 def lines_of(good: Candidate) -> list[str]:
