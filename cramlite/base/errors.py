@@ -20,6 +20,10 @@ class UserError(CramliteError):
     """Unusable input: a scenario, episode, rule, ontology, mesh or option."""
 
 
+class ProcessGone(UserError):
+    """Loss of a process that answers for a robot or a judge: it ended, or answers no more."""
+
+
 class NoSolution(CramliteError):
     """No proven program: every alternative was refused; the message holds the nearest miss."""
 

@@ -85,7 +85,7 @@ def solution_answer(solution: Solution) -> dict[str, Any]:
 
     bound = solution.candidate.bindings
     return {
-        "plan": str(solution.plan), "code": solution.code, "findings": solution.verdict.findings,
+        "headline": solution.headline, "plan": str(solution.plan), "code": solution.code, "findings": solution.verdict.findings,
         "left_out": solution.verdict.left_out, "goal": goal_answers(solution.trace, solution.number),
         "objects": {o.name: bound.get(o.name) for o in solution.plan.objects},
     }  # fmt: skip

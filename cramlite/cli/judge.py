@@ -74,7 +74,8 @@ def judged_json(judged: Judged) -> dict[str, Any]:
     """Return what ``--json`` prints of a verdict."""
     verdict = judged.verdict
     return {
-        "passed": verdict.passed, "reason": verdict.reason, "findings": verdict.findings, "left_out": verdict.left_out,
+        "passed": verdict.passed, "reason": verdict.reason, "findings": verdict.findings,
+        "advice": [f.reason for f in verdict.advice], "left_out": verdict.left_out,
         "remarks": judged.remarks,
     }  # fmt: skip
 

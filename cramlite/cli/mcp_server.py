@@ -235,7 +235,7 @@ class Tools:
         execution = solution.execution
         assert execution is not None and execution.candidate.rollout is not None
         verdict = execution.verdict
-        told = {"succeeded": verdict.passed, "reason": verdict.reason, "findings": verdict.findings}
+        told = {"headline": solution.headline, "succeeded": verdict.passed, "reason": verdict.reason, "findings": verdict.findings}
         data: Answer = _data({"run": run, **told, "rollout": rollout_json(execution.candidate.rollout)})
         return data
 

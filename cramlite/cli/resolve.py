@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import json
 import sys
 from itertools import takewhile
 from pathlib import Path
@@ -117,7 +118,9 @@ def _ended(solution: Solution, run: RunDirectory, scenario: Scenario) -> int:
 
 def _solved_before(run: RunDirectory, *, json_output: bool) -> int:
     print(f"{run.path} is complete and nothing has changed since.", file=sys.stderr)
-    print((run.path / "summary.json").read_text() if json_output else f"Solved before: {run.path}")
+    summary = (run.path / "summary.json").read_text(encoding="utf-8")
+    advised = ", with advice" if json.loads(summary).get("advice") else ""
+    print(summary if json_output else f"Solved before{advised}: {run.path}")
     return 0
 
 

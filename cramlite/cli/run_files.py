@@ -91,10 +91,10 @@ def solution_summary(solution: Solution, run: RunDirectory, engine: Engine, seed
     """Return what ``--json`` prints of a proven program, and summary.json holds."""
     entities = {k: v for k, v in solution.candidate.bindings.items() if isinstance(v, str)}
     return {
-        "solved": solution.succeeded, "proven": True, "execution": _execution(solution.execution),
+        "solved": solution.succeeded, "proven": True, "headline": solution.headline, "execution": _execution(solution.execution),
         "directory": str(run.path), "seed": seed, "candidate": solution.number, "plan": str(solution.plan),
         "objects": entities, "steps": len(solution.program.steps), "findings": solution.verdict.findings,
-        "left_out": solution.verdict.left_out, "twins": twins_json(solution.verdict.twins),
+        "advice": [f.reason for f in solution.advice], "left_out": solution.verdict.left_out, "twins": twins_json(solution.verdict.twins),
         "goal": goal_answers(solution.trace, solution.number),
         "reason": _reason(solution), "nearest": None, "faults": _faults(engine),
     }  # fmt: skip
@@ -127,9 +127,9 @@ def _reason(solution: Solution) -> str:
 def failure_summary(trace: Trace, run: RunDirectory, engine: Engine, seed: int) -> dict[str, Any]:
     """Return the keys of ``solution_summary`` where nothing was proven."""
     return {
-        "solved": False, "proven": False, "execution": None,
+        "solved": False, "proven": False, "headline": "No solution", "execution": None,
         "directory": str(run.path), "seed": seed, "candidate": None, "plan": None,
-        "objects": {}, "steps": 0, "findings": [], "left_out": [], "twins": None, "goal": goal_answers(trace),
+        "objects": {}, "steps": 0, "findings": [], "advice": [], "left_out": [], "twins": None, "goal": goal_answers(trace),
         "reason": how_it_ended(trace.entries), "nearest": nearest_miss(trace.entries),
         "faults": _faults(engine),
     }  # fmt: skip

@@ -37,7 +37,7 @@ def solution_text(solution: Solution, folder: str) -> str:
 
     program, plan, execution = solution.program, solution.plan, solution.execution
     lines = [
-        f"{_headline(solution)}: {plan}",
+        f"{solution.headline}: {plan}",
         f"  from candidate sequence {solution.number}, {counted(len(program.steps), 'step')}, "
         f"{counted(solution.code.count(chr(10)), 'line')}",
     ]
@@ -51,12 +51,6 @@ def solution_text(solution: Solution, folder: str) -> str:
     lines += _finding_lines(solution.verdict)
     lines += ["  Judged after its first execution, in the world as it really is:", *_finding_lines(execution.verdict)] if execution else []
     return "\n".join([*lines, f"  Files: {folder}"])
-
-
-def _headline(solution: Solution) -> str:
-    if solution.execution is None:
-        return "Solved"
-    return "Solved at the first execution" if solution.succeeded else "Proven in what is believed, but the first execution failed"
 
 
 def _finding_lines(verdict: Verdict) -> list[str]:
@@ -79,7 +73,8 @@ def first_execution_failed(solution: Solution, run: Path, scenario: Scenario) ->
 def findings_text(verdict: Verdict, remarks: Iterable[str]) -> str:
     """Format what the judges found in a text that ran."""
     lines = [f"    --  {r}" for r in remarks]
-    return "\n".join([f"{'Passed' if verdict.passed else 'Refused'}:", *_finding_lines(verdict), *lines])
+    outcome = "Refused" if not verdict.passed else "Passed, with advice" if verdict.advice else "Passed"
+    return "\n".join([f"{outcome}:", *_finding_lines(verdict), *lines])
 
 
 def warn_of(faults: Iterable[object]) -> None:

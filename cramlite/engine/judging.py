@@ -16,8 +16,9 @@ from ..model.episode import Episode
 from ..model.judging_limits import JudgingLimits
 from ..model.plan import Plan
 from ..model.program import Code, Program
-from ..model.program_json import is_program_text, read_program
+from ..model.program_json import is_program_text, laid_out, read_program
 from ..model.rollout import Rollout
+from ..model.steps import walk
 from ..model.verdict import Finding, Verdict
 from ..model.world import World
 from ..planning.goal_literals import literals_of_goals, literals_of_plan
@@ -27,8 +28,6 @@ from .intent import Intent
 from .line_origins import Origins, origins_by_labels, origins_of
 from .proof import allowances, judge
 
-COMMENTS = ("#", "//", "!")
-"""How lines of URScript and Python, C and RAPID begin that are no code."""
 LISTED = 6
 """Lines that a remark names at most."""
 
@@ -73,16 +72,31 @@ def judge_text(text: str, world: World, purpose: Purpose, knowledge: Knowledge, 
     Raises:
         UserError: the text cannot run at all, a goal is none, or no line leads to a task of the plan.
     """
+    text, anew = _laid_out(text)
     candidate, remarks = _candidate(text, world, purpose, knowledge)
     rollout = knowledge.simulator.execute(text, world, knowledge.robots_of(world), mount=world.robots[0].name, seed=seed)
     episode = knowledge.episodes.detect(rollout, candidate.program.name)
     episode = replace(episode, extras={**episode.extras, "park": np.array(candidate.robot.home)})
     ran = replace(candidate, rollout=rollout, episode=episode)
     if not candidate.actions:
-        return Judged(rollout, episode, Verdict((*_ended(rollout), *_by_goal(ran, knowledge))), remarks)
+        return Judged(rollout, episode, Verdict((*_ended(rollout), *_by_goal(ran, knowledge))), (*anew, *remarks))
     typed, more = _typed(text, ran, purpose, knowledge)
-    found = [*typed, *_left_out(text, ran, purpose), *judge(ran, knowledge, rollout=True)]
-    return Judged(rollout, episode, Verdict(tuple(found), knowledge.left_out), (*remarks, *more))
+    found = [*typed, *judge(ran, knowledge, rollout=True)]
+    return Judged(rollout, episode, Verdict(tuple(found), knowledge.left_out), (*anew, *remarks, *more))
+
+
+def _laid_out(text: str) -> tuple[str, tuple[str, ...]]:
+    """A text whose lines tell its steps apart, and what is to be said where it had to be written anew for that."""
+    if not is_program_text(text) or (anew := laid_out(text)) == text:
+        return text, ()
+    old, new = (read_program(t) for t in (text, anew))
+    lines: dict[int, list[int]] = {}
+    for before, after in zip(walk(old.program.steps), walk(new.program.steps), strict=True):
+        lines.setdefault(old.lines[id(before)], []).append(new.lines[id(after)])
+    told = [f"line {k}: {min(v)} to {max(v)}" for k, v in lines.items() if len(v) > 1]
+    more = ", ..." if len(told) > LISTED else ""
+    said = "steps share a line of the text, so it ran written anew, one step a line; lines that are named are of that text"
+    return anew, (f"{said} ({', '.join(told[:LISTED])}{more})",)
 
 
 def _candidate(text: str, world: World, purpose: Purpose, knowledge: Knowledge) -> tuple[Candidate, tuple[str, ...]]:
@@ -109,6 +123,7 @@ def _candidate(text: str, world: World, purpose: Purpose, knowledge: Knowledge) 
         parts=parts, limits=intent.kept.limits if intent else purpose.limits,
         allowances=allowances((*actions, *parts), bindings, knowledge),
         handovers=intent.kept.handovers if intent else None,
+        proven=intent.kept.code if intent else None,
     ), _remarks(origins, intent is None and bool(actions))  # fmt: skip
 
 
@@ -142,17 +157,6 @@ def _typed(text: str, ran: Candidate, purpose: Purpose, knowledge: Knowledge) ->
         return judge(ran, knowledge, rollout=False), ()
     names = ", ".join(v.name for v in knowledge.validators if v.cost != "rollout")
     return [], (f"not judged: {names}; they look at a typed program, and this text is none",)
-
-
-def _left_out(text: str, ran: Candidate, purpose: Purpose) -> list[Finding]:
-    """Tasks that had code in the text that was proven, and have none in this one."""
-    if purpose.intent is None or ran.code is None:
-        return []
-    lines = enumerate(text.splitlines(), 1)
-    there = {ran.code.task_of(k) for k, line in lines if line.strip() and not line.lstrip().startswith(COMMENTS)}
-    said = "has no line of code in this text, and had some in the one that was proven"
-    had = [s.task for s in purpose.intent.program.sections if s.first < s.last]
-    return [Finding("tasks_in_text", False, f"{task} {said}", origin=task) for task in had if task not in there]
 
 
 def _by_goal(candidate: Candidate, knowledge: Knowledge) -> list[Finding]:

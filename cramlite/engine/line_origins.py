@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from difflib import SequenceMatcher
+from typing import NamedTuple
 
 from ..base.value import Value
 from ..model.designator_name import task_of
@@ -21,31 +22,47 @@ class Origins(Value):
 
     Args:
         of: line, from 1 -> origin that begins there, as ``Code.origins``; "" where the code of a step ends.
-        guessed: lines of which nothing says whose they are; they count to what stands before them.
+        guessed: lines of code of which nothing says whose they are; they count to the code before them.
     """
 
     of: Mapping[int, str]
     guessed: tuple[int, ...] = ()
 
 
+class _Line(NamedTuple):
+    """A line of code: its number, its code, and what comments say of it, the nearest last."""
+
+    number: int
+    code: str
+    said: tuple[str, ...]
+
+
+CODE = re.compile(r'(?:"[^"]*"|[^"#])*')
+"""What of a line is code: all before a comment; "#" in a text in quotes begins none."""
+
+
 def origins_of(text: str, original: Code) -> Origins:
     """Find the origins of a text that may be another one's edited copy.
 
-    Steps of a typed program say theirs. Lines of another text that are as they were keep theirs, changed ones that of the line
-    that they replace, and new ones have that which they name, as the comments of emitted code do.
+    Steps of a typed program say theirs. Lines of another text are matched by their code: those that are as they were keep theirs,
+    also where they stand elsewhere, and changed ones have that of the line that they replace. Comments count only for
+    code that is new.
     """
     if is_program_text(text):
         return _of_steps(text)
     if text == original.text:
         return Origins(original.origins)
-    old, new = original.text.splitlines(), text.splitlines()
-    own, known = _of_each(old, original.origins), set(original.origins.values())
-    found: dict[int, str | None] = {}
-    for tag, i1, i2, j1, j2 in SequenceMatcher(None, old, new, autojunk=False).get_opcodes():
-        for j in range(j1, j2):
-            same = own[i1 + j - j1] if tag == "equal" else None
-            found[j] = same if same is not None else named(new[j], known) or _replaced(new[j], old[i1:i2], own[i1:i2])
-    return _begins([found[j] for j in range(len(new))], new)
+    old, new = list(_code_lines(original.text)), list(_code_lines(text))
+    own, known = _of_each(old, original), set(original.origins.values())
+    changes = SequenceMatcher(None, [x.code for x in old], [x.code for x in new], autojunk=False).get_opcodes()
+    moved = _gone(old, own, changes)
+    found: list[str | None] = []
+    for tag, i1, i2, j1, j2 in changes:
+        if tag == "equal":
+            found += own[i1:i2]
+        else:
+            found += [_of_new(line, old[i1:i2], own[i1:i2], moved, known) for line in new[j1:j2]]
+    return _begins(found, new)
 
 
 def origins_by_labels(text: str, tasks: Collection[str]) -> Origins:
@@ -68,31 +85,70 @@ def _of_steps(text: str) -> Origins:
     return Origins({read.lines[id(s)]: s.origin for s in walk(read.program.steps) if s.origin})
 
 
-def _of_each(lines: list[str], origins: Mapping[int, str]) -> list[str]:
-    """The origin of every line: the last one that begins at or before it, as far as the next empty line, where the code of a
-    step ends; "" behind it."""
-    found, now = [], ""
-    for number, line in enumerate(lines, 1):
-        now = origins.get(number, now if line.strip() else "")
-        found.append(now)
+def _code_lines(text: str) -> Iterator[_Line]:
+    """The lines of a text that have code, with the comments between them and the code before."""
+    said: list[str] = []
+    for number, line in enumerate(text.splitlines(), 1):
+        code = CODE.match(line)
+        assert code is not None  # it matches nothing, too
+        said.append(line[code.end() :])
+        if code[0].strip():
+            yield _Line(number, code[0].strip(), tuple(said))
+            said = []
+
+
+def _of_each(lines: Sequence[_Line], original: Code) -> list[str]:
+    """The origin of each line of code: the last one that begins at or before it, as far as the next empty line, where the code
+    of a step ends; "" behind it."""
+    ends = [k for k, line in enumerate(original.text.splitlines(), 1) if not line.strip()]
+    begins = sorted(original.origins)
+    found = []
+    for line in lines:
+        begin = max((k for k in begins if k <= line.number), default=0)
+        ended = any(begin < k < line.number for k in ends)
+        found.append("" if ended or not begin else original.origins[begin])
     return found
 
 
-def _replaced(line: str, old: list[str], own: list[str]) -> str | None:
-    """The origin of the line that a changed one replaces: the most similar one, or any if all are of one task."""
-    shares = [(SequenceMatcher(None, line, other, autojunk=False).ratio(), -k) for k, other in enumerate(old) if other.strip()]
+Change = tuple[str, int, int, int, int]
+"""What SequenceMatcher says: how lines of the old text became lines of the new one."""
+
+
+def _gone(old: Sequence[_Line], own: Sequence[str], changes: Sequence[Change]) -> Mapping[str, str]:
+    """Code that no longer stands where it stood, and its origin; without that which had several."""
+    found: dict[str, set[str]] = {}
+    for tag, i1, i2, _, _ in changes:
+        for k in range(i1, i2) if tag != "equal" else ():
+            found.setdefault(old[k].code, set()).add(own[k])
+    return {code: next(iter(origins)) for code, origins in found.items() if len(origins) == 1}
+
+
+def _of_new(line: _Line, old: Sequence[_Line], own: Sequence[str], moved: Mapping[str, str], known: Collection[str]) -> str | None:
+    """The origin of a line that was not there before: what its code names or was, that of the line that it replaces, or what
+    the nearest comment names; None where nothing says it."""
+    if by_code := named(line.code, known):
+        return by_code
+    replaced = moved[line.code] if line.code in moved else _replaced(line, old, own)
+    if replaced is not None:
+        return replaced
+    said = next((o for text in reversed(line.said) if (o := named(text, known))), "")
+    whole = own[0] if old and len({task_of(o) for o in own}) == 1 else None
+    return said or whole
+
+
+def _replaced(line: _Line, old: Sequence[_Line], own: Sequence[str]) -> str | None:
+    """The origin of the most similar of the lines that a new one stands for; None where none is like it."""
+    shares = [(SequenceMatcher(None, line.code, other.code, autojunk=False).ratio(), -k) for k, other in enumerate(old)]
     share, k = max(shares, default=(0.0, 0))
-    if share >= ALIKE:
-        return own[-k]
-    return own[0] if old and len({task_of(o) for o in own}) == 1 else None
+    return own[-k] if share >= ALIKE else None
 
 
-def _begins(each: list[str | None], lines: list[str]) -> Origins:
+def _begins(each: Sequence[str | None], lines: Sequence[_Line]) -> Origins:
     """Where origins begin; a line of which nothing is known counts to the one before."""
     found, guessed, now = dict[int, str](), list[int](), ""
-    for number, origin in enumerate(each, 1):
+    for line, origin in zip(lines, each, strict=True):
         if origin is None:
-            guessed += [number] if now and lines[number - 1].strip() else []
+            guessed += [line.number] if now else []
         elif origin != now:
-            found[number] = now = origin
+            found[line.number] = now = origin
     return Origins(found, tuple(guessed))

@@ -194,7 +194,8 @@ def _ask(validator: Validator, candidate: Candidate, knowledge: Knowledge) -> It
     name = validator.name
     try:
         findings = _findings(validator.check(candidate))
-        return [f.as_advice() for f in findings] if name in candidate.limits.advisory else findings
+        advises = name in candidate.limits.advisory and getattr(validator, "may_advise", False)
+        return [f.as_advice() for f in findings] if advises else findings
     except DEFECTS as error:
         fault = knowledge.registry.fault(knowledge.registry.owner("validators", name), "validators", name, error)
         return [Finding(name, False, f"the validator itself failed: {fault.error}")]

@@ -138,15 +138,21 @@ def _check_objects(scenario: Scenario, knowledge: Knowledge) -> None:
 
 
 def _check_advisory(scenario: Scenario, knowledge: Knowledge) -> None:
-    """Validators that only advise are there.
+    """Validators that only advise are there, and declare that they may.
 
     Raises:
-        UserError: one is not; with file and line.
+        UserError: one is not, or does not; with file and line.
     """
     names = [v.name for v in knowledge.validators]
+    may = [v.name for v in knowledge.validators if getattr(v, "may_advise", False)]
     for k, name in enumerate(scenario.spec.limits.advisory or ()):
+        place = scenario.where("limits", "advisory", k)
         if name not in names:
-            raise UserError(f"{scenario.where('limits', 'advisory', k)}: no validator '{name}'; {nearest(name, names)}.")
+            raise UserError(f"{place}: no validator '{name}'; {nearest(name, names)}.")
+        if name not in may:
+            others = f"only {', '.join(may)} may" if may else "none that is installed may"
+            said = "may not advise only, since a program that it refuses is none"
+            raise UserError(f"{place}: validator '{name}' {said}; {others}. Take it out.")
 
 
 def _late(scenario: Scenario, world: World) -> dict[str, Tolerance]:

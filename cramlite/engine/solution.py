@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from ..model.episode import Episode
     from ..model.plan import Plan
     from ..model.rollout import Rollout
-    from ..model.verdict import Verdict
+    from ..model.verdict import Finding, Verdict
     from ..model.world import World
     from ..plugin.protocols import Candidate
     from .execution import Execution
@@ -72,6 +72,19 @@ class Solution(Value):
     def succeeded(self) -> bool:
         """Whether it was proven in what is believed and, if it was executed, succeeded there, too."""
         return self.verdict.passed and (self.execution is None or self.execution.verdict.passed)
+
+    @property
+    def advice(self) -> tuple[Finding, ...]:
+        """Objections that refuse nothing, of the proof and of the first execution."""
+        return (*self.verdict.advice, *(self.execution.verdict.advice if self.execution else ()))
+
+    @property
+    def headline(self) -> str:
+        """Outcome in a few words, for people: "Solved", or "Solved, with advice" where somebody objects who only advises."""
+        if not self.succeeded:
+            return "Proven in what is believed, but the first execution failed" if self.verdict.passed else "Refused"
+        said = "Solved at the first execution" if self.execution else "Solved"
+        return f"{said}, with advice" if self.advice else said
 
     def setting_after(self) -> Setting:
         """Return the setting as this solution's run left it: things where they came to rest, the robot at its start again.

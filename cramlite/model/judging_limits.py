@@ -15,7 +15,8 @@ class JudgingLimits(Value):
             planned with margins of a centimetre.
         bystander_tilt: how far such a thing may lean over [rad]. 5 deg: a box three times as high as wide topples at 18 deg.
         brush: contact force below this is a brush, not a touch [N]: the guarded threshold of the controller.
-        advisory: names of validators whose objections are told, and refuse nothing.
+        advisory: names of validators whose objections are told, and refuse nothing; those alone that declare ``may_advise``.
+        may_push: whether planning may have things that no task is about pushed out of the way, as by a drawer that opens.
         of_scenario: names of those that a scenario sets; the others are the defaults.
     """
 
@@ -23,6 +24,7 @@ class JudgingLimits(Value):
     bystander_tilt: float = math.radians(5.0)
     brush: float = 2.0
     advisory: tuple[str, ...] = ()
+    may_push: bool = False
     of_scenario: tuple[str, ...] = ()
 
     def source(self, name: str) -> str:

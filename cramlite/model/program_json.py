@@ -60,6 +60,16 @@ def typed_code(program: Program) -> Code:
     return Code("json", text, origins, ".json")
 
 
+def laid_out(text: str) -> str:
+    """Return a program's text with a line of its own for every step: as it is where each has one, else written anew.
+
+    Raises:
+        UserError: as ``read_program``.
+    """
+    read = read_program(text)
+    return text if len(set(read.lines.values())) == len(read.lines) else write_program(read.program)
+
+
 def read_program(text: str) -> ProgramText:
     """Parse a program from its JSON text.
 
@@ -107,7 +117,9 @@ def _broken(value: Any) -> bool:
     """Whether a value takes several lines: lists of objects that are no poses, and what holds such lists."""
     if isinstance(value, dict):
         return any(_broken(v) for v in value.values())
-    return isinstance(value, list) and any(isinstance(v, dict) and "quaternion" not in v for v in value)
+    if not isinstance(value, list):
+        return False
+    return any("quaternion" not in v if isinstance(v, dict) else _broken(v) for v in value)
 
 
 # Reading: the text with the line of every value beside it

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from ..base.lazy_names import LazyNames
 
 if TYPE_CHECKING:
-    from ..base.errors import CramliteError, InTheWay, Unresolvable, UserError, did_you_mean, nearest
+    from ..base.errors import CramliteError, InTheWay, ProcessGone, Unresolvable, UserError, did_you_mean, nearest
     from ..base.html_template import html_template
     from ..base.pulse import checkpoint, stop_asked
     from ..base.quantities import Angle, Length, Mass, parse_quantity
@@ -57,7 +57,7 @@ if TYPE_CHECKING:
     from .task_type import Decomposition, Parameter, Role, TaskType
 
 _HOMES = {
-    "..base.errors": "CramliteError InTheWay Unresolvable UserError did_you_mean nearest",
+    "..base.errors": "CramliteError InTheWay ProcessGone Unresolvable UserError did_you_mean nearest",
     "..base.html_template": "html_template",
     "..base.pulse": "checkpoint stop_asked",
     "..base.quantities": "Angle Length Mass parse_quantity",
@@ -134,6 +134,7 @@ __all__ = [
     "Phase",
     "PhaseName",
     "Predicate",
+    "ProcessGone",
     "RecordScript",
     "Refused",
     "ReportSection",

@@ -54,6 +54,7 @@ class Candidate(Value):
         limits: how far the run may disturb what no task is about.
         handovers: what passes into the hand and out of it, in the plan's order; None where nobody knows, as of a text that is
             judged without its run.
+        proven: the text that ``code`` was edited from; None where nobody edited it.
     """
 
     plan: Plan
@@ -73,12 +74,15 @@ class Candidate(Value):
     allowances: Mapping[str, Allowance] = field(default_factory=dict)
     limits: JudgingLimits = JudgingLimits()
     handovers: tuple[Handover, ...] | None = None
+    proven: Code | None = None
 
 
 class Validator(Protocol):
     """Check of a candidate. Validators of cost "rollout" are asked after its text ran, the others before.
 
-    A validator may also have ``by_goal``: where it is True, it judges a text that has a goal and no plan, too.
+    A validator may also have ``by_goal``: where it is True, it judges a text that has a goal and no plan, too; and ``may_advise``:
+    where it is True, a scenario may have its objections told without refusing anything (``JudgingLimits.advisory``). One that says
+    whether a program does what it is for may not.
     """
 
     @property

@@ -36,7 +36,7 @@ _MANY, _NUMBER = (tuple, list, frozenset), (int, float)
 _TYPES: Mapping[str, Mapping[str, tuple[type, ...]]] = {
     "task_types": {"aliases": _MANY, "roles": _MANY, "parameters": _MANY},
     "predicates": {"arity": (int,), "phases": _MANY, "value": (bool,), "cost": _NUMBER},
-    "validators": {"cost": (str,)},
+    "validators": {"cost": (str,), "may_advise": (bool,)},
     "experts": {"scope": (str,), "inputs": _MANY, "outputs": _MANY, "uses": _MANY, "cost_ms": _NUMBER, "parameters": _MANY},
     "robots": {"axis_zeros": _MANY, "controller": (str,), "force_limit": _NUMBER},
     "object_models": {"files": _MANY, "product": (bool,)},

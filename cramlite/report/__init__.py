@@ -62,9 +62,10 @@ class Finished(Value):
         """What came of it, as a clause: of the search and, where there was one, of the first execution."""
         if self.shown is None or not self.proven:
             return "nothing proven"
+        said = "program proven, with advice" if self.shown.advice else "program proven"
         if self.shown.execution is None:
-            return "program proven"
-        return f"program proven, first execution {'succeeded' if self.shown.succeeded else 'failed'}"
+            return said
+        return f"{said}, first execution {'succeeded' if self.shown.succeeded else 'failed'}"
 
     @property
     def solution(self) -> Solution:

@@ -113,17 +113,21 @@ class WorldFileSpec(Spec):
 
 
 class LimitsSpec(Spec):
-    """How far a run may disturb what no task is about (``cramlite.model.JudgingLimits``)."""
+    """How far a run may disturb what no task is about (``cramlite.model.JudgingLimits``).
+
+    ``may_push`` is what ``advisory`` says where it is not written: what is told and refuses nothing may be planned.
+    """
 
     bystander_motion: Length | None = Field(default=None, ge=0.0, le=1.0)
     bystander_tilt: Angle | None = Field(default=None, ge=0.0, le=math.pi)
     brush: Force | None = Field(default=None, ge=0.0, le=HIGHEST_FORCE_LIMIT)
     advisory: tuple[str, ...] | None = None
+    may_push: bool | None = None
 
     def judging(self) -> JudgingLimits:
         """Return the limits that are written, and the defaults of the others."""
         written = self.model_dump(exclude_none=True)
-        return JudgingLimits(**written, of_scenario=tuple(written))
+        return JudgingLimits(**{"may_push": bool(self.advisory), **written}, of_scenario=tuple(written))
 
 
 class ScenarioSpec(Spec):

@@ -20,5 +20,5 @@ def prepare(engine: Engine, scene: dict[str, Any], hello: Hello, folder: Path, t
     return scene_setting(
         engine, folder, scene, hello, lambda things: goal_sentences(scene, things), twins,
         robot={"type": "libero_panda", "at": {"position": [x, y, z]}},
-        limits={"advisory": ["bystanders"]},  # LIBERO does not ask about them
+        limits={"advisory": ["bystanders"], "may_push": True},  # LIBERO does not ask about them
     )  # fmt: skip

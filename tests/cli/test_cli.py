@@ -109,8 +109,8 @@ def test_why_of_what_is_not_there(why: str, run: Run) -> None:
 
 
 KEYS = [
-    "solved", "proven", "execution", "directory", "seed", "candidate", "plan", "objects", "steps", "findings", "left_out",
-    "twins", "goal", "reason", "nearest", "faults",
+    "solved", "proven", "headline", "execution", "directory", "seed", "candidate", "plan", "objects", "steps", "findings", "advice",
+    "left_out", "twins", "goal", "reason", "nearest", "faults",
 ]  # fmt: skip
 
 

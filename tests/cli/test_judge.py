@@ -60,6 +60,30 @@ def test_a_text_that_was_edited_and_still_works_passes(run: Run, shelf: Path, ed
     assert "ok  task_rules: 4.ParkingArms" in done.out and "not judged: joint_limits, program_safety" in done.out
 
 
+def test_a_comment_that_moved_changes_no_finding(run: Run, shelf: Path, tmp_path: Path) -> None:
+    lines = (shelf / "program.script").read_text().splitlines()
+    k = next(k for k, line in enumerate(lines) if "# 3.Placing/Releasing/payload" in line)
+    (tmp_path / "moved.script").write_text("\n".join([*lines[:k], *lines[k + 1 : k + 4], lines[k], *lines[k + 4 :], ""]))
+    for judged, of in ((tmp_path / "moved.script", "moved"), (shelf / "program.script", "as it was")):
+        done = run("judge", judged, "--world", shelf, "--plan", shelf)
+        assert done.code == 0 and "nothing says which task" not in done.out, of
+
+
+def test_a_typed_program_on_one_line_is_judged_a_step_a_line(run: Run, shelf: Path, tmp_path: Path) -> None:
+    flat = tmp_path / "flat.json"
+    flat.write_text(json.dumps(json.loads((shelf / "program.json").read_text())))
+    done = run("judge", flat, "--world", shelf, "--plan", shelf, "--json")
+    assert done.code == 0, done.err
+    said = json.loads(done.out)
+    usual = json.loads(run("judge", shelf / "program.json", "--world", shelf, "--plan", shelf, "--json").out)
+    assert said["findings"] == usual["findings"] and usual["remarks"] == []
+    (remark,) = said["remarks"]
+    assert remark.startswith("steps share a line of the text") and "(line 1: " in remark
+    lines = (shelf / "program.json").read_text().splitlines()
+    first, last = (int(n) for n in remark.split("(line 1: ")[1].rstrip(")").split(" to "))
+    assert [line.strip().startswith('{"step"') for line in lines[first - 1 : last]] == [True] * 15
+
+
 @pytest.mark.parametrize(
     ("first", "last", "said"),
     [

@@ -5,9 +5,16 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from msgspec.structs import replace
 
-from cramlite import Budget, Engine, Solution, Trace, UserError, find_scenario, read_scenario
-from cramlite.cli.texts import _finding_lines
+from cramlite import Budget, Engine, Finished, Solution, Trace, UserError, find_scenario, read_scenario
+from cramlite.base.run_directory import RunDirectory
+from cramlite.cli.answers import solution_answer
+from cramlite.cli.run_files import solution_summary
+from cramlite.cli.texts import _finding_lines, findings_text, solution_text
+from cramlite.engine.proof import judge
+from cramlite.model import JudgingLimits
+from cramlite_plugins.reports import summary
 
 STRICT = "bystander_motion: 0 mm, bystander_tilt: 0 deg"
 """Whatever trembles has moved."""
@@ -36,9 +43,54 @@ def test_advice_is_told_and_refuses_nothing(tmp_path: Path) -> None:
     assert any(line.startswith("    --  bystanders: advises only") for line in _finding_lines(solution.verdict))
 
 
-def test_one_that_advises_spares_nobody_else(tmp_path: Path) -> None:
-    solution, trace = resolved(tmp_path, f"{STRICT}, advisory: [goal]")
-    assert solution is None and any("bystanders: " in e.reason for e in trace.entries if e.kind == "proof")
+def test_whoever_says_whether_a_program_does_what_it_is_for_may_not_advise_only(tmp_path: Path) -> None:
+    may = [v.name for v in Engine().knowledge.validators if getattr(v, "may_advise", False)]
+    assert may == ["bystanders"]
+    for name in (v.name for v in Engine().knowledge.validators if v.name not in may):
+        said = rf"limited.yaml:\d+: validator '{name}' may not advise only, .*; only bystanders may"
+        with pytest.raises(UserError, match=said) as caught:
+            resolved(tmp_path, f"advisory: [{name}]")
+        assert "\n" not in str(caught.value)
+
+
+def test_limits_that_say_more_than_validators_declare_are_not_heeded(tmp_path: Path) -> None:
+    """A program that halts is refused, whatever is asked for by hand."""
+    engine, scenario = Engine(), read_scenario(find_scenario("place_on_shelf"))
+    solution = next(engine.resolve(scenario, setting=engine.setting(scenario, twins=0)))
+    halts = replace(solution.candidate, limits=JudgingLimits(advisory=("execution", "goal", "bystanders")))
+    assert halts.rollout is not None
+    halts = replace(halts, rollout=replace(halts.rollout, outcome="halted", reason="it was told to"))
+    (said,) = (f for f in judge(halts, engine.knowledge, rollout=True, only=["execution"]))
+    assert not said.passed and not said.advice
+
+
+def test_what_only_advises_stands_in_the_headline(tmp_path: Path) -> None:
+    solution, _ = resolved(tmp_path, f"{STRICT}, advisory: [bystanders]")
+    assert solution is not None and solution.headline == "Solved, with advice"
+    assert solution_text(solution, "").startswith("Solved, with advice: Grasping -> ")
+    assert solution_answer(solution)["headline"] == "Solved, with advice"
+    run = RunDirectory(tmp_path / "run", {})
+    said = solution_summary(solution, run, Engine(), 0)
+    assert said["headline"] == "Solved, with advice" and said["advice"] == [f.reason for f in solution.advice] != []
+    page = Finished(Engine(), run, solution.setting, solution.trace, solution, None, None)
+    assert page.outcome == "program proven, with advice" and "Proven, with advice" in summary.render(page)
+    assert findings_text(solution.verdict, ()).startswith("Passed, with advice:")
+
+
+def test_nobody_who_advises_and_has_nothing_to_say_stands_in_it(tmp_path: Path) -> None:
+    solution, _ = resolved(tmp_path, "advisory: [bystanders]")
+    assert solution is not None and solution.advice == () and solution.headline == "Solved"
+    assert findings_text(solution.verdict, ()).startswith("Passed:")
+
+
+@pytest.mark.parametrize(
+    ("limits", "may"),
+    [("brush: 2 N", False), ("advisory: [bystanders]", True), ("may_push: true", True), ("advisory: [bystanders], may_push: false", False)],
+)
+def test_planning_is_permitted_to_push_by_a_word_of_its_own(tmp_path: Path, limits: str, may: bool) -> None:
+    path = tmp_path / "limited.yaml"
+    path.write_text(find_scenario("place_on_shelf").read_text().replace("robot:", f"limits: {{{limits}}}\nrobot:", 1))
+    assert Engine().setting(read_scenario(path)).limits.may_push is may
 
 
 def test_a_validator_that_there_is_not_is_refused(tmp_path: Path) -> None:

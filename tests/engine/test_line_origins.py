@@ -65,3 +65,33 @@ def test_a_text_of_nobody_is_read_by_the_names_in_it() -> None:
     found = origins_by_labels("a()\n# 1.Grasping\nb()\nc()  # 3.Other\nmessage('2.Placing/lower: contact')", ["1.Grasping", "2.Placing"])
     assert found.of == {2: "1.Grasping", 5: "2.Placing"}
     assert origins_by_labels("a()\nb()", ["1.Grasping"]).of == {}
+
+
+LOWER = "  # 2.Placing/lower: down\n"
+
+
+@pytest.mark.parametrize("before", ["  kill watchdog\n", "  open(3)\n", "  payload(2)\n", "  start()\n"])
+def test_a_comment_that_moved_changes_nothing(before: str) -> None:
+    moved = TEXT.replace(LOWER, "").replace(before, LOWER + before)
+    lines = ["start()", "close(1)", "payload(2)", "movel(a)", "open(3)"]
+    assert [task_of(moved, w) for w in lines] == [task_of(TEXT, w) for w in lines]
+    assert origins_of(moved, ORIGINAL).guessed == ()
+    assert list(origins_of(moved, ORIGINAL).of.values()) == [*ORIGINAL.origins.values(), ""]
+
+
+def test_code_that_moved_under_anothers_comment_is_known_by_itself() -> None:
+    late = TEXT.replace("  payload(2)\n", "").replace("  open(3)\n", "  open(3)\n  # 2.Placing/open\n  payload(2)\n")
+    assert origins_of(late, ORIGINAL).of[late.splitlines().index("  payload(2)") + 1] == "1.Grasping/payload"
+
+
+def test_a_comment_says_whose_new_code_is_and_its_text_in_quotes_says_it_first() -> None:
+    own = TEXT.replace("  movel(a)\n", "").replace("  payload(2)\n", "  payload(2)\n  # 2.Placing/lower: mine\n  mine()\n")
+    assert task_of(own, "mine()") == "2.Placing" and origins_of(own, ORIGINAL).guessed == ()
+    quoted = own.replace("mine()", 'mine("# 2.Placing/open")')
+    found = Code("", quoted, dict(origins_of(quoted, ORIGINAL).of), "")
+    assert found.origin_of(quoted.splitlines().index('  mine("# 2.Placing/open")') + 1) == "2.Placing/open"
+
+
+def test_a_comment_behind_code_is_none_of_it() -> None:
+    said = TEXT.replace("movel(a)", "movel(a)  # 1.Grasping/close").replace("open(3)", "open(3)  # mine")
+    assert list(origins_of(said, ORIGINAL).of.values()) == [*ORIGINAL.origins.values(), ""]

@@ -25,7 +25,7 @@ from cramlite.experiment.judged.page import explained, page, why
 from cramlite.experiment.judged.play import Trial, play
 from cramlite.experiment.judged.report import markdown
 from cramlite.experiment.judged.results import Attempt, EpisodeResult, plain_reason
-from cramlite.experiment.judged.run import Order, results_in, run_judged
+from cramlite.experiment.judged.run import STOPPED, Order, results_in, run_judged
 from cramlite.experiment.judged.spec import Episode, JudgedExperiment, chosen, read_judged
 from cramlite.experiment.judged.tables import tables
 
@@ -137,6 +137,49 @@ def test_a_judge_that_goes_while_the_robot_moves_is_a_failure(
     monkeypatch.delenv("SMALL_JUDGE")
     again = play(Trial(small, Episode("table", 2, 0), tmp_path, pictures=False))  # another process
     assert again.failure == "goal"
+
+
+@pytest.mark.heavy
+def test_a_judge_that_dies_while_the_robot_moves_is_counted_apart(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, small: JudgedExperiment
+) -> None:
+    monkeypatch.setenv("SMALL_JUDGE", "die 60")
+    order = Order(small, small.episodes("table", "0", "1"), tmp_path, workers=1, pictures=False)
+    (found,) = run_judged(order, lambda _: None)
+    assert found.apart and found.failure == "judge died" and found.attempt is not None and "exit code 1" in found.attempt.reason
+    monkeypatch.delenv("SMALL_JUDGE")
+    assert run_judged(order, lambda _: None) == (found,)  # it is not played again
+
+
+@pytest.mark.heavy
+def test_a_worker_that_dies_after_the_robot_moved_has_failed_at_once(tmp_path: Path, small: JudgedExperiment) -> None:
+    folder, told = tmp_path / "deadly", list[str]()
+    folder.mkdir()
+    (folder / "experiment.yaml").write_text(SMALL.read_text().replace("plugins: [../../../", f"plugins: [{ROOT}/"))
+    dies = "    def play(self, program, setting):\n        os._exit(1)\n\ndef connect"
+    (folder / "connection.py").write_text(DEADLY.format(beside=SMALL.parent).replace("def connect", dies))
+    deadly = read_judged(folder / "experiment.yaml")
+    order = Order(deadly, deadly.episodes("table", "0", "0"), tmp_path / "out", workers=1, pictures=False)
+    (found,) = run_judged(order, told.append)
+    assert found.failure == "defect" and found.reason == STOPPED and not found.apart
+    assert sum("a worker process died" in line for line in told) == 1
+
+
+def test_an_episode_that_was_stopped_after_the_robot_moved_is_a_failure_and_not_played_again(
+    tmp_path: Path, small: JudgedExperiment
+) -> None:
+    """Two were under way when a run was stopped by hand; the robot of one had moved. Nothing is asked for now but the tables."""
+    assert run_judged(Order(small, (), tmp_path), lambda _: None) == ()
+    for state, marks in ((0, ("begun", "moved")), (1, ("begun",))):
+        (tmp_path / "episodes" / f"table-0-{state}").mkdir(parents=True)
+        for mark in marks:
+            (tmp_path / "episodes" / f"table-0-{state}" / mark).write_text("1")
+    (found,) = run_judged(Order(small, (), tmp_path), lambda _: None)
+    assert (found.state, found.failure, found.reason, found.budget) == (0, "defect", STOPPED, 400)
+    assert not found.rest(unlimited=True) and not (tmp_path / "episodes" / "table-0-0" / "moved").exists()
+    assert tables([found], small).whole.rest == Rate(0, 1)
+    (tmp_path / "episodes" / "table-0-0" / "moved").write_text("1")  # a mark beside a result says nothing
+    assert run_judged(Order(small, (), tmp_path), lambda _: None) == (found,)
 
 
 @pytest.mark.heavy
@@ -303,6 +346,19 @@ def test_within_the_budget_and_in_unlimited_time(small: JudgedExperiment) -> Non
     ]  # fmt: skip
     html = page(found, results, small, Path("nowhere"))
     assert html.index("A passing verdict was right") < html.index("<h2>Suites") and "too far" in html
+
+
+def test_episodes_whose_judge_died_count_in_no_rate(small: JudgedExperiment) -> None:
+    good = result(0, first=50, rest=True, steps=120)
+    lost = result(1, outcome="judge died", reason="The judge ended.", failure="judge died")
+    failed = result(2, outcome="broken off", reason="The judge refuses.", failure="judge")
+    found = tables([good, lost, failed], small)
+    assert found.apart == 1 and found.whole.rest == Rate(1, 2) and found.whole.proven == Rate(2, 2)
+    assert found.passing_was_right == Rate(1, 2) and found.failures == {"judge": 1} and found.published[0].ours == Rate(1, 2)
+    assert [r.total for r in (found.suites[0].rest, *(t.rest for t in found.tasks))] == [2, 1, 1]
+    assert "counted in no rate: 1." in markdown(found, small) and "counted in no rate" not in markdown(tables([good], small), small)
+    html = page(found, [good, lost, failed], small, Path("nowhere"))
+    assert "judge died, counted in no rate" in html and [kind for kind, _, _ in explained([good, lost, failed])] == ["judge"]
 
 
 def test_a_refusal_is_shown_by_what_the_judge_saw_and_the_state_that_was_refused(tmp_path: Path, small: JudgedExperiment) -> None:

@@ -61,7 +61,7 @@ def run(candidate: Candidate, text: str, world: World | None = None) -> Candidat
     episode = knowledge.episodes.detect(rollout, candidate.program.name)
     episode = replace(episode, extras={**episode.extras, "park": np.array(candidate.robot.home)})
     code = replace(candidate.code, text=text, origins=dict(origins_of(text, candidate.code).of))
-    return replace(candidate, code=code, rollout=rollout, episode=episode, world=place)
+    return replace(candidate, code=code, proven=candidate.code, rollout=rollout, episode=episode, world=place)
 
 
 def objections(candidate: Candidate) -> dict[str, str]:

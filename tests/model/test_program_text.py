@@ -17,10 +17,13 @@ from properties import examples
 from cramlite.model import (
     AnyStep,
     Control,
+    Fallback,
     MoveJoints,
     MoveLinear,
+    Parallel,
     Pose,
     Program,
+    Repeat,
     Section,
     SetGripper,
     Step,
@@ -28,9 +31,12 @@ from cramlite.model import (
     Wait,
     is_program_text,
     read_program,
+    typed_code,
+    walk,
     write_program,
 )
 from cramlite.model.program import Snapshot
+from cramlite.model.program_json import laid_out
 from cramlite.plugin import UserError
 
 NUMBER = st.floats(-1e6, 1e6)
@@ -91,9 +97,23 @@ def test_each_step_has_its_line_whatever_the_layout() -> None:
     lines = text.split("\n")
     for step in found.program.steps:
         assert f'"step": "{type(step).__name__}"' in lines[found.lines[id(step)] - 1]
+    assert laid_out(text) == text
+    flat = json.dumps(json.loads(text))
+    assert laid_out(flat) == text and laid_out(json.dumps(json.loads(text), indent=2)) != text
     other = read_program(json.dumps(json.loads(text), indent=2))
     assert other.program == SAMPLE
     assert other.lines[id(other.program.steps[1])] > found.lines[id(found.program.steps[1])]
+
+
+def test_steps_in_control_steps_have_lines_of_their_own() -> None:
+    inner = Wait(duration=1.0, origin="1.A/wait"), SetGripper(0.08, 0.1, 20.0, origin="1.A/open")
+    both = Parallel(branches=(inner[:1], inner[1:]), origin="1.A/both")
+    twice = Repeat(steps=(both, replace(inner[0], origin="1.A/last")), count=2, origin="1.A/twice")
+    program = replace(SAMPLE, steps=(twice, Fallback(branches=((both,), inner))))
+    found = read_program(write_program(program))
+    own = [found.lines[id(s)] for s in walk(found.program.steps)]
+    assert found.program == program and len(set(own)) == len(own) == 11
+    assert typed_code(program).origins.keys() == set(own) - {found.lines[id(found.program.steps[1])]}
 
 
 def changed(change: Callable[[dict[str, Any]], object]) -> str:

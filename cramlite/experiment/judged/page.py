@@ -37,7 +37,7 @@ def page(tables: Tables, results: Sequence[EpisodeResult], experiment: JudgedExp
 
 def explained(results: Sequence[EpisodeResult]) -> list[tuple[str, int, list[EpisodeResult]]]:
     """Return the commonest classes of failures, how many there are, and some of them, those with a picture first."""
-    counts = Counter(r.failure for r in results if r.failure)
+    counts = Counter(r.failure for r in results if r.failure and not r.apart)
     return [
         (kind, count, sorted((r for r in results if r.failure == kind), key=lambda r: not _name(r))[:SHOWN])
         for kind, count in counts.most_common(COMMONEST)
@@ -61,6 +61,8 @@ def why(result: EpisodeResult) -> str:
 
 def said(result: EpisodeResult) -> str:
     """Return how an episode ended, in a word or two."""
+    if result.apart:
+        return f"{result.failure}, counted in no rate"
     return "true at rest" if result.rest() else f"failed: {result.failure}"
 
 

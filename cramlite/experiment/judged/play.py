@@ -14,7 +14,7 @@ from typing import Any
 
 from msgspec.structs import replace
 
-from ...base.errors import UserError
+from ...base.errors import ProcessGone, UserError
 from ...base.run_directory import write_whole
 from ...base.value import Value
 from ...engine.engine import Engine
@@ -29,11 +29,13 @@ from ...planning.trace import Trace
 from ...plugin.selection import INSTALLED, PluginChoice
 from ...scenario.scenario import read_scenario
 from .judge import Judge, connect
-from .results import Attempt, EpisodeResult, plain_reason
+from .results import JUDGE_DIED, Attempt, EpisodeResult, plain_reason
 from .spec import Episode, JudgedExperiment
 
 BEGUN, DEFECT = "begun", "defect"
 """File of an episode that is under way, and the class of failures that are defects of cramlite."""
+MOVED = "moved"
+"""File of an episode whose robot was moved, and which has no result yet: whatever ends this process, it is not played again."""
 BROKEN_OFF = "broken off"
 SEEN, MISS = "scene.png", "miss.jpg"
 """Files of what the judge's camera sees where nothing is played, and of the state that the nearest miss was refused for."""
@@ -166,6 +168,7 @@ def _attempt(trial: Trial, judge: Judge, engine: Engine, solution: Solution, nam
     code = solution.candidate.code
     assert code is not None
     write_whole(trial.folder / f"{name}{code.suffix}", code.text)
+    write_whole(trial.folder / MOVED, name)
     try:
         rollout = judge.play(code.text, solution.setting)
         save_rollout(rollout, trial.folder / f"{name}.npz")
@@ -174,7 +177,7 @@ def _attempt(trial: Trial, judge: Judge, engine: Engine, solution: Solution, nam
         rested = judge.check()
     except UserError as error:
         _end(judge)
-        return Attempt(outcome=BROKEN_OFF, reason=str(error))
+        return Attempt(outcome=JUDGE_DIED if isinstance(error, ProcessGone) else BROKEN_OFF, reason=str(error))
     ours = None if rested.success else _holds_here(judge, engine, trial)
     seen, believed = (judge.picture(), _believed(engine, solution)) if trial.pictures else (b"", b"")
     return Attempt(
@@ -234,6 +237,8 @@ def _failure(result: EpisodeResult, experiment: JudgedExperiment) -> str:
     attempt = result.attempt
     if result.rest():
         return ""
+    if result.apart:
+        return JUDGE_DIED
     if attempt is None:
         return experiment.failure(plain_reason(result.reason), "goal" if not result.goal else "path")
     if result.rest(unlimited=True):

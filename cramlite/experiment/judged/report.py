@@ -37,6 +37,7 @@ def worth(tables: Tables) -> list[str]:
     known = tables.refusal_was_wrong
     lines = [f"- A passing verdict was right, in the judge's physics and at rest: {tables.passing_was_right.text}."]
     lines += [f"- Episodes without a program: {tables.refusals}."]
+    lines += [f"- Episodes whose judge died, counted in no rate: {tables.apart}."] if tables.apart else []
     said = f"{known.text} of those that had a program to play" if known.total else "not known: none was played (`--attempt-refused`)"
     return [*lines, f"- A refusal was wrong: {said}."]
 

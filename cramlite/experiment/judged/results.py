@@ -6,12 +6,16 @@ from msgspec import field
 
 from ...base.value import Value
 
+JUDGE_DIED = "judge died"
+"""How an attempt ended whose judge's process died or hung meanwhile, and the class of such episodes."""
+
 
 class Attempt(Value, kw_only=True):
     """Attempt at an episode in the judge's simulator.
 
     Args:
-        outcome: how the program ended: "finished", "halted", "protective stop", "timeout", or "broken off" where the judge went.
+        outcome: how the program ended: "finished", "halted", "protective stop", "timeout", "broken off" where the judge refused to go on or
+            answered what is no answer, or "judge died".
         reason: why, where it did not finish.
         first: the action after which the judge's check was true for the first time, from 1; None for never.
         rest: whether it is true when things are at rest after the program's end.
@@ -68,6 +72,11 @@ class EpisodeResult(Value, kw_only=True):
     picture: str = ""
     miss: str = ""
     failure: str = ""
+
+    @property
+    def apart(self) -> bool:
+        """Whether it counts in no rate: the judge's process died while the robot moved, so that nobody judged."""
+        return self.attempt is not None and self.attempt.outcome == JUDGE_DIED
 
     def first(self, *, unlimited: bool = False) -> bool:
         """Return whether the judge's check was ever true: within the budget, or in unlimited time."""

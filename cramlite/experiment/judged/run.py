@@ -24,13 +24,14 @@ from ..progress import clock
 from ..store import code_key, locked
 from ..worker_pool import stop_workers, worker_pool
 from .judge import connect
-from .play import BEGUN, Trial, died, play
+from .play import BEGUN, MOVED, Trial, died, play
 from .results import EpisodeResult, plain_reason
 from .spec import Episode, JudgedExperiment
 
 RESULT = "result.json"
 DEATHS = 2
-"""An episode that was under way when workers died so often is given up, and counts as failed."""
+"""An episode whose robot was not yet moved when workers died so often is given up, and counts as failed."""
+STOPPED = "the process that played it ended after the robot had moved (killed, out of memory, or stopped by hand); it is not played again"
 MOST_LOST = 3
 """Episodes that could not begin, after which the others are not tried."""
 
@@ -80,6 +81,7 @@ def run_judged(order: Order, say: Callable[[str], None]) -> tuple[EpisodeResult,
     directory = RunDirectory(order.out, run_key(order))
     lock = locked(order.out)
     try:
+        _settle(order, say)
         if left := [e for e in order.episodes if not (folder_of(order.out, e) / RESULT).exists()]:
             connect(order.experiment.beside(order.experiment.spec.judge), order.environment).close()
             _play_all(order, left, say)
@@ -130,12 +132,22 @@ def _play_all(order: Order, left: Sequence[Episode], say: Callable[[str], None])
         if lost := _round(order, missing, say):
             raise UserError(f"{len(lost)} of {len(missing)} episodes could not begin, the first one: {lost[0]} What is finished is kept in "
                             f"'{order.out}'; start the same command again for the rest.")  # fmt: skip
+        _settle(order, say)
         missing = [e for e in missing if not (folder_of(order.out, e) / RESULT).exists()]
         deaths.update(e for e in missing if (folder_of(order.out, e) / BEGUN).exists())
         for episode in [e for e in missing if deaths[e] >= DEATHS]:
             missing.remove(episode)
             budget = order.experiment.suite(episode.suite).budget
             say(_keep(order, died(episode, budget, f"the process that played it died {DEATHS} times (out of memory, or killed)")))
+
+
+def _settle(order: Order, say: Callable[[str], None]) -> None:
+    """Give a result to the episodes whose robot was moved by a process that ended before it had one: one attempt each."""
+    for mark in sorted((order.out / "episodes").glob(f"*/{MOVED}")):
+        suite, task, state = mark.parent.name.rsplit("-", 2)
+        if not (mark.parent / RESULT).exists():
+            episode = Episode(suite, int(task), int(state))
+            say(_keep(order, died(episode, order.experiment.suite(suite).budget, STOPPED)))
 
 
 def _round(order: Order, left: Sequence[Episode], say: Callable[[str], None]) -> list[str]:
@@ -151,7 +163,7 @@ def _round(order: Order, left: Sequence[Episode], say: Callable[[str], None]) ->
             if len(lost) == MOST_LOST:
                 break
     except BrokenProcessPool:
-        say("a worker process died; what it was at is begun anew")
+        say("a worker process died; what it was at is begun anew, unless the robot had moved")
     finally:
         stop_workers(pool)
     return lost
@@ -169,7 +181,9 @@ def _finished(order: Order, episode: Episode, future: Future[EpisodeResult], los
 
 def _keep(order: Order, result: EpisodeResult) -> str:
     """Write the result of an episode, and say it in a line."""
-    write_whole(folder_of(order.out, Episode(result.suite, result.task, result.state)) / RESULT, as_json(result))
+    folder = folder_of(order.out, Episode(result.suite, result.task, result.state))
+    write_whole(folder / RESULT, as_json(result))
+    (folder / MOVED).unlink(missing_ok=True)
     return said(result)
 
 

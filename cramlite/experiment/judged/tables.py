@@ -93,6 +93,7 @@ class Tables(Value):
         whole, suites, tasks: rows.
         seconds: spreads of CPU time by stage, and of the time until a program was there.
         failures: class -> episodes that are not true at rest within the budget.
+        apart: episodes that the judge's process broke off by its own end; they count nowhere else.
         refused_for: reason -> how many refusals name it first.
         difference: between variants of suites and those suites; None where not both were played.
         published: of the suites that were played.
@@ -106,6 +107,7 @@ class Tables(Value):
     tasks: tuple[Row, ...]
     seconds: dict[str, Spread]
     failures: dict[str, int]
+    apart: int
     refused_for: dict[str, int]
     difference: Difference | None
     published: tuple[PublishedRate, ...]
@@ -113,6 +115,7 @@ class Tables(Value):
 
 def tables(results: Episodes, experiment: JudgedExperiment) -> Tables:
     """Count the results of a run."""
+    apart, results = sum(r.apart for r in results), [r for r in results if not r.apart]
     suites = list(dict.fromkeys(r.suite for r in results))
     tasks = list(dict.fromkeys((r.suite, r.task) for r in results))
     played = [r.refused for r in results if r.refused is not None]
@@ -125,6 +128,7 @@ def tables(results: Episodes, experiment: JudgedExperiment) -> Tables:
         tasks=tuple(row([r for r in results if (r.suite, r.task) == one], *one) for one in tasks),
         seconds=_seconds(results),
         failures=dict(Counter(r.failure for r in results if r.failure).most_common()),
+        apart=apart,
         refused_for=dict(Counter(plain_reason(r.reason) for r in results if not r.proven).most_common()),
         difference=_difference(results, experiment),
         published=tuple(_beside(p, results) for p in experiment.spec.published if set(p.suites) & set(suites)),

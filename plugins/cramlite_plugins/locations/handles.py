@@ -39,8 +39,6 @@ PUSHED_ON = (*OPENED, 0.85, 0.8)
 TURNED = (0.97, 0.6, 0.4)
 """Shares that a knob is turned on to: as far as the wrist turns; from a fifth on it counts as on."""
 
-DISTURBED = "bystanders"
-"""The judge of what no task moves: where it only advises (``limits: {advisory: [bystanders]}``), a drawer may drive things before it."""
 LEAVES = {"height_m", "x_m"}
 """Values of the places where things were put down, or pushed to, by which it is known that another place may do."""
 
@@ -96,7 +94,7 @@ def check_way(location: Location, thing: Thing, belief: Belief, context: Context
     value = joint_value(belief, thing.name, belief.base() * belief.pose(thing.name))
     goal = joint.lower + least * (joint.upper - joint.lower)
     if goal > value and (met := met_on_its_way(thing, value, goal, belief, context)):
-        drives = DISTURBED in context.limits.advisory and not isinstance(driven_along(thing, value, goal, belief, context), Refusal)
+        drives = context.limits.may_push and not isinstance(driven_along(thing, value, goal, belief, context), Refusal)
         if drives and location.parameters.get("drives"):
             return
         there = {name for entry in met.blocking or () for name in ((entry,) if isinstance(entry, str) else entry)}

@@ -42,6 +42,7 @@ class Bystanders(Value):
 
     name: str = "bystanders"
     cost: Cost = "rollout"
+    may_advise: bool = True  # whoever judges a goal elsewhere may not mind what became of other things
 
     def check(self, candidate: Candidate) -> Iterator[Finding]:
         rollout = candidate.rollout

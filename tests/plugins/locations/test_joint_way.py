@@ -141,6 +141,12 @@ def test_what_lies_in_it_comes_along() -> None:
 def unminded(*things: Thing) -> tuple[Belief, Context]:
     """The same where nobody minds what becomes of other things."""
     belief, context = asked(*things)
+    return belief, replace(context, limits=JudgingLimits(may_push=True))
+
+
+def only_advised(*things: Thing) -> tuple[Belief, Context]:
+    """The same where a judge of them only advises, and nobody permits to push them."""
+    belief, context = asked(*things)
     return belief, replace(context, limits=JudgingLimits(advisory=("bystanders",)))
 
 
@@ -149,7 +155,7 @@ DRIVING = Location("it", "handle", "drawer", {"least": 0.8, "drives": 1.0})
 
 def test_it_drives_along_what_it_meets_where_nobody_minds() -> None:
     assert list(handles.resolve_location(DRIVING, *unminded(standing(0.13))) or ())
-    for things, location in ((asked, DRIVING), (unminded, place("handle", 0.8))):
+    for things, location in ((asked, DRIVING), (only_advised, DRIVING), (unminded, place("handle", 0.8))):
         with pytest.raises(Unresolvable, match="of its own way 'drawer' is"):
             list(handles.resolve_location(location, *things(standing(0.13))) or ())
 

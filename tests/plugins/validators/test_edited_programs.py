@@ -45,13 +45,13 @@ def test_an_arm_pose_whose_code_is_gone_was_not_assumed() -> None:
 def test_an_extraction_without_its_pull_is_not_one() -> None:
     good = proven("extract_hole_from_peg")
     said = against(good, without(good, "2.ExtractHoleFromPeg/pull"))
-    assert "nothing is left of the code of 2.ExtractHoleFromPeg/pull" in said["task_rules"]
+    assert "2.ExtractHoleFromPeg/pull has no line of code" in said["steps"]
 
 
 def test_what_is_let_go_above_its_place_was_not_put_down() -> None:
     good = proven("placing")
     said = against(good, without(good, "3.Placing/PuttingDown/lower"))
-    assert "nothing is left of the code of 3.Placing/PuttingDown/lower" in said["task_rules"]
+    assert "3.Placing/PuttingDown/lower has no line of code" in said["steps"]
 
 
 def test_waiting_instead_of_lowering_is_no_putting_down_either() -> None:

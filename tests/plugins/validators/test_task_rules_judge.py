@@ -145,17 +145,6 @@ def test_a_part_none_of_whose_code_ran_was_not_executed() -> None:
     assert found["3.Placing/Releasing"] == "3.Placing/Releasing was not executed: none of the code of its 2 steps ran"
 
 
-def test_a_task_of_one_of_whose_steps_no_code_is_left_was_not_executed_in_full() -> None:
-    made = stepped(*ORIGINS.values())
-    assert made.code is not None
-    gone = made.code.text.replace("step 5", "# gone").replace("step 6", "")
-    found = wrong(replace(made, code=replace(made.code, text=gone)))
-    said = "was not executed in full: nothing is left of the code of 3.Placing/PuttingDown/lower"
-    assert found == {n: f"{n} {said}" for n in ("3.Placing/PuttingDown", "3.Placing")}
-    partly = made.code.text.replace("step 5", "# gone")
-    assert wrong(replace(made, code=replace(made.code, text=partly))) == {}
-
-
 def test_what_the_run_decides_about_may_be_left_out() -> None:
     """No step of the program has its name: the branch was not taken."""
     lines = np.where(ran(good()).lines == 7, 5, ran(good()).lines)

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from queue import Empty, Queue
 from typing import Self
 
-from cramlite.plugin import UserError
+from cramlite.plugin import ProcessGone, UserError
 
 from .messages import PROTOCOL, Action, AskEnd, AskHello, Hello, Said, State, encoded, understood
 
@@ -49,7 +49,7 @@ class LineProcess:
         """Send a line and return the answer.
 
         Raises:
-            UserError: the process has died, or does not answer within ``patience`` [s].
+            ProcessGone: the process has died, or does not answer within ``patience`` [s].
         """
         assert self.process.stdin is not None
         try:
@@ -59,17 +59,25 @@ class LineProcess:
         except OSError:
             answer = b""
         except Empty:
-            raise self.wrong(f"has not answered for {patience:g} s; it was ended") from None
+            raise self.gone(f"has not answered for {patience:g} s; it was ended") from None
         if not answer:
-            raise self.wrong(self._death())
+            raise self.gone(self._death())
         return answer
 
     def wrong(self, what: str) -> UserError:
         """End the process, and make the error that says what is wrong with it, in a clause."""
+        return UserError(self._ended(what))
+
+    def gone(self, what: str) -> ProcessGone:
+        """End the process, and make the error that says how it was lost, in a clause."""
+        return ProcessGone(self._ended(what))
+
+    def _ended(self, what: str) -> str:
+        """What is said of a process that is ended, if it did not end by itself."""
         if self.process.poll() is None:
             self.process.kill()
         end = "" if what.endswith((".", "!")) else "."
-        return UserError(f"The {self.name} {what}{end} What it must answer: {self.page}.")
+        return f"The {self.name} {what}{end} What it must answer: {self.page}."
 
     def close(self, last: bytes, patience: float) -> None:
         """Send a last line; a process that does not end by itself then is ended."""

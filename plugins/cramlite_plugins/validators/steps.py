@@ -1,0 +1,233 @@
+"""Validator of steps: each step of the program has code in the text, runs in its turn, and covers its way."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from itertools import groupby
+from typing import NamedTuple
+
+import numpy as np
+
+from cramlite.model import (
+    AnyStep,
+    Code,
+    CompliantSlide,
+    Control,
+    Drive,
+    Floats,
+    ForceMove,
+    MoveJoints,
+    MoveLinear,
+    SetPayload,
+    Value,
+    Wait,
+    ZeroSensor,
+    task_of,
+    walk,
+)
+from cramlite.plugin import Candidate, Cost, Finding, Validator, hookimpl
+
+from .task_times import origins
+
+SHORT = 0.04  # ways below are not judged [m]: a tool that is led lags by up to 5 mm, and touches begin up to 30 mm early
+SHARE = 0.4  # of its way a step covers at least: half of a tilt empties a jug, and a tenth is left for lag
+LEVER = 0.1  # a turn of 1 rad counts as so much way [m]: what is held reaches about as far from the tool centre point
+
+
+class Stage(NamedTuple):
+    """Steps that follow each other under one origin, or a control step with all in it.
+
+    Args:
+        origin: of the first.
+        known: origins of all, also of those in a control step.
+        steps: of the program's own level.
+    """
+
+    origin: str
+    known: frozenset[str]
+    steps: tuple[AnyStep, ...]
+
+
+class Ran(NamedTuple):
+    """Samples at which the code of a stage ran: the first, and the one after the last."""
+
+    first: int
+    end: int
+
+
+class Turns(NamedTuple):
+    """How a run went through the stages.
+
+    Args:
+        ran: number of a stage -> when its code ran.
+        late: numbers of stages whose code ran after that of a later one, with the first sample and the number of the latter.
+    """
+
+    ran: Mapping[int, Ran]
+    late: tuple[tuple[int, int, int], ...]
+
+
+class Steps(Value):
+    """Check that every step of the program was carried out.
+
+    Each that has code in the text that was proven has some in the text that ran. Steps that move the arm, the fingers or the
+    platform run in their order. Each motion to a stated pose covers its way: from where the hand is when the step's code
+    begins it goes at least ``SHARE`` of the way to that pose, measured along that way, position and rotation taken together.
+
+    Steps inside a control step are left to the run, which decides about them.
+    """
+
+    name: str = "steps"
+    cost: Cost = "rollout"
+
+    def check(self, candidate: Candidate) -> Iterator[Finding]:
+        stages = _stages(candidate.program.steps)
+        wrong = list(self._objections(candidate, stages))
+        yield from wrong
+        if stages and not wrong:
+            count = sum(len(s.steps) for s in stages)
+            yield Finding(self.name, True, f"each of {count} has code, ran in its turn and covered its way")
+
+    def _objections(self, candidate: Candidate, stages: list[Stage]) -> Iterator[Finding]:
+        assert candidate.rollout is not None
+        gone = _without_code(candidate.code, stages)
+        lost = sorted({*gone} - {*_without_code(candidate.proven, stages)}) if candidate.proven is not None else ()
+        yield from (Finding(self.name, False, said, origin=origin) for origin, said in _left_out(stages, lost))
+        if candidate.rollout.outcome != "finished":
+            return  # what came after was never reached
+        turns = _turns(candidate, stages)
+        yield from (self._late(candidate, stages, turn) for turn in turns.late)
+        judged = [k for k in range(len(stages)) if k not in {*gone, *(late for late, _, _ in turns.late)}]
+        for k in judged:
+            yield from self._way(candidate, stages[k], _when(turns, k))
+
+    def _late(self, candidate: Candidate, stages: list[Stage], turn: tuple[int, int, int]) -> Finding:
+        assert candidate.rollout is not None
+        late, sample, later = turn
+        when = candidate.rollout.times[sample]
+        said = f"the code of {stages[late].origin} ran at {when:.2f} s, after that of {stages[later].origin}, which comes after it"
+        return Finding(self.name, False, said, origin=stages[late].origin)
+
+    def _way(self, candidate: Candidate, stage: Stage, ran: Ran) -> Iterator[Finding]:
+        target = _target(candidate, stage)
+        if target is None:
+            return
+        start, end = (_hand(candidate, k) for k in ran)
+        way = _way(start, target)
+        length = float(np.linalg.norm(way))
+        if length < SHORT:
+            return
+        share = float(_covered(start, end, way) @ way) / length**2
+        if share < SHARE:
+            said = f"{stage.origin} was not carried out: the hand covered {max(share, 0):.0%} of its way of {1000 * length:.0f} mm"
+            yield Finding(self.name, False, f"{said}, {SHARE:.0%} is needed", share, SHARE, "", stage.origin)
+
+
+def _stages(steps: Iterable[AnyStep]) -> list[Stage]:
+    """The steps of a program that have an origin, those that share one together."""
+    found = []
+    for origin, same in groupby(steps, lambda s: s.origin or next((i.origin for i in walk([s]) if i.origin), "")):
+        own = tuple(same)
+        known = frozenset(s.origin for s in walk(own) if s.origin)
+        found += [Stage(origin, known, own)] if known else []
+    return found
+
+
+def _without_code(code: Code | None, stages: list[Stage]) -> list[int]:
+    """Numbers of the stages that no line of a text belongs to."""
+    assert code is not None
+    there = {origin for line, origin in code.origins.items() if code.lines_of(line)}
+    return [k for k, stage in enumerate(stages) if not stage.known & there]
+
+
+def _left_out(stages: list[Stage], lost: Iterable[int]) -> Iterator[tuple[str, str]]:
+    """Origin and reason for each stage, or whole task, that has lost its code."""
+    names = [stages[k].origin for k in lost]
+    kept = {task_of(s.origin) for s in stages if s.origin not in names}
+    for origin in dict.fromkeys(o if task_of(o) in kept else task_of(o) for o in names):
+        yield origin, f"{origin} has no line of code in this text, and had some in the one that was proven"
+
+
+def _turns(candidate: Candidate, stages: list[Stage]) -> Turns:
+    """Which stage ran when: each stretch of the run is taken for the next stage that it can be."""
+    now, ran, late = 0, dict[int, Ran](), list[tuple[int, int, int]]()
+    for origin, first, end in _stretches(origins(candidate)):
+        own = [k for k, stage in enumerate(stages) if origin in stage.known and _moves(stage)]
+        following = next((k for k in own if k >= now), None)
+        if following is not None:
+            now = following
+            ran[now] = Ran(ran[now].first if now in ran else first, end)
+        elif own:
+            late.append((own[-1], first, now))
+    return Turns(ran, tuple(late))
+
+
+def _stretches(each: list[str]) -> Iterator[tuple[str, int, int]]:
+    """Origin, first sample and the one after the last, as long as it stays the same."""
+    first = 0
+    for origin, same in groupby(each):
+        end = first + sum(1 for _ in same)
+        yield origin, first, min(end, len(each) - 1)
+        first = end
+
+
+def _moves(stage: Stage) -> bool:
+    """Whether something moves in a stage; the others may change places with their neighbours."""
+    return any(not isinstance(s, SetPayload | ZeroSensor | Wait | Control) for s in walk(stage.steps))
+
+
+def _when(turns: Turns, stage: int) -> Ran:
+    """When a stage's code ran; at no time, after the stages before it, where none of it did."""
+    if stage in turns.ran:
+        return turns.ran[stage]
+    before = max((ran.end for k, ran in turns.ran.items() if k < stage), default=0)
+    return Ran(before, before)
+
+
+def _target(candidate: Candidate, stage: Stage) -> Floats | None:
+    """Where the last motion of a stage leads that states where it leads; (4, 4) of the tool in the base frame."""
+    for step in reversed(stage.steps):
+        if isinstance(step, Control | Drive):
+            return None
+        if isinstance(step, MoveJoints):
+            return _tool(candidate, step.path[-1])
+        if isinstance(step, MoveLinear):
+            return step.target.matrix
+        if isinstance(step, ForceMove | CompliantSlide):
+            return step.waypoints[-1].matrix
+    return None
+
+
+def _hand(candidate: Candidate, sample: int) -> Floats:
+    """Where the tool is at a sample, as ``_target`` has it."""
+    assert candidate.rollout is not None
+    return _tool(candidate, candidate.rollout.joints[sample])
+
+
+def _tool(candidate: Candidate, joints: Iterable[float]) -> Floats:
+    from ..kinematics.kinematics import forward
+
+    return forward(candidate.robot, tuple(joints)).matrix
+
+
+def _way(start: Floats, end: Floats) -> Floats:
+    """Way of the tool between two poses: translation, and rotation times ``LEVER`` [m]."""
+    from ..kinematics.kinematics import twist
+
+    way: Floats = twist(start, end) * np.repeat([1.0, LEVER], 3)
+    return way
+
+
+def _covered(start: Floats, end: Floats, planned: Floats) -> Floats:
+    """Way between two poses; of the two rotations about half a turn, which differ in sign, that which is more like the planned one."""
+    way = _way(start, end)
+    angle = float(np.linalg.norm(way[3:])) / LEVER
+    if angle < np.pi / 2:
+        return way
+    round_ = np.hstack((way[:3], way[3:] * (1 - 2 * np.pi / angle)))
+    return min(way, round_, key=lambda w: float(np.linalg.norm(w - planned)))
+
+
+@hookimpl
+def validators() -> Iterable[Validator]:
+    return [Steps()]
