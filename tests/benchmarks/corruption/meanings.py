@@ -43,8 +43,9 @@ def _and_back(ready: Ready, draw: Random) -> str:
     ahead = [at[0] + 0.09 * x / far, at[1] + 0.09 * y / far, 0.05, *attitude]
     share = 0.045 - far * draw.uniform(0.5, 1.0)
     behind = [at[0] + share * x / far, at[1] + share * y / far, 0.05, *attitude]
-    lines = go(above(ahead, 0.09)), go(ahead, 0.1), go(behind, 0.05), go(above(behind, 0.09), 0.1)
-    return ready.script.after("Retracting/back", lines).text
+    up = go(above([*at[:2], 0.05, *attitude], 0.12), 0.1)
+    lines = up, go(above(ahead, 0.09)), go(ahead, 0.1), go(behind, 0.05), go(above(behind, 0.09), 0.1)
+    return ready.script.after(draw.choice(("Pushing/push", "Retracting/back")), lines).text
 
 
 def _half_shut(ready: Ready, draw: Random) -> str:
