@@ -9,7 +9,7 @@ from .bases import Ready
 from .order import not_where_it_was
 from .rule import Rule, Seen, rule
 from .script import Script
-from .snippets import above, aside, go, shoved
+from .snippets import above, aside, go
 
 
 def put_aside(script: Script, x: float, y: float) -> Script:
@@ -41,9 +41,11 @@ def _and_back(ready: Ready, draw: Random) -> str:
     far = (x * x + y * y) ** 0.5
     attitude = ready.script.numbers(ready.script.variables("push_pose")[0])[3:]
     ahead = [at[0] + 0.09 * x / far, at[1] + 0.09 * y / far, 0.05, *attitude]
-    share = 0.09 - far * draw.uniform(0.5, 1.0) - 0.03
+    share = 0.045 - far * draw.uniform(0.5, 1.0)
     behind = [at[0] + share * x / far, at[1] + share * y / far, 0.05, *attitude]
-    return ready.script.after("Retracting/back", shoved(ahead, behind)).text
+    up = go(above([*at[:2], 0.05, *attitude], 0.12), 0.1)
+    lines = up, go(above(ahead, 0.09)), go(ahead, 0.1), go(behind, 0.05), go(above(behind, 0.09), 0.1)
+    return ready.script.after(draw.choice(("Pushing/push", "Retracting/back")), lines).text
 
 
 def _half_shut(ready: Ready, draw: Random) -> str:

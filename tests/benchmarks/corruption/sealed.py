@@ -100,13 +100,11 @@ def _beside_container(ready: Ready, draw: Random) -> str:
     """It is let go of beside the container, over the floor."""
     script = ready.script
     lower = script.numbers(script.variables("ungrasping_._lower_pose")[0])
-    side = draw.uniform(0.2, 0.24)
-    lines = (
-        go(above(lower, 0.15)),
-        go(aside(above(lower, 0.1), 0.0, side), 0.2),
-        go(aside(above(lower, -0.005), 0.0, side), 0.1),
-    )
-    return script.coded("Ungrasping/lower", lines).text
+    side = draw.uniform(0.25, 0.28)
+    over, beside = above(lower, 0.25), aside(above(lower, -0.005), 0.0, side)
+    moved = script.coded("Ungrasping/lower", (go(over), go(aside(over, 0.0, side), 0.2), go(beside, 0.1)))
+    back = script.variables("retracting_._back_pose")[0]
+    return moved.with_numbers(back, lambda pose: aside(above(pose, 0.1), 0.0, side)).text
 
 
 def _half_done(ready: Ready, draw: Random) -> str:
@@ -160,9 +158,8 @@ def _twisted(ready: Ready, draw: Random) -> str:
 
 def _payload(ready: Ready, draw: Random) -> str:
     """The empty hand is said to carry 2.6 to 4 kg."""
-    return ready.script.substituted(
-        "Grasping/payload", r"payload\(1\.\d+", f"payload({draw.uniform(3.5, 4.9):.3f}"
-    ).text
+    name = "Releasing/payload" if "placed" in ready.base.is_a else "Ungrasping/payload"
+    return ready.script.substituted(name, r"payload\(0\.\d+", f"payload({draw.uniform(3.5, 4.9):.3f}").text
 
 
 def stranger_touched(seen: Seen) -> str:
@@ -326,7 +323,7 @@ CORRUPTIONS: tuple[Rule, ...] = (
         "half_done",
         "E",
         "a stroke ends early",
-        "slide push door knob",
+        "slide door",
         _half_done,
         _less,
         "SlidingObject Pushing Opening TurningOn",
