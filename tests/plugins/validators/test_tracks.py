@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 import pytest
-from edited import against, proven, replaced
 from msgspec.structs import replace
 from short_runs import HANDOVERS, LEFT, OPENED, ORIGINS, RIGHT, TAKEN, good, posed, said, shifted, touching, track
 
-from cramlite.model import Pose, Touch, Wait, World
+from cramlite.model import Touch, Wait
 from cramlite.plugin import Allowance, Candidate
-from cramlite_plugins.simulation.objects.vessels import can
 from cramlite_plugins.validators.tracks import BACK, DROP, SLIDES, Tracks
 
 JUDGE = Tracks()
@@ -117,43 +113,3 @@ def test_a_thing_that_is_pushed_stays_where_it_was_pushed_to() -> None:
         pushed = posed(cup=way)
         moving = {**pushed.allowances, "4.ParkingArms": Allowance(moves=frozenset({"cup"}))}
         assert (said(JUDGE, replace(pushed, allowances=moving)) == []) is passes
-
-
-LIFT, TOOL = "movel(picking_up_2_lift_pose, a=0.5, v=0.1)", "0.0, 3.141593, 0.0], a=0.5, v=0.15)"
-OPEN, CLOSE = 'move_gripper(15, 157, 0, "none", 3.0, "y")', 'move_gripper(255, 157, 33, "object", 3.0, "x")'
-PARK = "  kill watchdog_thread"
-
-
-def led(*places: tuple[float, float, float] | str) -> str:
-    """Lines of code: straight motions of the tool, and others as they are."""
-    return "\n".join(f"  {p}" if isinstance(p, str) else f"  movel(p[{p[0]}, {p[1]}, {p[2]}, {TOOL}" for p in places) + "\n"
-
-
-def with_tin(candidate: Candidate) -> World:
-    tin = can("tin", Pose((0.35, 0.0, 0.0625)), radius=0.03, height=0.1)
-    return replace(candidate.world, things=(*candidate.world.things, tin))
-
-
-TAKE = ((0.35, 0.0, 0.3), (0.35, 0.0, 0.06), CLOSE)
-BAD: dict[str, Callable[[str], tuple[str, str]]] = {
-    "a tin carried aside": lambda _: (PARK, led(*TAKE, (0.35, 0.0, 0.16), (0.35, 0.15, 0.06), OPEN, (0.35, 0.15, 0.3)) + PARK),
-    "a tin taken and put back": lambda _: (PARK, led(*TAKE, (0.35, 0.0, 0.16), (0.35, 0.0, 0.06), OPEN, (0.35, 0.0, 0.3)) + PARK),
-    "a tin dropped": lambda _: (PARK, led(*TAKE, (0.35, 0.0, 0.4), OPEN) + PARK),
-    "a block let go and taken again": lambda _: (LIFT, f"{LIFT}\n" + led((0.5, 0.2, 0.054), OPEN, CLOSE) + f"  {LIFT}"),
-    "a block dragged": lambda _: ("  set_target_payload(1.125", led((0.5, 0.05, 0.05)) + "  set_target_payload(1.125"),
-}
-
-
-@pytest.mark.parametrize("what", BAD)
-def test_a_text_that_does_more_than_its_tasks_is_refused(what: str) -> None:
-    candidate = proven("placing")
-    found = against(candidate, replaced(candidate, BAD[what]("")), with_tin(candidate))
-    thing = "tin" if "tin" in what else "block"
-    assert f"'{thing}' was " in found["tracks"]
-
-
-def test_a_text_that_waits_or_places_aside_passes() -> None:
-    candidate = proven("placing")
-    aside = [(f"placing_3_{name}_pose = p[0.45", f"placing_3_{name}_pose = p[0.48") for name in ("putting_down_lower", "retracting_back")]
-    text = replaced(candidate, (LIFT, f"{LIFT}\n  sleep(1.0)"), *aside)
-    assert against(candidate, text, with_tin(candidate)) == {}
