@@ -100,7 +100,7 @@ class _Drawing:
             self._random[source] = np.random.default_rng(derive_seed(self.seed, (), source))
         return self._random[source]
 
-    def number(self, source: str, name: str, size: float, unit: str, per: float = 1.0) -> float:
+    def number(self, source: str, name: str, size: float, unit: str, per: float) -> float:
         """Uniform in plus or minus ``size`` times the scale; told in ``unit``, of which an SI unit has ``per``."""
         return self._noted(source, name, float(self.random(source).uniform(-1, 1)), size, unit, per)
 
@@ -189,7 +189,7 @@ def _swung(thing: Thing, hanger: Thing, off: Pose) -> Pose:
     hole, peg = min(pairs, key=lambda p: _from_axis(*p))
     axis, (hx, hy, hz) = peg.rotate((0.0, 0.0, 1.0)), hole.position
     along = float(sum(a * b for a, b in zip(axis, off.position, strict=True)))
-    about = Pose((hx, hy, hz)) * Pose((0.0, 0.0, 0.0), off.quaternion) * Pose((-hx, -hy, -hz))
+    about = Pose((hx, hy, hz)) * Pose(quaternion=off.quaternion) * Pose((-hx, -hy, -hz))
     return Pose(tuple(float(along * a) for a in axis)) * about * thing.pose  # type: ignore[arg-type]
 
 
@@ -205,7 +205,7 @@ def _displaced(thing: Thing, off: Pose, lifted: float) -> Pose:
         return thing.pose
     x, y, z = off.position
     px, py, pz = thing.pose.position
-    turned = Pose((0.0, 0.0, 0.0), off.quaternion) * Pose((0.0, 0.0, 0.0), thing.pose.quaternion)
+    turned = Pose(quaternion=off.quaternion) * Pose(quaternion=thing.pose.quaternion)
     return Pose((px + x, py + y, pz + (lifted if thing.movable else z)), turned.quaternion)
 
 

@@ -191,6 +191,8 @@ def test_what_was_seen_is_off_as_the_camera_is() -> None:
     assert 0.95 * 0.003 <= np.linalg.norm(found[:, :2], axis=1).max() <= 0.003 and not found[:, 2].any()
     turning = [draw(seed, replace(alone, hand_eye=PoseError(0.0, 0.02)), SIGHT).world for seed in SEEDS]
     turns = [turn(real, "block")[2] for real in turning]
+    told = draw(0, replace(alone, hand_eye=PoseError(0.0, 0.02)), SIGHT).draws[2]
+    assert told.name == "camera: turned about z" and -math.radians(told.value) == pytest.approx(turns[0], rel=0.01)  # it looks down
     reaches((min(turns), max(turns)), -0.02, 0.02, 0.2)
     away = math.dist(SIGHT.camera.position, WORLD.thing("block").pose.position)
     far = [math.hypot(*shift(real, "block")[:2]) for real in turning]
@@ -267,6 +269,7 @@ def test_a_things_shapes_and_its_content_rub_as_it_does_and_weigh_as_it_does() -
 def test_what_is_told_is_what_was_made() -> None:
     for seed in SEEDS[:5]:
         twin = draw(seed)
+        assert all((d.value, d.size) == (round(d.value, 6), round(d.size, 6)) for d in twin.draws)
         told, real = {d.name: (d.value, d.size, d.unit) for d in twin.draws}, twin.world
         jug_, zeros = real.thing("jug"), real.disturbance.joint_zeros
         made = {
