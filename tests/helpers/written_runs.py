@@ -9,11 +9,14 @@ from typing import Any
 
 from conftest import ROOT
 from edited import engine
+from msgspec import json
 from msgspec.structs import replace
 from short_runs import good
 
 from cramlite import Trace, read_scenario
 from cramlite.engine.candidates import CandidateSequence
+from cramlite.engine.intent import Intent, Kept, write_intent
+from cramlite.engine.proof import assemble
 from cramlite.engine.search_in_setting import search_in
 from cramlite.model import Code, Cost, Finding, Program, Robot, Rollout, World
 from cramlite.planning.state import State
@@ -89,3 +92,18 @@ def knowing(simulator: Written, judges: Iterable[Any]) -> Any:
     knowledge = copy(engine().knowledge)
     vars(knowledge).update(simulator=simulator, validators=tuple(judges), left_out=("blocked",))
     return knowledge
+
+
+@cache
+def written() -> Candidate:
+    """The candidate of that state, with the text that the scenario's backend writes."""
+    plan = planned()
+    made = assemble(plan.plan, grounded(), plan.setting, plan.knowledge)
+    return replace(made, code=plan.setting.backend.emit(made.program, made.robot))
+
+
+@cache
+def intent() -> Intent:
+    """What that text is for, as its run directory keeps it."""
+    made = written()
+    return Intent(json.decode(write_intent(made), type=Kept), made.program)

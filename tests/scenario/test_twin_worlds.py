@@ -333,13 +333,22 @@ def test_of_two_that_lie_under_it_the_higher_one_carries() -> None:
     assert shift(real, "block")[2] == pytest.approx(real.thing("sheet").pose.position[2] - 0.002, abs=1e-12)
 
 
-@pytest.mark.parametrize(("x", "y"), [(0.5, 0.5), (-0.5, -0.5)])
-def test_a_corner_and_the_whole_gap_still_count_to_what_it_stands_on(x: float, y: float) -> None:
-    plate = Thing("plate", "cram:Table", Pose((0.0, 0.0, -GAP)), (Geom("box", (0.5, 0.5, 0.0)),))
-    post = Thing("post", "cram:Product", Pose((x, y, 0.25)), (Geom("box", (0.1, 0.1, 0.25)),), mass=0.1)
+EDGES = [((x, y), True) for x in (-0.5, 0.5) for y in (-0.25, 0.25)]
+BESIDE = [((x, y), False) for x, y in ((0.51, 0.0), (-0.51, 0.0), (0.0, 0.26), (0.0, -0.26))]
+
+
+@pytest.mark.parametrize(("at", "stands"), [*EDGES, *BESIDE])
+def test_up_to_its_edges_and_at_the_whole_gap_a_support_carries(at: tuple[float, float], stands: bool) -> None:
+    plate = Thing("plate", "cram:Table", Pose((0.0, 0.0, -GAP)), (Geom("box", (0.5, 0.25, 0.0)),))
+    post = Thing("post", "cram:Product", Pose((*at, 0.25)), (Geom("box", (0.1, 0.1, 0.25)),), mass=0.1)
     real = draw(1, replace(ERRORS, things={}), world=World((plate, post), WORLD.robots)).world
     lifted = real.thing("plate").pose.position[2] + GAP
-    assert real.thing("post").pose.position[2] - 0.25 == pytest.approx(lifted, abs=1e-12) != 0.0
+    assert real.thing("post").pose.position[2] - 0.25 == pytest.approx(lifted if stands else 0.0, abs=1e-12)
+
+
+def test_what_has_no_shape_stands_on_nothing() -> None:
+    ghost = Thing("ghost", "cram:Product", Pose((0.5, 0.2, 0.0)), (), mass=0.1)
+    assert draw(1, replace(ERRORS, things={}), world=World((WORLD.things[0], ghost))).world.thing("ghost").pose.position[2] == 0.0
 
 
 LYING = Geom("box", (0.03, 0.03, 0.05), Pose.from_rotvec((0, 0, 0), (math.pi / 2, 0, 0)))
