@@ -9,8 +9,9 @@ from edited import engine
 from msgspec.structs import replace
 from written_runs import Says, Written, grounded, intent, knowing, planned, ran, written
 
-from cramlite.engine.judging import LISTED, Judged, Purpose, judge_text
-from cramlite.model import JudgingLimits
+from cramlite.engine.judging import Judged, Purpose, judge_text
+from cramlite.model import JudgingLimits, Pose, RobotMount
+from cramlite.model.program import Section
 from cramlite.model.program_json import typed_code
 from cramlite.plugin import UserError
 from cramlite_plugins.robots.ur5e import UR5E
@@ -97,22 +98,25 @@ def test_a_task_whose_code_is_gone_is_an_objection_whoever_else_is_content(first
     assert wrong.origin == task and wrong.reason.startswith(f"{task} has no line of code")
 
 
+def test_a_task_that_needed_no_code_misses_none() -> None:
+    made = intent()
+    sections = (*made.program.sections, Section("5.Waiting", "Waiting", 15, 15))
+    assert judged(TEXT, Purpose(replace(made, program=replace(made.program, sections=sections))), Says("run")).verdict.passed
+
+
 @pytest.mark.parametrize("comment", ["#", "//", "!"])
 def test_a_comment_is_no_code(comment: str) -> None:
     text = TEXT.replace("movel(picking_up_2", f"{comment} movel(picking_up_2")
     assert [f.origin for f in judged(text, RUN, Says("run")).verdict.objections] == ["2.PickingUp"]
 
 
-def test_lines_that_nothing_says_a_task_of_are_told() -> None:
-    own = "\n".join(f"  zz_{k} = {k}" for k in range(LISTED + 2))
-    lift = "  movel(picking_up_2_lift_pose, a=0.5, v=0.1)\n"
-    text = TEXT.replace(lift, f"{lift}{own}\n")
-    said = judged(text, RUN, Says("run")).remarks[0]
+@pytest.mark.parametrize(("count", "more"), [(2, ""), (6, ""), (7, ", ..."), (8, ", ...")])
+def test_lines_that_nothing_says_a_task_of_are_told(count: int, more: str) -> None:
+    lift, own = "  movel(picking_up_2_lift_pose, a=0.5, v=0.1)\n", "".join(f"  zz_{k} = {k}\n" for k in range(count))
+    text = TEXT.replace(lift, lift + own)
     lines = [k for k, line in enumerate(text.splitlines(), 1) if line.startswith("  zz_")]
-    assert said.startswith(f"nothing says which task line {', '.join(map(str, lines[:LISTED]))}, ... belongs to")
-    few = text.replace("\n".join(own.splitlines()[1:]), "  zz_1 = 1")
-    said = judged(few, RUN, Says("run")).remarks[0]
-    assert said.startswith(f"nothing says which task line {', '.join(map(str, lines[:2]))} belongs to")
+    listed = ", ".join(map(str, lines[:6])) + more
+    assert judged(text, RUN, Says("run")).remarks[0].startswith(f"nothing says which task line {listed} belongs to; each counts")
 
 
 # Against a list of tasks
@@ -131,6 +135,18 @@ def test_a_plan_without_a_run_is_judged_by_what_lines_name() -> None:
     assert facts.asked == [] and words(found) == [("run", True)]
     assert found.remarks[-2].startswith("no run directory says where the plan's things should end")
     assert found.remarks[-1].startswith("not judged: facts")
+
+
+def test_it_is_the_first_robot_that_acts() -> None:
+    """Another one beside it has other joints, another mount and another opening."""
+    arm = replace(WORLD.robots[0], joints=(0.1, -1.2, 1.3, -1.4, -1.5, 0.6), opening=0.03)
+    world = replace(WORLD, robots=(arm, RobotMount("other", "ur10e", Pose((1.0, 1.0, 0.0)))))
+    run, simulator = Says("run"), Written()
+    judge_text(TEXT, world, Purpose(plan=planned().plan, actions=grounded().actions), knowing(simulator, [run]), 5)
+    seen = run.asked[0]
+    assert simulator.asked[0][2] == seen.program.robot == seen.belief.robot == "arm"
+    assert seen.robot == UR5E and (seen.program.robot_type, seen.program.tcp) == ("ur5e", UR5E.gripper.tcp)
+    assert (seen.program.start, seen.belief.joints, seen.belief.opening) == (arm.joints, arm.joints, 0.03)
 
 
 def test_a_text_that_names_no_task_cannot_be_held_against_a_plan() -> None:

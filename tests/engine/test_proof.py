@@ -120,10 +120,11 @@ def test_a_program_with_a_late_pose_must_come_to_the_same_end_at_all_four_edges(
 
 
 def test_one_that_fails_at_an_edge_is_refused_with_that_edge_and_the_others_are_not_tried() -> None:
-    judge_ = Says("run", lambda c: [Finding("run", c.rollout.outcome == "finished", c.rollout.reason, origin="1.Grasping")])
+    tasks = ("1.Grasping", "3.Placing")
+    judge_ = Says("run", lambda c: [Finding("run", c.rollout.outcome == "finished", c.rollout.reason, origin=t) for t in tasks])
     simulator = Written(ran(), ran(), ran("halted"))
     verdict = late([judge_], simulator)
-    assert not verdict.passed and words(verdict) == [("run", True), ("late_pose", True), ("late_pose", False)]
+    assert not verdict.passed and words(verdict) == [("run", True), ("run", True), ("late_pose", True), ("late_pose", False)]
     wrong = verdict.findings[-1]
     assert wrong.reason == "with 'block' +0, +10 mm and -11 deg off: run: as written" and wrong.origin == "1.Grasping"
     assert len(simulator.asked) == 3
@@ -223,13 +224,24 @@ def test_choices_up_to_the_task_that_failed_are_blamed_and_motions_are_not() -> 
     found = blamed(Finding("a", False, "", origin="2.PickingUp/lift"))
     assert {GRASP, LIFT, InTask(2)} <= found and not {SHELF, AWAY} & found
     assert not grounded().motions & found and {"1.Grasping", "2.PickingUp"} & found
-    assert {GRASP, LIFT, SHELF, AWAY, InTask(3)} <= blamed(Finding("a", False, "", origin="3.Placing"))
+    third = blamed(Finding("a", False, "", origin="3.Placing"))
+    assert {GRASP, LIFT, SHELF, AWAY, InTask(3)} <= third and "4.ParkingArms" not in third
 
 
 def test_of_several_the_first_task_that_failed_counts() -> None:
     first, last = Finding("a", False, "", origin="1.Grasping"), Finding("b", False, "", origin="3.Placing")
     found = blamed(last, first)
     assert InTask(1) in found and GRASP in found and not {LIFT, SHELF} & found
+
+
+def test_the_choice_of_a_task_that_was_reached_is_blamed_and_that_of_a_later_one_is_not() -> None:
+    chosen = [name for name, _ in grounded().choices]
+    assert {"1.Grasping", "2.PickingUp", "3.Placing", "4.ParkingArms"} <= set(chosen)
+    assert "2.PickingUp" not in blamed(Finding("a", False, "", origin="1.Grasping"))
+
+
+def test_where_the_last_task_failed_the_choices_of_all_are_blamed() -> None:
+    assert {GRASP, LIFT, SHELF, AWAY, InTask(4)} <= blamed(Finding("a", False, "", origin="4.ParkingArms/park"))
 
 
 def test_without_a_task_all_choices_are_blamed() -> None:
