@@ -5,9 +5,9 @@
 
 Cosmic Ray changes one operator, number or condition of a module at a time; the module's own quick tests (``mutants.yaml``) must
 then fail. WORD picks the modules whose name contains it. A process that has everything imported is forked for each mutant, which
-imports anew only what stands on the changed module: two tenths of a second each and what its tests take. Mutants of annotations, of ``assert`` (there
-for type checkers alone) and of what is written for people in ``f""`` are left out. What survives and is not listed in
-``mutants.yaml`` as equivalent is printed, and makes the exit code 1.
+imports anew only what stands on the changed module: that takes two tenths of a second, beside what its tests take. Mutants of
+annotations, of ``assert`` (there for type checkers alone) and of what is written for people in ``f""`` are left out. What survives
+and is not listed in ``mutants.yaml`` as equivalent is printed, and makes the exit code 1.
 """
 
 from __future__ import annotations

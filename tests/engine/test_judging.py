@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
-from edited import engine
 from msgspec.structs import replace
 from written_runs import Says, Written, grounded, intent, knowing, planned, ran, written
 

@@ -19,7 +19,9 @@ from cramlite.plugin import Candidate, UserError
 from cramlite_plugins.robots.ur5e import UR5E
 
 
-def proved(judges: list[Says], backend: Writes | None = None, simulator: Written | None = None, **changes: Any) -> tuple[Candidate, Verdict]:
+def proved(
+    judges: list[Says], backend: Writes | None = None, simulator: Written | None = None, **changes: Any
+) -> tuple[Candidate, Verdict]:
     """The proof of the hand-written candidate, as yet without code and run."""
     made = replace(good(), code=None, rollout=None, **changes)
     return prove(made, knowing(simulator or Written(), judges), backend or Writes(), seed=3)  # type: ignore[arg-type]

@@ -19,6 +19,10 @@ def test_one_objection_refuses(findings: tuple[Finding, ...], passes: bool) -> N
     assert Verdict(findings).passed is passes
 
 
+def test_a_finding_is_about_a_place_that_might_change_it_unless_it_says_else() -> None:
+    assert Finding("a", True, "r") == Finding("a", True, "r", None, None, "", "", True, False, None, False)
+
+
 def test_no_finding_is_no_success() -> None:
     assert Verdict(()).passed is False and Verdict((), ("one",)).passed is False
 

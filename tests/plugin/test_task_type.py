@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 import pytest
 
 from cramlite.model import Action, Object
-from cramlite.plugin import HAND, HELD, Parameter, Role, TaskType, UserError
+from cramlite.plugin import HAND, HELD, Decomposition, Parameter, Role, TaskType, UserError
 from cramlite.plugin.task_type import FORCE_LIMIT, task_type
 
 
@@ -37,7 +37,15 @@ class Careful(Wiping):
     parameters = (Parameter(FORCE_LIMIT, 25.0, "a choice"), Parameter("speed_m_s", 0.1, "a choice"))
 
 
-ROLES = {"Agent": Object("me"), "Patient": Object("it", entity="cup/rim"), "Relatum": Object("on", entity="table"), "Extra": Object("unbound")}
+class Swift(Wiping):
+    task = "swift"
+    aliases = ()
+    parameters = (Parameter("speed_m_s", 0.1, "a choice"),)
+
+
+ROLES = {
+    "Agent": Object("me"), "Patient": Object("it", entity="cup/rim"), "Relatum": Object("on", entity="table"), "Extra": Object("unbound"),
+}  # fmt: skip
 ACTION = Action("1.Wiping", "x:Wiping", ROLES)
 
 
@@ -65,10 +73,16 @@ def test_what_a_type_declares_is_asked_of_those_who_fill_its_roles() -> None:
 
 def test_an_action_may_lower_its_force() -> None:
     assert Careful().allowance(Action("1.Wiping", "x:Careful", ROLES, parameters={FORCE_LIMIT: 9}), {}).force == 9.0
-    assert Wiping().allowance(Action("1.Wiping", "x:Wiping", ROLES, parameters={FORCE_LIMIT: 9}), {}).force is None
+    for free in (Wiping(), Swift()):
+        assert free.allowance(Action("1.Wiping", free.task, ROLES, parameters={FORCE_LIMIT: 9}), {}).force is None
 
 
-@pytest.mark.parametrize("free", [t for t in ("ParkingArms", "AssumingArmPose")])
+def test_what_a_type_does_not_declare_it_does_not_do() -> None:
+    assert not any((Wiping.places, Wiping.looks, Wiping.leads_on)) and Decomposition((), "so").cost == 0.0
+    assert Wiping().begins_at(ACTION) is None
+
+
+@pytest.mark.parametrize("free", ["ParkingArms", "AssumingArmPose"])
 def test_shipped_free_motions_carry_nothing_on(free: str) -> None:
     from cramlite import Engine
 
@@ -95,7 +109,7 @@ def test_a_role_adds_what_it_requires() -> None:
 @pytest.mark.parametrize("name", ["x:Wiping", "Wiping", "Dusting"])
 def test_a_type_is_found_by_class_local_name_and_alias(name: str) -> None:
     wiping, free = Wiping(), Free()
-    assert task_type({"x:Wiping": wiping, "x:Free": free}, name) is wiping
+    assert task_type({"x:Wiping": wiping, "x:Free": free, "swift": Swift()}, name) is wiping
 
 
 @pytest.mark.parametrize(("name", "near"), [("x:Wipin", "'x:Wiping'"), ("Wipin", "'Wiping'")])

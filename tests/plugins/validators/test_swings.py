@@ -82,6 +82,24 @@ def test_a_turn_that_touches_a_grip_with_one_sample_counts() -> None:
     assert off(begun, 20, [Turn(DOWN, 29, 40)]).max() > SLIP
 
 
+def test_it_is_held_to_where_it_was_at_first() -> None:
+    moved = np.tile([0.0, 0.0, 0.02], (9, 1))
+    moved[0] = 0.0
+    assert off(moved, 5, []) == pytest.approx([0.0, *[0.02] * 8])
+
+
+@pytest.mark.parametrize("by", [(0.0, 0.03, 0.0), (0.0, 0.0, 0.03), (0.03, 0.0, 0.0)])
+def test_what_leaves_its_way_while_it_turns_slips_also_where_it_comes_back(by: tuple[float, float, float]) -> None:
+    left = way(SHARES)
+    left[12:28] += by
+    assert off(left, FIRST, TURNS).max() > SLIP
+
+
+def test_its_way_begins_where_the_turn_does() -> None:
+    back = way(np.concatenate([np.zeros(10), np.linspace(0, -0.5, 10), np.linspace(-0.5, 1.0, 10), np.ones(10)]))
+    assert off(back, FIRST, TURNS[:1]).max() > SLIP
+
+
 def swinging(*swings: tuple[str, Swing]) -> Candidate:
     """The hand-written candidate, whose motions of some origins declare turns."""
     at, made = Pose((0.5, 0.2, 0.3)), good()
@@ -90,11 +108,11 @@ def swinging(*swings: tuple[str, Swing]) -> Candidate:
 
 
 def test_declared_are_the_turns_of_motions_that_ran_in_the_order_in_which_they_did() -> None:
-    first, second, third = DOWN.part(0.0, 0.4), DOWN.part(0.4, 1.0), UP
+    first, second, third = DOWN.part(0.0, 0.4), replace(DOWN.part(0.4, 1.0), pivot=(0.0, 0.0, 1.0)), UP
     made = swinging(
         ("3.Placing/PuttingDown/lower", third), ("2.PickingUp/lift", first), ("2.PickingUp/lift", second), ("9.Never/ran", UP)
     )
-    ran = {line: np.flatnonzero(LINES == line) for line in (3, 5)}
+    ran = {line: np.flatnonzero(line == LINES) for line in (3, 5)}
     lifted, lowered = declared(made)
     assert lifted == Turn(Swing(first.start, second.end, first.pivot), int(ran[3][0]), int(ran[3][-1]))
     assert lowered == Turn(Swing(UP.start, UP.end, UP.pivot), int(ran[5][0]), int(ran[5][-1]))
