@@ -15,6 +15,7 @@ def test_the_defaults_are_those_that_are_declared() -> None:
     model = ErrorModel()
     assert (model.pose.position, math.degrees(model.pose.angle)) == (0.002, pytest.approx(1.0))
     assert (model.friction, model.mass, model.gripper_force, model.latency) == (0.5, 0.2, 0.1, (0.008, 0.024))
+    assert (model.size, model.centre, math.degrees(model.lean)) == (0.01, 0.05, pytest.approx(1.0))
     assert (model.kinematics, math.degrees(model.calibration), math.degrees(model.backlash)) == pytest.approx((0.0003, 0.02, 1 / 60))
     assert (model.hand_eye.position, math.degrees(model.hand_eye.angle)) == (0.003, pytest.approx(0.5))
     assert (dict(model.things), model.sensor, model.scale) == ({}, None, 1.0) and PoseError() == PoseError(0.0, 0.0)

@@ -12,7 +12,10 @@ from msgspec.structs import replace
 
 from cramlite.model import ErrorModel, Geom, Inertia, Pose, PoseError, RobotMount, SensorErrors, Thing, World
 from cramlite.model.error_model import NO_ERRORS, SOURCES
-from cramlite.scenario.twin import GAP, LEAST, Sight, Twin, draw_twin
+from cramlite.plugin import UserError
+from cramlite.scenario.twin import Twin, draw_twin
+from cramlite.scenario.twin_drawing import LEAST
+from cramlite.scenario.twin_places import GAP, Sight
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.simulation.objects.furniture import cabinet, door, drawer
 from cramlite_plugins.simulation.objects.products_and_fixtures import block, hanger, hung, product, table
@@ -23,9 +26,9 @@ SEEDS = range(120)
 ERRORS = ErrorModel(
     pose=PoseError(0.004, 0.03), things={"jug": PoseError(0.008, 0.06)}, friction=0.4, mass=0.3, gripper_force=0.15,
     sensor=SensorErrors(0.2, 2.0, 0.03), latency=(0.01, 0.03), kinematics=0.0006, calibration=0.001, backlash=0.0007,
-    hand_eye=PoseError(0.003, 0.02),
+    hand_eye=PoseError(0.003, 0.02), size=0.0, centre=0.0, lean=0.0,
 )  # fmt: skip
-"""Every source, and no size of one that is the size of another."""
+"""Every source but those of shapes (``test_twin_shapes``), and no size of one that is the size of another."""
 TURNED = Pose.from_rotvec((0, 0, 0), (0.0, 0.0, 0.7))
 SIGHT = Sight(Pose((0.4, 0.0, 0.9), (0.0, 1.0, 0.0, 0.0)), frozenset({"block"}))
 HELD_BY = (("hangs_on", "tea", "hook/peg"), ("on", "block", "floor"))
@@ -127,9 +130,14 @@ def test_a_vector_comes_near_the_surface_of_its_ball_on_every_side(name: str) ->
     found = np.array([vector(world) for world in worlds()])
     far = np.linalg.norm(found, axis=1)
     assert 0.95 * radius <= far.max() <= radius + 1e-9
-    assert ((far / radius) ** 3).mean() == pytest.approx(0.5, abs=0.1)  # as many in one part of the ball as in any other
+    assert ((far / radius) ** 3).mean() == pytest.approx(0.5, abs=0.06)
     for low, high in zip(found.min(axis=0), found.max(axis=0), strict=True):
         reaches((low, high), -radius, radius, 0.2)
+
+
+def test_of_many_vectors_as_many_are_in_one_part_of_their_ball_as_in_any_other() -> None:
+    shares = [np.linalg.norm(vector(world)) / radius for vector, radius in BALLS.values() for world in worlds()]
+    assert np.mean(np.array(shares) ** 3) == pytest.approx(0.5, abs=0.03) and len(shares) == len(BALLS) * len(SEEDS)
 
 
 @pytest.mark.parametrize(("name", "radius"), [("block", 0.004), ("jug", 0.008)])
@@ -180,6 +188,12 @@ def test_links_are_off_in_every_direction_and_by_as_much_as_the_flange_may_be() 
         reaches((low * math.sqrt(6), high * math.sqrt(6)), -0.0006, 0.0006)
 
 
+@pytest.mark.parametrize("joints", [0, 1, 2])
+def test_few_links_are_off_by_as_much_together(joints: int) -> None:
+    links = draw_twin(WORLD, (), replace(UR5E, joints=UR5E.joints[:joints]), ERRORS, 1).world.disturbance.links
+    assert len(links) == joints and np.linalg.norm(links) == pytest.approx(0.0006 if joints else 0.0)
+
+
 def test_what_is_the_same_in_every_twin() -> None:
     assert {w.disturbance.force_noise for w in worlds()} == {0.2} and {w.disturbance.backlash for w in worlds()} == {0.0007}
 
@@ -210,7 +224,8 @@ def test_the_cameras_error_comes_before_the_things_own() -> None:
 OWN: dict[str, set[str]] = {
     "poses": {"pose"}, "friction": {"friction", "shapes", "grains' friction", "pads"}, "arm": {"links", "zeros", "backlash"},
     "force sensor": {"noise", "bias", "turning", "drift"}, "latency": {"latency"}, "mass": {"mass", "inertia", "grains' mass"},
-    "gripper force": {"grip"}, "hand-eye": {"pose"},
+    "gripper force": {"grip"}, "hand-eye": {"pose"}, "size": {"sizes", "features", "pose", "inertia"}, "centre": {"centres"},
+    "lean": {"pose"},
 }  # fmt: skip
 """Source -> what of a world it changes."""
 
@@ -218,37 +233,46 @@ OWN: dict[str, set[str]] = {
 def aspects(world: World) -> dict[str, object]:
     """Everything of a world that an error can change, by its name; and what remains."""
     things, d = world.things, world.disturbance
-    bare = [replace(t, pose=Pose(), geoms=tuple(replace(g, friction=None) for g in t.geoms), friction=0.0,
-                    mass=t.mass and 1.0, inertia=None, filling=None) for t in things]  # fmt: skip
+    bare = [replace(t, pose=Pose(), geoms=(), features=(), friction=0.0, mass=t.mass and 1.0, inertia=None, filling=None) for t in things]
     return {
         "pose": [t.pose for t in things], "friction": [t.friction for t in things], "mass": [t.mass for t in things],
         "shapes": [[g.friction for g in t.geoms] for t in things], "inertia": [t.inertia for t in things],
         "grains' friction": [t.filling and t.filling.friction for t in things],
         "grains' mass": [t.filling and t.filling.mass for t in things], "pads": world.physics.pad_friction, "links": d.links,
         "zeros": d.joint_zeros, "backlash": d.backlash, "noise": d.force_noise, "bias": d.force_bias, "turning": d.force_turning,
-        "drift": d.force_drift, "latency": d.latency, "grip": d.gripper_force,
-        "rest": (bare, [t.inertia and t.inertia.centre for t in things], [t.filling and t.filling.count for t in things],
+        "sizes": [[replace(g, friction=None) for g in t.geoms] for t in things], "features": [t.features for t in things],
+        "centres": dict(d.centres), "drift": d.force_drift, "latency": d.latency, "grip": d.gripper_force,
+        "rest": (bare, [t.filling and t.filling.count for t in things],
                  replace(world.physics, pad_friction=0.0), world.robots),
     }  # fmt: skip
+
+
+SHAPED = replace(ERRORS, size=0.02, centre=0.04, lean=0.03)
+"""With errors of shape as well, which move what the others are measured by."""
 
 
 @pytest.mark.parametrize("source", SOURCES)
 def test_a_source_changes_what_is_its_own_and_nothing_else(source: str) -> None:
     before = aspects(WORLD)
     for seed in (1, 2, 3):
-        after = aspects(draw(seed, ERRORS.only(source), SIGHT).world)
+        after = aspects(draw(seed, SHAPED.only(source), SIGHT).world)
         assert {name for name, value in after.items() if value != before[name]} == OWN[source]
 
 
 @pytest.mark.parametrize("source", SOURCES)
 def test_without_a_source_all_that_is_its_own_is_as_it_was_believed(source: str) -> None:
-    without = replace(ERRORS, **{name: getattr(NO_ERRORS, name) for name in SOURCES[source]})
-    all_, some = (draw(4, errors, SIGHT) for errors in (ERRORS, without))
+    without = replace(SHAPED, **{name: getattr(NO_ERRORS, name) for name in SOURCES[source]})
+    all_, some = (draw(4, errors, SIGHT) for errors in (SHAPED, without))
     assert [d for d in all_.draws if d.source != source] == list(some.draws)
     after, before, full = aspects(some.world), aspects(WORLD), aspects(all_.world)
-    kept = set() if source in ("poses", "hand-eye") else OWN[source]  # both of these move things
-    assert all(after[name] == before[name] for name in kept)
+    others = set().union(*(own for name, own in OWN.items() if name != source))  # several move things
+    assert all(after[name] == before[name] for name in OWN[source] - others)
     assert all(after[name] == full[name] for name in after.keys() - OWN[source])
+
+
+def test_errors_of_a_thing_that_there_is_not() -> None:
+    with pytest.raises(UserError, match="about 'jog', which is no thing of this world; did you mean 'jug'"):
+        draw(1, replace(ERRORS, things={"jog": PoseError(0.1)}))
 
 
 def test_each_thing_draws_its_own() -> None:
