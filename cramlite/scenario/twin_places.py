@@ -78,8 +78,7 @@ class _Placing:
         return replace(self._sized(thing), pose=self._raised(thing, pose, lean))
 
     def _sized(self, thing: Thing) -> Thing:
-        factor = self.factors.get(thing.name, 1.0)
-        return scaled(thing, factor) if factor != 1.0 else thing
+        return scaled(thing, self.factors[thing.name]) if thing.name in self.factors else thing
 
     def _raised(self, thing: Thing, pose: Pose, lean: Pose) -> Pose:
         """Where the origin of what was scaled is, so that its base stays."""
@@ -135,7 +134,7 @@ def _free(thing: Thing) -> bool:
 def _lean(thing: Thing, draw: Drawing) -> Pose:
     """How far a fixed thing leans: a turn about a horizontal axis."""
     x, y = draw.disc("lean", f"{thing.name}: leans about", draw.errors.lean, "deg", DEG)
-    return Pose.from_rotvec((0.0, 0.0, 0.0), (x, y, 0.0)) if x or y else Pose()
+    return Pose.from_rotvec((0.0, 0.0, 0.0), (x, y, 0.0))
 
 
 def _offsets(world: World, draw: Drawing, sight: Sight | None) -> dict[str, Pose]:
@@ -182,7 +181,7 @@ def _displaced(thing: Thing, off: Pose, lifted: float) -> tuple[Pose, float]:
 def _hung(thing: Thing, hanger: Thing, factor: float) -> Pose:
     """Where the origin of what hangs and is scaled is, so that its hole rests on the peg where it did."""
     resting = _resting(thing, hanger)
-    if resting is None or factor == 1.0:
+    if resting is None:
         return thing.pose
     hole = resting[0]
     top = (thing.pose * hole.pose).position[2] + hole.size.get("diameter", 0.0) / 2

@@ -74,6 +74,31 @@ def test_the_hole_of_what_hangs_rests_on_the_peg_where_it_did() -> None:
         assert at[:2] == pytest.approx((WORLD.thing("tea").pose * was.pose).position[:2], abs=1e-9)
 
 
+def hanging(**changes: object) -> World:
+    """The world, whose thing that hangs is another."""
+    return replace(WORLD, things=tuple(replace(t, **changes) if t.name == "tea" else t for t in WORLD.things))
+
+
+@pytest.mark.parametrize("changes", [{"mass": None}, {"features": ()}])
+def test_what_hangs_and_is_fixed_or_shows_no_hole_goes_with_its_hanger(changes: dict[str, object]) -> None:
+    world = hanging(**changes)
+    before = world.thing("hook").pose.inverse() * world.thing("tea").pose
+    for errors in (SIZE, LEAN) if "mass" in changes else (replace(NO_ERRORS, pose=PoseError(0.004, 0.03)), LEAN):
+        real = draw(2, errors, world=world).world
+        after = real.thing("hook").pose.inverse() * real.thing("tea").pose
+        assert max(before.distance(after)) < 1e-6
+
+
+def test_a_hole_of_no_stated_diameter_is_a_point() -> None:
+    hole = replace(WORLD.thing("tea").features[0], size={})
+    world = hanging(features=(hole,))
+    for seed in SEEDS[:5]:
+        real = draw(seed, SIZE, world=world).world
+        tea = real.thing("tea")
+        was = world.thing("tea").pose * hole.pose
+        assert (tea.pose * tea.features[0].pose).position == pytest.approx(was.position, abs=1e-9)
+
+
 def test_what_stands_on_what_is_larger_stands_higher() -> None:
     for seed in SEEDS:
         real = draw_twin(STACK, (), UR5E, SIZE, seed).world
