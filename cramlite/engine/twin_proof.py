@@ -24,7 +24,8 @@ from ..model.run_peaks import RunPeaks, peaks_of
 from ..model.twin_verdict import TwinRun, TwinVerdict
 from ..model.verdict import Finding, Verdict
 from ..plugin.selection import PluginChoice
-from ..scenario.twin import Sight, Twin, draw_twin
+from ..scenario.twin import Twin, draw_twin
+from ..scenario.twin_places import Sight
 from .executor_group import ExecutorGroup, RunGroup, processes_here
 from .late_poses import flange
 from .proof import judge_run, text_that_runs

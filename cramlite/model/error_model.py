@@ -32,6 +32,12 @@ class ErrorModel(Value):
         friction: share of every thing's friction and of the pads' (0.5 is plus or minus 50 %); each is drawn by itself. Rubber on
             smooth solids was measured between .25 and 1.0: a range, never a value.
         mass: share of every thing's mass.
+        size: share of the size of every thing that is free; furniture keeps its own. 1 %, a choice: guides to printed plastics give .1 to
+            1 % of shrinkage.
+        centre: of mass of every thing that is free, as a share of the box around it, along each of its sides. 5 %, a choice: a shape does
+            not say what is in it.
+        lean: of every thing that is fixed, about a horizontal axis through its base [rad]; what it carries leans with it. 1 deg, a choice:
+            what is set up without a spirit level.
         gripper_force: share of the grip force. 10 %: none is published.
         sensor: of the force-torque sensor; None for what the robot declares.
         latency: lowest and highest delay between a measurement and what a program does about it [s]. 8 to 24 ms: one to three
@@ -48,6 +54,9 @@ class ErrorModel(Value):
     things: Mapping[str, PoseError] = field(default_factory=dict)
     friction: float = 0.5
     mass: float = 0.2
+    size: float = 0.01
+    centre: float = 0.05
+    lean: float = math.radians(1.0)
     gripper_force: float = 0.1
     sensor: SensorErrors | None = None
     latency: tuple[float, float] = (0.008, 0.024)
@@ -76,14 +85,14 @@ class ErrorModel(Value):
 
 
 NO_ERRORS = ErrorModel(
-    pose=PoseError(), friction=0.0, mass=0.0, gripper_force=0.0, sensor=SensorErrors(0.0, 0.0, 0.0), latency=(0.0, 0.0),
-    kinematics=0.0, calibration=0.0, backlash=0.0, hand_eye=PoseError(),
+    pose=PoseError(), friction=0.0, mass=0.0, size=0.0, centre=0.0, lean=0.0, gripper_force=0.0, sensor=SensorErrors(0.0, 0.0, 0.0),
+    latency=(0.0, 0.0), kinematics=0.0, calibration=0.0, backlash=0.0, hand_eye=PoseError(),
 )  # fmt: skip
 """What is drawn from it is the believed world itself."""
 
 SOURCES: Mapping[str, tuple[str, ...]] = {
     "poses": ("pose", "things"), "friction": ("friction",), "arm": ("kinematics", "calibration", "backlash"),
     "force sensor": ("sensor",), "latency": ("latency",), "mass": ("mass",), "gripper force": ("gripper_force",),
-    "hand-eye": ("hand_eye",),
+    "hand-eye": ("hand_eye",), "size": ("size",), "centre": ("centre",), "lean": ("lean",),
 }  # fmt: skip
 """Sources of error -> the fields of ``ErrorModel`` that belong to each; those that break programs most often stand first."""

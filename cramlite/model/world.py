@@ -7,6 +7,7 @@ JSON, the world file that a controller process is given beside a program.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Literal
 
 from msgspec import field
@@ -290,6 +291,7 @@ class Disturbance(Value):
         joint_zeros: what each joint really stands at, less what its encoder says [rad].
         backlash: width of each joint's play, behind its encoder [rad].
         gripper_force: real grip force as a multiple of the commanded one.
+        centres: thing -> how far its centre of mass is from where its shape, or its inertia, has it, in its frame [m].
     """
 
     force_noise: float = 0.0
@@ -301,6 +303,7 @@ class Disturbance(Value):
     joint_zeros: tuple[float, ...] = ()
     backlash: float = 0.0
     gripper_force: float = 1.0
+    centres: Mapping[str, Vector3] = field(default_factory=dict)
 
 
 class Camera(Value):

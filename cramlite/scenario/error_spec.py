@@ -16,6 +16,9 @@ from ..model.sensor_errors import SensorErrors
 FURTHEST, WIDEST, LATEST = 0.5, 3.2, 1.0
 """Errors of lengths [m], angles [rad] and times [s] beyond these are none: nothing would be where it is believed to be."""
 
+STEEPEST = 0.2
+"""Lean of furniture beyond this is none [rad]: what stands on it would slide at a friction of .2."""
+
 
 class PoseErrorSpec(Spec):
     """Error of a pose: in position [m] and in angle [rad]."""
@@ -42,6 +45,9 @@ class ErrorSpec(Spec):
     things: tuple[ThingErrorSpec, ...] = ()
     friction: float | None = Field(default=None, ge=0, lt=1)
     mass: float | None = Field(default=None, ge=0, lt=1)
+    size: float | None = Field(default=None, ge=0, lt=0.5)
+    centre: float | None = Field(default=None, ge=0, lt=0.5)
+    lean: Angle | None = Field(default=None, ge=0, le=STEEPEST)
     gripper_force: float | None = Field(default=None, ge=0, lt=1)
     force_noise: Force | None = Field(default=None, ge=0)
     force_precision: Force | None = Field(default=None, ge=0)
@@ -66,7 +72,7 @@ class ErrorSpec(Spec):
             before: what is not written.
             sensor: of the robot; what is not written of the sensor, unless ``before`` says it.
         """
-        same = ("friction", "mass", "gripper_force", "latency", "kinematics", "calibration", "backlash", "scale")
+        same = ("friction", "mass", "size", "centre", "lean", "gripper_force", "latency", "kinematics", "calibration", "backlash", "scale")
         changes: dict[str, Any] = {n: getattr(self, n) for n in same if getattr(self, n) is not None}
         pose = {n: v for n in ("position", "angle") if (v := getattr(self, n)) is not None}
         of_sensor = {n: v for n in ("noise", "precision", "drift") if (v := getattr(self, f"force_{n}")) is not None}

@@ -130,5 +130,6 @@ def test_where_a_run_ended_is_where_the_next_begins(alone: Solution) -> None:
 
 def test_import_has_no_side_effects(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-    _first(Engine(), SMALL)
+    found = _first(Engine(), SMALL)
+    assert found.verdict.passed and found.candidate.rollout is not None  # it was planned, written and run from here
     assert list(tmp_path.iterdir()) == []

@@ -9,9 +9,11 @@ from typing import Any
 
 import pytest
 from conftest import ROOT
+from msgspec.structs import replace
 
 from cramlite import Engine, Solution, read_scenario
 from cramlite.engine.late_poses import parametric
+from cramlite.engine.proof import prove
 from cramlite.model import MoveJoints, MoveLinear, Pose, Rollout
 from cramlite.plugin import UserError
 from cramlite_plugins.backends import typed_json
@@ -47,6 +49,16 @@ def test_it_was_tried_at_the_edge_of_what_is_declared(planned: Planned) -> None:
     found = [f for f in planned.solution.verdict.findings if f.validator == "late_pose"]
     assert len(found) == 4 and all(f.passed for f in found)
     assert "'block' +15, +0 mm and +8 deg off" in found[0].reason
+
+
+def test_what_does_not_work_at_the_edge_of_what_is_declared_is_refused(planned: Planned) -> None:
+    """400 mm off the block is out of reach."""
+    made, setting = planned.solution.candidate, planned.solution.setting
+    late = tuple(replace(one, tolerance=(0.4, 0.0)) for one in made.program.late)
+    wide = replace(made, program=replace(made.program, late=late), code=None, rollout=None, episode=None)
+    _, verdict = prove(wide, planned.engine.knowledge, setting.backend, 0)
+    assert not verdict.passed and [f.validator for f in verdict.objections] == ["late_pose"]
+    assert "with 'block' +400, +0 mm and +0 deg off: " in verdict.reason
 
 
 @pytest.mark.parametrize(("dx", "dy", "yaw"), [(0.012, 0.0, 0.1), (-0.008, -0.008, -0.1)])

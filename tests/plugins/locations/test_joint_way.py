@@ -65,7 +65,10 @@ def test_what_stands_in_the_way_of_a_drawer_is_named_before_any_hand_is_tried(re
 
 @pytest.mark.parametrize(("metres", "least"), [(0.19, 0.8), (0.13, None), (0.13, 0.5)])
 def test_what_it_does_not_come_to_is_not_in_its_way(metres: float, least: float | None) -> None:
-    assert list(handles.resolve_location(place("handle", least), *asked(standing(metres))) or ())
+    """The hand comes to the handle as it does where nothing stands there."""
+    free = [g.value for g in handles.resolve_location(place("handle", least), *asked()) or ()]
+    beside = [g.value for g in handles.resolve_location(place("handle", least), *asked(standing(metres))) or ()]
+    assert beside[:10] == free[:10]  # fingers that come from its side may meet it: these follow later
 
 
 @pytest.mark.parametrize("parameters", [{}, {"share": 0.8}])

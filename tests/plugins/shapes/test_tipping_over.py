@@ -45,5 +45,7 @@ def test_what_leans_less_than_it_balances_falls_back_onto_its_foot() -> None:
     assert np.ptp(corners(BOOK, found[0]), axis=0)[2] == pytest.approx(0.12)
 
 
-def test_what_has_no_side_tips_over_onto_none() -> None:
-    assert tipped_over(BALL, Pose((0.0, 0.0, 0.2))) is None
+@pytest.mark.parametrize("thing", [BALL, BOOK])
+def test_what_is_balanced_over_the_middle_of_what_is_lowest_tips_over_onto_none(thing: Thing) -> None:
+    assert tipped_over(thing, Pose((0.0, 0.0, 0.2))) is None
+    assert tipped_over(BOOK, _leaning(0.1)) is not None

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
+from short_runs import LINES, good
 
-from cramlite.model import Floats, Pose, Swing
+from cramlite.model import AnyStep, Floats, MoveLinear, Pose, Swing
+from cramlite.plugin import Candidate
 from cramlite_plugins.validators.physics import SLIP
-from cramlite_plugins.validators.swings import Turn, off
+from cramlite_plugins.validators.swings import Turn, declared, off
 
 DOWN = Swing(Pose((0.0, 0.05, 0.03)), Pose.from_rotvec((0.0, 0.01, 0.07), (1.0, 0.0, 0.0)), (0.0, -0.06, 0.0))
 UP = DOWN.part(1.0, 0.0)
@@ -54,3 +57,66 @@ def test_what_slides_out_sideways_while_it_turns_slips() -> None:
 
 def test_a_grip_that_begins_amid_a_turn_is_on_its_way() -> None:
     assert off(way(SHARES)[15:], FIRST + 15, TURNS).max() < 0.001
+
+
+def test_a_turn_of_an_earlier_grip_counts_for_no_later_one() -> None:
+    """The grip begins after the turn: it is held to where it began, and what turns then slips."""
+    later = TURNS[0].last + 1
+    assert off(way(np.zeros(9)), later, TURNS[:1]).max() == 0.0
+    assert off(way(np.ones(9)), later, [Turn(DOWN, 0, later - 1), Turn(UP, later + 9, later + 20)]).max() == 0.0
+    assert off(way(np.linspace(0, 1, 20)), later, TURNS[:1]).max() > 3 * SLIP
+
+
+def test_a_turn_of_a_later_grip_counts_for_no_earlier_one() -> None:
+    assert off(way(np.linspace(0, 1, 20)), 5, [Turn(DOWN, 25, 44)]).max() > 3 * SLIP
+    assert off(way(np.zeros(20)), 5, [Turn(UP, 25, 44)]).max() == 0.0
+
+
+def test_a_turn_that_touches_a_grip_with_one_sample_counts() -> None:
+    """With its last sample, and then for what follows; with its first."""
+    ended = way(np.ones(9))
+    ended[0] = way(np.array([0.5]))[0]
+    assert off(ended, 20, [Turn(DOWN, 1, 20)]).max() < 0.001
+    begun = way(np.array([*np.zeros(8), 0.3]))
+    assert off(begun, 20, [Turn(DOWN, 28, 40)]).max() < 0.001
+    assert off(begun, 20, [Turn(DOWN, 29, 40)]).max() > SLIP
+
+
+def test_it_is_held_to_where_it_was_at_first() -> None:
+    moved = np.tile([0.0, 0.0, 0.02], (9, 1))
+    moved[0] = 0.0
+    assert off(moved, 5, []) == pytest.approx([0.0, *[0.02] * 8])
+
+
+@pytest.mark.parametrize("by", [(0.0, 0.03, 0.0), (0.0, 0.0, 0.03), (0.03, 0.0, 0.0)])
+def test_what_leaves_its_way_while_it_turns_slips_also_where_it_comes_back(by: tuple[float, float, float]) -> None:
+    left = way(SHARES)
+    left[12:28] += by
+    assert off(left, FIRST, TURNS).max() > SLIP
+
+
+def test_its_way_begins_where_the_turn_does() -> None:
+    back = way(np.concatenate([np.zeros(10), np.linspace(0, -0.5, 10), np.linspace(-0.5, 1.0, 10), np.ones(10)]))
+    assert off(back, FIRST, TURNS[:1]).max() > SLIP
+
+
+def swinging(*swings: tuple[str, Swing]) -> Candidate:
+    """The hand-written candidate, whose motions of some origins declare turns."""
+    at, made = Pose((0.5, 0.2, 0.3)), good()
+    steps: list[AnyStep] = [MoveLinear(at, 0.1, 0.5, (), origin=origin, swing=swing) for origin, swing in swings]
+    return replace(made, program=replace(made.program, steps=(MoveLinear(at, 0.1, 0.5, (), origin="1.Grasping/close"), *steps)))
+
+
+def test_declared_are_the_turns_of_motions_that_ran_in_the_order_in_which_they_did() -> None:
+    first, second, third = DOWN.part(0.0, 0.4), replace(DOWN.part(0.4, 1.0), pivot=(0.0, 0.0, 1.0)), UP
+    made = swinging(
+        ("3.Placing/PuttingDown/lower", third), ("2.PickingUp/lift", first), ("2.PickingUp/lift", second), ("9.Never/ran", UP)
+    )
+    ran = {line: np.flatnonzero(line == LINES) for line in (3, 5)}
+    lifted, lowered = declared(made)
+    assert lifted == Turn(Swing(first.start, second.end, first.pivot), int(ran[3][0]), int(ran[3][-1]))
+    assert lowered == Turn(Swing(UP.start, UP.end, UP.pivot), int(ran[5][0]), int(ran[5][-1]))
+
+
+def test_a_program_without_turns_declares_none() -> None:
+    assert declared(swinging()) == []

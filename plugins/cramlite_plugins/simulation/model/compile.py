@@ -13,6 +13,7 @@ import mujoco
 from cramlite.model import Pose, Robot, RobotMount, Value, Vector3, World
 
 from .build import Carried, add_thing, attach, check, finish, is_pad, mask_robots, set_options
+from .centres import real_things
 from .far_apart import far_apart
 from .friction import add_pairs
 from .grains import GRAIN, add_grains, layout
@@ -156,7 +157,7 @@ def _described(
     for name, rest in hands.items():
         attach(spec, hand_mjcf(rest), RobotMount(name, name))
     mask_robots(spec, world.physics.pad_friction)
-    for thing in world.things:
+    for thing in world.things if planning else real_things(world):
         add_thing(spec, thing, planning, carried.get(thing.name))
         if not planning:
             add_grains(spec, thing)

@@ -1,0 +1,42 @@
+"""Scaled things: larger or smaller by a factor about their own origin, in all that has a length."""
+
+from __future__ import annotations
+
+from msgspec.structs import replace
+
+from ..model.geometry import Pose, Vector3
+from ..model.world import Feature, Geom, Inertia, Thing
+
+
+def scaled(thing: Thing, factor: float) -> Thing:
+    """Scale a thing about its origin: geoms, features, looks, and how its mass is spread; pose, mass and joint stay."""
+    return replace(
+        thing,
+        geoms=tuple(_geom(g, factor) for g in thing.geoms),
+        features=tuple(_feature(f, factor) for f in thing.features),
+        inertia=thing.inertia and _inertia(thing.inertia, factor),
+        mesh=thing.mesh and replace(thing.mesh, scale=thing.mesh.scale * factor),
+    )
+
+
+def _geom(geom: Geom, factor: float) -> Geom:
+    size, corners = tuple(factor * s for s in geom.size), tuple(_times(factor, c) for c in geom.corners)
+    return replace(geom, size=size, corners=corners, pose=_nearer(geom.pose, factor))
+
+
+def _feature(feature: Feature, factor: float) -> Feature:
+    return replace(feature, pose=_nearer(feature.pose, factor), size={name: factor * s for name, s in feature.size.items()})
+
+
+def _inertia(inertia: Inertia, factor: float) -> Inertia:
+    xx, yy, zz, xy, xz, yz = (factor**2 * m for m in inertia.moments)
+    return Inertia(_times(factor, inertia.centre), (xx, yy, zz, xy, xz, yz))
+
+
+def _nearer(pose: Pose, factor: float) -> Pose:
+    return Pose(_times(factor, pose.position), pose.quaternion)
+
+
+def _times(factor: float, way: Vector3) -> Vector3:
+    x, y, z = way
+    return (factor * x, factor * y, factor * z)

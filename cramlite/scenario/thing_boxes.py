@@ -1,0 +1,35 @@
+"""Boxes around the geoms of a thing: how low it reaches, how large it is, what of it carries something."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..model.geometry import Pose, Vector3
+from ..model.world import Geom, Thing
+
+Box = tuple[Vector3, Vector3]
+"""Lower and upper corner [m]."""
+
+
+def boxes(thing: Thing) -> list[Box]:
+    """Return the box around each geom of a thing, along the world's axes."""
+    return [_box(thing.pose * g.pose, g) for g in thing.geoms]
+
+
+def bottom(thing: Thing) -> float:
+    """Return the height of the lowest point of a thing with geoms [m]."""
+    return min(low[2] for low, _ in boxes(thing))
+
+
+def extents(thing: Thing) -> Vector3:
+    """Return the side lengths of the box around a thing with geoms, along its own axes [m]."""
+    found = [_box(g.pose, g) for g in thing.geoms]
+    low, high = np.min([b[0] for b in found], axis=0), np.max([b[1] for b in found], axis=0)
+    x, y, z = (high - low).tolist()
+    return (x, y, z)
+
+
+def _box(pose: Pose, geom: Geom) -> Box:
+    reach = abs(pose.rotation) @ geom.half_extents
+    low, high = ([p + s * r for p, r in zip(pose.position, reach.tolist(), strict=True)] for s in (-1.0, 1.0))
+    return (low[0], low[1], low[2]), (high[0], high[1], high[2])

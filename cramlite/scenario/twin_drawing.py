@@ -1,0 +1,74 @@
+"""The random numbers of a twin, and what was drawn with them: each source of error has a generator of its own."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from ..base.seeds import derive_seed
+from ..model.error_model import ErrorModel
+from ..model.geometry import Vector3
+from ..model.twin_verdict import Draw
+
+LEAST = 0.05
+"""A share of friction, mass, size or force is drawn no lower, however large the error model's numbers are."""
+MM, DEG, PERCENT = 1000.0, 180.0 / math.pi, 100.0
+
+
+class Drawing:
+    """Random numbers of a twin; ``draws`` are those that were drawn, in their order.
+
+    Args:
+        errors: that sizes are taken from, and the scale of all of them.
+        seed: of the twin.
+    """
+
+    def __init__(self, errors: ErrorModel, seed: int) -> None:
+        self.errors, self.seed, self.draws = errors, seed, list[Draw]()
+        self._random: dict[str, Any] = {}
+
+    def random(self, source: str) -> Any:
+        """Return the generator of a source."""
+        import numpy as np
+
+        if source not in self._random:
+            self._random[source] = np.random.default_rng(derive_seed(self.seed, (), source))
+        return self._random[source]
+
+    def number(self, source: str, name: str, size: float, unit: str, per: float) -> float:
+        """Draw uniformly in plus or minus ``size`` times the scale; told in ``unit``, of which an SI unit has ``per``."""
+        return self._noted(source, name, float(self.random(source).uniform(-1, 1)), size, unit, per)
+
+    def share(self, source: str, name: str, size: float) -> float:
+        """Draw a factor around 1."""
+        return max(LEAST, 1.0 + self.number(source, name, size, "%", PERCENT))
+
+    def ball(self, source: str, name: str, radius: float, unit: str, per: float = 1.0) -> Vector3:
+        """Draw uniformly in a ball."""
+        x, y, z = self.sphere(source)
+        far = float(self.random(source).uniform()) ** (1 / 3)
+        return tuple(self._noted(source, f"{name} {a}", far * v, radius, unit, per) for a, v in zip("xyz", (x, y, z), strict=True))  # type: ignore[return-value]
+
+    def disc(self, source: str, name: str, radius: float, unit: str, per: float) -> tuple[float, float]:
+        """Draw uniformly in a disc of the horizontal plane."""
+        way = float(self.random(source).uniform(0.0, math.tau))
+        far = float(self.random(source).uniform()) ** 0.5
+        x, y = far * math.cos(way), far * math.sin(way)
+        return self._noted(source, f"{name} x", x, radius, unit, per), self._noted(source, f"{name} y", y, radius, unit, per)
+
+    def sphere(self, source: str) -> Vector3:
+        """Draw uniformly on the unit sphere."""
+        way = self.random(source).normal(size=3)
+        x, y, z = (way / (way @ way) ** 0.5).tolist()
+        return (x, y, z)
+
+    def between(self, source: str, name: str, ends: tuple[float, float], unit: str, per: float) -> float:
+        """Draw uniformly between two ends."""
+        low, high = ends
+        return self._noted(source, name, float(self.random(source).uniform(low, high)) / (high or 1.0), high, unit, per)
+
+    def _noted(self, source: str, name: str, share: float, size: float, unit: str, per: float) -> float:
+        size *= self.errors.scale
+        if size:
+            self.draws.append(Draw(source, name, round(share * size * per, 6), round(size * per, 6), unit))
+        return share * size

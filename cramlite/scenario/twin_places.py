@@ -1,0 +1,227 @@
+"""Real things of a twin, where they really are: each as large as it is, with what carries it.
+
+What hangs goes on to hang: it moves with what it hangs on, along the peg and about the vertical. What stands goes on to stand: it goes
+up, down and over with what it stands on. What is mounted moves with what carries it. What is fixed leans about its base. What is free
+is scaled about the point that it stands or hangs on. Furniture keeps its size: a drawer has 3 mm in its cabinet, and where their faces
+are is what errors of poses are about.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+
+from msgspec.structs import replace
+
+from ..base.value import Value
+from ..model.geometry import Pose, Vector3
+from ..model.world import Feature, Thing, World
+from .scaled_thing import scaled
+from .thing_boxes import bottom, boxes
+from .twin_drawing import DEG, MM, Drawing
+
+GAP = 0.01
+"""What stands may be this far above or inside what it stands on when the world is written [m]; it settles."""
+NANOMETRE = 9
+"""Digits of heights on what leans or is scaled [m]: what is neither leaves what it carries as it is, to the last bit."""
+
+
+class Sight(Value):
+    """Sight of a camera: which things are where it saw them, and where it was.
+
+    Args:
+        camera: its optical frame in the world.
+        things: names.
+    """
+
+    camera: Pose
+    things: frozenset[str]
+
+
+class _Placing:
+    """The errors of all things, drawn in their order, and the things that have been placed."""
+
+    def __init__(self, world: World, hangers: Mapping[str, str], draw: Drawing, sight: Sight | None) -> None:
+        self.world, self.hangers = world, hangers
+        self.offs = _offsets(world, draw, sight)
+        self.waiting = {t.name for t in world.things}
+        self.factors = {t.name: draw.share("size", f"{t.name}: size", draw.errors.size) for t in world.things if _free(t)}
+        self.leans = {t.name: _lean(t, draw) for t in world.things if not t.movable and t.geoms}
+        self.found = dict[str, Thing]()
+
+    def put(self, thing: Thing) -> None:
+        """Place a thing, after what carries it: files of others list drawers before their cabinets."""
+        self.waiting.discard(thing.name)
+        carrier = self.hangers.get(thing.name, thing.joint.parent if thing.joint else "")
+        if carrier in self.waiting:
+            self.put(self.world.thing(carrier))
+        placed = self._carried(thing, self.world.thing(carrier)) if carrier in self.found else self._set(thing)
+        self.found[thing.name] = placed
+
+    def _carried(self, thing: Thing, before: Thing) -> Thing:
+        """What hangs or is mounted, with its carrier."""
+        own, carrier = thing.pose, self.found[before.name].pose
+        if thing.name in self.hangers:
+            hung = replace(thing, pose=_hung(thing, before, self.factors.get(thing.name, 1.0)))
+            own = _swung(hung, before, self.offs[thing.name])
+        return replace(self._sized(thing), pose=carrier * before.pose.inverse() * own if carrier != before.pose else own)
+
+    def _set(self, thing: Thing) -> Thing:
+        """What is fixed or stands, each where it is by its own error."""
+        under, lifted = self._support(thing)
+        lean = self.leans.get(under if thing.movable else thing.name, Pose())
+        if thing.movable:
+            self.leans[thing.name] = lean
+        pose, height = _displaced(thing, self.offs[thing.name], lifted)
+        if lean != Pose():
+            pose = _about((*pose.position[:2], bottom(thing) + height), lean) * pose
+        return replace(self._sized(thing), pose=self._raised(thing, pose, lean))
+
+    def _sized(self, thing: Thing) -> Thing:
+        return scaled(thing, self.factors[thing.name]) if thing.name in self.factors else thing
+
+    def _raised(self, thing: Thing, pose: Pose, lean: Pose) -> Pose:
+        """Where the origin of what was scaled is, so that its base stays."""
+        more = self.factors.get(thing.name, 1.0) - 1.0
+        if not more:
+            return pose
+        x, y, z = lean.rotate((0.0, 0.0, more * (thing.pose.position[2] - bottom(thing)))).tolist()
+        return _shifted(pose, (x, y, z))
+
+    def _support(self, thing: Thing) -> tuple[str, float]:
+        """What a thing stands on, and how far that was lifted where it stands [m]; "" and 0 where it stands on nothing."""
+        if not thing.movable or not thing.geoms:
+            return "", 0.0
+        (x, y, _), foot = thing.pose.position, bottom(thing)
+        tops = [
+            (high[2], other.name)
+            for other in self.world.things
+            if other.name in self.found
+            for low, high in boxes(other)
+            if low[0] <= x <= high[0] and low[1] <= y <= high[1] and abs(high[2] - foot) <= GAP
+        ]
+        if not tops:
+            return "", 0.0
+        height, name = max(tops)
+        return name, self._lifted(name, (x, y, height))
+
+    def _lifted(self, name: str, point: Vector3) -> float:
+        """How much higher a point of a thing is in the world [m]: the thing as a whole, and what scale and lean make of it there."""
+        before, after = self.world.thing(name).pose, self.found[name].pose
+        arm = before.inverse().apply(point)
+        there = after.rotate(self.factors.get(name, 1.0) * arm)[2] - before.rotate(arm)[2]
+        return after.position[2] - before.position[2] + round(float(there), NANOMETRE)
+
+
+def place(world: World, hangers: Mapping[str, str], draw: Drawing, sight: Sight | None) -> tuple[Thing, ...]:
+    """Draw how large things are and where, and place them.
+
+    Args:
+        hangers: thing -> what it hangs on.
+        sight: of the camera that the poses come from; None where they are known.
+    """
+    placing = _Placing(world, hangers, draw, sight)
+    for thing in world.things:
+        if thing.name in placing.waiting:
+            placing.put(thing)
+    return tuple(placing.found[t.name] for t in world.things)
+
+
+def _free(thing: Thing) -> bool:
+    return not thing.furniture and bool(thing.geoms)
+
+
+def _lean(thing: Thing, draw: Drawing) -> Pose:
+    """How far a fixed thing leans: a turn about a horizontal axis."""
+    x, y = draw.disc("lean", f"{thing.name}: leans about", draw.errors.lean, "deg", DEG)
+    return Pose.from_rotvec((0.0, 0.0, 0.0), (x, y, 0.0))
+
+
+def _offsets(world: World, draw: Drawing, sight: Sight | None) -> dict[str, Pose]:
+    """How far each thing is off by itself, and by what the camera that saw it is off."""
+    seen, offs = _hand_eye(draw, sight) if sight is not None else None, dict[str, Pose]()
+    for thing in world.things:
+        off = _offset(thing, draw)
+        offs[thing.name] = seen(thing.pose) * off if seen and sight and thing.name in sight.things else off
+    return offs
+
+
+def _offset(thing: Thing, draw: Drawing) -> Pose:
+    """How far a thing is off by itself: a shift in world axes, and a turn about the vertical."""
+    error = draw.errors.of(thing.name)
+    shift = draw.ball("poses", f"{thing.name}:", error.position, "mm", MM)
+    turn = draw.number("poses", f"{thing.name}: turned", error.angle, "deg", DEG)
+    return Pose.from_rotvec(shift, (0.0, 0.0, turn))
+
+
+def _hand_eye(draw: Drawing, sight: Sight) -> Callable[[Pose], Pose]:
+    """What an error of the camera's mounting does at a place: a shift, and a turn about the vertical."""
+    error = draw.errors.hand_eye
+    shift = draw.ball("hand-eye", "camera:", error.position, "mm", MM)
+    turn = draw.ball("hand-eye", "camera: turned about", error.angle, "deg", DEG)
+    moved = sight.camera * Pose.from_rotvec(shift, turn) * sight.camera.inverse()
+
+    def at(pose: Pose) -> Pose:
+        x, y, z = (b - a for a, b in zip(pose.position, moved.apply(pose.position), strict=True))
+        return Pose.from_rotvec((float(x), float(y), float(z)), (0.0, 0.0, float(moved.rotvec[2])))
+
+    return at
+
+
+def _displaced(thing: Thing, off: Pose, lifted: float) -> tuple[Pose, float]:
+    """Where a thing is, and how much higher [m]: what is fixed is off in every direction, what can move goes with what it stands on."""
+    x, y, z = off.position
+    height = lifted if thing.movable else z
+    if off == Pose() and not lifted:
+        return thing.pose, height
+    turned = Pose(quaternion=off.quaternion) * Pose(quaternion=thing.pose.quaternion)
+    return Pose(_plus(thing.pose.position, (x, y, height)), turned.quaternion), height
+
+
+def _hung(thing: Thing, hanger: Thing, factor: float) -> Pose:
+    """Where the origin of what hangs and is scaled is, so that its hole rests on the peg where it did."""
+    resting = _resting(thing, hanger)
+    if resting is None:
+        return thing.pose
+    hole = resting[0]
+    top = (thing.pose * hole.pose).position[2] + hole.size.get("diameter", 0.0) / 2
+    hx, hy, _ = (thing.pose * hole.pose).position
+    x, y, z = ((1.0 - factor) * (a - b) for a, b in zip((hx, hy, top), thing.pose.position, strict=True))
+    return _shifted(thing.pose, (x, y, z))
+
+
+def _swung(thing: Thing, hanger: Thing, off: Pose) -> Pose:
+    """Where something hangs that is off: shifted along what it hangs on, turned about the vertical through where it hangs."""
+    resting = _resting(thing, hanger)
+    if resting is None or off == Pose():
+        return thing.pose
+    hole, peg = resting
+    axis, at = peg.rotate((0.0, 0.0, 1.0)), (thing.pose * hole.pose).position
+    along = float(sum(a * b for a, b in zip(axis, off.position, strict=True)))
+    return Pose(tuple(float(along * a) for a in axis)) * _about(at, Pose(quaternion=off.quaternion)) * thing.pose  # type: ignore[arg-type]
+
+
+def _resting(thing: Thing, hanger: Thing) -> tuple[Feature, Pose] | None:
+    """The feature of a thing that is nearest to the axis of one of what it hangs on, and where that is; None where either has none."""
+    pairs = [(f, hanger.pose * g.pose) for f in thing.features for g in hanger.features]
+    return min(pairs, key=lambda p: _from_axis(thing.pose * p[0].pose, p[1]), default=None)
+
+
+def _from_axis(hole: Pose, peg: Pose) -> float:
+    """How far a feature is from the axis of another one [m]."""
+    x, y, _ = peg.inverse().apply(hole.position)
+    return math.hypot(x, y)
+
+
+def _about(point: Vector3, turn: Pose) -> Pose:
+    """A turn about a point."""
+    x, y, z = point
+    return Pose(point) * turn * Pose((-x, -y, -z))
+
+
+def _shifted(pose: Pose, by: Vector3) -> Pose:
+    return Pose(_plus(pose.position, by), pose.quaternion)
+
+
+def _plus(a: Vector3, b: Vector3) -> Vector3:
+    return (a[0] + b[0], a[1] + b[1], a[2] + b[2])

@@ -1,0 +1,34 @@
+"""Centres of mass that are off: where a twin says that a thing's is not where its shape has it."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+from msgspec.structs import replace
+
+from cramlite.model import Inertia, Pose, Thing, Vector3, World
+
+from .build import add_thing, finish
+
+
+def real_things(world: World) -> tuple[Thing, ...]:
+    """Return the things of a world, those whose centre of mass is off with an inertia of their own (``Disturbance.centres``)."""
+    centres = world.disturbance.centres
+    return tuple(_off(t, centres[t.name]) if t.movable and t.name in centres else t for t in world.things)
+
+
+def _off(thing: Thing, by: Vector3) -> Thing:
+    spread = thing.inertia or of_shape(thing)
+    x, y, z = (a + b for a, b in zip(spread.centre, by, strict=True))
+    return replace(thing, inertia=Inertia((x, y, z), spread.moments))
+
+
+def of_shape(thing: Thing) -> Inertia:
+    """Return the inertia of a thing whose mass is spread evenly over its geoms, as MuJoCo computes it."""
+    spec = mujoco.MjSpec()
+    add_thing(spec, replace(thing, pose=Pose(), joint=None, inertia=None), planning=False, carried=None)
+    body = finish(spec).body(thing.name)
+    turn = Pose(quaternion=tuple(body.iquat)).rotation
+    m = turn @ np.diag(body.inertia) @ turn.T
+    x, y, z = body.ipos.tolist()
+    return Inertia((x, y, z), tuple(float(m[i, j]) for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))))  # type: ignore[arg-type]

@@ -1,0 +1,109 @@
+"""Proofs without physics: a plan that is grounded once, a simulator whose runs are written, and judges of one word."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from copy import copy
+from functools import cache
+from typing import Any
+
+from conftest import ROOT
+from edited import engine
+from msgspec import json
+from msgspec.structs import replace
+from short_runs import good
+
+from cramlite import Trace, read_scenario
+from cramlite.engine.candidates import CandidateSequence
+from cramlite.engine.intent import Intent, Kept, write_intent
+from cramlite.engine.proof import assemble
+from cramlite.engine.search_in_setting import search_in
+from cramlite.model import Code, Cost, Finding, Program, Robot, Rollout, World
+from cramlite.planning.state import State
+from cramlite.plugin import Candidate
+
+
+@cache
+def planned() -> CandidateSequence:
+    """A block that is to be placed on a shelf: the plan in its setting."""
+    scenario = read_scenario(ROOT / "scenarios" / "place_on_shelf.yaml")
+    setting = engine().setting(scenario, twins=0)
+    return next(iter(engine().candidates(scenario, setting=setting, trace=Trace())))
+
+
+@cache
+def grounded() -> State:
+    """The first state in which all of that plan is grounded: grasp, pick up, place, park."""
+    plan = planned()
+    search = search_in(plan.setting, plan.knowledge, plan.budget, plan.trace)
+    return next(search.solve(plan.setting.start(plan.plan)))
+
+
+def ran(outcome: str = "finished", world: World | None = None) -> Rollout:
+    """The run of ``short_runs``, ended in some way."""
+    made = good(outcome=outcome, reason="as written").rollout
+    assert made is not None
+    return made if world is None else replace(made, world=world)
+
+
+class Written:
+    """Simulator whose runs are written; it keeps what it was asked to run."""
+
+    name = "written"
+
+    def __init__(self, *runs: Rollout, otherwise: Rollout | None = None) -> None:
+        self.runs, self.otherwise = list(runs), otherwise or ran()
+        self.asked: list[tuple[str, World, str, int]] = []
+
+    def execute(self, text: str, world: World, robots: Mapping[str, Robot], *, mount: str, seed: int) -> Rollout:
+        self.asked.append((text, world, mount, seed))
+        return self.runs.pop(0) if self.runs else self.otherwise
+
+
+class Says:
+    """Judge of one answer, or of one that a function of the candidate gives."""
+
+    def __init__(self, name: str, answer: Any = True, cost: Cost = "rollout") -> None:
+        self.name, self.cost, self.answer = name, cost, answer
+        self.asked: list[Candidate] = []
+
+    def check(self, candidate: Candidate) -> Any:
+        self.asked.append(candidate)
+        if callable(self.answer):
+            return self.answer(candidate)
+        return [Finding(self.name, self.answer, f"{self.name} says so", origin="1.Grasping")]
+
+
+class Writes:
+    """Backend whose texts are given."""
+
+    def __init__(self, text: Any = "run", executable: bool = True, **more: Any) -> None:
+        self.name, self.executable, self.text = "writes", executable, text
+        vars(self).update(more)
+
+    def emit(self, program: Program, robot: Robot) -> Code:
+        if isinstance(self.text, BaseException):
+            raise self.text
+        return Code("written", self.text, {}, ".txt") if isinstance(self.text, str) else self.text
+
+
+def knowing(simulator: Written, judges: Iterable[Any]) -> Any:
+    """The engine's knowledge, with that simulator and those judges in the place of the shipped ones."""
+    knowledge = copy(engine().knowledge)
+    vars(knowledge).update(simulator=simulator, validators=tuple(judges), left_out=("blocked",))
+    return knowledge
+
+
+@cache
+def written() -> Candidate:
+    """The candidate of that state, with the text that the scenario's backend writes."""
+    plan = planned()
+    made = assemble(plan.plan, grounded(), plan.setting, plan.knowledge)
+    return replace(made, code=plan.setting.backend.emit(made.program, made.robot))
+
+
+@cache
+def intent() -> Intent:
+    """What that text is for, as its run directory keeps it."""
+    made = written()
+    return Intent(json.decode(write_intent(made), type=Kept), made.program)
