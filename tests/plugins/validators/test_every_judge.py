@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from edited import engine
 from msgspec.structs import replace
-from short_runs import COUNT, LEFT, LINES, OPENED, candidate, good, shifted, touching, track
+from short_runs import COUNT, HANDOVERS, LEFT, LINES, OPENED, candidate, good, posed, shifted, touching, track
 
 from cramlite.engine.proof import judge
 from cramlite.interpretation.fluents import symbolic_world
@@ -38,9 +38,9 @@ def refused(made: Candidate) -> set[str]:
 
 
 def swept() -> Candidate:
-    """A joint jumps by 0.3 rad for a sample."""
+    """A joint jumps by 0.5 rad for a sample."""
     joints = ran(good()).joints.copy()
-    joints[40, 1] += 0.3
+    joints[40, 1] += 0.5
     return good(joints=joints)
 
 
@@ -106,13 +106,39 @@ def not_parked() -> Candidate:
     return good(joints=joints)
 
 
+def hurried() -> Candidate:
+    """The hand goes up by 0.2 m in a sample, after it let go."""
+    hand = ran(good()).poses["effector"].copy()
+    hand[90:, 2] += 0.2
+    return posed(effector=hand)
+
+
+def fragile() -> Candidate:
+    """The gripper is told to press a block with 235 N that bears 80 N."""
+    grip = np.where(ran(good()).opening < 0.08, 235.0, 0.0)
+    made = good(grip=grip)
+    things = tuple(replace(t, max_grip_force=80.0) if t.name == "block" else t for t in made.world.things)
+    return replace(made, world=replace(made.world, things=things))
+
+
+def let_go_elsewhere() -> Candidate:
+    """The plan lets go of the block as it lifts it."""
+    return replace(good(), handovers=(HANDOVERS[0], replace(HANDOVERS[1], by="2.PickingUp/lift")))
+
+
+def out_of_order() -> Candidate:
+    """The program parks the fingers before it lifts them."""
+    fingers = [SetGripper(0.085, 0.05, 20.0, origin=origin) for origin in ("4.ParkingArms/move", "2.PickingUp/lift")]
+    return stepping(good(), *fingers)
+
+
 REFUSES: dict[str, tuple[Callable[[], Candidate], set[str]]] = {
     "bystanders": (lambda: shifted((0.02, 0, 0), "cup", 40), set()),
     "poured": (lambda: contained(0, 20), {"task_rules"}),
     "spilled": (lambda: contained(12, 0, share=0.5), {"task_rules"}),
     "goal": (lambda: wanting("block on floor"), set()),
     "grip_strength": (weakly_held, set()),
-    "joint_limits": (lambda: moving(0.0, 0.0, 0.0, 0.0, 0.0, 7.0), {"program_safety"}),
+    "joint_limits": (lambda: moving(0.0, 0.0, 0.0, 0.0, 0.0, 7.0), {"program_safety", "steps"}),
     "joint_speeds": (swept, set()),
     "singularities": (stretched, set()),
     "execution": (lambda: good(outcome="halted", reason="no contact", lines=np.where(np.arange(COUNT) < 89, LINES, 0.0)), set()),
@@ -123,9 +149,15 @@ REFUSES: dict[str, tuple[Callable[[], Candidate], set[str]]] = {
     "end_state": (lambda: touching(range(COUNT - 1, COUNT), without=lambda t: {t.a, t.b} == {"block", "shelf"}), set()),
     "task_rules": (not_parked, set()),
     "recognised": (taken_for_another, set()),
-    "program_safety": (lambda: moving(0.0, 0.0, 0.0, 0.0, 0.0, float("nan")), set()),
+    "program_safety": (lambda: moving(0.0, 0.0, 0.0, 0.0, 0.0, float("nan")), {"steps"}),
+    "tool_speed": (hurried, set()),
+    "payload": (lambda: good(payload=np.full(COUNT, 4.0)), set()),
+    "grip_limits": (fragile, set()),
+    "tracks": (let_go_elsewhere, set()),
+    "steps": (out_of_order, set()),
 }
-"""Judge -> what it refuses, and who else does: no code of a pouring ran, and joint limits are among the rules of every program."""
+"""Judge -> what it refuses, and who else does: no code of a pouring ran, joint limits are among the rules of every program, and a
+motion to where no arm comes is not carried out."""
 
 
 def test_the_run_as_it_is_is_refused_by_none() -> None:
