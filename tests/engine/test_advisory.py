@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
@@ -16,14 +17,15 @@ from cramlite.engine.proof import judge
 from cramlite.model import JudgingLimits
 from cramlite_plugins.reports import summary
 
-STRICT = "bystander_motion: 0 mm, bystander_tilt: 0 deg"
-"""Whatever trembles has moved."""
+STRICT = "may_push: true"
+"""The drawer drives a board before it, by 100 mm."""
 
 
 def resolved(folder: Path, limits: str, twins: int = 0) -> tuple[Solution | None, Trace]:
     """A shipped scenario with other limits: the first program within one proof, and the trace."""
     path, trace, engine = folder / "limited.yaml", Trace(), Engine()
-    path.write_text(find_scenario("place_on_shelf").read_text().replace("robot:", f"limits: {{{limits}}}\nrobot:", 1))
+    text = find_scenario("kitchen/board_driven_along").read_text()
+    path.write_text(re.sub(r"^limits: .*$", f"limits: {{{limits}}}", text, count=1, flags=re.MULTILINE))
     scenario = read_scenario(path)
     setting = engine.setting(scenario, twins=twins)
     return next(engine.resolve(scenario, setting=setting, trace=trace, budget=Budget(proofs=1)), None), trace
@@ -39,7 +41,7 @@ def test_advice_is_told_and_refuses_nothing(tmp_path: Path) -> None:
     assert solution is not None and solution.verdict.passed and solution.verdict.twins is not None
     assert {f.validator for f in solution.verdict.advice} == {"bystanders"}
     said = solution.verdict.advice[0]
-    assert said.passed and said.reason.startswith("advises only: ") and "limit 0 mm of the scenario" in said.reason
+    assert said.passed and said.reason.startswith("advises only: ") and "limit 5 mm by default" in said.reason
     assert any(line.startswith("    --  bystanders: advises only") for line in _finding_lines(solution.verdict))
 
 
@@ -67,7 +69,7 @@ def test_limits_that_say_more_than_validators_declare_are_not_heeded(tmp_path: P
 def test_what_only_advises_stands_in_the_headline(tmp_path: Path) -> None:
     solution, _ = resolved(tmp_path, f"{STRICT}, advisory: [bystanders]")
     assert solution is not None and solution.headline == "Solved, with advice"
-    assert solution_text(solution, "").startswith("Solved, with advice: Grasping -> ")
+    assert solution_text(solution, "").startswith("Solved, with advice: Opening")
     assert solution_answer(solution)["headline"] == "Solved, with advice"
     run = RunDirectory(tmp_path / "run", {})
     said = solution_summary(solution, run, Engine(), 0)
@@ -78,7 +80,7 @@ def test_what_only_advises_stands_in_the_headline(tmp_path: Path) -> None:
 
 
 def test_nobody_who_advises_and_has_nothing_to_say_stands_in_it(tmp_path: Path) -> None:
-    solution, _ = resolved(tmp_path, "advisory: [bystanders]")
+    solution, _ = resolved(tmp_path, f"{STRICT}, bystander_motion: 200 mm, advisory: [bystanders]")
     assert solution is not None and solution.advice == () and solution.headline == "Solved"
     assert findings_text(solution.verdict, ()).startswith("Passed:")
 
@@ -89,7 +91,8 @@ def test_nobody_who_advises_and_has_nothing_to_say_stands_in_it(tmp_path: Path) 
 )
 def test_planning_is_permitted_to_push_by_a_word_of_its_own(tmp_path: Path, limits: str, may: bool) -> None:
     path = tmp_path / "limited.yaml"
-    path.write_text(find_scenario("place_on_shelf").read_text().replace("robot:", f"limits: {{{limits}}}\nrobot:", 1))
+    text = find_scenario("kitchen/board_driven_along").read_text()
+    path.write_text(re.sub(r"^limits: .*$", f"limits: {{{limits}}}", text, count=1, flags=re.MULTILINE))
     assert Engine().setting(read_scenario(path)).limits.may_push is may
 
 

@@ -22,7 +22,7 @@ from cramlite.plugin import Candidate, Cost, Finding, Validator, hookimpl
 
 from .held_times import held_times, said_times, said_values
 from .rest import at_the_end, restless
-from .stance import wrongly_rests
+from .stance import near_tip, wrongly_rests
 from .task_times import Span, span
 
 if TYPE_CHECKING:
@@ -110,7 +110,9 @@ def _not_hanging(rollout: Rollout, thing: str, hanger: Thing) -> str:
     pairs = [(hole, peg, flags) for hole, peg, flags in threaded(rollout) if _of(hole, peg) == (thing, hanger.name)]
     if not any(flags[-1] for _, _, flags in pairs):
         return f"no peg of '{hanger.name}' passes through a hole of '{thing}' at the end"
-    return "" if around_standing(hanger) else _not_on(rollout, thing, hanger)
+    if around_standing(hanger):
+        return ""
+    return _not_on(rollout, thing, hanger) or near_tip(at_the_end(rollout, thing), hanger)
 
 
 def _of(hole: str, peg: str) -> tuple[str, str]:

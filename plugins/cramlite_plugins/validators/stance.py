@@ -23,6 +23,8 @@ GAP = 0.002
 SHIFT, SHARE = 0.002, 0.05
 """A centre of mass is inside of its support by this [m], and by this share of the thing's extents: twins shift things by 2 mm, and
 centres of mass by 5 % of the extents (``ErrorModel``)."""
+SWINGS = 0.01
+"""What hangs may swing by this along its peg [m]: the amplitude of ``rest.SWING``."""
 CONTACT = 0.01
 """Slices of two things so far below and above the height at which they meet are what touches [m]: one may lean by some degrees."""
 
@@ -61,6 +63,24 @@ def uncovered(lid: Thing, vessel: Thing) -> str:
     if not shares or min(shares) == 0.0:
         return ""
     return f"'{lid.name}' leaves {100 * min(shares):.0f} % of the opening of '{vessel.name}' uncovered"
+
+
+def near_tip(thing: Thing, hanger: Thing) -> str:
+    """Return by how much too near to the end of a peg a thing hangs; "" where it is far enough inside, or nothing is known of a peg.
+
+    Args:
+        thing, hanger: where they are; the peg's z leads to its tip.
+    """
+    hole, peg = thing.feature("vrps:Hole"), hanger.feature("vrps:Peg")
+    if hole is None or peg is None or "length" not in peg.size:
+        return ""
+    length = peg.size["length"]
+    along = float((hanger.pose * peg.pose).inverse().apply((thing.pose * hole.pose).position)[2])
+    inside, least = length - along, min(SHIFT + SWINGS, length / 4)
+    if inside >= least:
+        return ""
+    away = f"{1000 * inside:.0f} mm from the end of the peg of '{hanger.name}'"
+    return f"'{thing.name}' hangs {away}, at least {1000 * least:.0f} mm are needed"
 
 
 def _openings(vessel: Thing) -> Iterator[Any]:

@@ -12,6 +12,7 @@ from cramlite.plugin import Allowance, Candidate, Cost, Finding, Validator, hook
 
 from .explained import LATE, ExplainedGrip, explained_grips
 from .movers import rests
+from .rest import hangs
 from .slides import slides
 from .swings import declared
 from .task_times import inner_tasks, origins
@@ -26,6 +27,8 @@ SLIDES = 0.015
 is believed to be some millimetres off, and lifts begin aslant."""
 BACK = 0.01
 """What a task moves along comes back by at most so much before the task ends [m]."""
+RANGE = 0.1
+"""And what it moves on a joint by this share of the joint's range: fingers that leave a handle push it by some millimetres."""
 
 
 class Tracks(Value):
@@ -36,12 +39,9 @@ class Tracks(Value):
     cost: Cost = "rollout"
 
     def check(self, candidate: Candidate) -> Iterator[Finding]:
-        found, wrong = explained_grips(candidate), 0
-        parts = (_unexplained, _interrupted, _fallen, _slid, _returned)
-        for part in parts:
-            for finding in part(candidate, found):
-                wrong += 1
-                yield finding
+        found = explained_grips(candidate)
+        wrong = [f for part in (_unexplained, _interrupted, _fallen, _slid, _returned) for f in part(candidate, found)]
+        yield from wrong
         if not wrong:
             things = sorted({f.grip.thing for f in found})
             what = f"{', '.join(map(repr, things))} in the hand {len(found)} times" if found else "nothing was in the hand"
@@ -61,7 +61,7 @@ def _unexplained(candidate: Candidate, found: Iterable[ExplainedGrip]) -> Iterat
             span = f"from {rollout.times[grip.first]:.1f} to {rollout.times[grip.last]:.1f} s"
             way = _way(rollout.poses[grip.thing][grip.first : grip.last + 1])
             said = f"'{grip.thing}' was in the hand {span} and moved by {1000 * way:.0f} mm: {wrong}"
-            yield Finding("tracks", False, said, way, 0.0, "m", tasks[at], things=True)
+            yield Finding("tracks", False, said, way, origin=tasks[at], things=True)
 
 
 def _way(track: Floats) -> float:
@@ -77,12 +77,9 @@ def _interrupted(candidate: Candidate, found: Iterable[ExplainedGrip]) -> Iterat
         begun, ended = np.flatnonzero(came_from == taken.by), np.flatnonzero(came_from == left.by)
         if not len(begun) or not len(ended):
             continue
-        inside = np.zeros(len(rollout.times), dtype=bool)
-        for grip, *_ in found:
-            inside[grip.first : grip.last + 1] |= grip.thing == taken.thing
-        rows = np.arange(int(begun[-1]) + 1, max(int(ended[0]), int(begun[-1]) + 1))
-        gone = rows[~inside[rows]]
-        if len(gone) and len(gone) * float(np.median(np.diff(rollout.times))) > LATE:
+        held = {k for grip, *_ in found if grip.thing == taken.thing for k in range(grip.first, grip.last + 1)}
+        gone = [k for k in range(int(begun[-1]), int(ended[0])) if k not in held]
+        if gone and rollout.times[gone[-1]] - rollout.times[gone[0]] > LATE:
             when = f"from {rollout.times[gone[0]]:.1f} to {rollout.times[gone[-1]]:.1f} s"
             said = f"'{taken.thing}' was not in the hand {when}, between {taken.by} and {left.by}"
             yield Finding("tracks", False, said, origin=tasks[gone[0]], things=True)
@@ -98,18 +95,22 @@ def _held_between(handovers: Iterable[Handover]) -> Iterator[tuple[Handover, Han
 
 
 def _fallen(candidate: Candidate, found: Iterable[ExplainedGrip]) -> Iterator[Finding]:
-    """Falls that are longer than the place says where a thing was let go, or do not end."""
+    """Falls that are longer than the place says where a thing was let go, or that last too long."""
     rollout, tasks = _rollout(candidate), inner_tasks(candidate)
     for grip, wrong, _, left, _ in found:
         if wrong or left is None or left.rest is None:
             continue
-        rest = min(rests(rollout, grip.thing, grip.last), len(rollout.times) - 1)
+        who, when = f"'{grip.thing}', let go at {rollout.times[grip.last]:.1f} s,", tasks[grip.last]
+        rest = rests(rollout, grip.thing, grip.last)
         height = rollout.poses[grip.thing][grip.last : rest + 1, 2]
         drop, limit = float(height[0] - height.min()), left.rest.fall + DROP
         if drop > limit:
-            when = f"{rollout.times[grip.last]:.1f} s"
-            said = f"'{grip.thing}' fell by {1000 * drop:.0f} mm when it was let go at {when}, limit {1000 * limit:.0f} mm of {left.by}"
-            yield Finding("tracks", False, said, drop, limit, "m", tasks[grip.last], things=True)
+            said = f"{who} fell by {1000 * drop:.0f} mm, limit {1000 * limit:.0f} mm of {left.by}"
+            yield Finding("tracks", False, said, drop, limit, "m", when, things=True)
+        lasted = float(rollout.times[min(rest, len(rollout.times) - 1)] - rollout.times[grip.last])
+        if lasted > SETTLES and not hangs(rollout, grip.thing, min(rest, len(rollout.times) - 1)):
+            said = f"{who} moved on for {lasted:.1f} s, limit {SETTLES:g} s"
+            yield Finding("tracks", False, said, lasted, SETTLES, "s", when, things=True)
 
 
 def _slid(candidate: Candidate, found: Iterable[ExplainedGrip]) -> Iterator[Finding]:
@@ -140,13 +141,25 @@ def _returned(candidate: Candidate, found: Iterable[ExplainedGrip]) -> Iterator[
     rollout, tasks = _rollout(candidate), inner_tasks(candidate)
     for task, rows in _stretches(tasks):
         for name in sorted(candidate.allowances.get(task, Allowance()).moves & rollout.poses.keys()):
-            if rollout.world.thing(name).joint is not None:
-                continue  # how far open it ends is the task's rule to say
-            ways = np.linalg.norm(rollout.poses[name][rows, :3] - rollout.poses[name][rows.start, :3], axis=1)
+            ways, limit, unit = _ways(rollout, name, rows)
             back = float(ways.max() - ways[-1])
-            if back > BACK:
-                said = f"'{name}' was moved by {1000 * ways.max():.0f} mm and came back by {1000 * back:.0f} mm"
-                yield Finding("tracks", False, f"{said}, limit {1000 * BACK:.0f} mm", back, BACK, "m", task, things=True)
+            if back > limit:
+                said = f"'{name}' was moved by {_said(ways.max(), unit)} and came back by {_said(back, unit)}"
+                yield Finding("tracks", False, f"{said}, limit {_said(limit, unit)}", back, limit, unit, task, things=True)
+
+
+def _ways(rollout: Rollout, name: str, rows: range) -> tuple[Floats, float, str]:
+    """How far a thing is from where it began at some samples, how far it may come back, and their unit: of its joint, if it has one."""
+    joint = rollout.world.thing(name).joint
+    if joint is None or name not in rollout.values:
+        track = rollout.poses[name][rows, :3]
+        return np.linalg.norm(track - track[0], axis=1), BACK, "m"
+    values = rollout.values[name][rows]
+    return np.abs(values - values[0]), RANGE * (joint.upper - joint.lower), "rad" if joint.kind == "hinge" else "m"
+
+
+def _said(value: float, unit: str) -> str:
+    return f"{1000 * value:.0f} mm" if unit == "m" else f"{np.degrees(value):.0f} deg"
 
 
 @hookimpl

@@ -6,12 +6,12 @@ import pytest
 from msgspec.structs import replace
 from short_runs import SHELF, good, lying, said
 
-from cramlite.model import Pose
+from cramlite.model import Feature, Pose
 from cramlite.plugin import Candidate
 from cramlite_plugins.simulation.objects.products_and_fixtures import block
 from cramlite_plugins.simulation.objects.vessels import bowl, can, lid
 from cramlite_plugins.validators.postconditions import EndState
-from cramlite_plugins.validators.stance import unbalanced, uncovered
+from cramlite_plugins.validators.stance import near_tip, unbalanced, uncovered
 
 POT = bowl("pot", Pose((0.4, 0.0, 0.045)), radius=0.08, height=0.09)
 
@@ -56,3 +56,23 @@ def test_a_stack_at_its_edge_is_refused_and_on_furniture_a_thing_stands_as_it_st
     (why,) = said(EndState(), stacked_on(True, 0.027))
     assert "the centre of mass of 'block' is 3 mm inside of its support on 'shelf', at least 5 mm inside are needed" in why
     assert said(EndState(), stacked_on(False, 0.027)) == []
+
+
+@pytest.mark.parametrize(("inside", "hangs"), [(0.07, True), (0.0125, True), (0.0115, False), (0.003, False)])
+def test_what_hangs_is_farther_from_the_pegs_end_than_it_may_swing(inside: float, hangs: bool) -> None:
+    peg = Feature("peg", "vrps:Peg", Pose.from_rotvec((0.0, 0.0, 0.5), (0.0, 1.5707963, 0.0)), {"radius": 0.003, "length": 0.138})
+    hook = replace(block("hook", Pose((0.4, 0.0, 0.0))), features=(peg,))
+    hole = Feature("hole", "vrps:Hole", Pose((0.0, 0.0, 0.05)), {"diameter": 0.012})
+    pack = replace(block("pack", Pose((0.4 + 0.138 - inside, 0.0, 0.45))), features=(hole,))
+    assert (near_tip(pack, hook) == "") is hangs
+    said = f"'pack' hangs {1000 * inside:.0f} mm from the end of the peg of 'hook', at least 12 mm are needed"
+    assert near_tip(pack, hook) == ("" if hangs else said)
+    assert near_tip(block("plain", pack.pose), hook) == "" == near_tip(pack, block("bare", hook.pose))
+
+
+def test_of_a_short_peg_a_quarter_is_enough() -> None:
+    peg = Feature("peg", "vrps:Peg", Pose(), {"length": 0.02})
+    hook = replace(block("hook", Pose()), features=(peg,))
+    hole = Feature("hole", "vrps:Hole", Pose(), {"diameter": 0.012})
+    for along, hangs in ((0.0149, True), (0.0151, False)):
+        assert (near_tip(replace(block("pack", Pose((0.0, 0.0, along))), features=(hole,)), hook) == "") is hangs

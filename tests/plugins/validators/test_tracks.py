@@ -2,12 +2,29 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 import numpy as np
 import pytest
 from msgspec.structs import replace
-from short_runs import HANDOVERS, LEFT, OPENED, ORIGINS, RIGHT, TAKEN, good, posed, said, shifted, touching, track
+from short_runs import (
+    COUNT,
+    HANDOVERS,
+    LEFT,
+    OPENED,
+    ORIGINS,
+    RIGHT,
+    TAKEN,
+    good,
+    only,
+    posed,
+    said,
+    shifted,
+    touching,
+    track,
+)
 
-from cramlite.model import Touch, Wait
+from cramlite.model import Finding, Joint, MoveLinear, Pose, Swing, Touch, Wait
 from cramlite.plugin import Allowance, Candidate
 from cramlite_plugins.validators.tracks import BACK, DROP, SLIDES, Tracks
 
@@ -20,8 +37,25 @@ def pinched(thing: str, when: range) -> Candidate:
     return touching(when, Touch(LEFT, thing, 20.0, 1.0), Touch(thing, RIGHT, 20.0, -1.0))
 
 
+def refused(of: Candidate) -> Finding:
+    """The one objection to a candidate."""
+    (found,) = (f for f in JUDGE.check(of) if not f.passed)
+    return found
+
+
 def test_a_thing_that_is_taken_carried_and_put_down_is_explained() -> None:
-    assert said(JUDGE, good()) == []
+    assert only(JUDGE, good()).reason == "'block' in the hand 1 times, each time as a task of the plan says"
+    idle = touching(range(COUNT), without=lambda t: LEFT in (t.a, t.b))
+    assert only(JUDGE, replace(idle, handovers=())).reason == "nothing was in the hand, each time as a task of the plan says"
+
+
+def test_the_way_of_what_no_task_takes_is_told() -> None:
+    carried, base = pinched("cup", PARKING), good().rollout
+    assert carried.rollout is not None and base is not None
+    x, last = 0.4, PARKING.stop - 1
+    way = track(*((k, (x + by, -0.35, 0.2)) for k, by in ((0, 0.0), (PARKING.start, 0.0), (last - 1, 0.1), (last, 0.05))))
+    found = refused(replace(carried, rollout=replace(carried.rollout, poses={**base.poses, "cup": way})))
+    assert found.value == pytest.approx(0.1) and "and moved by 100 mm" in found.reason and found.origin == "4.ParkingArms"
 
 
 @pytest.mark.parametrize("thing", ["cup", "block"])
@@ -72,6 +106,43 @@ def test_what_is_let_go_on_the_way_and_taken_again_is_refused() -> None:
     assert any("was not in the hand from 2.0 to 2.2 s, between 1.Grasping/close and 3.Placing/Releasing/open" in w for w in why)
 
 
+@pytest.mark.parametrize(("first", "count", "passes"), [(25, 4, True), (25, 6, False), (64, 4, True), (64, 6, False)])
+def test_between_handovers_a_thing_is_lost_for_a_fifth_of_a_second_at_most(first: int, count: int, passes: bool) -> None:
+    """At once after the fingers closed, and right up to when they open."""
+    rows = range(first, first + count) if first == 25 else range(70 - count, 70)
+    lost = touching(rows, without=lambda t: LEFT in (t.a, t.b))
+    assert lost.rollout is not None
+    opening = lost.rollout.opening.copy()
+    opening[list(rows)] = 0.085
+    why = said(JUDGE, replace(lost, rollout=replace(lost.rollout, opening=opening)))
+    assert any("was not in the hand" in w for w in why) is not passes
+
+
+def test_who_has_no_code_for_a_handover_is_told_by_others() -> None:
+    elsewhere = (HANDOVERS[0], replace(HANDOVERS[1], by="9.Nowhere"))
+    assert all("was not in the hand" not in w for w in said(JUDGE, replace(good(), handovers=elsewhere)))
+    never = touching(range(COUNT), without=lambda t: LEFT in (t.a, t.b))
+    assert any("was not in the hand" in w for w in said(JUDGE, never))
+    free = tuple(replace(h, optional=True) for h in HANDOVERS)
+    assert said(JUDGE, replace(never, handovers=free)) == []
+    for k in (0, 1):
+        half = tuple(replace(h, optional=n == k) for n, h in enumerate(HANDOVERS))
+        assert said(JUDGE, replace(never, handovers=half)) == []
+
+
+def test_what_is_let_go_comes_to_rest_in_three_seconds() -> None:
+    base = good().rollout
+    assert base is not None
+    way = base.poses["block"].copy()
+    way[OPENED - 1 :, 0] += np.linspace(0.0, 0.3, COUNT - OPENED + 1)
+    for period, passes in ((0.09, True), (0.15, False)):
+        rolls = good(poses={**base.poses, "block": way}, times=np.arange(COUNT) * period)
+        assert (said(JUDGE, rolls) == []) is passes
+    found = refused(rolls)
+    assert "'block', let go at 10.3 s, moved on for 4.5 s, limit 3 s" in found.reason
+    assert found.value == pytest.approx(30 * 0.15) and (found.limit, found.unit, found.origin) == (3.0, "s", "3.Placing/PuttingDown")
+
+
 def test_a_contact_that_chatters_is_no_interruption() -> None:
     assert said(JUDGE, touching(range(40, 43), without=lambda t: LEFT in (t.a, t.b))) == []
 
@@ -83,7 +154,9 @@ def test_a_fall_is_as_deep_as_its_place_says_and_no_deeper() -> None:
     let_fall = replace(HANDOVERS[1], rest=replace(HANDOVERS[1].rest, fall=0.2)) if HANDOVERS[1].rest else HANDOVERS[1]
     far = shifted((0.0, 0.0, -0.2), "block", OPENED + 1)
     assert said(JUDGE, replace(far, handovers=(HANDOVERS[0], let_fall))) == []
-    assert "'block' fell by 200 mm when it was let go" in said(JUDGE, far)[0]
+    found = refused(far)
+    assert found.reason == "'block', let go at 3.5 s, fell by 200 mm, limit 30 mm of 3.Placing/Releasing/open"
+    assert found.value == pytest.approx(0.2) and (found.limit, found.unit, found.origin) == (DROP, "m", "3.Placing/PuttingDown")
 
 
 def dragged(by: float) -> Candidate:
@@ -103,7 +176,11 @@ def test_a_payload_is_not_dragged_by_a_task_that_slides_nothing() -> None:
 
     assert said(JUDGE, free(dragged(SLIDES - 0.001), slides=False)) == []
     (why,) = said(JUDGE, free(dragged(SLIDES + 0.002), slides=False))
-    assert "'block' was dragged along 'floor' by 17 mm" in why
+    assert "'block' was dragged along 'floor' by 17 mm from 0.5 to 1.2 s, limit 15 mm of a task that slides nothing" in why
+    turns = MoveLinear(Pose(), 0.1, 0.5, origin="1.Grasping/close", swing=Swing(Pose(), Pose((0.0, 0.0, 0.1)), (0.0, 0.0, 0.0)))
+    for origin, excused in (("1.Grasping/close", True), ("2.PickingUp/lift", False), ("4.ParkingArms/move", False)):
+        swings = replace(dragged(0.1), program=replace(good().program, steps=(replace(turns, origin=origin),)))
+        assert (said(JUDGE, free(swings, slides=False)) == []) is excused
     assert said(JUDGE, free(dragged(0.1), slides=True)) == []
 
 
@@ -113,3 +190,20 @@ def test_a_thing_that_is_pushed_stays_where_it_was_pushed_to() -> None:
         pushed = posed(cup=way)
         moving = {**pushed.allowances, "4.ParkingArms": Allowance(moves=frozenset({"cup"}))}
         assert (said(JUDGE, replace(pushed, allowances=moving)) == []) is passes
+
+
+def test_a_door_that_was_opened_stays_as_far_open() -> None:
+    base = good().rollout
+    assert base is not None
+    kinds: tuple[tuple[Literal["hinge", "slide"], str, str], ...] = (("hinge", "rad", "29 deg"), ("slide", "m", "500 mm"))
+    for kind, unit, came_back in kinds:
+        for back, passes in ((0.09, True), (0.11, False), (0.5, False)):
+            joint = Joint(kind, Pose(), 0.0, 1.0)
+            things = tuple(replace(t, joint=joint) if t.name == "cup" else t for t in base.world.things)
+            opened = np.interp(range(COUNT), [82, 88, 89], [0.0, 0.8, 0.8 - back])
+            turned = good(world=replace(base.world, things=things), values={"cup": opened})
+            moving = {**turned.allowances, "4.ParkingArms": Allowance(moves=frozenset({"cup"}))}
+            wrong = [f for f in JUDGE.check(replace(turned, allowances=moving)) if not f.passed]
+            assert (wrong == []) is passes
+        (found,) = wrong
+        assert found.unit == unit and found.limit == pytest.approx(0.1) and f"came back by {came_back}" in found.reason
