@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from typing import NamedTuple
-
-import numpy as np
 
 from cramlite.model import Handover, Rollout, enclosing_names, walk
 from cramlite.plugin import Candidate
@@ -48,8 +47,8 @@ def explained_at(candidate: Candidate) -> list[str]:
     assert candidate.rollout is not None
     held = [""] * len(candidate.rollout.times)
     for found in explained_grips(candidate):
-        if found.taken:
-            held[found.grip.first : found.grip.last + 1] = [found.grip.thing] * (found.grip.last + 1 - found.grip.first)
+        for k in range(found.grip.first, found.grip.last + 1) if found.taken else ():
+            held[k] = found.grip.thing
     return held
 
 
@@ -114,10 +113,10 @@ class _Run:
 
     def _near(self, thing: str, sample: int, *, taken: bool) -> Handover | None:
         """The handover whose code runs about a sample."""
-        first, last = np.searchsorted(self.times, self.times[sample] + np.array([-LATE, EARLY]))
-        if not taken:
-            first, last = np.searchsorted(self.times, self.times[sample] + np.array([-EARLY, LATE]))
-        names = {n for o in set(self.came_from[first : last + 1]) for n in enclosing_names(o)}
+        now = self.times[sample]
+        before, after = (LATE, EARLY) if taken else (EARLY, LATE)
+        near = {o for t, o in zip(self.times, self.came_from, strict=True) if now - before <= t <= now + after}
+        names = {n for o in near for n in enclosing_names(o)}
         return next((h for h in self.handovers or () if (h.thing, h.taken) == (thing, taken) and h.by in names), None)
 
     def _kept(self, thing: str) -> bool:
@@ -127,11 +126,7 @@ class _Run:
 
     def _after(self, left: Handover, grip: Grip) -> Iterator[int]:
         """Samples of a grip at which code runs that comes behind the handover by which it ends."""
-        until = self.order.get(left.by)
-        if until is None:
-            return
-        end = int(np.searchsorted(self.times, self.times[grip.last] - LATE))
-        for k in range(grip.first, end):
-            if self.order.get(self.came_from[k], -1) > until:
+        until, end = self.order.get(left.by, math.inf), self.times[grip.last] - LATE
+        for k in range(grip.first, grip.last):
+            if self.order.get(self.came_from[k], 0) > until and self.times[k] < end:
                 yield k
-

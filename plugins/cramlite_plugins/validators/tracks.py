@@ -75,10 +75,8 @@ def _interrupted(candidate: Candidate, found: Iterable[ExplainedGrip]) -> Iterat
     came_from = np.array(origins(candidate))
     for taken, left in _held_between(candidate.handovers or ()):
         begun, ended = np.flatnonzero(came_from == taken.by), np.flatnonzero(came_from == left.by)
-        if not len(begun) or not len(ended):
-            continue
         held = {k for grip, *_ in found if grip.thing == taken.thing for k in range(grip.first, grip.last + 1)}
-        gone = [k for k in range(int(begun[-1]), int(ended[0])) if k not in held]
+        gone = [k for k in range(begun[-1], ended[0]) if k not in held] if len(begun) and len(ended) else []
         if gone and rollout.times[gone[-1]] - rollout.times[gone[0]] > LATE:
             when = f"from {rollout.times[gone[0]]:.1f} to {rollout.times[gone[-1]]:.1f} s"
             said = f"'{taken.thing}' was not in the hand {when}, between {taken.by} and {left.by}"
@@ -101,14 +99,14 @@ def _fallen(candidate: Candidate, found: Iterable[ExplainedGrip]) -> Iterator[Fi
         if wrong or left is None or left.rest is None:
             continue
         who, when = f"'{grip.thing}', let go at {rollout.times[grip.last]:.1f} s,", tasks[grip.last]
-        rest = rests(rollout, grip.thing, grip.last)
+        rest = min(rests(rollout, grip.thing, grip.last), len(rollout.times) - 1)
         height = rollout.poses[grip.thing][grip.last : rest + 1, 2]
         drop, limit = float(height[0] - height.min()), left.rest.fall + DROP
         if drop > limit:
             said = f"{who} fell by {1000 * drop:.0f} mm, limit {1000 * limit:.0f} mm of {left.by}"
             yield Finding("tracks", False, said, drop, limit, "m", when, things=True)
-        lasted = float(rollout.times[min(rest, len(rollout.times) - 1)] - rollout.times[grip.last])
-        if lasted > SETTLES and not hangs(rollout, grip.thing, min(rest, len(rollout.times) - 1)):
+        lasted = float(rollout.times[rest] - rollout.times[grip.last])
+        if lasted > SETTLES and not hangs(rollout, grip.thing, rest):
             said = f"{who} moved on for {lasted:.1f} s, limit {SETTLES:g} s"
             yield Finding("tracks", False, said, lasted, SETTLES, "s", when, things=True)
 
