@@ -72,7 +72,7 @@ FIXED = frozenset(
         "dragged_along/shelf/0",
         "retaken_after_placing/fragile/0",
         "pulled_along_peg/hang/0",
-        "lift_behind_transfer/shelf/0",
+        "lift_behind_transfer/stack/0",
         "last_step_deleted/drawer/0",
         "token_retreat/push/0",
         "typed_step_deleted/typed/0",
