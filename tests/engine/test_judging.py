@@ -10,7 +10,6 @@ from written_runs import Says, Written, grounded, intent, knowing, planned, ran,
 
 from cramlite.engine.judging import Judged, Purpose, judge_text
 from cramlite.model import JudgingLimits, Pose, RobotMount
-from cramlite.model.program import Section
 from cramlite.model.program_json import typed_code
 from cramlite.plugin import UserError
 from cramlite_plugins.robots.ur5e import UR5E
@@ -34,14 +33,6 @@ def judged(text: str, purpose: Purpose, *judges: Says, outcome: str = "finished"
 
 def words(found: Judged) -> list[tuple[str, bool]]:
     return [(f.validator, f.passed) for f in found.verdict.findings]
-
-
-def without(first: str, last: str) -> str:
-    """The run's text without the lines from one that has some words up to one that has others."""
-    lines = TEXT.splitlines()
-    begin = next(k for k, line in enumerate(lines) if first in line)
-    end = next(k for k, line in enumerate(lines) if last in line and k > begin)
-    return "\n".join([*lines[:begin], *lines[end:]])
 
 
 # Against the plan of a run
@@ -83,30 +74,6 @@ def found_of(_: Any) -> Any:
 def test_an_objection_to_the_run_refuses_it() -> None:
     found = judged(TEXT, RUN, Says("run", False), Says("other"))
     assert not found.verdict.passed and words(found) == [("run", False), ("other", True)]
-
-
-@pytest.mark.parametrize(
-    ("first", "last", "task"),
-    [("---- 1.Grasping", "---- 2.", "1.Grasping"), ("---- 2.PickingUp", "---- 3.", "2.PickingUp"),
-     ("# 4.ParkingArms/park", "kill watchdog", "4.ParkingArms")],
-)  # fmt: skip
-def test_a_task_whose_code_is_gone_is_an_objection_whoever_else_is_content(first: str, last: str, task: str) -> None:
-    found = judged(without(first, last), RUN, Says("run"))
-    assert not found.verdict.passed
-    (wrong,) = found.verdict.objections
-    assert wrong.origin == task and wrong.reason.startswith(f"{task} has no line of code")
-
-
-def test_a_task_that_needed_no_code_misses_none() -> None:
-    made = intent()
-    sections = (*made.program.sections, Section("5.Waiting", "Waiting", 15, 15))
-    assert judged(TEXT, Purpose(replace(made, program=replace(made.program, sections=sections))), Says("run")).verdict.passed
-
-
-@pytest.mark.parametrize("comment", ["#", "//", "!"])
-def test_a_comment_is_no_code(comment: str) -> None:
-    text = TEXT.replace("movel(picking_up_2", f"{comment} movel(picking_up_2")
-    assert [f.origin for f in judged(text, RUN, Says("run")).verdict.objections] == ["2.PickingUp"]
 
 
 @pytest.mark.parametrize(("count", "more"), [(2, ""), (6, ""), (7, ", ..."), (8, ", ...")])

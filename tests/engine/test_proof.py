@@ -155,10 +155,12 @@ def test_those_are_asked_who_are_named() -> None:
     assert [f.validator for f in found] == ["other"]
 
 
-def test_an_advisory_judge_objects_and_refuses_nothing() -> None:
-    made = replace(good(), limits=JudgingLimits(advisory=("one",)))
-    one, other = judge(made, knowing(Written(), [Says("one", False), Says("other", False)]), rollout=True)
-    assert (one.passed, one.advice, other.passed, other.advice) == (True, True, False, False)
+@pytest.mark.parametrize(("named", "may", "advises"), [(True, True, True), (True, False, False), (False, True, False)])
+def test_a_judge_that_may_advise_and_is_asked_to_objects_and_refuses_nothing(named: bool, may: bool, advises: bool) -> None:
+    made = replace(good(), limits=JudgingLimits(advisory=("one",) if named else ()))
+    judges = [Says("one", False, may_advise=may), Says("other", False, may_advise=True)]
+    one, other = judge(made, knowing(Written(), judges), rollout=True)
+    assert (one.passed, one.advice, other.passed, other.advice) == (advises, advises, False, False)
 
 
 def broken(_: Candidate) -> Any:
@@ -178,7 +180,8 @@ def broken(_: Candidate) -> Any:
 def test_a_judge_that_breaks_has_not_approved(answer: Any, said: str) -> None:
     (found,) = judge(good(), knowing(Written(), [Says("one", answer)]), rollout=True)
     assert not found.passed and found.reason.startswith("the validator itself failed: ") and said in found.reason
-    (found,) = judge(replace(good(), limits=JudgingLimits(advisory=("one",))), knowing(Written(), [Says("one", answer)]), rollout=True)
+    advised = replace(good(), limits=JudgingLimits(advisory=("one",)))
+    (found,) = judge(advised, knowing(Written(), [Says("one", answer, may_advise=True)]), rollout=True)
     assert not found.passed and not found.advice
 
 

@@ -63,8 +63,8 @@ class Written:
 class Says:
     """Judge of one answer, or of one that a function of the candidate gives."""
 
-    def __init__(self, name: str, answer: Any = True, cost: Cost = "rollout") -> None:
-        self.name, self.cost, self.answer = name, cost, answer
+    def __init__(self, name: str, answer: Any = True, cost: Cost = "rollout", may_advise: bool = False) -> None:
+        self.name, self.cost, self.answer, self.may_advise = name, cost, answer, may_advise
         self.asked: list[Candidate] = []
 
     def check(self, candidate: Candidate) -> Any:

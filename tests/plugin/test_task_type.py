@@ -78,7 +78,7 @@ def test_an_action_may_lower_its_force() -> None:
 
 
 def test_what_a_type_does_not_declare_it_does_not_do() -> None:
-    assert not any((Wiping.places, Wiping.looks, Wiping.leads_on)) and Decomposition((), "so").cost == 0.0
+    assert not any((Wiping.places, Wiping.looks, Wiping.leads_on)) and Wiping.slides and Decomposition((), "so").cost == 0.0
     assert Wiping().begins_at(ACTION) is None
 
 

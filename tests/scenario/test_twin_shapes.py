@@ -180,6 +180,12 @@ def test_what_is_fixed_leans_to_every_side_about_its_base_and_does_not_turn(name
         assert real.thing(name).pose.apply(WORLD.thing(name).pose.inverse().apply(base)) == pytest.approx(base, abs=1e-9)
 
 
+def test_no_side_is_leant_to_more_often_than_another() -> None:
+    ways = [math.atan2(*turn(real, name)[1::-1]) for real in worlds("lean") for name in FIXED]
+    for begin in (-1.0, 0.0):
+        assert np.mean([begin <= way < begin + 1.0 for way in ways]) == pytest.approx(1.0 / math.tau, abs=0.06)
+
+
 @pytest.mark.parametrize(("name", "under"), [("block", "floor"), ("jug", "shelf")])
 def test_what_stands_leans_with_its_support_and_touches_it_as_before(name: str, under: str) -> None:
     x, y, _ = WORLD.thing(name).pose.position

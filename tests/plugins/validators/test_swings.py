@@ -65,6 +65,7 @@ def test_a_turn_of_an_earlier_grip_counts_for_no_later_one() -> None:
     assert off(way(np.zeros(9)), later, TURNS[:1]).max() == 0.0
     assert off(way(np.ones(9)), later, [Turn(DOWN, 0, later - 1), Turn(UP, later + 9, later + 20)]).max() == 0.0
     assert off(way(np.linspace(0, 1, 20)), later, TURNS[:1]).max() > 3 * SLIP
+    assert off(way(SHARES), FIRST, [Turn(UP, 0, FIRST - 1), *TURNS]).max() < 0.001  # and its own count all the same
 
 
 def test_a_turn_of_a_later_grip_counts_for_no_earlier_one() -> None:
