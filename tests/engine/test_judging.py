@@ -65,6 +65,32 @@ def test_a_typed_one_is_judged_as_what_it_says() -> None:
     assert words(judged(typed_code(written().program).text, RUN, facts, Says("run")))[0] == ("facts", False)
 
 
+def joined(rows: list[str], pairs: int) -> str:
+    """A typed program whose first steps share lines, two each."""
+    steps = [k for k, row in enumerate(rows) if '"step":' in row]
+    for k in range(pairs):
+        rows[steps[2 * k]] += rows[steps[2 * k + 1]].strip()
+        rows[steps[2 * k + 1]] = ""
+    return "\n".join(row for row in rows if row)
+
+
+@pytest.mark.parametrize(("pairs", "more"), [(1, ""), (6, ""), (7, ", ...")])
+def test_a_typed_text_whose_steps_share_lines_runs_one_step_a_line_and_the_remark_says_which(pairs: int, more: str) -> None:
+    plain, simulator = typed_code(written().program).text, Written()
+    text = joined(plain.splitlines(), pairs)
+    found = judge_text(text, WORLD, RUN, knowing(simulator, [Says("run")]), 5)
+    assert found.verdict.passed and simulator.asked[0][0] == plain
+    lines = [k for k, row in enumerate(text.splitlines(), 1) if row.count('"step":') == 2]
+    news = [k for k, row in enumerate(plain.splitlines(), 1) if '"step":' in row]
+    told = [f"line {k}: {news[2 * n]} to {news[2 * n + 1]}" for n, k in enumerate(lines)][:6]
+    assert found.remarks[0].startswith("steps share a line of the text, so it ran written anew")
+    assert found.remarks[0].endswith(f"({', '.join(told)}{more})")
+
+
+def test_one_whose_steps_have_lines_of_their_own_runs_as_it_is() -> None:
+    assert judged(typed_code(written().program).text, RUN, Says("run")).remarks == ()
+
+
 def found_of(_: Any) -> Any:
     from cramlite.model import Finding
 

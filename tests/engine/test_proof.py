@@ -163,6 +163,13 @@ def test_a_judge_that_may_advise_and_is_asked_to_objects_and_refuses_nothing(nam
     assert (one.passed, one.advice, other.passed, other.advice) == (advises, advises, False, False)
 
 
+def test_a_judge_that_says_nothing_of_it_may_not_advise() -> None:
+    silent = Says("one", False)
+    del silent.may_advise
+    (found,) = judge(replace(good(), limits=JudgingLimits(advisory=("one",))), knowing(Written(), [silent]), rollout=True)
+    assert not found.passed and not found.advice
+
+
 def broken(_: Candidate) -> Any:
     raise KeyError("block")
 
