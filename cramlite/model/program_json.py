@@ -230,7 +230,7 @@ def _chosen(hint: Any, value: Any, where: _Where, name: str, lines: dict[int, in
         if not isinstance(tag, str) or tag not in steps:
             now = RENAMED.get(str(tag))
             right = f"'{now}', as it is called now" if now else f"the class of a step; {nearest(str(tag), steps)}"
-            raise _error(where, f"{name}.{TAG}", tag, right)
+            raise _error(where.inner.get(TAG, where), f"{name}.{TAG}", tag, right)
         kinds = [steps[tag]]
     failed: UserError | None = None
     for kind in kinds:
