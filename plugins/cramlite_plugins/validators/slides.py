@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 
-from cramlite.model import Floats, Rollout, thing_of
+from cramlite.model import Floats, Pose, Rollout, thing_of
 
-from ..shapes.bounds import box_around
+from ..shapes.bounds import corners
 from ..shapes.mounts import mounts
 from .grips import Grip
 
@@ -17,9 +18,6 @@ GAP = 0.2
 """Contact that is lost for less goes on [s]: payloads that slide or rattle leap (as ``collision.GAP``)."""
 SKIMS = 0.003
 """A payload that rises by less than this after a contact skims what it touched [m]: a stiff arm leads it 0.1 mm above."""
-
-
-_CORNERS = np.array([(x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=float)
 
 
 class Slide(NamedTuple):
@@ -41,67 +39,47 @@ class Slide(NamedTuple):
 
 def slides(rollout: Rollout, grip: Grip, within: range) -> Iterator[Slide]:
     """Yield every slide of a grip's payload that begins and ends within some samples."""
-    last = min(grip.last, within.stop - 1)
-    for other, samples in _touched(rollout, grip, within).items():
-        for stretch in _stretches(rollout, samples, grip.thing, last):
-            yield _slide(rollout, grip.thing, other, list(stretch))
+    rows = [k for k in range(grip.first, grip.last + 1) if k in within]
+    touched = _touched(rollout, grip.thing, rows)
+    for other in sorted(set().union(*touched)):
+        near = _near(rollout, grip.thing, {k for k, names in zip(rows, touched, strict=True) if other in names}, rows)
+        breaks = [n for n, (a, b) in enumerate(pairwise(near), 1) if rollout.times[b] - rollout.times[a] > GAP]
+        for first, end in pairwise((0, *breaks, len(near))):
+            yield _slide(rollout, grip.thing, other, near[first:end])
 
 
-def _touched(rollout: Rollout, grip: Grip, within: range) -> dict[str, list[int]]:
-    """What the payload touches beside the hand and its own mounts, and at which samples."""
-    found = dict[str, list[int]]()
+def _touched(rollout: Rollout, thing: str, rows: list[int]) -> list[set[str]]:
+    """What the payload touches at some samples, beside the hand and its own mounts."""
     things = {t.name: t for t in rollout.world.things}
-    own = {grip.thing, *mounts(things[grip.thing], rollout.world)}
-    for k in range(max(grip.first, within.start), min(grip.last + 1, within.stop)):
-        pairs = ((thing_of(t.a), thing_of(t.b)) for t in rollout.touches[k])
-        others = {b if a == grip.thing else a for a, b in pairs if grip.thing in (a, b)}
-        for other in (others - own) & things.keys():
-            found.setdefault(other, []).append(k)
-    return found
+    others = things.keys() - {thing, *mounts(things[thing], rollout.world)}
+    pairs = ([{thing_of(t.a), thing_of(t.b)} for t in rollout.touches[k]] for k in rows)
+    return [set().union(*(pair for pair in row if thing in pair)) & others for row in pairs]
 
 
-def _stretches(rollout: Rollout, samples: list[int], thing: str, last: int) -> Iterator[range]:
-    """Stretches of a contact, up to a last sample: it goes on while the payload skims, or for as long as ``GAP``."""
-    heights = rollout.poses[thing][:, 2]
-    first = end = samples[0]
-    for k in [*samples[1:], last]:
-        between = heights[end : k + 1]
-        if rollout.times[k] - rollout.times[end] <= GAP or np.abs(between - between[0]).max() < SKIMS:
-            end = k
-            continue
-        yield range(first, _skims(heights, end, k) + 1)
-        first = end = k
-    if first < end:
-        yield range(first, end + 1)
-
-
-def _skims(heights: Floats, sample: int, until: int) -> int:
-    """The last sample up to which a payload stays near the height that it had at another one."""
-    risen = np.flatnonzero(np.abs(heights[sample:until] - heights[sample]) >= SKIMS)
-    return sample + int(risen[0]) - 1 if len(risen) else until - 1
+def _near(rollout: Rollout, thing: str, touching: set[int], rows: list[int]) -> list[int]:
+    """The samples at which a payload touches something, or skims it since it did."""
+    near, heights, last = list[int](), rollout.poses[thing][:, 2], -1
+    for k in rows:
+        last = k if k in touching else last
+        if last >= 0 and abs(heights[k] - heights[last]) < SKIMS:
+            near.append(k)
+        elif rollout.times[k] - rollout.times[last] > GAP:
+            last = -1
+    return near
 
 
 def _slide(rollout: Rollout, thing: str, along: str, stretch: list[int]) -> Slide:
-    low, high = box_around(rollout.world.thing(thing).geoms)
-    points = np.vstack([np.zeros(3), low + _CORNERS * (high - low)])
-    tracks = np.array([_in_frame(rollout.poses[along][stretch], _of_point(rollout.poses[thing][stretch], p)) for p in points])
-    ways = np.linalg.norm(tracks - tracks[:, :1], axis=2).min(axis=0)
+    points = np.vstack([np.zeros(3), corners(rollout.world.thing(thing), Pose())])
+    track = np.array([_relative(rollout, along, thing, k).apply(points) for k in stretch])
+    ways = np.linalg.norm(track - track[0], axis=2).min(axis=1)
     k = int(np.argmax(ways))
     return Slide(thing, along, float(ways[k]), stretch[0], stretch[k])
 
 
-def _of_point(poses: Floats, point: Floats) -> Floats:
-    """(N, 3) a point of a body with poses (N, 7), in the world [m]."""
-    from scipy.spatial.transform import Rotation
-
-    found: Floats = Rotation.from_quat(poses[:, 3:], scalar_first=True).apply(point) + poses[:, :3]
-    return found
+def _relative(rollout: Rollout, frame: str, thing: str, sample: int) -> Pose:
+    """The pose of a thing in the frame of another at a sample."""
+    return _pose(rollout.poses[frame][sample]).inverse() * _pose(rollout.poses[thing][sample])
 
 
-def _in_frame(frames: Floats, points: Floats) -> Floats:
-    """(N, 3) points in frames (N, 7) that move [m]."""
-    from scipy.spatial.transform import Rotation
-
-    turns = Rotation.from_quat(frames[:, 3:], scalar_first=True).inv()
-    found: Floats = turns.apply(points - frames[:, :3])
-    return found
+def _pose(row: Floats) -> Pose:
+    return Pose(tuple(row[:3]), tuple(row[3:]))
