@@ -127,8 +127,14 @@ def _completed(
     physics = Physics(**{**(imported.physics if imported else {}), **pads, **written})
     camera = camera_of(scenario)
     cameras = () if camera is None else (camera,)
-    notes = (*(read.notes if read else ()), *(imported.notes if imported else ()))
+    notes = (*(read.notes if read else ()), *(_pads_doubted(pads, written) if read else ()), *(imported.notes if imported else ()))
     return World(things, (mount,), physics, cameras=cameras, notes=notes)
+
+
+def _pads_doubted(found: Mapping[str, float], written: Mapping[str, object]) -> tuple[str, ...]:
+    """What is said of the friction of pads that only the gripper's file states."""
+    said = "the friction of the gripper's pads is {:g}, as its file has it; 'pad_friction' of 'physics' says another"
+    return tuple(said.format(value) for key, value in found.items() if key not in written)
 
 
 def _varied(scenario: Scenario, thing: Thing, change: VarySpec | None, shifts: dict[str, Pose], rng: Any) -> Thing:

@@ -37,6 +37,7 @@ def render(done: Finished) -> str:
         ran=sum(e.kind == "proof" for e in done.trace.entries),
         tried=len({e.candidate for e in done.trace.entries}),
         ended=how_it_ended(done.trace.entries),
+        doubts=done.setting.world.notes,
         miss=None if done.proven else nearest_miss(done.trace.entries),
     )
 
