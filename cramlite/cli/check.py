@@ -82,12 +82,12 @@ def _check_scenario(path: Path, data: Any, plugins: PluginChoice) -> int:
 def _start(scenario: Scenario, setting: Setting, engine: Engine) -> str:
     """What a scenario starts from, in words; each kind of start is asked for what a run would need of it."""
     if scenario.spec.demonstration is not None:
-        return f"the demonstration '{scenario.spec.demonstration}', read as {_shown(scenario, setting, engine)}"
+        return f"the demonstration '{scenario.spec.demonstration}', read as {_shown(scenario, setting, engine).with_things}"
     if scenario.spec.goal is not None:
-        return f"the goal '{' and '.join(scenario.spec.goal)}', with the plan {_planned(scenario, setting, engine.knowledge)}"
+        return f"the goal '{' and '.join(scenario.spec.goal)}', with the plan {_planned(scenario, setting, engine.knowledge).with_things}"
     from ..planning.task_goals import plan_from_tasks
 
-    return f"the plan {plan_from_tasks(scenario.name, scenario, engine.knowledge.tasks, setting.world)}"
+    return f"the plan {plan_from_tasks(scenario.name, scenario, engine.knowledge.tasks, setting.world).with_things}"
 
 
 def _planned(scenario: Scenario, setting: Setting, knowledge: Knowledge) -> Plan:
