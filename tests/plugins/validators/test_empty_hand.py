@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
@@ -52,3 +53,10 @@ def test_friction_of_the_file_is_a_doubt_until_the_scenario_states_it(scenario: 
     said = "the friction of the gripper's pads is 0.8"
     assert said in run("check", written(scenario)).out
     assert said not in run("check", written(scenario, physics="physics: {pad_friction: 0.7}")).out
+
+
+def test_doubts_of_files_are_printed_by_check_and_only_counted_by_resolve(scenario: Path, run: Run, tmp_path: Path) -> None:
+    checked, resolved = run("check", written(scenario)), run("resolve", scenario, "--twins", "0", "--no-report", "--out", tmp_path / "run")
+    printed = re.findall(r"^.*taken\.yaml:\d+: (.*)$", checked.out, re.MULTILINE)
+    assert len(printed) >= 6 and not any(said in resolved.err for said in printed)
+    assert f"{len(printed)} doubts about files of robot and scene: 'cramlite check {scenario}' prints them" in resolved.err
