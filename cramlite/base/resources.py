@@ -1,4 +1,4 @@
-"""Paths of the shipped ontologies, task rules and scenarios, in the wheel or in a checkout."""
+"""Paths of the shipped ontologies, task rules, scenarios and experiments, in the wheel or in a checkout."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from .errors import UserError, nearest
 
 
 def data_folder(kind: str) -> Path:
-    """Return the folder of the shipped "ontologies", "task_rules" or "scenarios"."""
+    """Return the folder of the shipped "ontologies", "task_rules", "scenarios" or "experiments"."""
     package = Path(__file__).resolve().parents[1]
     wheel = package / "data" / kind
     return wheel if wheel.is_dir() else package.parent / kind
