@@ -122,6 +122,7 @@ def _completed(
     """The world of things with the scenario's robot, camera and physics; those of a scene file and of a gripper's pads stand below."""
     mount, read = mount_of(scenario), imported_robot(scenario, knowledge)
     robot = read.robot if read else knowledge.robots.get(mount.type)
+    mount = replace(mount, type=robot.type) if robot else mount
     written = scenario.spec.physics.model_dump(exclude_unset=True)
     pads = {"pad_friction": robot.gripper.friction} if robot and robot.gripper.friction is not None else {}
     physics = Physics(**{**(imported.physics if imported else {}), **pads, **written})
