@@ -62,17 +62,14 @@ def _check_rule(path: Path, plugins: PluginChoice) -> int:
 
 def _check_scenario(path: Path, data: Any, plugins: PluginChoice) -> int:
     from ..engine.engine import make_engine
-    from ..engine.scenario_doubts import doubts
+    from ..engine.scenario_doubts import doubts, doubts_of_files
     from ..scenario.scenario import scenario_from
 
     scenario = scenario_from(path, data)
     engine = make_engine(scenario, plugins)
     setting = engine.setting(scenario)
-    for doubt in doubts(scenario, setting, engine.knowledge):
+    for doubt in (*doubts(scenario, setting, engine.knowledge), *doubts_of_files(scenario, setting)):
         print(doubt)
-    if scenario.spec.world is not None:
-        for thing in setting.world.things:
-            print("".join(f"thing '{thing.name}': {note}\n" for note in thing.notes), end="")
     things = counted(len(setting.world.things), "thing")
     print(f"{path}: '{scenario.name}' starts from {_start(scenario, setting, engine)}; robot {setting.robot.type}, {things}, "
           f"code by {setting.backend.name}")  # fmt: skip
@@ -82,12 +79,12 @@ def _check_scenario(path: Path, data: Any, plugins: PluginChoice) -> int:
 def _start(scenario: Scenario, setting: Setting, engine: Engine) -> str:
     """What a scenario starts from, in words; each kind of start is asked for what a run would need of it."""
     if scenario.spec.demonstration is not None:
-        return f"the demonstration '{scenario.spec.demonstration}', read as {_shown(scenario, setting, engine)}"
+        return f"the demonstration '{scenario.spec.demonstration}', read as {_shown(scenario, setting, engine).with_things}"
     if scenario.spec.goal is not None:
-        return f"the goal '{' and '.join(scenario.spec.goal)}', with the plan {_planned(scenario, setting, engine.knowledge)}"
+        return f"the goal '{' and '.join(scenario.spec.goal)}', with the plan {_planned(scenario, setting, engine.knowledge).with_things}"
     from ..planning.task_goals import plan_from_tasks
 
-    return f"the plan {plan_from_tasks(scenario.name, scenario, engine.knowledge.tasks, setting.world)}"
+    return f"the plan {plan_from_tasks(scenario.name, scenario, engine.knowledge.tasks, setting.world).with_things}"
 
 
 def _planned(scenario: Scenario, setting: Setting, knowledge: Knowledge) -> Plan:

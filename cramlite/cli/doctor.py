@@ -70,12 +70,12 @@ def python() -> Examined:
 
 
 def libraries(wanted: Iterable[Requirement]) -> Examined:
-    """Look for the required libraries: there, of a version that fits, and importable."""
+    """Look for the required libraries: there, of a version that fits, and usable."""
     needed = list(wanted)
-    wrong = [said for r in needed if (said := _wrong(r) or _not_importable(r.name))]
+    wrong = [said for r in needed if (said := _wrong(r) or _unusable(r.name))]
     if wrong:
         return Examined("libraries", "lacks", f"{'; '.join(wrong)}. Install {OURS} anew: pip install {OURS}")
-    return Examined("libraries", "ok", f"all {len(needed)} that are needed are there, fit and can be imported")
+    return Examined("libraries", "ok", f"all {len(needed)} that are needed are there, fit and can be used")
 
 
 def extras() -> Examined:
@@ -170,6 +170,25 @@ def _wrong(wanted: Requirement) -> str:
     except metadata.PackageNotFoundError:
         return f"{wanted.name} is not installed"
     return "" if wanted.specifier.contains(version, prereleases=True) else f"{wanted.name} {version} is not {wanted.specifier}"
+
+
+def _unusable(name: str) -> str:
+    """Why a library cannot be used; "" if it can. The planner is run as a program of its own, every other one is imported."""
+    from ..planning.symbolic_planner import PACKAGE
+
+    return _planner_fails() if name == PACKAGE else _not_importable(name)
+
+
+def _planner_fails() -> str:
+    """Why the planner of goals does not run; "" if it does."""
+    from ..base.errors import CramliteError
+    from ..planning.symbolic_planner import PACKAGE, examine_planner
+
+    try:
+        examine_planner()
+    except (CramliteError, OSError) as error:
+        return f"{PACKAGE} cannot be run: {error}"
+    return ""
 
 
 def _not_importable(name: str) -> str:

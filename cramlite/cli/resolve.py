@@ -15,7 +15,7 @@ from ..base.pulse import pulse
 from ..base.resources import find_scenario
 from ..base.run_directory import RunDirectory
 from ..engine.engine import make_engine
-from ..engine.scenario_doubts import doubts
+from ..engine.scenario_doubts import changes_of_things, doubts, doubts_of_files
 from ..planning.budget import is_late
 from ..planning.diagnosis import failure_text
 from ..planning.goal_parts import goal_answers
@@ -27,7 +27,7 @@ from .arguments import Add, plugin_choice
 from .progress import Progress
 from .run_files import failure_summary, run_key, solution_summary, write_solution, write_trace
 from .signals import Interrupted, Signals, interruptible
-from .texts import first_execution_failed, solution_text, warn_of
+from .texts import counted, first_execution_failed, solution_text, warn_of
 
 if TYPE_CHECKING:
     from ..engine.engine import Engine
@@ -188,12 +188,15 @@ def _executed(solution: Solution, engine: Engine, say: Progress) -> Solution:
 
 
 def _say_notes(scenario: Scenario, setting: Setting, engine: Engine) -> None:
-    """Doubts about the scenario, and repairs of things, once and whole, unlike progress: they change what is proven."""
+    """Doubts about the scenario, and repairs of its things, once and whole, unlike progress: they change what is proven. Those about
+    files that were read are counted: 'check' prints them."""
     for doubt in doubts(scenario, setting, engine.knowledge):
         print(f"cramlite: doubt: {doubt}", file=sys.stderr)
-    for thing in setting.world.things:
-        for note in thing.notes:
-            print(f"thing '{thing.name}': {note}.", file=sys.stderr)
+    for change in changes_of_things(scenario, setting):
+        print(f"{change}.", file=sys.stderr)
+    if read := doubts_of_files(scenario, setting):
+        where = f"'cramlite check {scenario.path}' prints them, the report lists them"
+        print(f"cramlite: {counted(len(read), 'doubt')} about files of robot and scene: {where}", file=sys.stderr)
 
 
 def _finish(run: RunDirectory, solution: Solution, engine: Engine, say: Progress, *, report: bool) -> None:

@@ -179,7 +179,7 @@ def tasks_text(tasks: Iterable[TaskType]) -> str:
     """Return the task types as text."""
     lines = []
     for task in sorted(tasks, key=lambda t: t.task):
-        roles = ", ".join(r.name + ("" if r.required else "?") for r in task.roles)
+        roles = ", ".join(" or ".join((r.name, *r.aliases)) + ("" if r.required else "?") for r in task.roles)
         names = f"  also {', '.join(task.aliases)}" if task.aliases else ""
         lines.append(f"{task.task}({roles}): {task.summary}{names}")
     return "\n".join(lines)

@@ -20,10 +20,9 @@ def doubts(scenario: Scenario, setting: Setting, knowledge: Knowledge) -> list[s
     """Return warnings about a scenario, each with file and line.
 
     They are about numbers that look like other units, things inside each other, things that stand on nothing, and what the camera could
-    not look into.
+    not look into; ``doubts_of_files`` are about the rest.
     """
-    source = scenario.where("world" if scenario.spec.world else "robot")
-    found = [*_numbers(scenario), *(f"{source}: {note}" for note in setting.world.notes)]
+    found = list(_numbers(scenario))
     shut = setting.look.shut if setting.look else {}
     found += [f"{scenario.where('camera')}: nobody looked into '{name}': {why}" for name, why in shut.items()]
     look = getattr(knowledge.simulator, "doubts", None)  # a simulator need not have any
@@ -31,6 +30,27 @@ def doubts(scenario: Scenario, setting: Setting, knowledge: Knowledge) -> list[s
     for name, said in look(world, knowledge.robots_of(world)) if look else ():
         found.append(f"{scenario.where_thing(name)}: {said}")
     return found
+
+
+def doubts_of_files(scenario: Scenario, setting: Setting) -> list[str]:
+    """Return what is doubtful about the files that robot and things were read from."""
+    source, read = scenario.where("world" if scenario.spec.world else "robot"), _read(scenario, setting)
+    things = (f"thing '{t.name}': {note}" for t in setting.world.things if t.name in read for note in t.notes)
+    return [*(f"{source}: {note}" for note in setting.world.notes), *things]
+
+
+def changes_of_things(scenario: Scenario, setting: Setting) -> list[str]:
+    """Return what was changed of things that no scene file describes, such as repairs of their meshes, and what a camera says of them."""
+    read = _read(scenario, setting)
+    return [f"thing '{t.name}': {note}" for t in setting.world.things if t.name not in read for note in t.notes]
+
+
+def _read(scenario: Scenario, setting: Setting) -> frozenset[str]:
+    """Names of the things that come from a scene file."""
+    if scenario.spec.world is None:
+        return frozenset()
+    there = setting.real if setting.look and setting.real else setting.world
+    return frozenset(t.name for t in there.things) - {spec.name for spec in scenario.spec.things}
 
 
 def _numbers(scenario: Scenario) -> Iterator[str]:

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from os.path import normpath
 from pathlib import Path
 from typing import TypeVar
 
 from ..base.errors import UserError, nearest
+from ..base.resources import data_folder
 from ..base.value import Value
 
 Named = TypeVar("Named")
@@ -18,8 +20,13 @@ class ExperimentFile(Value):
     path: Path
 
     def beside(self, name: str) -> Path:
-        """Return the path of a file that the experiment names relative to its own folder."""
-        return self.path.resolve().parent / name
+        """Return the path of a file that the experiment names relative to its own folder.
+
+        One of a neighbouring folder that is not there is that of the shipped experiments: a copy elsewhere still has it.
+        """
+        folder = self.path.resolve().parent
+        own, shipped = folder / name, Path(normpath(data_folder("experiments") / folder.name / name))
+        return shipped if name.startswith("../") and not own.exists() and shipped.exists() else own
 
     def named(self, kind: str, name: str, known: Mapping[str, Named]) -> Named:
         """Return what the file calls so.

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from ..base.value import Value
 from .control_flow import Compound
 from .designators import Action, Location, Object
@@ -28,12 +30,27 @@ class Plan(Value):
     lasting: tuple[tuple[str, str], ...] = ()
 
     def __str__(self) -> str:
-        return " -> ".join(_title(a) for a in self.actions)
+        return " -> ".join(_title(a, _task) for a in self.actions)
+
+    @property
+    def with_things(self) -> str:
+        """Tasks in order, each with what plays its roles: "Grasping(coffee) -> Placing(coffee, shelf)"."""
+        return " -> ".join(_title(a, _call) for a in self.actions)
 
 
-def _title(action: Action) -> str:
-    """The task, or the rule with its tasks."""
+def _title(action: Action, title: Callable[[Action], str]) -> str:
+    """The title of a task, or the rule with those of its tasks."""
     if not isinstance(action, Compound):
-        return action.task.split(":")[-1]
-    parts = " | ".join(", ".join(_title(p) for p in b if isinstance(p, Action)) for b in action.branches)
+        return title(action)
+    parts = " | ".join(", ".join(_title(p, title) for p in b if isinstance(p, Action)) for b in action.branches)
     return f"{action.kind}({parts})"
+
+
+def _task(action: Action) -> str:
+    return action.task.split(":")[-1]
+
+
+def _call(action: Action) -> str:
+    """The task with its fillers: things by name, else the class that is asked for."""
+    fillers = ", ".join(o.entity or (o.types[0] if o.types else o.name) for o in action.roles.values())
+    return f"{_task(action)}({fillers})" if fillers else _task(action)

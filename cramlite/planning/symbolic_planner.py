@@ -96,6 +96,24 @@ def fast_downward(
         raise PluginError(f"Fast Downward ended with code {code}: {' '.join(log.read_text().split()[-60:])}")
 
 
+ARRIVE = PddlText(
+    "(define (domain way) (:predicates (there)) (:action go :parameters () :precondition (and) :effect (there)))",
+    "(define (problem arrive) (:domain way) (:init) (:goal (there)))", {}, {},
+)  # fmt: skip
+"""A problem that one action solves."""
+
+
+def examine_planner() -> None:
+    """Solve a problem of one action, to see that Fast Downward runs on this machine.
+
+    Raises:
+        UserError: it is not installed.
+        PluginError: it is, and found no plan.
+    """
+    if fast_downward(ARRIVE).plan is None:
+        raise PluginError("Fast Downward found no plan of one action")
+
+
 def _driver() -> Path:
     """Where the wheel has Fast Downward's driver; the package itself is not imported."""
     found = find_spec(PACKAGE.replace("-", "_"))

@@ -107,7 +107,8 @@ def _call(
 ) -> TaskCall:
     try:
         where = task.where.model_dump(exclude_none=True) if task.where else None
-        call = TaskCall(task_type(tasks, task.task), task.roles, task.parameters, where)
+        kind = task_type(tasks, task.task)
+        call = TaskCall(kind, _own_roles(kind, task.roles), task.parameters, where)
         _check_call(call)
         for filler in (*call.roles.values(), *(task.where.things if task.where else ())):
             _object(filler, objects, world)
@@ -116,12 +117,25 @@ def _call(
     return call
 
 
+def _own_roles(task: TaskType, given: Mapping[str, str]) -> dict[str, str]:
+    """Fillers by the task's own names of its roles, of which scenarios may write an alias."""
+    meant = {alias: role.name for role in task.roles for alias in role.aliases}
+    found: dict[str, str] = {}
+    for name, filler in given.items():
+        role = meant.get(name, name)
+        if role in found:
+            raise UserError(f"Task '{task.task}' has two fillers for its role '{role}': '{found[role]}' and '{filler}'; leave one out.")
+        found[role] = filler
+    return found
+
+
 def _check_call(call: TaskCall) -> None:
     """Roles are known and complete."""
     names = {r.name for r in call.task.roles}
     for role in call.roles:
         if role not in names:
-            raise UserError(f"Task '{call.task.task}' has no role '{role}'; {nearest(role, names)}.")
+            valid = names.union(*(r.aliases for r in call.task.roles))
+            raise UserError(f"Task '{call.task.task}' has no role '{role}'; {nearest(role, valid)}.")
     _check_parameters(call.task, call.parameters or {})
     if call.where and not call.task.places:
         raise UserError(f"Task '{call.task.task}' chooses no place, so 'where' says nothing about it; leave it out.")

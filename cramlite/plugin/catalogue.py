@@ -78,7 +78,9 @@ class Knowledge:
         return {**self.robots, **files} if files else self.robots
 
     def read_robot(self, file: RobotFile) -> ImportedRobot:
-        """Read a robot with the first plugin that knows its file's format; its type is the file's name. Read once, until it changes.
+        """Read a robot with the first plugin that knows its file's format. Read once, until it changes.
+
+        Its type is the model's name with the file's.
 
         Raises:
             UserError: no plugin does, or it cannot be used.

@@ -172,7 +172,7 @@ def read_robot(file: RobotFile, name: str) -> ImportedRobot | None:
     """Read the robot that another program described in a file; None if it is of another format. First answer wins.
 
     Args:
-        name: of the robot's type.
+        name: of the file; the robot's type contains it, and what the file calls its model.
 
     Raises:
         UserError: it is of this format and cannot be used; says what would be right.

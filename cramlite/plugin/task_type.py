@@ -30,6 +30,7 @@ class Role(Value):
         required: whether the task makes sense without it.
         effector: the filler is the hand or gripper itself, never an object of the world.
         filled: the task is about what is in the filler, so one that has contents comes first.
+        aliases: further names that scenarios may use, such as "object" or "target".
     """
 
     name: str
@@ -39,6 +40,7 @@ class Role(Value):
     required: bool = True
     effector: bool = False
     filled: bool = False
+    aliases: tuple[str, ...] = ()
 
     def constrain(self, designator: Object) -> Object:
         """Return the designator with what this role requires added."""

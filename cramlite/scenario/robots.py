@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def mount_of(scenario: Scenario) -> RobotMount:
-    """Return the mount of a scenario's robot; the type of one from a file is the file's name."""
+    """Return the mount of a scenario's robot; the type of one from a file is the file's name until that is read."""
     spec = scenario.spec.robot
     kind = spec.type or scenario.resolve_path(spec.file or "").name
     return RobotMount(spec.name, kind, spec.at.pose(), file=file_of(scenario))

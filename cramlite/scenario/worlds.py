@@ -122,13 +122,20 @@ def _completed(
     """The world of things with the scenario's robot, camera and physics; those of a scene file and of a gripper's pads stand below."""
     mount, read = mount_of(scenario), imported_robot(scenario, knowledge)
     robot = read.robot if read else knowledge.robots.get(mount.type)
+    mount = replace(mount, type=robot.type) if robot else mount
     written = scenario.spec.physics.model_dump(exclude_unset=True)
     pads = {"pad_friction": robot.gripper.friction} if robot and robot.gripper.friction is not None else {}
     physics = Physics(**{**(imported.physics if imported else {}), **pads, **written})
     camera = camera_of(scenario)
     cameras = () if camera is None else (camera,)
-    notes = (*(read.notes if read else ()), *(imported.notes if imported else ()))
+    notes = (*(read.notes if read else ()), *(_pads_doubted(pads, written) if read else ()), *(imported.notes if imported else ()))
     return World(things, (mount,), physics, cameras=cameras, notes=notes)
+
+
+def _pads_doubted(found: Mapping[str, float], written: Mapping[str, object]) -> tuple[str, ...]:
+    """What is said of the friction of pads that only the gripper's file states."""
+    said = "the friction of the gripper's pads is {:g}, as its file has it; 'pad_friction' of 'physics' says another"
+    return tuple(said.format(value) for key, value in found.items() if key not in written)
 
 
 def _varied(scenario: Scenario, thing: Thing, change: VarySpec | None, shifts: dict[str, Pose], rng: Any) -> Thing:

@@ -158,6 +158,20 @@ def test_kinds_are_called_as_in_yaml(tmp_path: Path, text: str, says: str) -> No
         read_scenario(tmp_path / "file.yaml")
 
 
+@pytest.mark.parametrize(
+    ("typed", "meant"), [("kitchn.yaml", "kitchen.yaml"), ("place_on_shlf", "place_on_shelf"), ("sub/kitchn.yaml", "sub/kitchen.yaml")]
+)
+def test_a_typo_of_a_scenarios_file_proposes_files_of_its_folder(
+    typed: str, meant: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for folder in (tmp_path, tmp_path / "sub"):
+        folder.mkdir(exist_ok=True)
+        (folder / "kitchen.yaml").touch()
+    with pytest.raises(UserError, match=f"no scenario file '{typed}'.*did you mean '{meant}'"):
+        find_scenario(typed)
+
+
 def test_a_name_that_no_file_can_have(tmp_path: Path) -> None:
     with pytest.raises(UserError, match="cannot be the name of a file"):
         find_scenario("a" * 5000)

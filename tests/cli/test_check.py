@@ -102,7 +102,7 @@ things:
 @pytest.mark.parametrize(
     ("goal", "code", "said"),
     [
-        ("mug on tray", 0, "with the plan"),
+        ("mug on tray", 0, "with the plan Grasping(mug) -> "),
         ("mug on tray, tray on mug", 2, "yaml:2: no plan achieves the goal 'mug on tray and tray on mug': no task's rule makes"),
     ],
 )
@@ -135,7 +135,7 @@ def shown(folder: Path, old: str = "", new: str = "") -> Path:
 
 def test_a_demonstration_is_read_and_its_objects_are_looked_for(tmp_path: Path) -> None:
     done = cramlite("check", shown(tmp_path))
-    assert done.returncode == 0 and "read as Grasping -> ExtractHoleFromPeg -> Ungrasping;" in done.stdout, done.stderr
+    assert done.returncode == 0 and "read as Grasping(cram:TeaBox) -> ExtractHoleFromPeg(cram:TeaBox, vrps:Peg)" in done.stdout, done.stderr
 
 
 def test_a_demonstration_that_cannot_be_read_is_said_at_its_line(tmp_path: Path) -> None:

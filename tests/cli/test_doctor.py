@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import json
 import os
 import sys
@@ -55,6 +56,26 @@ def test_a_library_that_cannot_be_imported_is_lacking(tmp_path: Path, monkeypatc
     monkeypatch.syspath_prepend(tmp_path)
     examined = libraries([Requirement("half-there")])
     assert examined.state == "lacks" and "half-there cannot be imported: libGL.so.1" in examined.found
+
+
+def test_the_planner_needs_nothing_that_only_its_package_imports(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What 'pip install cramlite' leaves out is in the way of importing 'up_fast_downward', and of no goal."""
+    monkeypatch.setitem(sys.modules, "unified_planning", None)
+    monkeypatch.delitem(sys.modules, "up_fast_downward", raising=False)
+    with pytest.raises(ImportError):
+        importlib.import_module("up_fast_downward")
+    assert libraries([Requirement("up-fast-downward")]).state == "ok"
+
+
+def test_a_planner_that_does_not_run_is_lacking(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    driver = tmp_path / "up_fast_downward" / "downward" / "fast-downward.py"
+    driver.parent.mkdir(parents=True)
+    driver.write_text("raise SystemExit('no translator here')")
+    (tmp_path / "up_fast_downward" / "__init__.py").write_text("")
+    monkeypatch.syspath_prepend(tmp_path)
+    examined = libraries([Requirement("up-fast-downward")])
+    assert examined.state == "lacks" and "up-fast-downward cannot be run: " in examined.found
+    assert "no translator here" in examined.found
 
 
 def test_an_old_python_is_lacking(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -14,7 +14,7 @@ from .shared import fill
 
 if TYPE_CHECKING:
     from cramlite import Finished, Solution
-    from cramlite.model import Rollout
+    from cramlite.model import Rollout, World
 
 
 @hookimpl
@@ -37,8 +37,14 @@ def render(done: Finished) -> str:
         ran=sum(e.kind == "proof" for e in done.trace.entries),
         tried=len({e.candidate for e in done.trace.entries}),
         ended=how_it_ended(done.trace.entries),
+        doubts=_doubts(done.setting.world),
         miss=None if done.proven else nearest_miss(done.trace.entries),
     )
+
+
+def _doubts(world: World) -> list[str]:
+    """What was changed or guessed of robot and things."""
+    return [*world.notes, *(f"thing '{t.name}': {note}" for t in world.things for note in t.notes)]
 
 
 def _substitutes(solution: Solution) -> frozenset[str]:

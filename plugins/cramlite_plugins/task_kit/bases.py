@@ -22,7 +22,7 @@ FORCES = (
 class ByHandle(TaskType):
     """Task that holds its patient by the handle and follows its joint; a subclass says which way."""
 
-    roles = (Role("Patient", features=("cram:Handle",)),)
+    roles = (Role("Patient", features=("cram:Handle",), aliases=("object",)),)
     parameters: ClassVar[tuple[Parameter, ...]] = (SPEED, *FORCES)
     moves = ("Patient",)
     stroke: ClassVar[str]

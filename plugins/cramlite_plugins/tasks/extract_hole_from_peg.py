@@ -11,7 +11,7 @@ from cramlite.plugin import Decomposition, Parameter, Role, TaskType, Unresolvab
 class ExtractHoleFromPeg(TaskType):
     task = "artm:ExtractHoleFromPeg"
     aliases = ("ExtractHole", "HoleFromPeg", "TakeOffPeg")
-    roles = (Role("Locatum", features=("vrps:Hole",)), Role("Relatum", features=("vrps:Peg",)))
+    roles = (Role("Locatum", features=("vrps:Hole",), aliases=("object",)), Role("Relatum", features=("vrps:Peg",)))
     summary = "pull a held object along the peg and over its tip, giving way to side forces"
     parameters = (
         Parameter("speed_m_s", 0.04, "half of what kept forces under 12 N on bent tips in simulation"),

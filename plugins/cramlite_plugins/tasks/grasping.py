@@ -16,7 +16,7 @@ IN_PLACE = 0.01  # standard deviation [m] up to which a thing that was let go ma
 class Grasping(TaskType):
     task = "soma:Grasping"
     aliases = ("Grasp",)
-    roles = (Role("Patient", ("soma:PhysicalObject", "dul:PhysicalObject")),)
+    roles = (Role("Patient", ("soma:PhysicalObject", "dul:PhysicalObject"), aliases=("object",)),)
     summary = "approach an object, close the fingers, check that it is held"
     slides = False
     parameters = (

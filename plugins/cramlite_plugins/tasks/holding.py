@@ -11,7 +11,7 @@ from cramlite.plugin import Decomposition, Parameter, Role, TaskType, Unresolvab
 class Holding(TaskType):
     task = "soma:Holding"
     aliases = ("Hold",)
-    roles = (Role("Patient"),)
+    roles = (Role("Patient", aliases=("object",)),)
     summary = "keep hold of an object, standing still"
     slides = False
     parameters = (Parameter("duration_s", 1.0, "long enough for a slip of 1 mm/s to show"),)

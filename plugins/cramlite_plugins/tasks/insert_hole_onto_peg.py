@@ -18,7 +18,7 @@ SIGMAS, ROUND = 3.0, 0.003  # of a perceived peg's place that are felt for, and 
 class InsertHoleOntoPeg(TaskType):
     task = "artm:InsertHoleOntoPeg"
     aliases = ("HoleOnPeg", "InsertHole", "ThreadOntoPeg")
-    roles = (Role("Locatum", features=("vrps:Hole",)), Role("Relatum", features=("vrps:Peg",)))
+    roles = (Role("Locatum", features=("vrps:Hole",), aliases=("object",)), Role("Relatum", features=("vrps:Peg",), aliases=("target",)))
     summary = "move the hole of a held object over a peg's tip and along the peg"
     parameters = (
         Parameter("touch_speed_m_s", 0.01, "a guarded approach at 10 mm/s peaks at 9 N in simulation"),

@@ -11,7 +11,7 @@ from cramlite.plugin import Decomposition, Role, TaskType, Unresolvable, hookimp
 class LookingAt(TaskType):
     task = "soma:LookingAt"
     aliases = ("LookAt",)
-    roles = (Role("Patient"),)
+    roles = (Role("Patient", aliases=("object",)),)
     summary = "point the camera at a thing"
     touches = ()
 

@@ -11,7 +11,7 @@ from cramlite.plugin import Decomposition, Role, TaskType, Unresolvable, hookimp
 class LookingFor(TaskType):
     task = "soma:LookingFor"
     aliases = ("LookFor", "Searching", "Detect")
-    roles = (Role("Patient", required=False),)
+    roles = (Role("Patient", required=False, aliases=("object",)),)
     looks = True
     summary = "bring the camera to where something would be seen"
     touches = ()

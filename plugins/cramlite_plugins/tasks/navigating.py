@@ -11,7 +11,7 @@ from cramlite.plugin import Decomposition, Parameter, Role, TaskType, Unresolvab
 class Navigating(TaskType):
     task = "soma:Navigating"
     aliases = ("Navigate", "GoTo", "Drive", "MoveBase")
-    roles = (Role("Destination"),)
+    roles = (Role("Destination", aliases=("target",)),)
     summary = "park the arm and drive to where a thing can be reached and seen"
     touches = ()
     parameters = (

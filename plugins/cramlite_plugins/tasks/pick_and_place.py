@@ -13,7 +13,7 @@ from ..task_kit.preconditions import empty_hand, grasp_of
 class PickAndPlace(TaskType):
     task = "cram:PickAndPlace"
     aliases = ("PickPlace", "MoveObject")
-    roles = (Role("Locatum"), Role("Relatum", features=("vrps:SurfaceFeature",)))
+    roles = (Role("Locatum", aliases=("object",)), Role("Relatum", features=("vrps:SurfaceFeature",), aliases=("target",)))
     places = True
     puts_aside = ("Locatum", "Relatum")
     summary = "grasp an object, lift it, put it onto a surface"

@@ -13,7 +13,7 @@ SWINGS = "it turns between the pads until it hangs"
 class PickingUp(TaskType):
     task = "soma:PickingUp"
     aliases = ("PickUp", "Lift")
-    roles = (Role("Locatum"), Role("Relatum", required=False))
+    roles = (Role("Locatum", aliases=("object",)), Role("Relatum", required=False))
     summary = "lift a held object straight up"
     slides = False
     parameters = (Parameter("height_m", 0.1, "clears the rim of a tray and leaves room for a free motion"),)

@@ -13,7 +13,7 @@ from ..task_kit.preconditions import spot, what_is_held
 class Placing(TaskType):
     task = "soma:Placing"
     aliases = ("Place", "PutOn")
-    roles = (Role("Locatum"), Role("Relatum", features=("vrps:SurfaceFeature",)))
+    roles = (Role("Locatum", aliases=("object",)), Role("Relatum", features=("vrps:SurfaceFeature",), aliases=("target",)))
     places = True
     summary = "lower a held object onto a surface, open, withdraw"
     slides = False

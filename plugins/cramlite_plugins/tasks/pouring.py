@@ -13,7 +13,7 @@ from ..shapes.contents import SHARE, SPILLED, pouring_obstacle
 class Pouring(TaskType):
     task = "soma:Pouring"
     aliases = ("Pour", "PourInto")
-    roles = (Role("Source", features=("cram:Cavity",), filled=True), Role("Destination", features=("cram:Cavity",)))
+    roles = (Role("Source", features=("cram:Cavity",), filled=True), Role("Destination", features=("cram:Cavity",), aliases=("target",)))
     summary = "tilt a held vessel about its rim, over another one, and back"
     slides = False
     touches = ((HAND, "Source"),)

@@ -34,7 +34,7 @@ SLIPS = 0.005
 class Pushing(TaskType):
     task = "soma:Pushing"
     aliases = ("Push",)
-    roles = (Role("Patient"),)
+    roles = (Role("Patient", aliases=("object",)),)
     summary = "touch a thing with closed fingers and push it along, or push a flat one to a region"
     moves = ("Patient",)
     places = True

@@ -17,7 +17,7 @@ LED = 0.05  # the hand leads what it lays down [m/s]: half of what is usual in t
 class PuttingDown(TaskType):
     task = "soma:PuttingDown"
     aliases = ("PutDown", "LowerOnto")
-    roles = (Role("Locatum"), Role("Relatum", features=("vrps:SurfaceFeature",)))
+    roles = (Role("Locatum", aliases=("object",)), Role("Relatum", features=("vrps:SurfaceFeature",), aliases=("target",)))
     places = True
     summary = "move above a surface and lower until contact"
     slides = False

@@ -13,7 +13,7 @@ from ..task_kit.preconditions import near, what_is_held
 class Releasing(TaskType):
     task = "soma:Releasing"
     aliases = ("Release", "LetGo")
-    roles = (Role("Locatum"), Role("Relatum", required=False))
+    roles = (Role("Locatum", aliases=("object",)), Role("Relatum", required=False))
     summary = "open the fingers; what they held stays with what supports it, and is put down there first if it does not"
     slides = False
 

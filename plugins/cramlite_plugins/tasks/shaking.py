@@ -11,7 +11,7 @@ from cramlite.plugin import Decomposition, Parameter, Role, TaskType, Unresolvab
 class Shaking(TaskType):
     task = "cram:Shaking"
     aliases = ("Shake",)
-    roles = (Role("Patient", filled=True),)
+    roles = (Role("Patient", filled=True, aliases=("object",)),)
     summary = "swing a held thing up and down"
     slides = False
     touches = ()

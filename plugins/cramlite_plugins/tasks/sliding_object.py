@@ -14,7 +14,7 @@ from ..task_kit.preconditions import what_is_held
 class SlidingObject(Sliding):
     task = "artm:SlidingObject"
     aliases = ("Sliding", "SlideObject")
-    roles = (Role("Locatum"), Role("Relatum", features=("vrps:SurfaceFeature",)))
+    roles = (Role("Locatum", aliases=("object",)), Role("Relatum", features=("vrps:SurfaceFeature",)))
     summary = "move a held object along the surface that it rests on"
 
     def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:

@@ -13,7 +13,7 @@ from ..task_kit.preconditions import at_or_near, what_is_held
 class Transporting(TaskType):
     task = "soma:Transporting"
     aliases = ("Transport", "Carry")
-    roles = (Role("Patient"), Role("Destination", required=False))
+    roles = (Role("Patient", aliases=("object",)), Role("Destination", required=False, aliases=("target",)))
     summary = "carry a held object to another thing"
     slides = False
     leads_on = True

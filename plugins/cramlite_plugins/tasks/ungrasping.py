@@ -17,7 +17,7 @@ SPEED = 0.08  # of fingers that push in what lies there [m/s]: LIBERO's book sta
 class Ungrasping(TaskType):
     task = "artm:Ungrasping"
     aliases = ("DropInto", "Ungrasp")
-    roles = (Role("Locatum"), Role("Relatum", features=("cram:Cavity",)))
+    roles = (Role("Locatum", aliases=("object",)), Role("Relatum", features=("cram:Cavity",), aliases=("target",)))
     places = True
     summary = "carry a held object into a container's opening and let go"
     slides = False

@@ -11,6 +11,7 @@ from cramlite.plugin import Candidate, Cost, Finding, Validator, hookimpl
 
 from .collision import Collision
 from .contact_force import force_limits, task_forces
+from .empty_hand import closed_on_nothing
 from .grips import grips, slip
 from .swings import declared
 from .task_times import inner_tasks, task_at
@@ -36,7 +37,8 @@ class Execution(Value):
         else:
             line = int(rollout.lines[last])
             reason = f"{rollout.outcome} at line {line}, {rollout.times[last]:.1f} s: {rollout.reason}"
-            yield Finding(self.name, False, reason, origin=task_at(candidate, last))
+            empty = closed_on_nothing(candidate, last)
+            yield Finding(self.name, False, f"{reason}; {empty}" if empty else reason, origin=task_at(candidate, last))
 
 
 class ForcePeak(Value):

@@ -153,6 +153,15 @@ def test_pads_pinch_point_and_opening_can_be_named(linked: ImportedRobot) -> Non
     assert named.pad == linked.robot.gripper.pad
 
 
+def test_what_was_guessed_of_a_hand_is_said_until_it_is_stated(linked: ImportedRobot) -> None:
+    pads, tcp, stroke = (next(n for n in linked.notes if f"its {what} " in n) for what in ("pads", "pinch point", "stroke"))
+    assert "20 x 50 mm on 'left_finger' and 'right_finger'" in pads and "'pads' of 'gripper'" in pads
+    assert "at [0, 0, 140] mm" in tcp and "'tcp' of 'gripper'" in tcp
+    assert "0.0 to 70.0 mm" in stroke and "'opening' of 'gripper'" in stroke
+    stated = arm_with(HandFile(str(LINKED), pads=("left_tip", "right_finger"), tcp="pinch", opening=(0.01, 0.06)))
+    assert not any("taken to be" in note for note in stated.notes)
+
+
 def test_a_mounted_hand_is_where_it_is_said() -> None:
     turned = Pose.from_rotvec((0.0, 0.0, 0.02), (0.0, 0.0, 0.5))
     tcp = arm_with(HandFile(str(LINKED), at=turned)).robot.gripper.tcp

@@ -242,6 +242,20 @@ def test_an_arm_whose_first_and_last_axes_point_down_reaches_as_far(run: Callabl
         assert done.code == code and ("nearest point" in done.err) == bool(code), done.err
 
 
+@pytest.mark.parametrize(("own", "called"), [("sawyer", "sawyer (robot.xml)"), ("robot", "robot.xml"), ("", "robot.xml")])
+def test_a_vendors_arm_is_called_by_its_model(own: str, called: str, tmp_path: Path, run: Callable[..., Any]) -> None:
+    model = f'model="{own}"' if own else ""
+    (tmp_path / "robot.xml").write_text(SEVEN.read_text().replace('model="seven"', model))
+    scenario, parking = tmp_path / "park.yaml", SCENARIO.parent / "tasks" / "parking_arms.yaml"
+    robot = "robot: {file: robot.xml, payload: 3 kg, sensor: flange, torques: [87, 87, 87, 87, 12, 12, 12]}"
+    scenario.write_text(parking.read_text().replace(LINE, robot))
+    assert f"; robot {called}, 2 things" in run("check", scenario).out
+    out = tmp_path / "run"
+    assert run("resolve", scenario, "--out", out, "--no-report", "--twins", "0").code == 0
+    assert json.loads((out / "program.json").read_text())["robot_type"] == called
+    assert run("execute", out / "program.json", "--world", out, "--out", tmp_path / "again").code == 0
+
+
 def test_a_robot_process_is_driven_by_a_program_of_a_robot_from_a_file(run: Callable[..., Any], tmp_path: Path) -> None:
     scenario, parking = tmp_path / "park.yaml", SCENARIO.parent / "tasks" / "parking_arms.yaml"
     scenario.write_text(parking.read_text().replace(LINE, SAID["ours"]))

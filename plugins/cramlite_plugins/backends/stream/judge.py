@@ -15,7 +15,7 @@ from typing import Any, Self
 
 from msgspec import DecodeError, ValidationError, convert, json
 
-from cramlite import Setting, UserError
+from cramlite import Setting, UserError, data_folder
 from cramlite.model import Rollout, Value
 
 from ...simulation.typed_program.machine import load_program
@@ -80,7 +80,7 @@ class JudgeEnvironment(Value):
 
 
 class JudgeProcess:
-    """Process that simulates episodes and judges them; one attempt each.
+    """Process that simulates episodes and judges them; one attempt each. Its script may import what the shipped judges share.
 
     Args:
         command: starts it.
@@ -95,7 +95,7 @@ class JudgeProcess:
 
     def __init__(self, command: Sequence[str], page: str, robot: str, joints: int = 7, patience: float = PATIENCE) -> None:
         self.patience = patience
-        self.lines = LineProcess("judge", command, page)
+        self.lines = LineProcess("judge", command, page, data_folder("experiments"))
         self.robot = RobotProcess(self.lines, robot, joints, patience)
         self.last: Action | None = None
 

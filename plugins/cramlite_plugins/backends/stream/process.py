@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+import os
 import shlex
 import subprocess
 import tempfile
 import threading
 from collections.abc import Sequence
+from pathlib import Path
 from queue import Empty, Queue
 from typing import Self
 
@@ -28,17 +30,20 @@ class LineProcess:
         kind: what it is called in errors, e.g. "robot process".
         command: the program and its arguments.
         page: where it is written what it must answer.
+        modules: folder of modules that it may import, if it is a Python.
 
     Raises:
         UserError: the program cannot be started.
     """
 
-    def __init__(self, kind: str, command: Sequence[str], page: str) -> None:
+    def __init__(self, kind: str, command: Sequence[str], page: str, modules: Path | None = None) -> None:
         self.name, self.page = f"{kind} '{shlex.join(command)}'", page
         # a file, not a pipe: nobody need read it while the process runs
         self.errors = tempfile.TemporaryFile()  # noqa: SIM115
         try:
-            self.process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self.errors)
+            self.process = subprocess.Popen(
+                command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self.errors, env=_surroundings(modules)
+            )
         except (OSError, ValueError) as error:
             self.errors.close()
             raise UserError(f"The {self.name} cannot be started: {error}. Say a command that runs in a shell.") from None
@@ -177,3 +182,11 @@ def _out_of_range(hello: Hello) -> str:
         if not low <= value <= high:
             return f"{name} of {value:g} {unit}".strip() + (f", outside {low:g} .. {high:g}" if high < math.inf else ", which is too small")
     return ""
+
+
+def _surroundings(modules: Path | None) -> dict[str, str] | None:
+    """Environment variables of a process that may import the modules of a folder after its own; None for ours."""
+    if modules is None:
+        return None
+    found = [os.environ.get("PYTHONPATH", ""), str(modules)]
+    return {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, found))}

@@ -16,6 +16,7 @@ from cramlite.plugin import UserError, nearest
 
 from ..scenes.source import Source
 from .hand_drive import complete_drives
+from .hand_guesses import guesses
 from .hand_motion import Driven, driven, stroke
 from .hand_spec import ROOT, hand_spec
 from .pads import Pads, find_pads
@@ -75,8 +76,16 @@ def read_hand(source: Source, stated: HandFile, last: int | None = None, link: P
         force, stated.speed or SPEED, linkage, friction,
     )  # fmt: skip
     text = spec.to_xml()
-    found = _found(where, hand, gripper, pads)
-    return Hand(gripper, lambda wrist: _texts(text, gripper.tcp, wrist), found, (*notes, *more, *turning))
+    owners = _owners(hand, pads)
+    found = _found(where, hand, gripper, owners)
+    guessed = guesses(gripper, owners, stated)
+    return Hand(gripper, lambda wrist: _texts(text, gripper.tcp, wrist), found, (*guessed, *notes, *more, *turning))
+
+
+def _owners(hand: Driven, pads: Pads) -> tuple[str, str]:
+    """Names of the bodies that carry the pads, as the file has them."""
+    left, right = (hand.model.body(int(hand.model.geom_bodyid[side[0]])).name for side in (pads.left, pads.right))
+    return left.removeprefix(f"{ROOT}/"), right.removeprefix(f"{ROOT}/")
 
 
 def _name_pads(spec: Any, pads: Pads) -> list[Any]:
@@ -250,10 +259,9 @@ def _strengthen(spec: Any, hand: Driven, linkage: Linkage, force: float) -> tupl
     return tuple(changed)
 
 
-def _found(where: Path, hand: Driven, gripper: Gripper, pads: Pads) -> tuple[str, ...]:
+def _found(where: Path, hand: Driven, gripper: Gripper, owners: tuple[str, str]) -> tuple[str, ...]:
     low, high = gripper.opening
     drives = ", ".join(n.removeprefix(f"{ROOT}/") for n in hand.names)
-    owners = [hand.model.body(int(hand.model.geom_bodyid[side[0]])).name.removeprefix(f"{ROOT}/") for side in (pads.left, pads.right)]
     width, length = (1000 * v for v in gripper.pad)
     return (
         f"{where.name}: a hand that {drives} closes, from {1000 * high:.1f} to {1000 * low:.1f} mm; pads of {width:.0f} x {length:.0f} mm "

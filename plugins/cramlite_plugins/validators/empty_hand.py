@@ -1,0 +1,30 @@
+"""Hands from files that closed on nothing: what a run says of it, and which keys of a scenario may be wrong."""
+
+from __future__ import annotations
+
+from cramlite.model import SetGripper, enclosing_names, walk
+from cramlite.plugin import Candidate
+
+from .grips import OPENED
+from .task_times import origins
+
+KEYS = "this hand is from a file: 'pads' and 'tcp' of 'gripper' say where it grips, 'pad_friction' of 'physics' how well it holds"
+
+
+def closed_on_nothing(candidate: Candidate, sample: int) -> str:
+    """Return how far a hand from a file closed in vain, as a clause; "" for other hands, and where it was not told to take anything then.
+
+    Args:
+        sample: at which the run ended.
+    """
+    rollout = candidate.rollout
+    assert rollout is not None
+    if candidate.robot.gripper.linkage is None:
+        return ""
+    by = origins(candidate)[sample]
+    orders = [s for s in walk(candidate.program.steps) if isinstance(s, SetGripper) and s.origin == by and s.expect == "object"]
+    wide = float(rollout.opening[sample])
+    if not orders or wide > orders[-1].opening + OPENED:
+        return ""
+    thing = next((h.thing for h in candidate.handovers or () if h.taken and h.by in enclosing_names(by)), "")
+    return f"the hand closed to {1000 * wide:.0f} mm{f' without {thing!r}' if thing else ' on nothing'}; {KEYS}"
