@@ -53,9 +53,9 @@ def test_the_way_of_what_no_task_takes_is_told() -> None:
     carried, base = pinched("cup", PARKING), good().rollout
     assert carried.rollout is not None and base is not None
     x, last = 0.4, PARKING.stop - 1
-    way = track(*((k, (x + by, -0.35, 0.2)) for k, by in ((0, 0.0), (PARKING.start, 0.0), (last - 1, 0.1), (last, 0.05))))
+    way = track(*((k, (x + by, -0.35, 0.2)) for k, by in ((0, 0.0), (PARKING.start, 0.0), (last - 1, 0.1), (last, 0.2), (last + 1, 0.3))))
     found = refused(replace(carried, rollout=replace(carried.rollout, poses={**base.poses, "cup": way})))
-    assert found.value == pytest.approx(0.1) and "and moved by 100 mm" in found.reason and found.origin == "4.ParkingArms"
+    assert found.value == pytest.approx(0.2) and "and moved by 200 mm" in found.reason and found.origin == "4.ParkingArms"
 
 
 @pytest.mark.parametrize("thing", ["cup", "block"])
@@ -203,13 +203,13 @@ def test_a_door_that_was_opened_stays_as_far_open() -> None:
     assert base is not None
     kinds: tuple[tuple[Literal["hinge", "slide"], str, str], ...] = (("hinge", "rad", "29 deg"), ("slide", "m", "500 mm"))
     for kind, unit, came_back in kinds:
-        for back, passes in ((0.09, True), (0.11, False), (0.5, False)):
-            joint = Joint(kind, Pose(), 0.5, 1.5)
+        for back, passes in ((0.19, True), (0.21, False), (0.5, False)):
+            joint = Joint(kind, Pose(), 0.5, 2.5)
             things = tuple(replace(t, joint=joint) if t.name == "cup" else t for t in base.world.things)
-            opened = np.interp(range(COUNT), [79, 80, 82, 88, 89], [1.4, 0.5, 0.5, 1.3, 1.3 - back])
+            opened = np.interp(range(COUNT), [79, 80, 82, 88, 89], [1.4, 0.5, 0.5, 2.0, 2.0 - back])
             turned = good(world=replace(base.world, things=things), values={"cup": opened})
             moving = {**turned.allowances, "4.ParkingArms": Allowance(moves=frozenset({"cup"}))}
             wrong = [f for f in JUDGE.check(replace(turned, allowances=moving)) if not f.passed]
             assert (wrong == []) is passes and all(f.things and f.origin == "4.ParkingArms" for f in wrong)
         (found,) = wrong
-        assert found.unit == unit and found.limit == pytest.approx(0.1) and f"came back by {came_back}" in found.reason
+        assert found.unit == unit and found.limit == pytest.approx(0.2) and f"came back by {came_back}" in found.reason
