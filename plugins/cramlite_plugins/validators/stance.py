@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
+import numpy as np
 import shapely
 
 from cramlite.model import Rollout, Thing, thing_of
@@ -49,7 +50,8 @@ def borne(rollout: Rollout, thing: str, support: str) -> float:
     """Return the share of a thing's weight that another bears at the end of a run."""
     pairs = ((thing_of(t.a), thing_of(t.b), t.lift) for t in rollout.touches[-1])
     lift = sum(lift if b == thing else -lift for a, b, lift in pairs if {a, b} == {thing, support})
-    return lift / ((rollout.world.thing(thing).mass or 1.0) * GRAVITY)
+    weight = (rollout.world.thing(thing).mass or 0.0) * GRAVITY
+    return lift / weight if weight else 0.0
 
 
 def uncovered(lid: Thing, vessel: Thing) -> str:
@@ -88,12 +90,10 @@ def _openings(vessel: Thing) -> Iterator[Any]:
     for feature in vessel.features:
         if feature.type == "cram:Cavity":
             there, size = vessel.pose * feature.pose, feature.size
-            if "radius" in size:
-                yield shapely.Point(*there.position[:2]).buffer(size["radius"])
-            else:
-                x, y = size["width"] / 2, size["depth"] / 2
-                corners = there.apply([(a * x, b * y, 0.0) for a, b in ((1, 1), (1, -1), (-1, -1), (-1, 1))])
-                yield shapely.Polygon(corners[:, :2])
+            round_ = shapely.Point(0, 0).buffer(size.get("radius", 0.0))
+            x, y = size["width"] / 2, size["depth"] / 2
+            area = shapely.box(-x, -y, x, y) if round_.is_empty else round_
+            yield shapely.transform(area, lambda points, at=there: at.apply(np.insert(points, 2, 0.0, axis=1))[:, :2])
 
 
 def unbalanced(thing: Thing, support: Thing) -> str:

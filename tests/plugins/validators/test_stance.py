@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import pytest
 from msgspec.structs import replace
-from short_runs import SHELF, good, lying, said
+from short_runs import COUNT, SHELF, good, lying, said, touching
 
-from cramlite.model import Feature, Pose
+from cramlite.model import Feature, Geom, Pose, Touch
 from cramlite.plugin import Candidate
 from cramlite_plugins.simulation.objects.products_and_fixtures import block
 from cramlite_plugins.simulation.objects.vessels import bowl, can, lid
 from cramlite_plugins.validators.postconditions import EndState
-from cramlite_plugins.validators.stance import near_tip, unbalanced, uncovered
+from cramlite_plugins.validators.stance import borne, near_tip, unbalanced, uncovered
 
 POT = bowl("pot", Pose((0.4, 0.0, 0.045)), radius=0.08, height=0.09)
 
@@ -76,3 +76,50 @@ def test_of_a_short_peg_a_quarter_is_enough() -> None:
     hole = Feature("hole", "vrps:Hole", Pose(), {"diameter": 0.012})
     for along, hangs in ((0.0149, True), (0.0151, False)):
         assert (near_tip(replace(block("pack", Pose((0.0, 0.0, along))), features=(hole,)), hook) == "") is hangs
+
+
+@pytest.mark.parametrize(("x", "y", "covers"), [
+    (0.0, 0.0, True), (0.021, 0.0, True), (0.023, 0.0, False), (0.0, 0.011, True), (0.0, -0.013, False), (-0.021, -0.011, True),
+    (-0.023, 0.0, False),
+])  # fmt: skip
+def test_a_plate_covers_a_box_that_is_turned(x: float, y: float, covers: bool) -> None:
+    """An opening of 60 x 80 mm under a plate of 100 x 100 mm, both turned; 2 mm may stay open."""
+    turned = Pose((0.3, 0.2, 0.1), Pose.from_rotvec((0.0, 0.0, 0.0), (0.0, 0.0, 0.5)).quaternion)
+    cavity = Feature("cavity", "cram:Cavity", Pose((0.0, 0.0, 0.05)), {"width": 0.06, "depth": 0.08, "height": 0.1})
+    chest = replace(block("chest", turned), features=(cavity,))
+    plate = block("plate", turned * Pose((x, y, 0.06)), size=(0.1, 0.1, 0.01))
+    assert (uncovered(plate, chest) == "") is covers
+    small = block("small", turned, size=(0.03, 0.08, 0.01))
+    assert "leaves 41 % of the opening of 'chest' uncovered" in uncovered(small, chest)
+
+
+@pytest.mark.parametrize(("lift", "share"), [(1.962, 1.0), (0.981, 0.5), (-1.962, -1.0)])
+def test_a_share_of_the_weight_is_borne(lift: float, share: float) -> None:
+    pair = Touch("shelf", "block", 2.0, lift)
+    for touch in (pair, Touch("block", "shelf", 2.0, -lift)):
+        ends = touching(range(COUNT - 1, COUNT), touch, without=lambda t: {t.a, t.b} == {"block", "shelf"}).rollout
+        assert ends is not None and borne(ends, "block", "shelf") == pytest.approx(share)
+        assert borne(ends, "block", "cup") == borne(ends, "shelf", "block") == 0.0
+
+
+@pytest.mark.parametrize(("share", "alone"), [(0.91, True), (0.89, False)])
+def test_of_what_another_bears_too_no_balance_is_asked(share: float, alone: bool) -> None:
+    made = stacked_on(True, 0.027)
+    assert made.rollout is not None
+    rows = [t for t in made.rollout.touches[-1] if {t.a, t.b} != {"block", "shelf"}]
+    held = (*rows, Touch("shelf", "block", 1.962, share * 1.962))
+    shared = replace(made, rollout=replace(made.rollout, touches=(*made.rollout.touches[:-1], held)))
+    assert (said(EndState(), shared) != []) is alone
+
+
+def test_what_touches_is_within_a_centimetre_of_where_two_things_meet() -> None:
+    """A foot that is wider 20 mm farther down bears nothing."""
+    foot = Geom("box", (0.1, 0.1, 0.01), Pose((0.0, 0.0, -0.02)))
+    post = replace(block("post", Pose((0.4, 0.0, 0.03)), size=(0.06, 0.06, 0.06)))
+    footed = replace(post, geoms=(*post.geoms, foot))
+    beside = block("upper", Pose((0.4, 0.027, 0.09)), size=(0.06, 0.06, 0.06))
+    assert unbalanced(beside, footed) == unbalanced(beside, post) != ""
+    outside = block("upper", Pose((0.4, 0.035, 0.09)), size=(0.06, 0.06, 0.06))
+    assert "is 5 mm outside of its support on 'post'" in unbalanced(outside, post)
+    narrow = block("narrow", Pose((0.4, 0.0, 0.09)), size=(0.01, 0.2, 0.06))
+    assert unbalanced(narrow, post) == ""
