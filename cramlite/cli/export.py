@@ -9,18 +9,15 @@ from typing import TYPE_CHECKING
 
 from ..base.errors import UserError, did_you_mean
 from ..model.program_json import read_program
-from ..model.run_record import RunRecord
 from ..plugin.selection import INSTALLED, PluginChoice
 from .arguments import Add, plugin_choice
 from .view import recorded
 
 if TYPE_CHECKING:
     from ..model.program import Code, Program
+    from ..model.run_record import RunRecord
     from ..plugin.catalogue import Knowledge
     from ..plugin.protocols import Exporter
-
-PICTURE = (640, 480)
-"""Width and height of pictures [pixels]."""
 
 
 def export_run(
@@ -80,24 +77,14 @@ def run_record(run: Path, world: str | None, knowledge: Knowledge, seed: int = 0
     Raises:
         UserError: as ``cramlite.cli.view.recorded``.
     """
+    from ..engine.recorded_run import record_of
+
     rollout = recorded(run, world, knowledge, seed)
-    mount = next((m for m in rollout.world.robots if m.name == rollout.effector), None)
     program, code = program_and_code(run)
     try:
-        robots = knowledge.robots_of(rollout.world)
-        scene = knowledge.simulator.scene(rollout, robots, range(len(rollout.times)))
+        return record_of(rollout, knowledge, run.resolve().name, program, code)
     except (KeyError, IndexError, ValueError) as error:
         raise UserError(f"The run was not in this world ({error}); give the one it was in with --world.") from error
-    return RunRecord(
-        name=program.name if program else run.resolve().name,
-        rollout=rollout,
-        joints=robots[mount.type].joints if mount else (),
-        scene=scene,
-        events=knowledge.episodes.detect(rollout, run.resolve().name).events,
-        picture=lambda sample: knowledge.simulator.picture(rollout, sample, robots, PICTURE),
-        program=program,
-        code=code,
-    )
 
 
 def program_and_code(run: Path) -> tuple[Program | None, Code | None]:
@@ -130,7 +117,7 @@ def add_commands(add: Add) -> None:
     """Declare ``export`` with its arguments."""
     export = add("export", _export)
     export.add_argument("run_dir", type=Path, metavar="RUN", help="a run directory of 'cramlite resolve' or 'cramlite execute --out'")
-    export.add_argument("--to", required=True, metavar="FORMAT", help="csv, mcap, rerun, btcpp, or what a plugin adds")
+    export.add_argument("--to", required=True, metavar="FORMAT", help="gif, mp4, csv, mcap, rerun, btcpp, or what a plugin adds")
     export.add_argument("--out", type=Path, help="file or folder to write; default RUN/FORMAT")
     export.add_argument("--world", help="scenario or world.json of the run; default the run's own world.json")
     export.add_argument("--seed", type=int, default=0, help="seed of the scenario's world (default 0)")

@@ -32,7 +32,7 @@ COMMANDS: Mapping[str, tuple[str, str]] = {
     "experiment": ("experiment", "run an experiment and print its tables"),
     "perceive": ("perceive", "ask what a camera sees"),
     "view": ("view", "look at a run in an interactive 3D viewer"),
-    "export": ("export", "write a run as an MCAP recording, CSV tables or a behaviour tree, for other programs"),
+    "export": ("export", "write a run as a GIF, MP4, MCAP recording, CSV tables or a behaviour tree, for other programs"),
     "query": ("sparql", "run SPARQL over the ontologies and episodes"),
     "doctor": ("doctor", "say what this machine has and lacks"),
     "mcp": ("mcp", "answer clients of the Model Context Protocol: tools and resources for language models"),
