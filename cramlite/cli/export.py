@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import argparse
-import shutil
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..base.errors import UserError, did_you_mean
 from ..model.program_json import read_program
+from ..plugin.exporting import require_absent, require_installed, write_new
 from ..plugin.selection import INSTALLED, PluginChoice
 from .arguments import Add, plugin_choice
 from .view import recorded
@@ -42,14 +42,8 @@ def export_run(
     knowledge = Knowledge(plugins.registry())
     exporter = exporter_named(to, knowledge)
     target = out or run / f"{exporter.name}{exporter.suffix}"
-    if target.exists():
-        raise UserError(f"'{target}' exists already and nothing was written; delete it, or choose another place with --out.")
-    record = run_record(run, world, knowledge, seed)
-    try:
-        exporter.write(record, target)
-    except OSError as error:
-        _take_away(target)
-        raise UserError(f"'{target}' cannot be written: {error.strerror or error}; choose another place with --out.") from error
+    require_absent(target)
+    write_new(exporter, run_record(run, world, knowledge, seed), target)
     return target
 
 
@@ -59,15 +53,11 @@ def exporter_named(name: str, knowledge: Knowledge) -> Exporter:
     Raises:
         UserError: there is none, or it needs what is not installed.
     """
-    from importlib.util import find_spec
-
     if name not in knowledge.exporters:
         known = ", ".join(f"{e.name} ({e.about})" for e in knowledge.exporters.values())
         raise UserError(f"There is no format '{name}'; {did_you_mean(name, knowledge.exporters)}valid are: {known}.")
     exporter = knowledge.exporters[name]
-    for package, install in exporter.needs.items():
-        if find_spec(package) is None:
-            raise UserError(f"The format '{name}' needs the package {package}, which is not installed: pip install '{install}'.")
+    require_installed(exporter)
     return exporter
 
 
@@ -95,14 +85,6 @@ def program_and_code(run: Path) -> tuple[Program | None, Code | None]:
         intent = read_intent(run)
         return intent.program, intent.kept.code
     return (read_program((run / PROGRAM).read_text("utf-8")).program if (run / PROGRAM).is_file() else None), None
-
-
-def _take_away(target: Path) -> None:
-    """What was half written."""
-    if target.is_dir():
-        shutil.rmtree(target, ignore_errors=True)
-    elif target.is_file():
-        target.unlink()
 
 
 def _export(arguments: argparse.Namespace) -> int:

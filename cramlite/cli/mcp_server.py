@@ -55,7 +55,6 @@ FILES = (
 )  # fmt: skip
 """Files of a run that are resources, beside its report; in their addresses the last stroke is a point."""
 REPORT = "report.html"
-PICTURE = (640, 480)
 T = TypeVar("T")
 Answer = dict[str, Any]
 
@@ -213,16 +212,8 @@ class Tools:
 
         from PIL import Image as Pixels
 
-        if not 0 <= at <= 1:
-            raise UserError(f"'at' is {at}; it is a share of the run's time, from 0 to 1.")
-        proven = self._runs.recall(run)
-        rollout, knowledge = proven.solution.candidate.rollout, proven.engine.knowledge
-        if rollout is None:
-            raise UserError(f"The text of '{run}' cannot be run here, so there is nothing to draw.")
-        sample = round(at * (len(rollout.times) - 1))
         buffer = BytesIO()
-        pixels = knowledge.simulator.picture(rollout, sample, knowledge.robots_of(rollout.world), PICTURE)
-        Pixels.fromarray(pixels).save(buffer, "PNG")
+        Pixels.fromarray(self._runs.recall(run).solution.picture(at)).save(buffer, "PNG")
         return buffer.getvalue()
 
     def _ran(self, run: str, executor: Executor, say: Say) -> Answer:
