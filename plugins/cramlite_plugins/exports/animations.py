@@ -45,7 +45,8 @@ def write_mp4(run: RunRecord, out: Path) -> None:
         for picture in _pictures(run, MP4_RATE):
             if stream is None:
                 stream = file.add_stream("h264", rate=MP4_RATE)
-                stream.height, stream.width, stream.pix_fmt = *picture.shape[:2], "yuv420p"
+                stream.height, stream.width = picture.shape[:2]
+                stream.pix_fmt = "yuv420p"
             file.mux(stream.encode(av.VideoFrame.from_ndarray(picture, format="rgb24")))
         file.mux(stream.encode(None))
 
