@@ -5,7 +5,8 @@ The page needs no network and no other file. A section that breaks is replaced b
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
+from datetime import date
 from importlib.resources import files
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -14,6 +15,7 @@ from ..base.html_template import html_template
 from ..base.pulse import Stopped, checkpoint, pulse
 from ..base.run_directory import write_whole
 from ..base.value import Value
+from ..version import VERSION
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -101,12 +103,16 @@ class Finished(Value):
         assert self.shown is not None
         return self.shown
 
-    def picture(self, sample: int, size: tuple[int, int]) -> Any:
-        """Render the run at one sample: (height, width, 3) uint8; ``size`` is (width, height) [pixel]."""
+    def picture(self, sample: int, size: tuple[int, int], about: Collection[str] = ()) -> Any:
+        """Render the run at one sample: (height, width, 3) uint8; ``size`` is (width, height) [pixel].
+
+        Args:
+            about: names of things that the picture is fitted to; none for the usual view.
+        """
         checkpoint()
         knowledge, rollout = self.engine.knowledge, self.solution.candidate.rollout
         assert rollout is not None
-        return knowledge.simulator.picture(rollout, sample, knowledge.robots_of(rollout.world), size)
+        return knowledge.simulator.picture(rollout, sample, knowledge.robots_of(rollout.world), size, about)
 
     def collision_picture(self, collision: Collision, size: tuple[int, int]) -> Any:
         """Render a state that the search refused: (height, width, 3) uint8; ``size`` is (width, height) [pixel]."""
@@ -173,6 +179,8 @@ def _page(done: Finished, drawn: bool) -> str:
     own = files(__package__)
     return html_template((own / "page.html.j2").read_text("utf-8")).render(
         done=done,
+        version=VERSION,
+        today=date.today().isoformat(),
         parts=[(p, Markup(p.html)) for p in parts],
         style=Markup((own / "page.css").read_text("utf-8")),
         script=Markup((own / "page.js").read_text("utf-8")),
