@@ -123,7 +123,8 @@ def add_commands(add: Add) -> None:
     command = add("import", import_scene)
     command.add_argument("scene", type=Path, help="an MJCF or URDF file")
     command.add_argument("--out", type=Path, metavar="FILE", help="write a scenario there; else only say what is understood")
-    command.add_argument("--goal", action="append", default=[], metavar="SENTENCE", help="what is to be achieved, e.g. 'tin on tray'; may be repeated")
+    sentence = "what is to be achieved, e.g. 'tin on tray'; can be given several times"
+    command.add_argument("--goal", action="append", default=[], metavar="SENTENCE", help=sentence)
     command.add_argument("--force", action="store_true", help="write over a scenario that exists")
     command.add_argument("--robot", metavar="TYPE", help="who acts in the scenario; the first robot there is, if not said")
     command.add_argument("--keyframe", default="", metavar="NAME", help="the state that the scene starts in")

@@ -18,7 +18,6 @@ from ..model.index import Data, Model, RobotIndex
 from ..model.triangles import body_name, solids
 from .recorder import effector_of
 
-
 NEAREST = 0.9
 """Of a camera that is fitted to things [m]: the hand is seen around a small one, too."""
 MARGIN = 0.15
