@@ -130,9 +130,11 @@ class Solution(Value):
         """Write the report, one HTML page that needs no other file; return its path.
 
         Raises:
-            UserError: it cannot be written.
+            UserError: it cannot be written, or nobody can write it.
         """
-        return Path(write_page_of(self, self._drawn()[1], Path(path)))
+        if self.knowledge is None:
+            raise UserError(f"No engine gave the solution of '{self.plan}', so no plugin is known that writes of it.")
+        return write_page_of(self, self.knowledge, Path(path))
 
     def _drawn(self) -> tuple[Rollout, Knowledge]:
         """The run, and who draws it.

@@ -47,3 +47,5 @@ def test_what_nobody_ran_cannot_be_drawn(solution: Solution, tmp_path: Path) -> 
     bare = replace(solution, candidate=replace(solution.candidate, rollout=None))
     with pytest.raises(UserError, match="did not run here"):
         bare.animation(tmp_path / "run.gif")
+    page = bare.report(tmp_path / "page.html").read_text("utf-8")
+    assert "cannot be run here, so there is nothing to show" in page
