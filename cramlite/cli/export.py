@@ -3,24 +3,21 @@
 from __future__ import annotations
 
 import argparse
-import shutil
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..base.errors import UserError, did_you_mean
 from ..model.program_json import read_program
-from ..model.run_record import RunRecord
+from ..plugin.exporting import require_absent, require_installed, write_new
 from ..plugin.selection import INSTALLED, PluginChoice
 from .arguments import Add, plugin_choice
 from .view import recorded
 
 if TYPE_CHECKING:
     from ..model.program import Code, Program
+    from ..model.run_record import RunRecord
     from ..plugin.catalogue import Knowledge
     from ..plugin.protocols import Exporter
-
-PICTURE = (640, 480)
-"""Width and height of pictures [pixels]."""
 
 
 def export_run(
@@ -45,14 +42,8 @@ def export_run(
     knowledge = Knowledge(plugins.registry())
     exporter = exporter_named(to, knowledge)
     target = out or run / f"{exporter.name}{exporter.suffix}"
-    if target.exists():
-        raise UserError(f"'{target}' exists already and nothing was written; delete it, or choose another place with --out.")
-    record = run_record(run, world, knowledge, seed)
-    try:
-        exporter.write(record, target)
-    except OSError as error:
-        _take_away(target)
-        raise UserError(f"'{target}' cannot be written: {error.strerror or error}; choose another place with --out.") from error
+    require_absent(target)
+    write_new(exporter, run_record(run, world, knowledge, seed), target)
     return target
 
 
@@ -62,15 +53,11 @@ def exporter_named(name: str, knowledge: Knowledge) -> Exporter:
     Raises:
         UserError: there is none, or it needs what is not installed.
     """
-    from importlib.util import find_spec
-
     if name not in knowledge.exporters:
         known = ", ".join(f"{e.name} ({e.about})" for e in knowledge.exporters.values())
         raise UserError(f"There is no format '{name}'; {did_you_mean(name, knowledge.exporters)}valid are: {known}.")
     exporter = knowledge.exporters[name]
-    for package, install in exporter.needs.items():
-        if find_spec(package) is None:
-            raise UserError(f"The format '{name}' needs the package {package}, which is not installed: pip install '{install}'.")
+    require_installed(exporter)
     return exporter
 
 
@@ -80,24 +67,14 @@ def run_record(run: Path, world: str | None, knowledge: Knowledge, seed: int = 0
     Raises:
         UserError: as ``cramlite.cli.view.recorded``.
     """
+    from ..engine.recorded_run import record_of
+
     rollout = recorded(run, world, knowledge, seed)
-    mount = next((m for m in rollout.world.robots if m.name == rollout.effector), None)
     program, code = program_and_code(run)
     try:
-        robots = knowledge.robots_of(rollout.world)
-        scene = knowledge.simulator.scene(rollout, robots, range(len(rollout.times)))
+        return record_of(rollout, knowledge, run.resolve().name, program, code)
     except (KeyError, IndexError, ValueError) as error:
         raise UserError(f"The run was not in this world ({error}); give the one it was in with --world.") from error
-    return RunRecord(
-        name=program.name if program else run.resolve().name,
-        rollout=rollout,
-        joints=robots[mount.type].joints if mount else (),
-        scene=scene,
-        events=knowledge.episodes.detect(rollout, run.resolve().name).events,
-        picture=lambda sample: knowledge.simulator.picture(rollout, sample, robots, PICTURE),
-        program=program,
-        code=code,
-    )
 
 
 def program_and_code(run: Path) -> tuple[Program | None, Code | None]:
@@ -108,14 +85,6 @@ def program_and_code(run: Path) -> tuple[Program | None, Code | None]:
         intent = read_intent(run)
         return intent.program, intent.kept.code
     return (read_program((run / PROGRAM).read_text("utf-8")).program if (run / PROGRAM).is_file() else None), None
-
-
-def _take_away(target: Path) -> None:
-    """What was half written."""
-    if target.is_dir():
-        shutil.rmtree(target, ignore_errors=True)
-    elif target.is_file():
-        target.unlink()
 
 
 def _export(arguments: argparse.Namespace) -> int:
@@ -130,7 +99,7 @@ def add_commands(add: Add) -> None:
     """Declare ``export`` with its arguments."""
     export = add("export", _export)
     export.add_argument("run_dir", type=Path, metavar="RUN", help="a run directory of 'cramlite resolve' or 'cramlite execute --out'")
-    export.add_argument("--to", required=True, metavar="FORMAT", help="csv, mcap, rerun, btcpp, or what a plugin adds")
+    export.add_argument("--to", required=True, metavar="FORMAT", help="gif, mp4, csv, mcap, rerun, btcpp, or what a plugin adds")
     export.add_argument("--out", type=Path, help="file or folder to write; default RUN/FORMAT")
     export.add_argument("--world", help="scenario or world.json of the run; default the run's own world.json")
     export.add_argument("--seed", type=int, default=0, help="seed of the scenario's world (default 0)")

@@ -29,6 +29,8 @@ def import_scene(arguments: argparse.Namespace) -> int:
 
     knowledge = Knowledge(plugin_choice(arguments).registry())
     out: Path | None = arguments.out
+    if arguments.goal and out is None:
+        raise UserError("--goal is written into a scenario: name its file with --out.")
     if out is not None and out.exists() and not arguments.force:
         raise UserError(f"'{out}' exists already; --force writes over it.")
     robot = arguments.robot or next(iter(knowledge.robots))
@@ -40,7 +42,8 @@ def import_scene(arguments: argparse.Namespace) -> int:
     if out is not None:
         jointed = next((t.name for t in scene.things if t.joint), "")
         _write(out, _scenario(arguments, packages, robot + _stand(scene), classes, jointed))
-        print(f"Written: {out}. Put tasks into it, correct the classes, then 'cramlite check {out}'.")
+        todo = "Correct the classes" if arguments.goal else "Put tasks into it, correct the classes"
+        print(f"Written: {out}. {todo}, then 'cramlite check {out}'.")
     return 0
 
 
@@ -88,8 +91,15 @@ def _scenario(
     lines += ["  # Proposed from names, else from how things move; the scenario has the last word.", "  types:"]
     lines += [f"    {n}: {c.type}  # {c.reason}" for n, c in classes.items()]
     lines += [f"  # Where a joint's closed end or range is not as printed: joints: {{{jointed}: {{closed: upper}}}}"] if jointed else []
-    lines += [f"robot: {{type: {robot}}}", "# What is to be done, such as {task: TASK, Patient: THING}; see 'cramlite tasks'.", "tasks: []"]
+    lines += [f"robot: {{type: {robot}}}", *_start(arguments.goal)]
     return "\n".join(lines) + "\n"
+
+
+def _start(goal: list[str]) -> list[str]:
+    """What the scenario starts from: the goal that was said, else a list of tasks to fill in."""
+    if goal:
+        return ["goal:", *(f"  - {_quoted(sentence)}" for sentence in goal)]
+    return ["# What is to be done, such as {task: TASK, Patient: THING}; see 'cramlite tasks'.", "tasks: []"]
 
 
 def _stand(scene: ImportedScene) -> str:
@@ -113,6 +123,8 @@ def add_commands(add: Add) -> None:
     command = add("import", import_scene)
     command.add_argument("scene", type=Path, help="an MJCF or URDF file")
     command.add_argument("--out", type=Path, metavar="FILE", help="write a scenario there; else only say what is understood")
+    sentence = "what is to be achieved, e.g. 'tin on tray'; can be given several times"
+    command.add_argument("--goal", action="append", default=[], metavar="SENTENCE", help=sentence)
     command.add_argument("--force", action="store_true", help="write over a scenario that exists")
     command.add_argument("--robot", metavar="TYPE", help="who acts in the scenario; the first robot there is, if not said")
     command.add_argument("--keyframe", default="", metavar="NAME", help="the state that the scene starts in")

@@ -30,10 +30,37 @@ if TYPE_CHECKING:
     from ..engine.executor import Executor
     from ..engine.reading import Reading
     from ..engine.setting import Setting
+    from ..scenario.scenario import Scenario
 
 KEPT = 16
 """Proven runs that are kept, the last ones: each holds what was recorded of one run, some megabytes."""
 Say = Callable[[str], None]
+
+
+class Asked(Value):
+    """Question of a client: what is to be proven.
+
+    Args:
+        path, seed: of the scenario.
+        goal: sentences that stand for what the scenario starts from; none for the scenario's own start.
+    """
+
+    path: Path
+    seed: int
+    goal: tuple[str, ...] = ()
+
+    def read(self) -> Scenario:
+        """Read the scenario as it is now.
+
+        Raises:
+            UserError: it cannot be used, or the goal is none.
+        """
+        scenario = read_scenario(self.path)
+        return scenario.with_goal(self.goal) if self.goal else scenario
+
+    def key(self, scenario: Scenario, setting: Setting, engine: Engine) -> dict[str, Any]:
+        """Return what the run depends on: files, seed, plugins and the goal that was said."""
+        return run_key(scenario, setting, None, engine) | ({"goal": list(self.goal)} if self.goal else {})
 
 
 class ProvenRun(Value):
@@ -41,15 +68,14 @@ class ProvenRun(Value):
 
     Args:
         directory: its files.
-        path, seed: of its scenario.
-        key: of the run: files, seed, plugins.
+        asked: what was to be proven.
+        key: of the run: files, seed, plugins, goal.
         written: hash of text, plan and world as they were written.
         solution: what was proven, and where.
     """
 
     directory: RunDirectory
-    path: Path
-    seed: int
+    asked: Asked
     key: dict[str, Any]
     written: str
     solution: Solution
@@ -78,24 +104,27 @@ class ProvenRuns:
         """Names of the runs whose programs may be run."""
         return list(self._proven)
 
-    def prove(self, scenario: str, seed: int, say: Say, stop: Stop) -> ProvenRun:
+    def prove(self, scenario: str, seed: int, say: Say, stop: Stop, goal: tuple[str, ...] = ()) -> ProvenRun:
         """Resolve a scenario into a run directory, with its report; nothing of it is executed.
+
+        Args:
+            goal: sentences that stand for what the scenario starts from.
 
         Raises:
             NoSolution: every candidate was refused, or it was stopped.
             UserError: the scenario cannot be used.
         """
-        path = self._files.scenario(scenario)
-        read = read_scenario(path)
+        asked = Asked(self._files.scenario(scenario), seed, goal)
+        read = asked.read()
         engine = self._engine.suited(read)
         reading = engine.read(read)
         setting = engine.setting(reading, seed=seed)
-        key = run_key(read, setting, None, engine)
+        key = asked.key(read, setting, engine)
         directory = RunDirectory(self._files.runs / _name(read.name, seed, key), key)
         self._proven.pop(directory.path.name, None)
         solution = _first(engine, reading, setting, directory, say, stop)
         written = _write(directory, solution, engine, seed, say)
-        proven = ProvenRun(directory, path, seed, key, written, solution, engine)
+        proven = ProvenRun(directory, asked, key, written, solution, engine)
         self._proven[proven.name] = proven
         for old in list(self._proven)[:-KEPT]:
             del self._proven[old]
@@ -186,12 +215,12 @@ def _require_unaltered(proven: ProvenRun) -> None:
             f"The files of '{proven.name}' are not those that were written after the proof: somebody altered program, plan or "
             "world. Nothing was run; 'resolve' proves the scenario anew."
         )
-    scenario = read_scenario(proven.path)
+    scenario = proven.asked.read()
     engine = proven.engine.suited(scenario)
-    now = engine.setting(scenario, seed=proven.seed)
-    if run_key(scenario, now, None, engine) != proven.key or _place(now) != _place(solution.setting):
+    now = engine.setting(scenario, seed=proven.asked.seed)
+    if proven.asked.key(scenario, now, engine) != proven.key or _place(now) != _place(solution.setting):
         raise UserError(
-            f"The world of '{proven.path}' is not the one that the program of '{proven.name}' was proven in: the scenario, or a file "
+            f"The world of '{proven.asked.path}' is not the one that the program of '{proven.name}' was proven in: the scenario, or a file "
             "that it names, was altered since. Nothing was run; 'resolve' proves a program for the world as it is now."
         )
 

@@ -87,7 +87,8 @@ class CandidateSequence(Value, eq=False):
         made = attempts(search, self.plan, self.setting, self.knowledge, group)
         for candidate, verdict in made:
             yield Solution(
-                self.number, candidate, verdict, self.trace, self.setting, self.reading.interpretation, self.reading.episode
+                self.number, candidate, verdict, self.trace, self.setting, self.reading.interpretation, self.reading.episode,
+                knowledge=self.knowledge,
             )
 
     def wider(self) -> CandidateSequence | None:

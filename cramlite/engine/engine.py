@@ -299,17 +299,18 @@ class Engine:
         return self.suited(goal) if isinstance(goal, Scenario) else self
 
     def _setting(self, reading: Reading, setting: Setting | None, seed: int) -> Setting:
-        """Where a goal is to be achieved."""
+        """Where a goal is to be achieved, with what it is in words."""
+        from ..scenario.asked_text import asked_text
         from ..scenario.scenario import Scenario
 
         goal = reading.goal
         if isinstance(goal, Scenario):
-            return setting or self.setting(reading, seed=seed)
+            return replace(setting or self.setting(reading, seed=seed), title=goal.spec.title, asked=asked_text(goal.spec))
         if isinstance(goal, str | Path):
             raise UserError(f"'{goal}' is text: pass read_scenario(path), or Goal((\"block on shelf\",)) with a setting.")
         if setting is None:
             raise UserError("A goal that is not a scenario needs a setting: pass setting=engine.setting(scenario).")
-        return setting
+        return replace(setting, title="", asked=_asked(goal))
 
     def plans(
         self, goal: AnyGoal | Reading, setting: Setting, trace: Trace, progress: Progress = lambda _: None, **unknown: Never
@@ -382,3 +383,16 @@ def make_engine(scenario: Scenario, plugins: PluginChoice = INSTALLED) -> Engine
             where = scenario.where("block", scenario.spec.block.index(file.stem))
             print(f"cramlite: warning: {where}: leaves out the plugin file '{file}'.", file=sys.stderr)
     return Engine.with_plugins(chosen, scenario.ontologies)
+
+
+def _asked(goal: object) -> str:
+    """What is no scenario, in words."""
+    from ..planning.task_goals import Goal
+    from ..scenario.asked_text import SHOWN, tasks_text
+    from ..scenario.task_specs import RuleSpec, TaskSpec
+
+    if isinstance(goal, Goal):
+        return "; ".join(goal.says)
+    entries = goal if isinstance(goal, list | tuple) else (goal,)
+    tasks = [e for e in entries if isinstance(e, TaskSpec | RuleSpec)]
+    return tasks_text(tasks) if tasks else SHOWN

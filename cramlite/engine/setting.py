@@ -48,6 +48,8 @@ class Setting(Value):
         force_limit: protective limit on the TCP force of its programs [N]; None for the robot's.
         limits: how far a run may disturb what no task is about.
         doubts: in how many twins programs are tried, how far those are off, and how many runs must succeed.
+        title: of the scenario, for people; "" where it has none.
+        asked: what is to be done, in words; "" where nobody wrote it down.
     """
 
     name: str
@@ -62,6 +64,8 @@ class Setting(Value):
     force_limit: float | None = None
     limits: JudgingLimits = JudgingLimits()
     doubts: ProofDoubts = ProofDoubts()
+    title: str = ""
+    asked: str = ""
 
     def belief(self) -> Belief:
         """Return the initial belief: poses, relations, joint values and the empty hand."""

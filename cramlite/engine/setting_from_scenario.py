@@ -12,6 +12,7 @@ from ..base.errors import NoSolution, UserError, nearest
 from ..model.error_model import ErrorModel
 from ..model.proof_doubts import ProofDoubts
 from ..plugin.catalogue import pick
+from ..scenario.asked_text import asked_text
 from ..scenario.robots import robot_of
 from ..scenario.worlds import build_world, real_world
 from .setting import Setting
@@ -59,6 +60,7 @@ def setting_of(
     force, limits = scenario.spec.force_limit, scenario.spec.limits.judging()
     doubts = _doubts(scenario, world, robot, twins)
     setting = Setting(scenario.name, world, relations, robot, writer, seed, real, force_limit=force, limits=limits, doubts=doubts)
+    setting = replace(setting, title=scenario.spec.title, asked=asked_text(scenario.spec))
     told = _told(scenario, knowledge)
     if scenario.spec.poses == "camera":
         setting = _seen(scenario, setting, knowledge, told, likeliest, now)

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from msgspec.structs import replace
 
-from ..base.errors import UserError
+from ..base.errors import UserError, nearest
 from ..base.value import Value
 from ..model.geometry import Pose
 from ..planning.trace import Trace
+from ..plugin.exporting import require_installed, write_new
+from .late_page import write_page_of
+from .recorded_run import PICTURE, pictures_of, record_of, sample_at
 
 if TYPE_CHECKING:
     from ..interpretation.interpretation import Interpretation
@@ -18,10 +22,10 @@ if TYPE_CHECKING:
     from ..model.rollout import Rollout
     from ..model.verdict import Finding, Verdict
     from ..model.world import World
+    from ..plugin.catalogue import Knowledge
     from ..plugin.protocols import Candidate
     from .execution import Execution
     from .setting import Setting
-
 
 
 class Solution(Value):
@@ -36,6 +40,7 @@ class Solution(Value):
         setting: where it was proven.
         interpretation, episode: what the plan came from; None when it did not come from a demonstration.
         execution: in the world as it really is; None as long as it was not executed (``Engine.execute``).
+        knowledge: what plugins know; it draws pictures. None for a solution that was put together by hand.
     """
 
     number: int
@@ -46,6 +51,7 @@ class Solution(Value):
     interpretation: Interpretation | None = None
     episode: Episode | None = None
     execution: Execution | None = None
+    knowledge: Knowledge | None = None
 
     @property
     def plan(self) -> Plan:
@@ -85,6 +91,60 @@ class Solution(Value):
             return "Proven in what is believed, but the first execution failed" if self.verdict.passed else "Refused"
         said = "Solved at the first execution" if self.execution else "Solved"
         return f"{said}, with advice" if self.advice else said
+
+    def picture(self, at: float = 1.0, size: tuple[int, int] = PICTURE) -> Any:
+        """Render the proven run at a share of its time: (height, width, 3) uint8.
+
+        Args:
+            at: 0 is the start, 1 the end.
+            size: (width, height) [pixel].
+
+        Raises:
+            UserError: ``at`` is no such share, or nothing ran.
+        """
+        rollout, knowledge = self._drawn()
+        try:
+            return pictures_of(rollout, knowledge, size)(sample_at(rollout, at))
+        except ValueError as error:
+            raise UserError(f"{error}.") from error
+
+    def animation(self, path: Path | str) -> Path:
+        """Write the proven run as a moving picture, which must not exist yet; return its path.
+
+        Args:
+            path: its suffix, ".gif" or ".mp4", says the format.
+
+        Raises:
+            UserError: no format has that suffix, it needs what is not installed, or the file exists or cannot be written.
+        """
+        (rollout, knowledge), target = self._drawn(), Path(path)
+        known = {e.suffix: e for e in knowledge.exporters.values() if e.suffix}
+        if target.suffix not in known:
+            raise UserError(f"'{target}' is of no known format; {nearest(target.suffix, known)}.")
+        exporter = known[target.suffix]
+        require_installed(exporter)
+        write_new(exporter, record_of(rollout, knowledge, self.setting.name, self.program, self.candidate.code), target)
+        return target
+
+    def report(self, path: Path | str) -> Path:
+        """Write the report, one HTML page that needs no other file; return its path.
+
+        Raises:
+            UserError: it cannot be written, or nobody can write it.
+        """
+        if self.knowledge is None:
+            raise UserError(f"No engine gave the solution of '{self.plan}', so no plugin is known that writes of it.")
+        return write_page_of(self, self.knowledge, Path(path))
+
+    def _drawn(self) -> tuple[Rollout, Knowledge]:
+        """The run, and who draws it.
+
+        Raises:
+            UserError: there is no run, or nobody to draw it.
+        """
+        if self.knowledge is None or self.candidate.rollout is None:
+            raise UserError(f"Nothing of '{self.plan}' can be drawn: its text did not run here.")
+        return self.candidate.rollout, self.knowledge
 
     def setting_after(self) -> Setting:
         """Return the setting as this solution's run left it: things where they came to rest, the robot at its start again.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Protocol
 
 from msgspec import field
@@ -185,8 +185,10 @@ class Simulator(Protocol):
         """Simulate a person who performs scripts, one after the other."""
         ...
 
-    def picture(self, rollout: Rollout, sample: int, robots: Mapping[str, Robot], size: tuple[int, int]) -> Any:
-        """Render one sample of a rollout: (height, width, 3) uint8."""
+    def picture(
+        self, rollout: Rollout, sample: int, robots: Mapping[str, Robot], size: tuple[int, int], about: Collection[str] = ()
+    ) -> Any:
+        """Render one sample as (height, width, 3) uint8; ``size`` is (width, height) in pixels, ``about`` names things to fit it to."""
         ...
 
     def collision_picture(

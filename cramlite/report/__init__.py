@@ -5,16 +5,21 @@ The page needs no network and no other file. A section that breaks is replaced b
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
+from datetime import date
 from importlib.resources import files
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 from ..base.errors import DEFECTS
 from ..base.html_template import html_template
 from ..base.pulse import Stopped, checkpoint, pulse
+from ..base.run_directory import write_whole
 from ..base.value import Value
+from ..version import VERSION
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from ..base.run_directory import RunDirectory
     from ..engine.engine import Engine
     from ..engine.setting import Setting
@@ -24,12 +29,37 @@ if TYPE_CHECKING:
     from ..model.episode import Episode
     from ..model.rollout import Scene
     from ..planning.trace import Trace
+    from ..plugin.catalogue import Knowledge
     from ..plugin.protocols import ReportSection
+    from ..plugin.registry import Registry
 
-__all__ = ["Finished", "Part", "write_page", "write_report"]
+__all__ = ["Finished", "Part", "write_one_page", "write_page", "write_report"]
 
 
 NOT_DRAWN = "It draws, and the command was interrupted; the same command goes on, and draws it in the end."
+
+
+class Knowing(Protocol):
+    """What a report asks of an engine."""
+
+    @property
+    def knowledge(self) -> Knowledge:
+        """What plugins know."""
+
+    @property
+    def registry(self) -> Registry:
+        """Plugins, with their faults."""
+
+
+class Alone(Value):
+    """Knowledge without an engine, of a solution whose page is written on its own."""
+
+    knowledge: Knowledge
+
+    @property
+    def registry(self) -> Registry:
+        """Plugins, with their faults."""
+        return self.knowledge.registry
 
 
 class Finished(Value):
@@ -37,15 +67,15 @@ class Finished(Value):
 
     Args:
         engine: that searched; its knowledge draws pictures and names classes.
-        run: the directory that the page is written to.
+        run: the directory that the page is written to; None for a page on its own.
         setting: where the plan was to be carried out.
         trace: every decision of the search.
         shown: the proven program, or one that ran and was refused; None where not even one was complete.
         interpretation, episode: of the demonstration; None where there is none.
     """
 
-    engine: Engine
-    run: RunDirectory
+    engine: Knowing
+    run: RunDirectory | None
     setting: Setting
     trace: Trace
     shown: Solution | None
@@ -73,12 +103,16 @@ class Finished(Value):
         assert self.shown is not None
         return self.shown
 
-    def picture(self, sample: int, size: tuple[int, int]) -> Any:
-        """Render the run at one sample: (height, width, 3) uint8; ``size`` is (width, height) [pixel]."""
+    def picture(self, sample: int, size: tuple[int, int], about: Collection[str] = ()) -> Any:
+        """Render the run at one sample: (height, width, 3) uint8; ``size`` is (width, height) [pixel].
+
+        Args:
+            about: names of things that the picture is fitted to; none for the usual view.
+        """
         checkpoint()
         knowledge, rollout = self.engine.knowledge, self.solution.candidate.rollout
         assert rollout is not None
-        return knowledge.simulator.picture(rollout, sample, knowledge.robots_of(rollout.world), size)
+        return knowledge.simulator.picture(rollout, sample, knowledge.robots_of(rollout.world), size, about)
 
     def collision_picture(self, collision: Collision, size: tuple[int, int]) -> Any:
         """Render a state that the search refused: (height, width, 3) uint8; ``size`` is (width, height) [pixel]."""
@@ -109,8 +143,20 @@ def write_report(run: RunDirectory, solution: Solution, engine: Engine) -> None:
     Raises:
         UserError: it cannot be written.
     """
-    setting, trace = solution.setting, solution.trace
-    write_page(Finished(engine, run, setting, trace, solution, solution.interpretation, solution.episode))
+    write_page(_finished(engine, run, solution))
+
+
+def write_one_page(solution: Solution, knowledge: Knowledge, path: Path) -> None:
+    """Write the report of a solution to a file.
+
+    Raises:
+        UserError: it cannot be written.
+    """
+    write_whole(path, _page(_finished(Alone(knowledge), None, solution), drawn=True))
+
+
+def _finished(engine: Knowing, run: RunDirectory | None, solution: Solution) -> Finished:
+    return Finished(engine, run, solution.setting, solution.trace, solution, solution.interpretation, solution.episode)
 
 
 def write_page(done: Finished, *, drawn: bool = True) -> None:
@@ -122,17 +168,23 @@ def write_page(done: Finished, *, drawn: bool = True) -> None:
     Raises:
         UserError: it cannot be written.
     """
+    assert done.run is not None
+    done.run.write("report.html", _page(done, drawn))
+
+
+def _page(done: Finished, drawn: bool) -> str:
     from markupsafe import Markup
 
     parts = list(_parts(done, drawn))
     own = files(__package__)
-    page = html_template((own / "page.html.j2").read_text("utf-8")).render(
+    return html_template((own / "page.html.j2").read_text("utf-8")).render(
         done=done,
+        version=VERSION,
+        today=date.today().isoformat(),
         parts=[(p, Markup(p.html)) for p in parts],
         style=Markup((own / "page.css").read_text("utf-8")),
         script=Markup((own / "page.js").read_text("utf-8")),
     )
-    done.run.write("report.html", page)
 
 
 def _parts(done: Finished, drawn: bool) -> Iterator[Part]:

@@ -95,6 +95,7 @@ EVERY_COMMAND = {
     "schema": ("rule",),
     "serve": (),
     "tasks": (),
+    "show": ("fetch_from_hanger",),
     "view": ("run",),
     "export": ("run", "--to", "csv"),
     "mcp": (),

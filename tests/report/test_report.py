@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import json
 import re
+from datetime import date
 from html import escape
 from pathlib import Path
 
@@ -14,11 +15,13 @@ from conftest import Proven
 from msgspec.structs import replace
 from page_checks import faults
 
-from cramlite import Engine, Solution, Trace
+from cramlite import Engine, Goal, Solution, TaskSpec, Trace, find_scenario, read_scenario
 from cramlite.base.run_directory import RunDirectory
 from cramlite.model import Plan
 from cramlite.plugin import html_template
 from cramlite.report import write_report
+from cramlite.version import VERSION
+from cramlite_plugins.reports.before_and_after import things_named
 from cramlite_plugins.reports.shared import anchor
 
 SUBSTITUTE = '<span class="warn">substitute</span>'
@@ -63,6 +66,35 @@ def test_every_section_is_there(page: str, engine: Engine) -> None:
     for section in sections:
         assert (f">{escape(section.title)}</h2>" in page) == (section.title not in elsewhere)
     assert not engine.registry.faults
+
+
+def test_the_first_screen_says_what_was_asked_and_what_came_of_it(page: str, solution: Solution) -> None:
+    """Title, question, verdict, date and version in the header; pictures of start and end are the first section."""
+    top, first = page.split("</header>")[0], page.split("<section")[1]
+    assert f"<h1>{escape(solution.setting.title)}</h1>" in top and solution.setting.title
+    assert "Asked: what the demonstration shows" in top
+    assert re.search(r'class="outcome good">Program proven', top)
+    assert date.today().isoformat() in top and f"cramlite {VERSION}" in top
+    assert "Before and after" in first and first.count("data:image/webp") == 2
+
+
+def test_the_question_is_the_goal_that_was_resolved_and_not_the_one_of_the_scenario(engine: Engine) -> None:
+    scenario = read_scenario(find_scenario("fetch_from_hanger"))
+    setting = engine.setting(scenario)
+    for goal, said in ((Goal(("coffee in basket",)), "coffee in basket"), (TaskSpec(task="ParkArms"), "ParkArms")):
+        found = next(engine.candidates(goal, setting=setting)).setting
+        assert (found.title, found.asked) == ("", said)
+
+
+def test_the_things_that_tasks_name_are_what_pictures_are_fitted_to(solution: Solution, engine: Engine) -> None:
+    """Seen from nearby they take more of the picture; every one is in it, at the start and at the end."""
+    rollout = solution.candidate.rollout
+    assert rollout is not None
+    named = things_named(solution)
+    assert named and set(named) <= {t.name for t in rollout.world.things}
+    simulator, robots = engine.knowledge.simulator, engine.knowledge.robots_of(rollout.world)
+    usual, fitted = (simulator.picture(rollout, 0, robots, (120, 90), about) for about in ((), named))
+    assert np.abs(usual.astype(float) - fitted).mean() > 5, "the view is the usual one"
 
 
 def test_summary_names_groundings_and_findings(page: str, solution: Solution) -> None:

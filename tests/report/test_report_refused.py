@@ -45,7 +45,7 @@ def test_without_any_program_the_refusals_are_the_page(tmp_path: Path, run: Run)
     assert done.code == 1
     page = (tmp_path / "run" / "report.html").read_text("utf-8")
     assert faults(page) == []
-    assert titles(page) == ["Summary", "What collides with what", "Why nothing was proven"]
+    assert titles(page) == ["Summary", "Why nothing was proven", "What collides with what"]
     assert "nothing ran" in page and "Proven" not in page
     entries = json.loads((tmp_path / "run" / "trace.json").read_text())["entries"]
     for entry in entries:
@@ -69,7 +69,8 @@ def test_a_run_that_was_refused_is_shown(tmp_path: Path, run: Run) -> None:
     assert done.code == 1, done.err
     page = (tmp_path / "run" / "report.html").read_text("utf-8")
     assert faults(page) == []
-    assert titles(page)[:5] == ["Summary", "What collides with what", "Why nothing was proven", "The run", "What the judges found"]
+    assert titles(page)[:4] == ["Summary", "Why nothing was proven", "The run", "What the judges found"]
+    assert titles(page).index("What collides with what") > titles(page).index("What the judges found")
     assert "One complete program ran; it is shown below as it failed" in page
     checks = page.split('class="stack checks"')[1]
     assert checks.index("no weather for it") < checks.index("✓")
@@ -97,6 +98,17 @@ def test_the_demonstration_is_shown_without_a_program(tmp_path: Path) -> None:
     assert '<span class="t1 unreached"' in page
     assert "nothing has a vrps:Hole" in page
     assert not engine.registry.faults
+
+
+def test_a_reason_that_several_programs_failed_for_is_said_once(tmp_path: Path) -> None:
+    engine, trace, reason = Engine(), Trace(), "'tin' got 30 mm away from the hand"
+    for number in (1, 2, 3):
+        trace.candidate = number
+        trace.add(0, "program", "3 steps", "failed", "engine", reason if number < 3 else "'tin' fell", kind="proof")
+    setting = engine.setting(read_scenario(find_scenario("grasp_one_thing")))
+    write_page(Finished(engine, RunDirectory(tmp_path, {}), setting, trace, None, None, None))
+    ends = re.findall(r'<p class="end">(.*?)</p>', (tmp_path / "report.html").read_text("utf-8"))
+    assert [sum(said in unescape(e) for e in ends) for said in (reason, "same reason as candidate 1", "'tin' fell")] == [1, 1, 1], ends
 
 
 def test_a_page_needs_a_directory(tmp_path: Path) -> None:

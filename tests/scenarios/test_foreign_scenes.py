@@ -155,3 +155,18 @@ def test_bad_files_end_the_command_with_one_paragraph(tmp_path: Path) -> None:
 def test_a_scenario_is_not_written_over(kitchen: Path) -> None:
     done = _import(kitchen / "scene" / "kitchen.xml", kitchen / "kitchen.yaml")
     assert done.returncode == 2 and "exists already" in done.stderr
+
+
+def test_a_goal_is_written_into_the_scenario_of_a_scene(tmp_path: Path) -> None:
+    from cramlite import read_scenario
+
+    goal = ("red_box on kitchen_counter", "akita_white_bowl_1 on kitchen_counter")
+    done = _import(DATA / "kitchen.xml", tmp_path / "a.yaml", "--robot", "ur5e", "--goal", goal[0], "--goal", goal[1])
+    assert done.returncode == 0 and "Put tasks into it" not in done.stdout, done.stderr
+    assert read_scenario(tmp_path / "a.yaml").spec.goal == goal
+    assert main(["check", str(tmp_path / "a.yaml")]) == 0
+
+
+def test_a_goal_without_a_scenario_to_write_it_into_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["import", str(DATA / "kitchen.xml"), "--goal", "red_box on kitchen_counter"]) == 2
+    assert "--out" in capsys.readouterr().err

@@ -65,7 +65,7 @@ class Drawing(Value):
 
 @hookimpl
 def report_sections() -> Iterable[ReportSection]:
-    yield ReportSection("What collides with what", 12, lambda done: "" if done.proven else render(done), refused=True)
+    yield ReportSection("What collides with what", 51, lambda done: "" if done.proven else render(done), refused=True)
     yield ReportSection("What collided with what", 52, render)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from cramlite.model import Robot, Rollout, World
@@ -85,11 +85,13 @@ class MujocoSimulator:
 
         return demonstrate(world, shown, seed=seed)
 
-    def picture(self, rollout: Rollout, sample: int, robots: Mapping[str, Robot], size: tuple[int, int]) -> Any:
+    def picture(
+        self, rollout: Rollout, sample: int, robots: Mapping[str, Robot], size: tuple[int, int], about: Collection[str] = ()
+    ) -> Any:
         """Render one sample of a rollout."""
         from .recording.pictures import picture
 
-        return picture(rollout, sample, robots, size)
+        return picture(rollout, sample, robots, size, about)
 
     def collision_picture(
         self, world: World, robots: Mapping[str, Robot], collision: Collision, size: tuple[int, int]

@@ -204,3 +204,23 @@ def test_a_run_without_its_program_has_no_tree(ran: Path, tmp_path: Path) -> Non
     assert done.returncode == 2 and "holds no typed program" in done.stderr
     assert json.loads((bare / "world.json").read_text())
     assert sorted(p.name for p in bare.iterdir()) == ["rollout.npz", "world.json"]
+
+
+def test_a_gif_shows_the_whole_run_at_its_own_speed(exported: Any, record: RunRecord) -> None:
+    from PIL import Image, ImageSequence
+
+    with Image.open(exported("gif")) as file:
+        pauses = [frame.info["duration"] for frame in ImageSequence.Iterator(file)]
+        file.seek(file.n_frames - 1)
+        last = np.asarray(file.convert("RGB"), dtype=float)
+    assert sum(pauses) / 1000 == pytest.approx(record.rollout.times[-1] - record.rollout.times[0], abs=0.5)
+    assert np.abs(last - record.picture(len(record.rollout.times) - 1)).mean() < 4, "the end is not the run's end"
+
+
+def test_an_mp4_shows_the_whole_run_at_its_own_speed(exported: Any, record: RunRecord) -> None:
+    av = pytest.importorskip("av")
+    with av.open(str(exported("mp4"))) as file:
+        frames = list(file.decode(video=0))
+    assert float(frames[-1].time) == pytest.approx(record.rollout.times[-1] - record.rollout.times[0], abs=0.3)
+    last = frames[-1].to_ndarray(format="rgb24").astype(float)
+    assert np.abs(last - record.picture(len(record.rollout.times) - 1)).mean() < 6, "the end is not the run's end"

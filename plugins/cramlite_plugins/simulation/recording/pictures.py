@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import math
+from collections.abc import Collection, Mapping, Sequence
 from functools import lru_cache
 from typing import Any
 
@@ -17,14 +18,42 @@ from ..model.index import Data, Model, RobotIndex
 from ..model.triangles import body_name, solids
 from .recorder import effector_of
 
+NEAREST = 0.9
+"""Of a camera that is fitted to things [m]: the hand is seen around a small one, too."""
+MARGIN = 0.15
+"""Room around places of things, for the things themselves [m]."""
 
-def picture(rollout: Rollout, sample: int, robots: Mapping[str, Robot], size: tuple[int, int]) -> Any:
-    """Render one sample as (height, width, 3) uint8; ``size`` is (width, height) in pixels."""
+
+def picture(
+    rollout: Rollout, sample: int, robots: Mapping[str, Robot], size: tuple[int, int], about: Collection[str] = ()
+) -> Any:
+    """Render one sample as (height, width, 3) uint8.
+
+    Args:
+        size: (width, height) [pixel].
+        about: names of things; all of them are in the picture wherever they were in the run, and it shows little else. None for the
+            view that is usual.
+    """
     compiled = _compiled(_ById(rollout, robots))
     data = compiled.data()
     _put(compiled, data, rollout, sample)
     mujoco.mj_forward(compiled.model, data)
-    return render(compiled.model, data, camera_of(rollout.world, compiled.model, data), *size)
+    return render(compiled.model, data, _fitted(camera_of(rollout.world, compiled.model, data), rollout, about), *size)
+
+
+def _fitted(usual: Camera, rollout: Rollout, about: Collection[str]) -> Camera:
+    """A camera in the direction of the usual one, as near as it may be to have the places of things in its picture."""
+    tracks = [rollout.poses[name][:, :3] for name in about if name in rollout.poses]
+    still = [t.pose.position for t in rollout.world.things if t.name in about and t.name not in rollout.poses]
+    places = np.concatenate([*tracks, *(np.array([p]) for p in still)]) if tracks or still else None
+    if places is None:
+        return usual
+    low, high = places.min(axis=0), places.max(axis=0)
+    middle, radius = (low + high) / 2, float(np.linalg.norm(high - low)) / 2 + MARGIN
+    away = np.subtract(usual.eye, usual.target)
+    far = max(radius / math.sin(usual.vertical_fov / 2), NEAREST)
+    x, y, z = middle + far * away / np.linalg.norm(away)
+    return Camera((float(x), float(y), float(z)), (float(middle[0]), float(middle[1]), float(middle[2])), usual.vertical_fov)
 
 
 def camera_of(world: World, model: Model, data: Data) -> Camera:

@@ -1,0 +1,37 @@
+"""A setting before anything ran, as a recorded run of one sample: what draws runs draws it, too."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..model.entity_name import EntityName
+from ..model.rollout import Rollout
+
+if TYPE_CHECKING:
+    from ..model.geometry import Floats, Pose
+    from .setting import Setting
+
+
+def start_record(setting: Setting) -> Rollout:
+    """Return one sample of the believed world at its start, the robot where it begins."""
+    mount, belief = setting.world.robots[0], setting.belief()
+    poses = {t.name: _row(t.pose) for t in setting.world.things if t.movable}
+    poses |= {str(EntityName(mount.name, "base")): _row(mount.base)}
+    return Rollout(
+        world=setting.world,
+        effector=mount.name,
+        times=np.zeros(1),
+        poses=poses,
+        touches=((),),
+        joints=np.array([belief.joints]),
+        wrench=np.zeros((1, 6)),
+        opening=np.array([belief.opening]),
+        lines=np.zeros(1),
+    )
+
+
+def _row(pose: Pose) -> Floats:
+    """A pose as (1, 7)."""
+    return np.array([[*pose.position, *pose.quaternion]])

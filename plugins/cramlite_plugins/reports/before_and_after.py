@@ -1,0 +1,42 @@
+"""Pictures of the start and the end of a proven run, fitted to the things that its tasks name."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
+from cramlite.plugin import ReportSection, hookimpl
+
+from .filmstrip import as_uri
+from .shared import fill
+
+if TYPE_CHECKING:
+    from cramlite import Finished, Solution
+
+SIZE = (480, 360)
+"""Width and height [pixel]: two beside each other are as wide as the page; 0.07 s of CPU time each."""
+QUALITY = 85
+"""WebP quality: about 8 kB a picture."""
+
+
+@hookimpl
+def report_sections() -> Iterable[ReportSection]:
+    yield ReportSection("Before and after", 5, render)
+
+
+def render(done: Finished) -> str:
+    """Render the section as HTML; nothing where nothing ran."""
+    rollout = done.solution.candidate.rollout
+    if rollout is None:
+        return ""
+    about, last = things_named(done.solution), len(rollout.times) - 1
+    pictures = [(title, as_uri(done.picture(k, SIZE, about), QUALITY)) for title, k in (("Before", 0), ("After", last))]
+    return fill("before_and_after", pictures=pictures, seconds=float(rollout.times[-1]), size=SIZE)
+
+
+def things_named(solution: Solution) -> tuple[str, ...]:
+    """Return the things that the tasks of a program name, each once; a part of a thing counts as the thing."""
+    bound = solution.candidate.bindings
+    fillers = [f for action in solution.candidate.actions for f in action.roles.values()]
+    names = [str(f.entity or bound.get(f.name, "")).split("/")[0] for f in fillers]
+    return tuple(dict.fromkeys(n for n in names if n))
