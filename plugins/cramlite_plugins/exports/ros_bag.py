@@ -26,7 +26,7 @@ QUALITY = 80
 INFO = 20
 """Level of a message in rcl_interfaces/Log that is for information."""
 OWN_TYPES = {
-    "cramlite_msgs/msg/Contact": "string a\nstring b\nfloat64 force\nfloat64 lift",
+    "cramlite_msgs/msg/Contact": "string a\nstring b\nfloat64 force\nfloat64 lift\nfloat64 press",
     "cramlite_msgs/msg/Contacts": "std_msgs/Header header\ncramlite_msgs/Contact[] contacts",
     "cramlite_msgs/msg/Event": "std_msgs/Header header\nstring type\nbool begins\nstring[] roles\nstring[] entities",
 }
@@ -117,7 +117,8 @@ class Messages:
             opening = self._make("std_msgs/msg/Float64", data=float(rollout.opening[k]))
             yield "/gripper/opening", "std_msgs/msg/Float64", time, opening
             yield "/wrench", "geometry_msgs/msg/WrenchStamped", time, self._wrench(rollout.wrench[k], header)
-            touches = [self._make("cramlite_msgs/msg/Contact", a=t.a, b=t.b, force=t.force, lift=t.lift) for t in rollout.touches[k]]
+            kind = "cramlite_msgs/msg/Contact"
+            touches = [self._make(kind, a=t.a, b=t.b, force=t.force, lift=t.lift, press=t.press) for t in rollout.touches[k]]
             kind = "cramlite_msgs/msg/Contacts"
             yield "/contacts", kind, time, self._make(kind, header=header, contacts=touches)
 

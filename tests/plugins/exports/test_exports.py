@@ -73,7 +73,8 @@ def test_csv_is_read_back_equal(exported: Any, record: RunRecord) -> None:
     assert np.array_equal([float(row["felt"]) for row in _table(folder, "wrench")], rollout.contact_force())
     block = [[float(v) for v in list(row.values())[2:]] for row in _table(folder, "poses") if row["frame"] == "block"]
     assert np.array_equal(block, record.scene.poses["block"])
-    contacts = [(float(r["time"]), Touch(r["a"], r["b"], float(r["force"]), float(r["lift"]))) for r in _table(folder, "contacts")]
+    rows = _table(folder, "contacts")
+    contacts = [(float(r["time"]), Touch(r["a"], r["b"], *(float(r[n]) for n in ("force", "lift", "press")))) for r in rows]
     assert contacts == [(float(t), c) for t, all_ in zip(rollout.times, rollout.touches, strict=True) for c in all_]
     assert [row["task"] for row in _table(folder, "tasks")] == [s.name for s in record.tasks]
     assert len(_table(folder, "events")) == len(record.events) > 3
@@ -101,7 +102,7 @@ def test_mcap_is_read_back_equal_by_foxgloves_reader(exported: Any, record: RunR
     assert np.allclose([t for t, _ in states], rollout.times, atol=NS)
     wrench = [(w.wrench.force.x, w.wrench.force.y, w.wrench.force.z, w.wrench.torque.x) for _, w in _messages(folder, "/wrench")]
     assert np.array_equal(wrench, rollout.wrench[:, :4])
-    touches = [tuple(Touch(c.a, c.b, c.force, c.lift) for c in said.contacts) for _, said in _messages(folder, "/contacts")]
+    touches = [tuple(Touch(c.a, c.b, c.force, c.lift, c.press) for c in said.contacts) for _, said in _messages(folder, "/contacts")]
     assert tuple(touches) == rollout.touches
     moved = [next(t.transform for t in m.transforms if t.child_frame_id == "block") for _, m in _messages(folder, "/tf")]
     rows = [[*(getattr(t.translation, a) for a in "xyz"), *(getattr(t.rotation, a) for a in "wxyz")] for t in moved]
