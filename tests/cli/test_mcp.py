@@ -371,9 +371,12 @@ async def cancelled_and_answered(client: Client) -> None:
     assert time.monotonic() - begin < 30
 
 
-def ended_within_its_run(runs: Path) -> bool:
-    """Whether the trace of the one run says that it was stopped before its program was proven."""
-    (trace,) = runs.glob("*/trace.json")
+async def ended_within_its_run(runs: Path) -> bool:
+    """Whether the trace of the one run says that it was stopped before its program was proven. It is written when the run ends, and
+    nobody waits for that."""
+    while not (traces := list(runs.glob("*/trace.json"))):
+        await anyio.sleep(0.05)
+    (trace,) = traces
     kinds = [e["kind"] for e in json.loads(trace.read_text())["entries"]]
     return "stop" in kinds and "proof" not in kinds
 
@@ -382,7 +385,7 @@ def test_over_stdio(tmp_path: Path) -> None:
     async def use(client: Client) -> Any:
         with small(120):
             await cancelled_and_answered(client)
-            assert ended_within_its_run(tmp_path / "runs")
+            assert await ended_within_its_run(tmp_path / "runs")
             solved = await client.call_tool("resolve", {"scenario": "grasp_one_thing"})
             run = {"run": solved.structured_content["run"]}
             return solved, await client.call_tool("run", run), await client.call_tool("run", {**run, "text": "movej"})

@@ -43,7 +43,7 @@ def tables(run: RunRecord) -> Iterator[tuple[str, Row, Iterable[Row]]]:
     yield "joints", ("time", *run.joints, "opening"), _beside(times, rollout.joints.tolist(), rollout.opening.tolist())
     yield "wrench", ("time", *WRENCH, "felt"), _beside(times, rollout.wrench.tolist(), rollout.contact_force().tolist())
     touches = zip(times, rollout.touches, strict=True)
-    contacts = [(t, c.a, c.b, c.force, c.lift, c.press) for t, all_ in touches for c in all_]
+    contacts = [(t, c.a, c.b, c.force, c.lift, "" if c.press is None else c.press) for t, all_ in touches for c in all_]
     yield "contacts", ("time", "a", "b", "force", "lift", "press"), contacts
     yield "tasks", ("start", "end", "task"), [(s.start, s.end, s.name) for s in run.tasks]
     yield "steps", ("start", "end", "step"), [(s.start, s.end, s.name) for s in run.steps]

@@ -7,6 +7,7 @@ definitions the file carries. Needs rosbags (``pip install 'cramlite[mcap]'``), 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -118,7 +119,10 @@ class Messages:
             yield "/gripper/opening", "std_msgs/msg/Float64", time, opening
             yield "/wrench", "geometry_msgs/msg/WrenchStamped", time, self._wrench(rollout.wrench[k], header)
             kind = "cramlite_msgs/msg/Contact"
-            touches = [self._make(kind, a=t.a, b=t.b, force=t.force, lift=t.lift, press=t.press) for t in rollout.touches[k]]
+            touches = [
+                self._make(kind, a=t.a, b=t.b, force=t.force, lift=t.lift, press=math.nan if t.press is None else t.press)
+                for t in rollout.touches[k]
+            ]
             kind = "cramlite_msgs/msg/Contacts"
             yield "/contacts", kind, time, self._make(kind, header=header, contacts=touches)
 

@@ -7,10 +7,12 @@ from itertools import groupby
 
 import numpy as np
 
-from cramlite.model import Floats, Handover, Rollout, Value
+from cramlite.model import Floats, Handover, Pose, Rollout, Value
 from cramlite.plugin import Allowance, Candidate, Cost, Finding, Validator, hookimpl
 
+from ..shapes.bounds import box_around, lowest
 from .explained import LATE, ExplainedGrip, explained_grips
+from .grips import Grip
 from .movers import rests
 from .rest import hangs
 from .slides import slides
@@ -18,8 +20,8 @@ from .swings import declared
 from .task_times import inner_tasks, origins
 
 DROP = 0.03
-"""What is let go of falls by at most so much more than its place says [m]: poses are believed to 2 mm, a guarded motion ends
-within 20 mm, and one thing stands on others."""
+"""What is let go of falls by at most so much more than its place says, and than falling over takes [m]: poses are believed to 2 mm, a
+guarded motion ends within 20 mm, and one thing stands on others."""
 SETTLES = 3.0
 """And comes to rest within so long [s]: a block that topples off an edge takes 0.5 s, a can that rolls in a bowl 2 s."""
 SLIDES = 0.015
@@ -101,7 +103,7 @@ def _fallen(candidate: Candidate, found: Iterable[ExplainedGrip]) -> Iterator[Fi
         who, when = f"'{grip.thing}', let go at {rollout.times[grip.last]:.1f} s,", tasks[grip.last]
         rest = min(rests(rollout, grip.thing, grip.last), len(rollout.times) - 1)
         height = rollout.poses[grip.thing][grip.last : rest + 1, 2]
-        drop, limit = float(height[0] - height.min()), left.rest.fall + DROP
+        drop, limit = float(height[0] - height.min()), left.rest.fall + DROP + _topples(rollout, grip)
         if drop > limit:
             said = f"{who} fell by {1000 * drop:.0f} mm, limit {1000 * limit:.0f} mm of {left.by}"
             yield Finding("tracks", False, said, drop, limit, "m", when, things=True)
@@ -109,6 +111,14 @@ def _fallen(candidate: Candidate, found: Iterable[ExplainedGrip]) -> Iterator[Fi
         if lasted > SETTLES and not hangs(rollout, grip.thing, rest):
             said = f"{who} moved on for {lasted:.1f} s, limit {SETTLES:g} s"
             yield Finding("tracks", False, said, lasted, SETTLES, "s", when, things=True)
+
+
+def _topples(rollout: Rollout, grip: Grip) -> float:
+    """How far a thing's origin comes down where the thing falls over, from how it was let go [m]."""
+    thing, row = rollout.world.thing(grip.thing), rollout.poses[grip.thing][grip.last]
+    low, high = box_around(thing.geoms)
+    upright = -lowest(thing, Pose(tuple(row[:3]), tuple(row[3:])))
+    return max(0.0, upright - float(np.min(high - low)) / 2)
 
 
 def _slid(candidate: Candidate, found: Iterable[ExplainedGrip]) -> Iterator[Finding]:
