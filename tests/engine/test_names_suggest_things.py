@@ -78,3 +78,22 @@ def test_a_real_recording_gives_a_program_in_a_world_of_ones_own(name: str, does
     about = ("jug", "bowl") if does == "Pouring" else ("jug",)
     assert done[:2] == [("Grasping", "jug"), ("PickingUp", "jug", "counter")] and (does, *about) in done
     assert ("Releasing", "jug", "counter") in done
+
+
+TOO_FEW = "the tasks need more things of soma:Crockery than the 2 that the world has: add one"
+
+
+@pytest.mark.parametrize(
+    ("taken", "said"),
+    [
+        ({"object_1": "bowl", "object_2": "jug"}, [TOO_FEW, TOO_FEW]),
+        ({"object_1": "bowl"}, []),
+    ],
+)
+def test_more_things_of_a_kind_than_the_world_has_are_said(tmp_path: Path, taken: dict[str, str], said: list[str]) -> None:
+    (tmp_path / "names.yaml").write_text(WORLD.replace("GRAINS", "grains: 6"))
+    setting = ENGINE.setting(read_scenario(tmp_path / "names.yaml"))
+    context = Context(setting.robot, setting.world.robots[0], taken, ENGINE.knowledge.taxonomy)
+    answers = resolve_object(Object("object_3", types=("soma:Crockery",)), setting.belief(), context) or ()
+    reasons = [a.reason.split("; ") for a in answers if not isinstance(a, Grounding)]
+    assert [r[1] for r in reasons if len(r) > 1] == said

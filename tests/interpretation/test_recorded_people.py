@@ -165,6 +165,39 @@ def test_what_is_taken_out_of_a_vessel_is_a_thing_of_its_own() -> None:
     assert ("Grasping", "ball1") in best(read(only))
 
 
+def stuck(count: int = 6, plate: bool = True) -> Recording:
+    """A cup is poured; first one grain goes along with the hand, and falls on the table on the way."""
+    recording = pouring(count=count)
+    hand = recording[RIGHT]
+    grain = hand.copy()
+    grain[hand[:, 0] > START + 2.0, 1:] = grain[hand[:, 0] <= START + 2.0][-1, 1:]
+    grain[hand[:, 0] > START + 2.2, 3] = 0.9
+    home = hand[:1].copy()
+    beside = {f"particle{k}": np.add(home, [0, 0.01 * k - 0.3, 0, 0, 0, 0, 0, 0]) for k in (31, 32, 33)} if plate else {}
+    return {**recording, "particle30": grain, **beside, **({"SM_Plate": home} if plate else {})}
+
+
+@pytest.mark.parametrize("plate", [True, False])
+def test_a_grain_that_sticks_to_a_hand_is_contents(plate: bool) -> None:
+    found = read(stuck(plate=plate))
+    assert found.known("particle30") is None and found.known("contents(SM_Plate)" if plate else "contents(cup)") is not None
+    assert best(found) == poured("cup", "SM_TestBowl")
+
+
+def test_a_thing_that_a_hand_takes_where_no_others_of_its_kind_are_carried_is_its_own() -> None:
+    found = read(stuck(count=0))
+    assert any(e.type == "cram:GraspState" and e.roles["object"] == "particle30" for e in found.events)
+
+
+def test_vessels_of_which_there_are_many_alike_are_no_contents() -> None:
+    recording = recorded("pouring")
+    more = {f"bowl{k}": np.add(recording["SM_TestBowl"], [0, 0, 0.5 + k, 0, 0, 0, 0, 0]) for k in (2, 3, 4)}
+    names = {"SM_TestBowl": "bowl1", "cup": "bowl5"}
+    found = read({**{names.get(n, n): r for n, r in recording.items()}, **more})
+    assert found.known("bowl3") is not None and found.entity("contents(bowl5)").properties["count"] == 6
+    assert best(found) == poured("bowl5", "bowl1")
+
+
 def test_what_only_steadies_is_said_to_be_left_out() -> None:
     found = read(recorded("both hands"))
     (left,) = [r for r in found.repairs if "left out that" in r.what]

@@ -54,7 +54,8 @@ def _fit(entity: str, wanted: Object, belief: Belief, context: Context) -> Groun
     own = feature.type if feature else thing.type
     taken = next((k for k, v in context.bindings.items() if k != wanted.name and v == entity), None)
     if taken is not None:
-        return Refused(entity, f"already plays another role: it is {taken}", because=(taken,))
+        reason = f"already plays another role: it is {taken}{_too_few(wanted, belief, context)}"
+        return Refused(entity, reason, because=(taken,))
     has = [own] if feature else [f.type for f in thing.features]
     for need in wanted.features:
         if not any(classes.is_a(f, need) for f in has):
@@ -67,6 +68,28 @@ def _fit(entity: str, wanted: Object, belief: Belief, context: Context) -> Groun
     fit = _classed(entity, own, wanted, belief, context, part=feature is not None)
     empty = wanted.filled and thing.filling is None and not wanted.entity
     return replace(fit, cost=fit.cost + EMPTY) if empty and isinstance(fit, Grounding) else fit
+
+
+def _too_few(wanted: Object, belief: Belief, context: Context) -> str:
+    """What to add where all things of the wanted kind play other roles; empty where one is free, or the world has none."""
+    kinds = wanted.types or wanted.like
+    taken = {v for k, v in context.bindings.items() if k != wanted.name and isinstance(v, str)}
+    fitting = [t.name for t in belief.world.things if _meets(t, kinds, wanted, context)]
+    if not fitting or wanted.part_of or any(name not in taken for name in fitting):
+        return ""
+    needs = ", ".join((*wanted.features, *wanted.affords))
+    which = f" of {' or '.join(kinds)}" if kinds else f" with {needs}" if needs else ""
+    return f"; the tasks need more things{which} than the {len(fitting)} that the world has: add one"
+
+
+def _meets(thing: Thing, kinds: tuple[str, ...], wanted: Object, context: Context) -> bool:
+    """Whether a thing has one of the kinds, where any are asked for, and the features and affordances."""
+    classes = context.taxonomy
+    return (
+        (not kinds or any(classes.is_a(thing.type, k) for k in kinds))
+        and all(any(classes.is_a(f.type, need) for f in thing.features) for need in wanted.features)
+        and all(classes.affords(thing.type, need) for need in wanted.affords)
+    )
 
 
 def _classed(entity: str, own: str, wanted: Object, belief: Belief, context: Context, *, part: bool) -> Grounding | Refused:

@@ -29,6 +29,8 @@ WITHIN = 0.12
 SETTLED = 3.0
 #: A place is counted when it was kept this long [s]: a grain that falls past a bowl is not in it.
 LASTING = 0.3
+#: A thing up to this size sticks to a hand [m]: beans and pasta are 0.02 m long, what people pick singly is mostly larger.
+GRAIN = 0.02
 #: Share of its grains that a vessel must have to hold the contents, and to keep holding them (as ``detect.HELD``).
 HELD = (0.1, 0.05)
 
@@ -60,27 +62,66 @@ def alike(name: str) -> str:
 def find_contents(episode: Episode, grid: Grid, things: Sequence[str], hands: Sequence[str]) -> tuple[Loose, ...]:
     """Find what is contents: ``MANY`` things alike that are within the same vessel at first, and that no hand moves alone.
 
+    A small thing that a hand moves alone is contents, too, where a hand carries a vessel with ``MANY`` others of its kind:
+    it sticks to the hand.
+
     Args:
         things: frames that are neither hands nor parts.
         hands: who may take one of them out.
     """
-    groups: dict[str, list[str]] = defaultdict(list)
-    for name in things:
-        groups[alike(name)].append(name)
-    many = {n for members in groups.values() if len(members) >= MANY for n in members}
+    many = _many_alike(episode, grid, things)
     vessels = [n for n in things if n not in many]
     if not many or not vessels:
         return ()
     inside = {n: _vessel_of(episode, grid, n, vessels) for n in sorted(many)}
-    found: dict[tuple[str, str], list[str]] = defaultdict(list)
-    for name, at in inside.items():
-        first = next((int(v) for v in at[: round(SETTLED / STEP)] if v >= 0), None)
-        if first is not None and not any(_taken_out(grid, name, at, vessels, hand) for hand in hands):
-            found[vessels[first], alike(name)].append(name)
+    first = {n: vessels[v] for n, at in inside.items() if (v := _first_vessel(at)) >= 0}
+    out = {n for n in inside if any(_taken_out(grid, n, inside[n], vessels, hand) for hand in hands)}
+    found = {k: m for k, m in _grouped(first, out).items() if len(m) >= MANY}
+    for name in sorted(n for n in out if _small(episode, n)):
+        carried = [v for v, kind in found if kind == alike(name) and any(carried_spans(grid, v, h) for h in hands)]
+        if carried:
+            found.setdefault((first.get(name, carried[0]), alike(name)), []).append(name)
     joined: dict[str, list[str]] = defaultdict(list)
     for (vessel, _), members in found.items():
-        joined[vessel] += members if len(members) >= MANY else []
-    return tuple(_loose(vessel, members, inside, vessels) for vessel, members in joined.items() if members)
+        joined[vessel] += members
+    return tuple(_loose(vessel, members, inside, vessels) for vessel, members in joined.items())
+
+
+def _many_alike(episode: Episode, grid: Grid, things: Sequence[str]) -> set[str]:
+    """Things of which there are ``MANY`` alike, without those that are vessels of others."""
+    groups: dict[str, list[str]] = defaultdict(list)
+    for name in things:
+        groups[alike(name)].append(name)
+    kinds = sorted((m for m in groups.values() if len(m) >= MANY), key=len)
+    return {n for k, m in enumerate(kinds) if not any(_hold(episode, grid, m, o) for o in kinds[k + 1 :]) for n in m}
+
+
+def _hold(episode: Episode, grid: Grid, vessels: list[str], others: list[str]) -> bool:
+    """Whether one of several things alike has ``MANY`` of a more numerous kind in it at first."""
+    if len(others) <= len(vessels):
+        return False
+    at = [_first_vessel(_vessel_of(episode, grid, n, vessels)) for n in others]
+    return any(at.count(k) >= MANY for k in range(len(vessels)))
+
+
+def _first_vessel(at: NDArray[np.intp]) -> int:
+    """The number of the vessel that a thing is in first, while things settle; -1 where in none."""
+    return next((int(v) for v in at[: round(SETTLED / STEP)] if v >= 0), -1)
+
+
+def _grouped(first: Mapping[str, str], out: set[str]) -> dict[tuple[str, str], list[str]]:
+    """Things that nobody takes out, by their first vessel and what is alike in their names."""
+    found: dict[tuple[str, str], list[str]] = defaultdict(list)
+    for name, vessel in first.items():
+        if name not in out:
+            found[vessel, alike(name)].append(name)
+    return dict(found)
+
+
+def _small(episode: Episode, name: str) -> bool:
+    """Whether a thing may stick to a hand by its size; True where that is not known."""
+    entity = episode.known(name)
+    return entity is None or entity.size is None or max(entity.size) <= GRAIN
 
 
 def _taken_out(grid: Grid, name: str, at: NDArray[np.intp], vessels: list[str], hand: str) -> bool:
