@@ -26,7 +26,8 @@ class ExperimentFile(Value):
         """
         folder = self.path.resolve().parent
         own, shipped = folder / name, Path(normpath(data_folder("experiments") / folder.name / name))
-        return shipped if name.startswith("../") and not own.exists() and shipped.exists() else own
+        neighbour = Path(name).parts[:1] == ("..",)
+        return shipped if neighbour and not own.exists() and shipped.exists() else own
 
     def named(self, kind: str, name: str, known: Mapping[str, Named]) -> Named:
         """Return what the file calls so.

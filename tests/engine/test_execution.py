@@ -99,7 +99,7 @@ def test_what_succeeded_at_the_first_execution_says_so(tmp_path: Path, run: Run)
     done = run("resolve", lift(tmp_path, "2 mm"), "--out", out)
     assert done.code == 0 and "Solved at the first execution: Grasping -> PickingUp" in done.out
     page = (out / "report.html").read_text()
-    assert "program proven, first execution succeeded" in page and "The first execution" in page
+    assert "Program proven, first execution succeeded" in page and "The first execution" in page
     worlds = [json.loads((out / at / "world.json").read_text())["things"][1]["pose"] for at in ("", "execution")]
     assert worlds[0] != worlds[1]
     assert "complete" in run("resolve", tmp_path / "lift.yaml", "--out", out).err

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
+from cramlite.model import thing_of
 from cramlite.plugin import ReportSection, hookimpl
 
 from .filmstrip import as_uri
@@ -38,5 +39,5 @@ def things_named(solution: Solution) -> tuple[str, ...]:
     """Return the things that the tasks of a program name, each once; a part of a thing counts as the thing."""
     bound = solution.candidate.bindings
     fillers = [f for action in solution.candidate.actions for f in action.roles.values()]
-    names = [str(f.entity or bound.get(f.name, "")).split("/")[0] for f in fillers]
+    names = [thing_of(str(f.entity or bound.get(f.name, ""))) for f in fillers]
     return tuple(dict.fromkeys(n for n in names if n))
