@@ -99,4 +99,3 @@ def test_the_hand_and_the_mounts_of_a_thing_are_nothing_that_it_slides_along() -
     assert found(replace(away, world=replace(away.world, things=things))) == []
     hand = tuple((Touch("effector/left", "block", 1.0, 0.0),) for _ in ALL)
     assert found(replace(away, touches=hand)) == []
-    assert LIFTED > TAKEN
