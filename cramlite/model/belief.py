@@ -21,7 +21,7 @@ class Estimate(Value):
         pose: world frame.
         sigma: standard deviation of the position [m].
         source: who said so.
-        fall: how far it is believed to have fallen there after it was let go [m].
+        fall: how far it may have fallen there after it was let go, at most [m]: in a container down to its floor.
     """
 
     pose: Pose

@@ -124,7 +124,7 @@ def _opening(motion: Motion, belief: Belief, context: Context) -> float:
 
 def _let_go(motion: Motion, belief: Belief, context: Context, opening: float) -> Belief:
     """Released things are expected where they are; over a container, and if they were put down, on what is under them."""
-    from ..motion_planning.reach import held_pose
+    from ..motion_planning.reach import bound, held_pose
     from ..shapes.standing_up import stood_up
     from ..shapes.tipping_over import tipped_over
 
@@ -138,20 +138,25 @@ def _let_go(motion: Motion, belief: Belief, context: Context, opening: float) ->
     into = motion.to.of if motion.to is not None and motion.to.relation in ("in", "aslant", "tipped") else None
     if into or belief.relates("on", belief.held.thing):
         pose = fallen(belief, pose)
+    deepest = fallen(belief, pose, onto=thing_of(bound(context, into))) if into else pose  # what lies in there may give way
     on_rails = belief.world.thing(belief.held.thing).joint is not None  # or on hinges: it neither falls nor shifts
     sigma = math.hypot(DROPPED if into else 0.0 if on_rails else LET_GO, belief.held.sigma)
-    fall = max(0.0, float(let_go_at.position[2] - pose.position[2]))
+    fall = max(0.0, float(let_go_at.position[2] - min(pose.position[2], deepest.position[2])))
     return belief.released(Estimate(pose, sigma, f"predicted: let go by {motion.name}", fall), opening)
 
 
-def fallen(belief: Belief, pose: Pose) -> Pose:
-    """Return the pose in the world of what is held, fallen straight down onto what would support it there; as it is if nothing would."""
+def fallen(belief: Belief, pose: Pose, onto: str = "") -> Pose:
+    """Return the payload's pose in the world after a straight fall onto its support there; as it is if there is none.
+
+    Args:
+        onto: the only thing that counts as a support; "" for all.
+    """
     from ..shapes.bounds import lowest
     from ..shapes.surfaces import resting_height
 
     assert belief.held is not None
     thing = belief.world.thing(belief.held.thing)
-    under = [(belief.world.thing(name), e.pose) for name, e in belief.poses.items()]
+    under = [(belief.world.thing(name), e.pose) for name, e in belief.poses.items() if onto in ("", name)]
     height, _ = resting_height(thing, pose, under)
     return Pose((*pose.position[:2], height - lowest(thing, pose)), pose.quaternion) if math.isfinite(height) else pose
 

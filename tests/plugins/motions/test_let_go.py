@@ -5,16 +5,18 @@ from __future__ import annotations
 import pytest
 from scenes import TABLE, down, world
 
-from cramlite.model import Held, Motion, Pose, initial_belief
+from cramlite.model import Held, Location, Motion, Pose, initial_belief
 from cramlite.plugin import Context
 from cramlite_plugins.kinematics.kinematics import inverse
+from cramlite_plugins.motion_planning.reach import held_pose
 from cramlite_plugins.motions.gripping import LET_GO, resolve_motion
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.simulation.objects.furniture import cabinet, drawer
-from cramlite_plugins.simulation.objects.products_and_fixtures import block
+from cramlite_plugins.simulation.objects.products_and_fixtures import basket, block
 
 AT = Pose((0.75, 0.1, 0.35), (0.0, 0.0, 0.0, 1.0))
 SHIFTED = 0.002
+CONTENT = 0.1  # height of what lies on the floor of the basket [m]
 
 
 @pytest.mark.parametrize(("thing", "sigma"), [("drawer", SHIFTED), ("it", (LET_GO**2 + SHIFTED**2) ** 0.5)])
@@ -38,3 +40,21 @@ def test_an_open_hand_is_not_opened_again(opening: float, moves: bool) -> None:
     belief = initial_belief(room, "arm1", UR5E.home, opening)
     answer = next(iter(resolve_motion(Motion("1.Opening/release", "gripper", None, {"to": "open"}), belief, context) or ()))
     assert bool(answer.value) == moves
+
+
+@pytest.mark.parametrize(("relation", "deeper"), [("in", True), ("on", False)])
+def test_a_payload_may_fall_past_what_lies_in_a_container(relation: str, deeper: bool) -> None:
+    """Contents give way, so its fall ends on the floor at the latest; what is put onto a thing stays there."""
+    bin_ = basket("bin", Pose((0.5, 0.2, 0.0)))
+    content = block("content", Pose((0.5, 0.2, 0.01 + CONTENT / 2)), (0.06, 0.06, CONTENT))
+    room = world(TABLE, bin_, content, block("it", Pose((0.5, -0.2, 0.1)), (0.04, 0.04, 0.06)))
+    there = inverse(UR5E, down(0.5, 0.2, 0.3), seed=UR5E.home)[0]
+    belief = initial_belief(room, "arm1", there, 0.0).grasped(Held("it", Pose((0.0, 0.0, 0.05)), 0.02))
+    belief = belief.related(("on", "it", "content")) if relation == "on" else belief
+    context = Context(UR5E, room.robots[0], {"target": "bin" if relation == "in" else "content"}, None)  # type: ignore[arg-type]
+    motion = Motion("1.Ungrasping/open", "gripper", Location("place", relation, "target"), {"to": "open"})
+    after = next(iter(resolve_motion(motion, belief, context) or ())).belief
+    assert after is not None
+    rest, let_go_at = after.poses["it"], belief.base() * held_pose(belief, context)
+    believed = let_go_at.position[2] - rest.pose.position[2]
+    assert rest.fall == pytest.approx(believed + (CONTENT if deeper else 0.0), abs=1e-6)
