@@ -1,7 +1,7 @@
 """For which systems and Python versions a wheel of each dependency exists: the table of ``docs/reference/platforms.md``.
 
-pip is asked what it would install (``--dry-run``), of all packages that the base needs and the extras name, once for each system and
-version; nothing is downloaded but the metadata. Some minutes:
+pip's index is read once for each package that the base needs or an extra names, by pip's own code, and the wheels there are compared
+with the tags that each system accepts; no package is downloaded. A minute:
 
     python tests/benchmarks/wheels.py            # prints the table
     python tests/benchmarks/wheels.py --write    # puts it into the page
@@ -11,21 +11,21 @@ from __future__ import annotations
 
 import argparse
 import datetime
-import json
-import re
-import subprocess
 import sys
 import tomllib
 from collections.abc import Iterable
 from importlib import metadata
 from itertools import product
 from pathlib import Path
-from tempfile import gettempdir
 
 from packaging.markers import Marker
 from packaging.requirements import Requirement
 from packaging.specifiers import SpecifierSet
-from packaging.utils import canonicalize_name
+from packaging.tags import Tag, compatible_tags, cpython_tags, mac_platforms
+from packaging.utils import InvalidWheelFilename, canonicalize_name, parse_wheel_filename
+from pip._internal.commands import create_command
+from pip._internal.index.collector import LinkCollector, parse_links
+from pip._internal.models.link import Link
 
 ROOT = Path(__file__).parent.parent.parent
 PAGE = ROOT / "docs" / "reference" / "platforms.md"
@@ -36,18 +36,18 @@ DEVELOPERS = ("docs", "test")
 
 
 def _manylinux(machine: str, oldest: int) -> list[str]:
-    """The tags that a Linux with glibc 2.28 accepts (PEP 600), Debian 10 or Red Hat 8; pip expands none but the oldest by itself."""
+    """The tags that a Linux with glibc 2.28 accepts (PEP 600): Debian 10, Red Hat 8 and later."""
     return [*(f"manylinux_2_{n}_{machine}" for n in range(28, oldest - 1, -1)), f"manylinux2014_{machine}"]
 
 
 SYSTEMS: dict[str, tuple[list[str], dict[str, str]]] = {
     "Linux x86-64": (_manylinux("x86_64", 5), {"sys_platform": "linux", "platform_system": "Linux", "os_name": "posix"}),
     "Linux arm64": (_manylinux("aarch64", 17), {"sys_platform": "linux", "platform_system": "Linux", "os_name": "posix"}),
-    "macOS arm64": (["macosx_15_0_arm64"], {"sys_platform": "darwin", "platform_system": "Darwin", "os_name": "posix"}),
-    "macOS x86-64": (["macosx_15_0_x86_64"], {"sys_platform": "darwin", "platform_system": "Darwin", "os_name": "posix"}),
+    "macOS arm64": ([], {"sys_platform": "darwin", "platform_system": "Darwin", "os_name": "posix"}),
+    "macOS x86-64": ([], {"sys_platform": "darwin", "platform_system": "Darwin", "os_name": "posix"}),
     "Windows x86-64": (["win_amd64"], {"sys_platform": "win32", "platform_system": "Windows", "os_name": "nt"}),
 }
-"""Tags of wheels, and what environment markers see, by system."""
+"""Platforms of wheels (of macOS: those that version 15 accepts), and what environment markers see, by system."""
 
 
 def base() -> list[str]:
@@ -95,44 +95,59 @@ def _applies(marker: Marker | None, system: str, extras: set[str]) -> bool:
     return marker is None or any(marker.evaluate(e) for e in environments)
 
 
-def installable(wanted: Iterable[str], system: str, python: str) -> dict[str, str]:
-    """The wheels that pip would install, by package; those without one are left out."""
-    left = list(wanted)
-    while True:
-        asked = _asked(left, system, python)
-        if asked.returncode == 0:
-            chosen = json.loads(asked.stdout)["install"]
-            return {canonicalize_name(i["metadata"]["name"]): i["download_info"]["url"].rsplit("/", 1)[-1] for i in chosen}
-        lacking = re.search(r"No matching distribution found for (.+)", asked.stderr)
-        less = [r for r in left if lacking and canonicalize_name(Requirement(r).name) != canonicalize_name(Requirement(lacking[1]).name)]
-        if not lacking or len(less) == len(left):
-            raise SystemExit(f"pip could not be asked: {asked.stderr.strip()}")
-        left = less
+def files(names: Iterable[str]) -> dict[str, list[Link]]:
+    """The files of packages in pip's index, as pip reads it: one look each."""
+    command = create_command("download")
+    options, _ = command.parse_args(["--quiet"])
+    found = {}
+    with command.main_context():
+        session = command.get_default_session(options)  # type: ignore[attr-defined]
+        collector = LinkCollector.create(session, options)
+        for name in names:
+            print(name, file=sys.stderr, flush=True)
+            places = [u for u in collector.search_scope.get_index_urls_locations(name) if u.startswith("http")]
+            pages = [page for url in places if (page := collector.fetch_response(Link(url))) is not None]
+            found[name] = [link for page in pages for link in parse_links(page) if link.is_wheel and not link.is_yanked]
+    return found
 
 
-def _asked(wanted: list[str], system: str, python: str) -> subprocess.CompletedProcess[str]:
-    options = [o for tag in SYSTEMS[system][0] for o in ("--platform", tag)]
-    return subprocess.run(
-        [sys.executable, "-m", "pip", "install", "--dry-run", "--ignore-installed", "--no-deps", "--only-binary=:all:", "--quiet",
-         "--disable-pip-version-check", "--target", gettempdir(), "--implementation", "cp", "--python-version", python,
-         "--report", "-", *options, *wanted], capture_output=True, text=True,
-    )  # fmt: skip
+def tags(system: str, python: str) -> frozenset[Tag]:
+    """The tags of wheels that a system with a version of Python installs."""
+    version = tuple(map(int, python.split(".")))
+    platforms = SYSTEMS[system][0]
+    if system.startswith("macOS"):
+        platforms = [*mac_platforms((15, 0), system.rsplit(" ", 1)[1].replace("-", "_"))]
+    return frozenset([*cpython_tags(version, platforms=platforms), *compatible_tags(version, f"cp{python.replace('.', '')}", platforms)])
 
 
-def wheels(wanted: dict[str, list[str]]) -> dict[str, dict[str, list[str]] | None]:
+def installs(link: Link, versions: SpecifierSet, accepted: frozenset[Tag], python: str) -> bool:
+    """Whether pip would install a wheel."""
+    try:
+        _, version, _, wheel = parse_wheel_filename(link.filename)
+    except InvalidWheelFilename:
+        return False
+    fits = versions.contains(version) and SpecifierSet(link.requires_python or "").contains(f"{python}.9")
+    return fits and not wheel.isdisjoint(accepted)
+
+
+def wheels(needed: dict[str, dict[str, SpecifierSet]]) -> dict[str, dict[str, list[str]] | None]:
     """The Python versions with a wheel, by package and system; None for a package whose one wheel is for all.
 
     Args:
-        wanted: requirements by system.
+        needed: packages with the versions asked for, by system.
     """
-    found: dict[tuple[str, str], dict[str, str]] = {}
-    for system, python in product(SYSTEMS, PYTHONS):
-        print(system, python, file=sys.stderr, flush=True)
-        found[system, python] = installable(wanted[system], system, python)
-    names = sorted({canonicalize_name(Requirement(r).name) for s in SYSTEMS for r in wanted[s]})
-    by = {n: {s: [p for p in PYTHONS if n in found[s, p]] for s in SYSTEMS} for n in names}
-    pure = {n for n in names if all(f.get(n, "-none-any.whl").endswith("-none-any.whl") and n in f for f in found.values())}
-    return {n: None if n in pure else by[n] for n in names}
+    versions = {n: v for by in needed.values() for n, v in by.items()}
+    accepted = {(s, p): tags(s, p) for s, p in product(SYSTEMS, PYTHONS)}
+    found: dict[str, dict[str, list[str]] | None] = {}
+    for name, links in files(sorted(versions)).items():
+        pure = [link for link in links if link.filename.endswith("-none-any.whl")]
+        if pure and all(any(installs(link, versions[name], a, p) for link in pure) for (_, p), a in accepted.items()):
+            found[name] = None
+        else:
+            found[name] = {
+                s: [p for p in PYTHONS if any(installs(link, versions[name], accepted[s, p], p) for link in links)] for s in SYSTEMS
+            }
+    return found
 
 
 def cell(pythons: list[str]) -> str:
@@ -174,7 +189,7 @@ def main() -> None:
     more = {canonicalize_name(r.name): r.specifier for r in map(Requirement, of_extras())}
     extras = {n for n in more if not any(n in needed[s] for s in SYSTEMS)}
     needs = {s: {*needed[s], *extras} for s in SYSTEMS}
-    found = wheels({s: [f"{n}{v}" for n, v in sorted({**more, **needed[s]}.items())] for s in SYSTEMS})
+    found = wheels({s: {**more, **needed[s]} for s in SYSTEMS})
     text = "\n".join([f"Asked on {datetime.date.today().isoformat()}.", "", *table(found, needs, extras)])
     if not write:
         print(text)
