@@ -36,8 +36,8 @@ DEVELOPERS = ("docs", "test")
 
 
 def _manylinux(machine: str, oldest: int) -> list[str]:
-    """The tags that a Linux with glibc 2.28 accepts (PEP 600): Debian 10, Red Hat 8 and later."""
-    return [*(f"manylinux_2_{n}_{machine}" for n in range(28, oldest - 1, -1)), f"manylinux2014_{machine}"]
+    """The tags that a Linux with glibc 2.31 accepts (PEP 600): Debian 11, Ubuntu 20.04, Red Hat 9 and later."""
+    return [*(f"manylinux_2_{n}_{machine}" for n in range(31, oldest - 1, -1)), f"manylinux2014_{machine}"]
 
 
 SYSTEMS: dict[str, tuple[list[str], dict[str, str]]] = {
