@@ -38,7 +38,7 @@ def test_an_old_name_is_the_new_thing_and_warns_where_it_is_used(package: str) -
         found = module.Old
     assert found is module.New and found.__name__ == "New"
     assert [w.filename for w in said] == [__file__]
-    with pytest.warns(DeprecationWarning):
+    with pytest.warns(DeprecationWarning, match=r"use renamed_names\.New"):
         _ = module.Old  # again, since the next user may be somebody else
 
 
