@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import importlib
+import json
 import re
 import subprocess
 import sys
@@ -12,10 +13,12 @@ from pathlib import Path
 
 import pytest
 from conftest import ROOT
+from released.doors import DOORS, List, broken, doors, last_released, promised
 
+import cramlite
+from cramlite.base.lazy_names import LazyNames
 from cramlite.testing.skeleton import KINDS, fill, write_skeleton
 
-DOORS = ("cramlite", "cramlite.plugin", "cramlite.model", "cramlite.testing")
 PLUGINS = sorted((ROOT / "plugins" / "cramlite_plugins").rglob("*.py"))
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 SKELETONS = sorted((ROOT / "cramlite" / "testing" / "skeletons").rglob("*.txt"))
@@ -163,6 +166,43 @@ def test_names_that_plugins_point_at_are_behind_a_door() -> None:
 def test_a_name_behind_no_door_is_seen() -> None:
     text = "see `cramlite.Pose`, ``cramlite.planning.trace.Entry``, `cramlite.model.Pose(...)`, `cramlite.testing`, `cramlite resolve`"
     assert named_beside_the_doors(text) == ["cramlite.Pose", "cramlite.planning.trace.Entry"]
+
+
+# What a version promises
+
+
+def test_nothing_is_lost_that_the_last_release_had() -> None:
+    last = last_released()
+    before = json.loads(last.read_text(encoding="utf-8"))
+    assert tuple(before) == DOORS and all(before.values())
+    assert list(broken(before, doors())) == [], f"{last.name}: docs/reference/promises.md says how a name is deprecated"
+
+
+BEFORE: List = {"cramlite": {"f": {"positional": ["a", "b"], "by_keyword": ["c"], "required": ["a"]}, "K": {"members": ["m"]}, "LIMIT": {}}}
+
+
+@pytest.mark.parametrize(
+    ("name", "now", "said"),
+    [
+        ("f", {"positional": ["a", "b", "more"], "by_keyword": ["c", "d"], "required": ["a"]}, []),
+        ("f", {"positional": ["a"], "by_keyword": ["b", "c"], "required": ["a"]}, ["positional parameters stand in another order"]),
+        ("f", {"positional": ["b", "a"], "by_keyword": ["c"], "required": ["a"]}, ["positional parameters stand in another order"]),
+        ("f", {"positional": ["a", "new", "b"], "by_keyword": ["c"], "required": ["a"]}, ["positional parameters stand in another order"]),
+        ("f", {"positional": ["a", "b"], "required": ["a"]}, ["parameter 'c' is gone"]),
+        ("f", {"positional": ["a", "b"], "by_keyword": ["c"], "required": ["a", "b"]}, ["parameter 'b' must be given"]),
+        ("K", {"members": ["more"]}, ["'m' is gone"]),
+        ("K", {"members": ["m", "more"]}, []),
+    ],
+)  # fmt: skip
+def test_what_a_builder_would_miss_is_seen(name: str, now: dict[str, list[str]], said: list[str]) -> None:
+    assert list(broken(BEFORE, {"cramlite": {**BEFORE["cramlite"], name: now}})) == [f"cramlite.{name}: {s}" for s in said]
+
+
+def test_a_name_that_is_gone_is_seen_and_a_deprecated_one_is_not_gone(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert list(broken(BEFORE, {"cramlite": {"f": BEFORE["cramlite"]["f"], "LIMIT": {}, "more": {}}})) == ["cramlite.K is gone"]
+    monkeypatch.setattr(cramlite, "_NAMES", LazyNames("cramlite", cramlite._HOMES, {"Plannings": ("Plan", "0.2")}))
+    before = {"cramlite": {"Plannings": promised(cramlite.Plan)}}
+    assert list(broken(before, doors())) == []
 
 
 # What a door costs

@@ -29,7 +29,7 @@ class RunDirectory:
         manifest = path / MANIFEST
         try:
             path.mkdir(parents=True, exist_ok=True)
-            known = json.loads(manifest.read_text()) if manifest.is_file() else None
+            known = json.loads(manifest.read_text(encoding="utf-8")) if manifest.is_file() else None
             foreign = not _is_manifest(known) and any(path.iterdir())
         except (OSError, ValueError) as error:
             raise UserError(
@@ -108,7 +108,7 @@ def read_json(path: Path, what: str) -> Any:
         UserError: it is missing or broken.
     """
     try:
-        return json.loads(path.read_text())
+        return json.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
         raise UserError(
             f"There is no {what} at '{path}'; give a directory that 'cramlite resolve --out' wrote."

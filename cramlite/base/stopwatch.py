@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import resource
+import sys
 import time
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
@@ -76,5 +76,19 @@ def _counted(function: Callable[..., Any], watch: Stopwatch, stage: str) -> Call
 
 
 def _now() -> float:
-    children = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return time.thread_time() + children.ru_utime + children.ru_stime
+    return time.thread_time() + _of_children()
+
+
+if sys.platform == "win32":
+
+    def _of_children() -> float:
+        """CPU time of processes that were waited for [s]: Windows keeps none."""
+        return 0.0
+
+else:
+    import resource
+
+    def _of_children() -> float:
+        """CPU time of processes that were waited for [s]."""
+        children = resource.getrusage(resource.RUSAGE_CHILDREN)
+        return children.ru_utime + children.ru_stime

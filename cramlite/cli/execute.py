@@ -234,7 +234,7 @@ def _who_replans(name: str, rounds: int, plugins: PluginChoice) -> tuple[Scenari
 
 def _write_round(folder: Path, done: Round, name: str, engine: Engine, *, episode: bool) -> None:
     _write(folder, done.rollout, name, engine.knowledge, episode=episode)
-    (folder / f"program{done.attempt.code.suffix}").write_text(done.attempt.code.text)
+    (folder / f"program{done.attempt.code.suffix}").write_text(done.attempt.code.text, encoding="utf-8", newline="\n")
 
 
 def _first_attempt(program: Path, scenario: Scenario, engine: Engine, world: str, seed: int) -> Attempt:
@@ -287,7 +287,7 @@ def _write(out: Path, rollout: Rollout, name: str, knowledge: Any, *, episode: b
 
     try:
         out.mkdir(parents=True, exist_ok=True)
-        (out / "execution.json").write_text(as_json(rollout_json(rollout)))
+        (out / "execution.json").write_text(as_json(rollout_json(rollout)), encoding="utf-8", newline="\n")
         save_rollout(rollout, out / "rollout.npz")
         (out / "world.json").write_bytes(json.format(json.encode(rollout.world), indent=1))
     except OSError as error:

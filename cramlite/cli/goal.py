@@ -61,8 +61,8 @@ def _write(scenario: Scenario, engine: Engine, arguments: argparse.Namespace) ->
     text, folder = problem.pddl(scope), arguments.pddl
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        (folder / "domain.pddl").write_text(text.domain)
-        (folder / "problem.pddl").write_text(text.problem)
+        (folder / "domain.pddl").write_text(text.domain, encoding="utf-8", newline="\n")
+        (folder / "problem.pddl").write_text(text.problem, encoding="utf-8", newline="\n")
     except OSError as error:
         raise UserError(f"'{folder}' cannot be written: {error.strerror}; give another folder.") from error
     left = len(problem.grounder.things) - len(scope.things) if scope else 0

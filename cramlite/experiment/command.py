@@ -99,5 +99,5 @@ def _write(order: Order, whole: Tables, results: tuple[DemonstrationResult, ...]
 
 
 def _store(path: Path, what: str, whole: Tables) -> None:
-    known = json.loads(path.read_text()) if path.is_file() else {}
+    known = json.loads(path.read_text(encoding="utf-8")) if path.is_file() else {}
     write_whole(path, as_json(known | {what: baseline(whole)}) + "\n")

@@ -130,7 +130,7 @@ def against_baseline(tables: Tables, path: Path, key: str) -> list[str]:
         UserError: the file is damaged.
     """
     try:
-        stored = json.loads(path.read_text()) if path.is_file() else {}
+        stored = json.loads(path.read_text(encoding="utf-8")) if path.is_file() else {}
         before = stored.get(key, {}).get("rows")
     except (OSError, ValueError, AttributeError) as error:
         raise UserError(

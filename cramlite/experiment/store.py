@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import fcntl
 import hashlib
 import os
 import shutil
@@ -14,6 +13,7 @@ from typing import IO, TypeVar
 from msgspec import DecodeError, json
 
 from ..base.errors import UserError
+from ..base.file_lock import lock
 from ..base.json_text import as_json
 from ..base.run_directory import write_whole
 from .results import CandidateResult, DemonstrationResult
@@ -125,9 +125,9 @@ def locked(path: Path) -> IO[str]:
     Raises:
         UserError: another process has it.
     """
-    file = (path / LOCK).open("a+")
+    file = (path / LOCK).open("a+", encoding="utf-8")
     try:
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        lock(file)
     except OSError as error:
         file.seek(0)
         raise UserError(

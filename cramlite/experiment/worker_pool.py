@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import multiprocessing
-import os
 import signal
 import sys
 import threading
 from concurrent.futures import ProcessPoolExecutor
+
+from ..base.process_group import begin_group, end_group, end_own_group
 
 
 def worker_pool(workers: int) -> ProcessPoolExecutor:
@@ -31,8 +32,8 @@ def _kill(worker: multiprocessing.process.BaseProcess) -> None:
     if worker.pid is None:
         return
     try:
-        os.killpg(worker.pid, signal.SIGKILL)
-    except (ProcessLookupError, PermissionError):
+        end_group(worker.pid)
+    except OSError:
         worker.kill()
 
 
@@ -40,12 +41,12 @@ def _begin() -> None:
     """What plugins print is no answer of this command; nobody is left to work for when the parent is gone."""
     sys.stdout = sys.stderr
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    os.setpgid(0, 0)  # a terminal's Ctrl-C goes to the parent alone, and what this process starts ends with it
+    begin_group()
     parent = multiprocessing.parent_process()
 
     def follow() -> None:
         if parent is not None:
             parent.join()
-            os.killpg(0, signal.SIGKILL)
+            end_own_group()
 
     threading.Thread(target=follow, daemon=True).start()

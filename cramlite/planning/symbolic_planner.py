@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import os
-import signal
 import subprocess
 import sys
 import tempfile
@@ -14,6 +12,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from ..base.errors import NoSolution, PluginError, UserError
+from ..base.process_group import end_group
 from ..base.pulse import ASKED, checkpoint, working
 from ..base.value import Value
 from .pddl import PddlText
@@ -72,13 +71,13 @@ def fast_downward(
     with tempfile.TemporaryDirectory() as folder:
         files = [Path(folder) / name for name in ("domain.pddl", "problem.pddl", "plan", "log")]
         for file, content in zip(files, (text.domain, text.problem), strict=False):
-            file.write_text(content)
+            file.write_text(content, encoding="utf-8")
         *inputs, plan, log = files
         sas = str(Path(folder) / "sas")
-        command = [sys.executable, str(_driver()), "--plan-file", str(plan), "--sas-file", sas, "--search-memory-limit", ROOM]
+        command = [sys.executable, str(_driver()), "--plan-file", str(plan), "--sas-file", sas, *_room()]
         few = FEW_INVARIANTS if ":derived" in text.domain else ()
         before, behind = ((), (*few, "--search-options", *SHORTEST)) if shortest else (ALIAS, few)
-        with log.open("w") as said:
+        with log.open("w", encoding="utf-8") as said:
             process = subprocess.Popen(
                 [*command, *before, *map(str, inputs), *behind], stdout=said, stderr=said, cwd=folder, start_new_session=True
             )
@@ -86,14 +85,15 @@ def fast_downward(
                 code = _wait(process, began)
         seconds = time.monotonic() - began
         if code in SOLVED and plan.is_file():
-            return PlannerAnswer(plan.read_text(), seconds)
+            return PlannerAnswer(plan.read_text(encoding="utf-8"), seconds)
         if seconds > LONGEST:
             raise NoSolution(f"Fast Downward found no plan within {LONGEST:.0f} s; ask for less at a time, or name tasks under 'tasks'.")
         if code == FULL:
             progress(f"no plan among as many states as {ROOM} of memory hold")
         if code is None or code in (*UNSOLVABLE, FULL):
             return PlannerAnswer(None, seconds)
-        raise PluginError(f"Fast Downward ended with code {code}: {' '.join(log.read_text().split()[-60:])}")
+        end = " ".join(log.read_text(encoding="utf-8", errors="replace").split()[-60:])
+        raise PluginError(f"Fast Downward ended with code {code}: {end}")
 
 
 ARRIVE = PddlText(
@@ -114,6 +114,12 @@ def examine_planner() -> None:
         raise PluginError("Fast Downward found no plan of one action")
 
 
+def _room() -> tuple[str, ...]:
+    """The option that limits memory, where the system can: neither macOS nor Windows does (notes in the driver's ``limits.py``), and
+    ``LONGEST`` ends a search there."""
+    return () if sys.platform in ("darwin", "win32") else ("--search-memory-limit", ROOM)
+
+
 def _driver() -> Path:
     """Where the wheel has Fast Downward's driver; the package itself is not imported."""
     found = find_spec(PACKAGE.replace("-", "_"))
@@ -121,7 +127,7 @@ def _driver() -> Path:
     driver = Path(next(iter(places or ()), "")) / "downward" / "fast-downward.py"
     if not driver.is_file():
         raise UserError(
-            f"Goals are planned by Fast Downward, which is not installed: pip install {PACKAGE}. "
+            "Goals are planned by Fast Downward, which is not installed: pip install 'cramlite[goals]' (61 MB). "
             "Or name the tasks under 'tasks' instead of a goal."
         )
     return driver
@@ -142,5 +148,5 @@ def _wait(process: subprocess.Popen[bytes], began: float) -> int | None:
 def _end(process: subprocess.Popen[bytes]) -> None:
     """End the planner with the processes that it started, if it still runs."""
     if process.poll() is None:
-        os.killpg(process.pid, signal.SIGKILL)
+        end_group(process.pid)
         process.wait()

@@ -58,23 +58,32 @@ def test_a_library_that_cannot_be_imported_is_lacking(tmp_path: Path, monkeypatc
     assert examined.state == "lacks" and "half-there cannot be imported: libGL.so.1" in examined.found
 
 
+def forget_the_planner(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As in a process that has not imported its package."""
+    for name in [n for n in sys.modules if n.split(".")[0] == "up_fast_downward"]:
+        monkeypatch.delitem(sys.modules, name)
+
+
 def test_the_planner_needs_nothing_that_only_its_package_imports(monkeypatch: pytest.MonkeyPatch) -> None:
     """What 'pip install cramlite' leaves out is in the way of importing 'up_fast_downward', and of no goal."""
     monkeypatch.setitem(sys.modules, "unified_planning", None)
-    monkeypatch.delitem(sys.modules, "up_fast_downward", raising=False)
+    forget_the_planner(monkeypatch)
     with pytest.raises(ImportError):
         importlib.import_module("up_fast_downward")
-    assert libraries([Requirement("up-fast-downward")]).state == "ok"
+    monkeypatch.setattr(doctor, "_requirements", lambda extra: [Requirement("up-fast-downward")] if extra == "planning" else [])
+    assert "not planning" not in doctor.extras().found
 
 
 def test_a_planner_that_does_not_run_is_lacking(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    forget_the_planner(monkeypatch)
     driver = tmp_path / "up_fast_downward" / "downward" / "fast-downward.py"
     driver.parent.mkdir(parents=True)
     driver.write_text("raise SystemExit('no translator here')")
     (tmp_path / "up_fast_downward" / "__init__.py").write_text("")
     monkeypatch.syspath_prepend(tmp_path)
-    examined = libraries([Requirement("up-fast-downward")])
-    assert examined.state == "lacks" and "up-fast-downward cannot be run: " in examined.found
+    monkeypatch.setattr(doctor, "_requirements", lambda extra: [Requirement("up-fast-downward")] if extra == "planning" else [])
+    examined = doctor.extras()
+    assert examined.state == "without" and "not planning (up-fast-downward cannot be run: " in examined.found
     assert "no translator here" in examined.found
 
 

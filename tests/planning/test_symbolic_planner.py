@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import pytest
+from conftest import Run
+
+from cramlite.planning import symbolic_planner
 from cramlite.planning.pddl import PddlText
 from cramlite.planning.symbolic_planner import fast_downward
 
@@ -31,3 +35,9 @@ def test_a_plan_and_that_there_is_none_are_found_within_that() -> None:
     assert (fast_downward(lamps(32, 2), progress=said.append).plan or "").startswith("(two l")
     assert fast_downward(lamps(8, 1), progress=said.append).plan is None
     assert not said
+
+
+def test_a_goal_without_the_planner_names_the_extra(monkeypatch: pytest.MonkeyPatch, run: Run) -> None:
+    monkeypatch.setattr(symbolic_planner, "find_spec", lambda name: None)
+    ran = run("resolve", "hang_up_a_product")
+    assert ran.code == 2 and "pip install 'cramlite[goals]'" in ran.err and "Traceback" not in ran.err

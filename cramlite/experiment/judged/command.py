@@ -49,7 +49,7 @@ def judged_command(
     order = Order(experiment, episodes, place, check_workers(workers), environment, twins, attempt_refused, pictures, own)
     results = run_judged(order, speak)
     text = _write(order, results)
-    print((place / TABLES).read_text() if json_output else f"{text}\nFiles: {place}/{TABLES}, tables.md, report.html")
+    print((place / TABLES).read_text(encoding="utf-8") if json_output else f"{text}\nFiles: {place}/{TABLES}, tables.md, report.html")
     asked = [r for r in results if Episode(r.suite, r.task, r.state) in episodes]
     lost = [said(r) for r in asked if not r.rest()]
     if fail and lost:

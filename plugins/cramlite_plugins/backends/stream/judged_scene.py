@@ -38,11 +38,11 @@ def scene_setting(
     folder.mkdir(parents=True, exist_ok=True)
     state = " ".join(f"{v:.17g}" for v in scene["qpos"])
     key = f'<keyframe><key name="state" qpos="{state}"/></keyframe></mujoco>'
-    (folder / "scene.xml").write_text(scene["xml"].replace("</mujoco>", key))
+    (folder / "scene.xml").write_text(scene["xml"].replace("</mujoco>", key), encoding="utf-8", newline="\n")
     world = {"file": str(folder.resolve() / "scene.xml"), "keyframe": "state"}
     whole = {"scenario": "episode", "world": world, "budget": SEARCH, **spec}
     setting = engine.setting(read_scenario(whole | {"tasks": []}), twins=twins)
     scenario = folder / "scenario.yaml"
-    scenario.write_text(yaml.safe_dump(whole | {"goal": goal(setting.world.things)}, sort_keys=False))
+    scenario.write_text(yaml.safe_dump(whole | {"goal": goal(setting.world.things)}, sort_keys=False), encoding="utf-8", newline="\n")
     mount = replace(setting.world.robots[0], joints=hello.joints, opening=min(hello.opening, setting.robot.gripper.opening[1]))
     return scenario, replace(setting, world=replace(setting.world, robots=(mount,)))

@@ -1,0 +1,33 @@
+"""Lock on an open file, given back when its process ends, however it ends."""
+
+from __future__ import annotations
+
+import sys
+from typing import IO
+
+FAR = 2**30
+"""The byte that is locked on Windows, where a locked byte cannot be read: far behind all that is written [byte]."""
+
+if sys.platform == "win32":
+    import msvcrt
+
+    def lock(file: IO[str]) -> None:
+        """Lock a file for this process, without waiting.
+
+        Raises:
+            OSError: another process has it.
+        """
+        file.seek(FAR)
+        msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
+        file.seek(0)
+
+else:
+    import fcntl
+
+    def lock(file: IO[str]) -> None:
+        """Lock a file for this process, without waiting.
+
+        Raises:
+            OSError: another process has it.
+        """
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
