@@ -127,7 +127,7 @@ def _driver() -> Path:
     driver = Path(next(iter(places or ()), "")) / "downward" / "fast-downward.py"
     if not driver.is_file():
         raise UserError(
-            "Goals are planned by Fast Downward, which is not installed: pip install 'cramlite[goals]' (61 MB). "
+            "Goals are planned by Fast Downward, which is not installed: pip install up-fast-downward (61 MB). "
             "Or name the tasks under 'tasks' instead of a goal."
         )
     return driver

@@ -37,7 +37,7 @@ def test_a_plan_and_that_there_is_none_are_found_within_that() -> None:
     assert not said
 
 
-def test_a_goal_without_the_planner_names_the_extra(monkeypatch: pytest.MonkeyPatch, run: Run) -> None:
+def test_a_goal_without_the_planner_says_how_to_install_it(monkeypatch: pytest.MonkeyPatch, run: Run) -> None:
     monkeypatch.setattr(symbolic_planner, "find_spec", lambda name: None)
     ran = run("resolve", "hang_up_a_product")
-    assert ran.code == 2 and "pip install 'cramlite[goals]'" in ran.err and "Traceback" not in ran.err
+    assert ran.code == 2 and "pip install up-fast-downward" in ran.err and "Traceback" not in ran.err
