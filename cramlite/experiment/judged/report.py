@@ -92,6 +92,11 @@ def grid(head: Sequence[str], rows: Iterable[Sequence[str]]) -> list[str]:
     return [f"| {' | '.join(cell.replace('|', '/') for cell in line)} |" for line in lines]
 
 
+def columns(row: Row) -> dict[str, Rate]:
+    """Return the rates of a row by what a figure calls them."""
+    return {"proven": row.proven, "true at rest": row.rest, "at rest, unlimited": row.rest_unlimited}
+
+
 def _counts(row: Row, *, short: bool = False) -> list[str]:
     def text(value: Rate) -> str:
         return f"{value.hits} of {value.total}" if short else value.text
