@@ -12,7 +12,7 @@ from ...base.json_text import as_json
 from ...base.run_directory import write_whole
 from ...model.proof_doubts import ProofDoubts
 from ...plugin.selection import INSTALLED, PluginChoice
-from ..figure import Seen, write_figure
+from ..figure import Published, Seen, write_figure
 from ..measured import check_figure_file, figure_now, rates, this_command, value
 from ..run import check_workers, speak
 from .page import page
@@ -74,7 +74,9 @@ def _write_figure(path: Path | None, seen: Seen | None, order: Order, results: t
         numbers += [value(stage, s.median, "s", "CPU, median") for stage, s in found.seconds.items()]
         seeds = "states " + ", ".join(map(str, sorted({r.state for r in results})))
         cpu = sum(sum(r.seconds.values()) for r in results)
-        write_figure(path, figure_now(spec.title, this_command(), numbers, seeds=seeds, seen=seen, cpu_s=cpu))
+        beside = tuple(Published(who=p.system, said=p.rate, given=p.given, source=p.source) for p in found.published)
+        made = figure_now(spec.title, this_command(), numbers, seeds=seeds, seen=seen, cpu_s=cpu)
+        write_figure(path, made.model_copy(update={"given": spec.given, "beside": beside}))
 
 
 def _write(order: Order, results: tuple[EpisodeResult, ...]) -> str:
