@@ -15,9 +15,9 @@ from ..plugin.selection import INSTALLED, PluginChoice
 from .candidates_table import PARQUET, to_csv, to_parquet
 from .cluster import LOCAL, check_executor
 from .figure import Seen, write_figure
-from .measured import check_figure_file, figure_now, rates, this_command
+from .measured import check_figure_file, figure_now, this_command
 from .page import page
-from .report import BASELINE, against_baseline, baseline, columns, missed_thresholds, text, to_json
+from .report import BASELINE, against_baseline, baseline, missed_thresholds, numbers, text, to_json
 from .results import DemonstrationResult
 from .run import Order, check_workers, run_experiment, run_key, speak
 from .spec import Experiment, find_experiment, read_experiment
@@ -109,9 +109,8 @@ def _write(order: Order, whole: Tables, results: tuple[DemonstrationResult, ...]
 def _write_figure(path: Path | None, seen: Seen | None, order: Order, whole: Tables, title: str) -> None:
     if path is not None:
         seeds = [d.seed for d in order.experiment.demonstrations(order.set_name, short=order.short)]
-        numbers = [n for row in whole.rows for n in rates(row.object, columns(row, [c.scale for c in whole.confusions]))]
         said = f"{min(seeds)} to {max(seeds)}, {len(seeds)} demonstrations"
-        write_figure(path, figure_now(title, this_command(), numbers, seeds=said, seen=seen, cpu_s=sum(whole.seconds.values())))
+        write_figure(path, figure_now(title, this_command(), numbers(whole), seeds=said, seen=seen, cpu_s=sum(whole.seconds.values())))
 
 
 def _store(path: Path, what: str, whole: Tables) -> None:

@@ -131,6 +131,7 @@ class Figure(Spec):
 
 BY_HAND = ("title", "about", "given", "plot", "beside")
 _ROWS = ("numbers", "beside")
+_PARTS: dict[str, type[Spec]] = {"numbers": Number, "beside": Published, "plot": Plot}
 _ONLY_IF = ("changed", "given", "plot", "about")
 
 
@@ -144,7 +145,9 @@ def read_figure(path: Path) -> Figure:
     try:
         return Figure.model_validate(data)
     except ValidationError as error:
-        raise explain_validation(path, data, error, list(Figure.model_fields)) from error
+        loc = next((p["loc"] for p in error.errors() if p["type"] == "extra_forbidden"), ())
+        where = _PARTS.get(str(loc[0]), Figure) if len(loc) > 1 else Figure
+        raise explain_validation(path, data, error, list(where.model_fields)) from error
 
 
 def figure_text(figure: Figure) -> str:

@@ -42,13 +42,18 @@ def figure_now(
 
     Args:
         cpu_s: of it all; that of this process and of those that it waited for, where nothing is said.
+
+    Raises:
+        UserError: there is no number.
     """
+    if not (kept := tuple(numbers)):
+        raise UserError("Nothing was measured, so that there is nothing to write a figure of; run what is to be measured first.")
     used = os.times()
     spent = used.user + used.system + used.children_user + used.children_system
     commit, changed = revision(Path(__file__).parents[2])
     return Figure(
         title=title, command=command, commit=commit, changed=changed, seeds=seeds, seen=seen, machine=machine(),
-        cpu_s=round(spent if cpu_s is None else cpu_s, 1), numbers=tuple(numbers),
+        cpu_s=round(spent if cpu_s is None else cpu_s, 1), numbers=kept,
     )  # fmt: skip
 
 

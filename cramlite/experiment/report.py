@@ -12,6 +12,8 @@ from msgspec.structs import asdict
 
 from ..base.errors import UserError
 from ..base.rate import Rate
+from .figure import Number
+from .measured import rates
 from .results import DemonstrationResult
 from .spec import ThresholdSpec
 from .tables import STAGES, Confusion, Row, Share, Tables
@@ -50,12 +52,13 @@ def _row(row: Row) -> list[str]:
     return [row.object, plain(row.came_off), plain(row.gave), count, *shares, plain(row.solved), plain(row.first)]
 
 
-def columns(row: Row, scales: Sequence[float]) -> dict[str, Rate]:
-    """Return the rates of a row by what a figure calls them.
+def numbers(tables: Tables) -> list[Number]:
+    """Return the rates of a figure, a row for each object."""
+    scales = [c.scale for c in tables.confusions]
+    return [number for row in tables.rows for number in rates(row.object, _columns(row, scales))]
 
-    Args:
-        scales: of errors in execution, the smallest first.
-    """
+
+def _columns(row: Row, scales: Sequence[float]) -> dict[str, Rate]:
     stages = {HEADINGS[s]: getattr(row, s) for s in STAGES}
     harder = {f"execution, {k:g} x": s for k, s in zip(scales[1:], row.harder, strict=False)}
     return {"came off": row.came_off, "gave candidates": row.gave, **stages, **harder, "solved": row.solved, "by the first": row.first}

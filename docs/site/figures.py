@@ -33,7 +33,8 @@ def shown(markdown: str) -> str:
 
 def block(title: str, name: str, figure: Figure) -> str:
     """Return all that the page says of a figure."""
-    parts = [f"**[{title}](../figures/{name}.yaml)**" + (f". {figure.about}" if figure.about else ""), *table(figure.numbers)]
+    head = f"**[{title}](../figures/{name}.yaml)**{mark(figure)}"
+    parts = [head + (f" {figure.about}" if figure.about else ""), *table(figure.numbers)]
     parts += published(figure)
     parts += [f"![{title}: {figure.plot.y} over {figure.plot.x}](../figures/{name}.svg)"] if figure.plot else []
     return "\n\n".join([*parts, circumstances(figure)])
@@ -67,21 +68,24 @@ def published(figure: Figure) -> list[str]:
 
 
 def circumstances(figure: Figure) -> str:
-    """Return the line under the table: age, seeds, machine and command."""
+    """Return the line under the table: commit, seeds, machine and command."""
     seeds = f"seeds: {figure.seeds}, {SEEN[figure.seen]}" if figure.seeds else "seeds: none, or not recorded"
     cpu = f"{figure.cpu_s:g} s of CPU time" if figure.cpu_s is not None else "CPU time of the whole not recorded"
     return f"{when(figure)}; {seeds}; {figure.machine or 'machine not recorded'}; {cpu}. `{figure.command}`"
 
 
 def when(figure: Figure) -> str:
-    """Return the commit and how long ago that was, marked where it is old."""
+    """Return the commit and how long ago that was."""
     if figure.commit is None:
-        return "**age unknown**: commit not recorded"
+        return "commit not recorded"
     ago = age(figure.commit)
-    changed = " with changes" if figure.changed else ""
-    if ago is None:
-        return f"commit {figure.commit}{changed}, **age unknown**"
-    return f"commit {figure.commit}{changed}, {'**old**, ' if ago > OLD else ''}{ago} commits ago"
+    return f"commit {figure.commit}{' with changes' if figure.changed else ''}" + ("" if ago is None else f", {ago} commits ago")
+
+
+def mark(figure: Figure) -> str:
+    """Return the mark of a figure that is old, or whose age nobody knows; a full stop for all others."""
+    ago = age(figure.commit) if figure.commit else None
+    return " (**age unknown**)." if ago is None else " (**old**)." if ago > OLD else "."
 
 
 @cache

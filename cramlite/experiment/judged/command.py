@@ -5,18 +5,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from msgspec.structs import replace
-
 from ...base.errors import NoSolution, UserError, nearest
 from ...base.json_text import as_json
 from ...base.run_directory import write_whole
 from ...model.proof_doubts import ProofDoubts
 from ...plugin.selection import INSTALLED, PluginChoice
 from ..figure import Published, Seen, write_figure
-from ..measured import check_figure_file, figure_now, rates, this_command, value
+from ..measured import check_figure_file, figure_now, this_command
 from ..run import check_workers, speak
 from .page import page
-from .report import columns, markdown
+from .report import markdown, numbers
 from .results import EpisodeResult
 from .run import Order, run_judged, run_key, said
 from .spec import Episode, read_judged
@@ -68,14 +66,10 @@ def judged_command(
 def _write_figure(path: Path | None, seen: Seen | None, order: Order, results: tuple[EpisodeResult, ...]) -> None:
     if path is not None:
         found, spec = tables(results, order.experiment), order.experiment.spec
-        suites = found.suites if len(found.suites) == 1 else (*found.suites, replace(found.whole, suite="all"))
-        numbers = [n for row in suites for n in rates(row.suite, columns(row))]
-        numbers += rates("a passing verdict was right", {"": found.passing_was_right})
-        numbers += [value(stage, s.median, "s", "CPU, median") for stage, s in found.seconds.items()]
         seeds = "states " + ", ".join(map(str, sorted({r.state for r in results})))
         cpu = sum(sum(r.seconds.values()) for r in results)
         beside = tuple(Published(who=p.system, said=p.rate, given=p.given, source=p.source) for p in found.published)
-        made = figure_now(spec.title, this_command(), numbers, seeds=seeds, seen=seen, cpu_s=cpu)
+        made = figure_now(spec.title, this_command(), numbers(found), seeds=seeds, seen=seen, cpu_s=cpu)
         write_figure(path, made.model_copy(update={"given": spec.given, "beside": beside}))
 
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 from ...base.rate import Rate, digits
+from ..figure import Number
+from ..measured import rates, value
 from .spec import JudgedExperiment
 from .tables import Difference, Row, Spread, Tables
 
@@ -92,8 +94,15 @@ def grid(head: Sequence[str], rows: Iterable[Sequence[str]]) -> list[str]:
     return [f"| {' | '.join(cell.replace('|', '/') for cell in line)} |" for line in lines]
 
 
-def columns(row: Row) -> dict[str, Rate]:
-    """Return the rates of a row by what a figure calls them."""
+def numbers(tables: Tables) -> list[Number]:
+    """Return the numbers of a figure: rates by suite, what a verdict was worth, and CPU times."""
+    rows = [(r.suite, r) for r in tables.suites] + ([("all", tables.whole)] if len(tables.suites) > 1 else [])
+    found = [number for name, row in rows for number in rates(name, _columns(row))]
+    found += rates("a passing verdict was right", {"": tables.passing_was_right})
+    return found + [value(stage, s.median, "s", "CPU, median") for stage, s in tables.seconds.items()]
+
+
+def _columns(row: Row) -> dict[str, Rate]:
     return {"proven": row.proven, "true at rest": row.rest, "at rest, unlimited": row.rest_unlimited}
 
 
