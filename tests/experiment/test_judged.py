@@ -409,7 +409,7 @@ def test_a_figure_is_written_of_the_episodes_that_there_are(run: Run, tmp_path: 
     assert found.cpu_s == 4 and found.command.startswith("cramlite ")
     file.write_text("title: nothing else\n")
     done = run("experiment", SMALL, "--out", tmp_path / "out", "--figure", file)
-    assert done.code == 2 and "table.yaml:1: command is missing" in done.err and "Traceback" not in done.err
+    assert done.code == 2 and "table.yaml:1: 'command' is missing" in done.err and "Traceback" not in done.err
     done = run("experiment", SMALL, "--out", tmp_path / "out", "--figure", "rates.json")
     assert done.code == 2 and "a figure is a YAML file; name it like docs/figures/rates.yaml" in done.err
 
