@@ -22,8 +22,8 @@ from cramlite.plugin import UserError
 FILES = sorted((ROOT / "docs" / "figures").glob("*.yaml"))
 BENCHMARKS = ROOT / "tests" / "benchmarks"
 DECISIONS = ROOT / "docs" / "explanation" / "decisions"
-NO_MEASUREMENT = {"flying_gripper", "grasp_objects", "planning_peer", "planning_problems", "pose_views", "same_outputs", "figure"}
-"""Modules beside the benchmarks: what these share, and a comparison of two checkouts."""
+NO_MEASUREMENT = {"flying_gripper", "grasp_objects", "planning_peer", "planning_problems", "pose_views", "same_outputs", "figure", "wheels"}
+"""Modules beside the benchmarks: what these share, a comparison of two checkouts, and a page of wheels."""
 OVER_SEEDS = "from seeds import"
 """Benchmarks over seeds have the command line of ``seeds.py``, which writes their figures."""
 
