@@ -49,6 +49,8 @@ def _judged(path: Path, arguments: argparse.Namespace) -> int:
         json_output=arguments.json,
         plugins=plugin_choice(arguments),
         fail=arguments.fail,
+        figure=arguments.figure,
+        seen=arguments.seen,
     )
 
 
@@ -67,6 +69,8 @@ def _own(arguments: argparse.Namespace) -> int:
         json_output=arguments.json,
         plugins=plugin_choice(arguments),
         executor=arguments.executor or "local",
+        figure=arguments.figure,
+        seen=arguments.seen,
     )
 
 
@@ -88,6 +92,8 @@ def add_commands(add: Add) -> None:
         "--keep-baseline", action="store_true", help="store these tables to compare later ones with"
     )
     experiment.add_argument("--json", action="store_true")
+    experiment.add_argument("--figure", type=Path, metavar="FILE", help="write the rates with commit, seeds and machine to this YAML file")
+    experiment.add_argument("--seen", choices=("no", "partly", "yes"), help="for the figure: had these seeds been run before?")
     judged = experiment.add_argument_group("where somebody else judges")
     judged.add_argument("--suite", action="append", default=[], metavar="NAME", help="play its tasks; can be given several times")
     judged.add_argument("--tasks", default="", metavar="NUMBERS", help="such as 0,2,8:12, which ends with 11; default all")

@@ -14,8 +14,10 @@ from ..base.run_directory import write_whole
 from ..plugin.selection import INSTALLED, PluginChoice
 from .candidates_table import PARQUET, to_csv, to_parquet
 from .cluster import LOCAL, check_executor
+from .figure import Seen, write_figure
+from .measured import check_figure_file, figure_now, this_command
 from .page import page
-from .report import BASELINE, against_baseline, baseline, missed_thresholds, text, to_json
+from .report import BASELINE, against_baseline, baseline, missed_thresholds, numbers, text, to_json
 from .results import DemonstrationResult
 from .run import Order, check_workers, run_experiment, run_key, speak
 from .spec import Experiment, find_experiment, read_experiment
@@ -35,11 +37,15 @@ def experiment_command(
     json_output: bool = False,
     plugins: PluginChoice = INSTALLED,
     executor: str = LOCAL,
+    figure: Path | None = None,
+    seen: Seen | None = None,
 ) -> int:
     """Run an experiment to its end.
 
     Args:
         executor: as ``cluster.check_executor`` has it.
+        figure: the file of a figure, to be written with the rates.
+        seen: whether these seeds had been run before, for the figure.
 
     Returns:
         0; with ``short`` only if the thresholds are reached.
@@ -48,6 +54,7 @@ def experiment_command(
         NoSolution: a threshold of ``--short`` is not reached.
         UserError: the experiment or its directory cannot be used.
     """
+    check_figure_file(figure)
     experiment = read_experiment(find_experiment(name))
     experiment.ablation(without)
     own = replace(plugins, files=tuple(p.resolve() for p in plugins.files))
@@ -59,6 +66,7 @@ def experiment_command(
     stored = experiment.beside(BASELINE)
     changes = against_baseline(whole, stored, what)
     data = _write(order, whole, results, changes)
+    _write_figure(figure, seen, order, whole, _title(experiment, what))
     print(data if json_output else text(whole, _title(experiment, what)) + "\n" + "\n".join(["baseline:", *changes]))
     parquet = " candidates.parquet," if (place / PARQUET).is_file() else ""
     print(f"Files: {place}/tables.json, candidates.csv,{parquet} report.html") if not json_output else None
@@ -96,6 +104,13 @@ def _write(order: Order, whole: Tables, results: tuple[DemonstrationResult, ...]
     html = page(_title(order.experiment, what), about, whole, results, changes, order.out)
     write_whole(order.out / "report.html", html)
     return data
+
+
+def _write_figure(path: Path | None, seen: Seen | None, order: Order, whole: Tables, title: str) -> None:
+    if path is not None:
+        seeds = [d.seed for d in order.experiment.demonstrations(order.set_name, short=order.short)]
+        said = f"{min(seeds)} to {max(seeds)}, {len(seeds)} demonstrations"
+        write_figure(path, figure_now(title, this_command(), numbers(whole), seeds=said, seen=seen, cpu_s=sum(whole.seconds.values())))
 
 
 def _store(path: Path, what: str, whole: Tables) -> None:

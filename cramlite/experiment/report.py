@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +11,9 @@ from msgspec import to_builtins
 from msgspec.structs import asdict
 
 from ..base.errors import UserError
+from ..base.rate import Rate
+from .figure import Number
+from .measured import rates
 from .results import DemonstrationResult
 from .spec import ThresholdSpec
 from .tables import STAGES, Confusion, Row, Share, Tables
@@ -46,6 +50,18 @@ def _row(row: Row) -> list[str]:
     count = str(row.candidates) if row.tried == row.candidates else f"{row.candidates} ({row.tried} tried)"
     shares = [share(s) for s in (*(getattr(row, s) for s in STAGES), *row.harder)]
     return [row.object, plain(row.came_off), plain(row.gave), count, *shares, plain(row.solved), plain(row.first)]
+
+
+def numbers(tables: Tables) -> list[Number]:
+    """Return the rates of a figure, a row for each object."""
+    scales = [c.scale for c in tables.confusions]
+    return [number for row in tables.rows for number in rates(row.object, _columns(row, scales))]
+
+
+def _columns(row: Row, scales: Sequence[float]) -> dict[str, Rate]:
+    stages = {HEADINGS[s]: getattr(row, s) for s in STAGES}
+    harder = {f"execution, {k:g} x": s for k, s in zip(scales[1:], row.harder, strict=False)}
+    return {"came off": row.came_off, "gave candidates": row.gave, **stages, **harder, "solved": row.solved, "by the first": row.first}
 
 
 def _paper(row: Row) -> list[str | None]:

@@ -39,7 +39,7 @@ UNEXPLAINED = "camera: nothing that is known explains it"
 WANTED = ("type", "relations", "pose", "instance", "refined")
 SURE, VIEWS = 0.6, 3
 """Where a pose is less sure than this, the camera looks from elsewhere, this many times in all: of scores over 0.6 few are
-wrong (docs/explanation/figures.md)."""
+wrong (docs/figures/perception_pose.yaml)."""
 
 
 class Picture(Value):

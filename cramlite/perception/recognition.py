@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 SIGMA = 0.002
 """Standard deviation of a perceived position [m]: twice the median error of confident poses at 0.6 m
-(docs/explanation/figures.md), which leaves room for the tail."""
+(docs/figures/perception_pose.yaml), which leaves room for the tail."""
 SAME = 0.10
 """A thing whose centre is farther than this from where one is believed is another one [m]: the least distance of
 neighbouring products is 70 mm along a peg, 160 mm across."""

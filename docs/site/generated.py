@@ -1,4 +1,4 @@
-"""Pages of the reference that are written from the code when the site is built: Python names, rules of tasks, schemas."""
+"""Pages of the reference that are written from the code when the site is built: Python names, rules of tasks, schemas; and figures."""
 
 from __future__ import annotations
 
@@ -12,6 +12,8 @@ from functools import cached_property
 from itertools import pairwise
 from types import FunctionType, ModuleType
 from typing import Any, get_args
+
+import figures  # beside this file, where MkDocs looks while it loads a hook
 
 import cramlite
 import cramlite.model
@@ -29,11 +31,15 @@ def on_files(files: Any, config: Any) -> Any:
 
     for name, make in PAGES.items():
         files.append(File.generated(config, name, content=make()))
+    for name, svg in figures.plots():
+        files.append(File.generated(config, name, content=svg))
     return files
 
 
 def on_page_markdown(markdown: str, page: Any, config: Any, files: Any) -> str:
-    """What the tests read in comments is shown: the file that a block is, and the exit code of a command."""
+    """What the tests read in comments is shown: the file that a block is, and the exit code of a command; and tables of figures."""
+    if page.file.src_uri == figures.PAGE:
+        markdown = figures.shown(markdown)
     markdown = re.sub(r"<!-- file: (.*?) -->\n\n?```(\w+)\n", r'```\2 title="\1"\n', markdown)
     markdown = re.sub(
         r"<!-- output -->\n\n?```(\w+)\n", r'```\1 title="prints, among other lines (... is anything)"\n', markdown

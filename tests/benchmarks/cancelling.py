@@ -24,9 +24,13 @@ from bisect import bisect_left
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from statistics import median
 from typing import Any
 
+from figure import add_figure, value, write
+
 from cramlite import Engine, find_scenario, read_scenario
+from cramlite.experiment.figure import Number
 
 SCENARIOS = ("place_on_shelf", "tasks/pouring", "kitchen/into_drawer")
 COMMAND = [sys.executable, "-m", "cramlite"]
@@ -165,6 +169,12 @@ def told(values: list[float]) -> str:
     return " | ".join(f"{ordered[min(len(ordered) - 1, int(share * len(ordered)))]:.2f}" for share in (0.5, 0.95, 1.0))
 
 
+def numbers(who: str, what: str, values: list[float]) -> list[Number]:
+    """A row of the figure."""
+    row, ordered = f"{who}: {what}", sorted(values)
+    return [value(row, len(values), part="moments"), value(row, median(ordered), "s", "median"), value(row, ordered[-1], "s", "most")]
+
+
 @contextmanager
 def load_told() -> Iterator[None]:
     before = os.getloadavg()[0]
@@ -177,6 +187,7 @@ def main() -> None:
     options.add_argument("--moments", type=int, default=50)
     options.add_argument("--seed", type=int, default=0)
     options.add_argument("--faces", default="terminal,python,serve,mcp")
+    add_figure(options)
     asked = options.parse_args()
     faces: dict[str, Face] = {"terminal": Terminal(), "python": in_python, "serve": in_serve, "mcp": in_mcp}
     chosen = [faces[name] for name in asked.faces.split(",")]
@@ -200,6 +211,7 @@ def main() -> None:
             print(f"| {who} | {what} | {len(values)} | {told(values)} |")
         answers = [v for (_, what), values in measured.items() if what in ("answer", "later request") for v in values]
         print(f"| all | answer, later request | {len(answers)} | {told(answers)} |")
+    write(asked, (n for key, values in measured.items() for n in numbers(*key, values)), f"seed {asked.seed} draws the moments")
 
 
 if __name__ == "__main__":

@@ -19,6 +19,7 @@ from pathlib import Path
 
 import mujoco
 import numpy as np
+from figure import add_figure, value, write
 from msgspec import json
 
 from cramlite.model import ErrorModel, Rollout, World, replace
@@ -99,6 +100,7 @@ def main() -> None:
     parser.add_argument("--times", type=int, default=5, help="repetitions; the quickest is reported: others use the machine, too")
     parser.add_argument("--errors", action="store_true", help="of sensor, joints and latency, as twins have them")
     parser.add_argument("--plugin", type=Path, action="append", default=[], help="a plugin file with the run's robot")
+    add_figure(parser)
     options = parser.parse_args()
     ROBOTS.update(Knowledge(Registry(options.plugin)).robots)
     world = json.decode((options.run / "world.json").read_bytes(), type=World)
@@ -114,6 +116,11 @@ def main() -> None:
     print(f"closed loop {closed:.2f} s, {simulated / closed:.1f} times real time")
     print(f"raw mj_step {physics:.2f} s, {simulated / physics:.1f} times real time, {1e6 * physics / len(kept):.0f} us a step")
     print(f"closed loop / raw {closed / physics:.1f}")
+    found_numbers = (
+        value("closed loop", simulated / closed, "times real time"), value("mj_step", simulated / physics, "times real time"),
+        value("closed loop / mj_step", closed / physics),
+    )  # fmt: skip
+    write(options, found_numbers)
     print("where the time goes: " + ", ".join(f"{c} {100 * s:.0f} %" for c, s in shares(text, world).items()))
 
 

@@ -16,9 +16,10 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
-from seeds import wilson
+from figure import add_figure, rate, value, write
 
 from cramlite import Engine
+from cramlite.base.wilson import wilson_interval
 from cramlite.model import Pose, Thing, Value, View, World, replace
 from cramlite.perception.active_perception import ask
 from cramlite.perception.query import parse_query
@@ -141,20 +142,25 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--first", type=int, default=1000)
     parser.add_argument("--count", type=int, default=50)
+    add_figure(parser)
     arguments = parser.parse_args()
-    engine, found = Engine(), []
-    for seed in range(arguments.first, arguments.first + arguments.count):
+    engine, found, numbers = Engine(), [], []
+    seeds = range(arguments.first, arguments.first + arguments.count)
+    for seed in seeds:
         for row in rows(seed, engine):
             found.append(row)
             if not row.good:
                 off = f"{1000 * row.metres:.1f} mm, {math.degrees(row.radians):.1f} deg"
                 print(f"{row.seed} {row.query}: right {row.right}, {off}, confidence {row.confidence:.2f}", flush=True)
     for name, count in (("right instance", sum(r.right for r in found)), ("and pose", sum(r.good for r in found))):
-        low, high = wilson(count, len(found))
+        numbers.append(rate(name, count, len(found)))
+        low, high = wilson_interval(count, len(found))
         print(f"{name}: {count} of {len(found)}, {count / len(found):.3f}, 95 % interval {low:.3f} to {high:.3f}")
     for name, values in (("query", [r.seconds for r in found]), ("without registration", [r.frame for r in found])):
         middle, high = np.percentile(values, (50, 95))
+        numbers += [value(f"CPU time, {name}", 1000 * middle, "ms", "median"), value(f"CPU time, {name}", 1000 * high, "ms", "95 %")]
         print(f"CPU time, {name}: median {1000 * middle:.0f} ms, 95 % below {1000 * high:.0f} ms")
+    write(arguments, numbers, seeds)
 
 
 if __name__ == "__main__":

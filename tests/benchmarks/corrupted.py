@@ -19,7 +19,8 @@ import msgspec
 from corruption.bases import BASES
 from corruption.cases import RULES, cases, fixed
 from corruption.judging import UNCHANGED, Answer, answers, distinct
-from corruption.table import page
+from corruption.table import numbers, page
+from figure import add_figure, write
 
 HERE = Path(__file__).parent
 
@@ -60,6 +61,7 @@ def main() -> None:
     )
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--out", type=Path, help="write all answers to this JSON file")
+    add_figure(parser)
     options = parser.parse_args()
     options.work.mkdir(parents=True, exist_ok=True)
     wanted = names(options)
@@ -76,6 +78,8 @@ def main() -> None:
             f"base refused: {a.base}: {a.reasons}" for a in found if a.case.startswith(UNCHANGED) and not a.passed
         )
     )
+    cpu = sum(a.seconds for a in found)
+    write(options, numbers([a for a in found if not a.case.startswith(UNCHANGED)]), f"seed {options.seed}", cpu)
     if options.out:
         options.out.write_bytes(record(options, found))
 

@@ -16,6 +16,7 @@ from pathlib import Path
 
 import bson
 import numpy as np
+from figure import add_figure, value, write
 
 from cramlite.model import Entity, Episode, Event, Track
 from cramlite_plugins.episodes.formats.neem import read_neem, write_neem
@@ -47,6 +48,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--poses", type=int, default=1_000_000)
     parser.add_argument("--seed", type=int, default=0)
+    add_figure(parser)
     arguments = parser.parse_args()
     episode = random_episode(arguments.poses, arguments.seed)
     with tempfile.TemporaryDirectory() as name:
@@ -72,6 +74,12 @@ def main() -> None:
     for t in queries:
         episode.at(t)
     end = time.perf_counter()
+    numbers = (
+        value("write", written - began, "s"), value("read", read - written, "s"),
+        value("round trip / bare BSON decoding", (read - began) / bare), value("peak memory", memory, "GB"),
+        value("pose at a time", (middle - start) * 100, "us"),
+    )  # fmt: skip
+    write(arguments, numbers, f"seed {arguments.seed}")
     print(f"pose at a time {(middle - start) * 100:.1f} us, events at a time {(end - middle) * 100:.1f} us")
 
 

@@ -22,6 +22,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from figure import add_figure, rate, write
 from msgspec.structs import replace
 
 from cramlite import Engine, find_scenario, read_scenario
@@ -30,6 +31,7 @@ from cramlite.base.wilson import wilson_interval
 from cramlite.engine.setting import Setting
 from cramlite.engine.solution import Solution
 from cramlite.engine.twin_proof import sight_of
+from cramlite.experiment.figure import Number
 from cramlite.experiment.spec import find_experiment, read_experiment
 from cramlite.model import ErrorModel, PoseError, ProofDoubts, World
 from cramlite.model.error_model import NO_ERRORS
@@ -93,6 +95,12 @@ def rows(found: list[dict[str, Any]]) -> Iterator[str]:
         yield f"{k:g} x errors: {good} of {len(found)}, {good / len(found):.3f} ({low:.3f} to {high:.3f}){'; ' + told if told else ''}"
 
 
+def numbers(scenario: str, found: list[dict[str, Any]]) -> Iterator[Number]:
+    """The rates of the figure, over the scale of errors."""
+    for k in SCALES:
+        yield rate(scenario, sum(not r[f"{k:g}"] for r in found), len(found), f"{k:g} x", x=k)
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("scenario")
@@ -101,6 +109,7 @@ def main() -> None:
     parser.add_argument("--proof-scale", type=float, default=2.0)
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--out", type=Path)
+    add_figure(parser)
     options = parser.parse_args()
     first, last = map(int, options.seeds.split(":"))
     experiment = options.experiment or options.scenario
@@ -111,6 +120,7 @@ def main() -> None:
             found.append(result)
             print(json.dumps(result), flush=True)
     print("\n".join(rows(found)))
+    write(options, numbers(options.scenario, found), f"{first} to {last - 1}")
     if options.out:
         options.out.with_suffix(".json").write_text(json.dumps(found, indent=1) + "\n")
 

@@ -12,9 +12,11 @@ from __future__ import annotations
 
 import argparse
 import time
+from collections import Counter
 from itertools import product
 from pathlib import Path
 
+from figure import add_figure, rate, value, write
 from robots import LINE, ran
 
 from cramlite.model import RobotFile
@@ -61,8 +63,8 @@ def varied(name: str, line: str, out: Path) -> Path:
     return path
 
 
-def read(name: str, line: str, out: Path) -> None:
-    """Print what is found in the files of a robot, how long that takes, and how far its kinematics are from them."""
+def read(name: str, line: str, out: Path) -> float:
+    """Print what is found in the files of a robot, how long that takes, and how far its kinematics are from them; return the CPU time."""
     file = file_of(read_scenario(varied(NAMES[0], line, out)))
     assert isinstance(file, RobotFile)
     begin = time.process_time()
@@ -72,6 +74,7 @@ def read(name: str, line: str, out: Path) -> None:
     print(f"{name}: read in {used:.1f} s of CPU; forward kinematics differ by at most {error:.1e} in 1,000 postures")
     for text in (*found.found, *found.notes):
         print(f"  {text}")
+    return used
 
 
 def proven(scenario: str, seed: int, line: str, out: Path) -> str:
@@ -89,12 +92,19 @@ def main() -> None:
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--only", default="", help="robots whose name has this")
     parser.add_argument("--seeds", type=int, nargs="+", default=[0])
+    add_figure(parser)
     arguments = parser.parse_args()
+    numbers = []
     for name in (n for n in ROBOTS if arguments.only in n):
         line, out = ROBOTS[name].replace("ASSETS", str(arguments.assets.resolve())), arguments.out / name.split(" (")[0].replace(" ", "_")
-        read(name, line, out)
+        numbers.append(value(name, read(name, line, out), "s", "read, CPU"))
+        good: Counter[str] = Counter()
         for scenario, seed in product(NAMES, arguments.seeds):
-            print(f"  {scenario}, seed {seed}: {proven(scenario, seed, line, out)}", flush=True)
+            said = proven(scenario, seed, line, out)
+            good[scenario] += said.startswith("proven")
+            print(f"  {scenario}, seed {seed}: {said}", flush=True)
+        numbers += [rate(name, good[s], len(arguments.seeds), s) for s in NAMES]
+    write(arguments, numbers, " ".join(map(str, arguments.seeds)))
 
 
 if __name__ == "__main__":

@@ -19,6 +19,7 @@ from pathlib import Path
 
 import mujoco
 import numpy as np
+from figure import add_figure, value, write
 
 from cramlite.model import ImportedScene, Pose, RobotMount, World
 from cramlite.plugin import UserError
@@ -81,6 +82,7 @@ def main() -> None:
     parser.add_argument("folder", type=Path)
     parser.add_argument("--checks", action="store_true")
     parser.add_argument("--kept", action="store_true", help="use hulls that were kept")
+    add_figure(parser)
     options = parser.parse_args()
     if not options.kept:
         os.environ["XDG_CACHE_HOME"] = tempfile.mkdtemp()
@@ -89,6 +91,7 @@ def main() -> None:
         "| scene | things | shapes | joints | handles | surfaces | cavities | seconds |" + more
         + "\n|---|---|---|---|---|---|---|---|" + "---|" * more.count("|")
     )
+    numbers = []
     for path in sorted(p for kind in ("*.xml", "*.urdf") for p in options.folder.rglob(kind)):
         try:
             scene, seconds = read(path)
@@ -98,7 +101,10 @@ def main() -> None:
         if scene is not None:
             ours, raw = checks(scene) if options.checks else (0.0, 1.0)
             cost = f" {ours:.0f} us | {raw:.0f} us | {ours / raw:.1f} |" if options.checks else ""
+            numbers.append(value(path.stem, seconds, "s", "read"))
+            numbers += [value(path.stem, ours / raw, "times mj_collision", "state check")] if options.checks else []
             print(row(path.stem, scene, seconds) + cost, flush=True)
+    write(options, numbers)
 
 
 if __name__ == "__main__":

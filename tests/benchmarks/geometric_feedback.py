@@ -17,8 +17,12 @@ import tempfile
 import time
 from collections.abc import Iterator
 from pathlib import Path
+from statistics import median
+
+from figure import add_figure, rate, value, write
 
 from cramlite import Engine, Scenario, Setting, Trace, find_scenario, nearest_miss, read_scenario
+from cramlite.experiment.figure import Number
 from cramlite.planning.trace import KNOWN
 
 KITCHENS = ("boxed_in", "drawer_blocked", "regrasp")
@@ -41,18 +45,23 @@ def main() -> None:
     parser.add_argument("names", nargs="*", default=KITCHENS)
     parser.add_argument("--seeds", type=int, default=10)
     parser.add_argument("--most", type=int, default=len(PLACES))
-    given, engine = parser.parse_args(), Engine()
+    add_figure(parser)
+    given, engine, numbers = parser.parse_args(), Engine(), list[Number]()
     if given.what == "kitchens":
         for name in given.names or KITCHENS:
-            kitchen(engine, name, given.seeds)
+            numbers += kitchen(engine, name, given.seeds)
     else:
         print("| others | questions, told what was in the way | sequences | questions, plain enumeration | sequences |")
         for count in range(1, given.most + 1):
-            print(f"| {count} | {' | '.join(str(n) for n in (*told(engine, count), *plain(engine, count)))} |", flush=True)
+            found = (*told(engine, count), *plain(engine, count))
+            print(f"| {count} | {' | '.join(map(str, found))} |", flush=True)
+            rows = (("told what was in the way", *found[:2]), ("plain enumeration", *found[2:]))
+            numbers += [value(w, n, "questions", f"{count} others", x=count, note="" if s else "no program") for w, n, s in rows]
+    write(given, numbers, f"0 to {given.seeds - 1}" if given.what == "kitchens" else "0")
 
 
-def kitchen(engine: Engine, name: str, seeds: int) -> None:
-    """Print how many seeds of a scenario are proven, and how long each took."""
+def kitchen(engine: Engine, name: str, seeds: int) -> list[Number]:
+    """Print and return how many seeds of a scenario are proven, and how long each took."""
     scenario, seconds, proven = read_scenario(find_scenario(f"kitchen/{name}")), list[float](), 0
     for seed in range(seeds):
         begun = time.process_time()
@@ -64,6 +73,7 @@ def kitchen(engine: Engine, name: str, seeds: int) -> None:
     solution = next(engine.resolve(sibling, setting=engine.setting(sibling, twins=0), trace=trace), None)
     miss = nearest_miss(trace.entries)
     print(f"{name}_fails: {'PROVEN' if solution is not None else 'no program'}; {miss.reason if miss else 'no reason'}", flush=True)
+    return [rate(name, proven, seeds, "proven"), value(name, median(seconds), "s", "CPU, median")]
 
 
 def told(engine: Engine, count: int) -> tuple[int, int]:

@@ -14,8 +14,10 @@ import argparse
 import flying_gripper
 import grasp_objects
 import numpy as np
+from figure import add_figure, rate, write
 from msgspec.structs import replace
 
+from cramlite.base.wilson import wilson_interval
 from cramlite.model import Geom, Pose, Thing
 from cramlite_plugins.locations import antipodal, grips
 from cramlite_plugins.shapes import ray_casting as rays
@@ -40,20 +42,15 @@ def holds(item: Thing, grip: grips.Grip, friction: float = 0.9) -> bool:
     return flying_gripper.holds(item, item.pose * grip.pose, grip.width, friction)
 
 
-def wilson(successes: int, total: int) -> tuple[float, float]:
-    """The 95 % Wilson score interval (Wilson, JASA 22, 1927)."""
-    z, p = 1.96, successes / total
-    middle, spread = p + z * z / (2 * total), z * (p * (1 - p) / total + z * z / (4 * total * total)) ** 0.5
-    return (middle - spread) / (1 + z * z / total), (middle + spread) / (1 + z * z / total)
-
-
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--first", type=int, default=20000)
     parser.add_argument("--count", type=int, default=200)
+    add_figure(parser)
     arguments = parser.parse_args()
     tried: dict[str, list[int]] = {}
-    for seed in range(arguments.first, arguments.first + arguments.count):
+    seeds = range(arguments.first, arguments.first + arguments.count)
+    for seed in seeds:
         kind, item = grasp_objects.kind(seed), grasp_objects.thing(seed)
         found = proposals(item)
         rank = next((k for k, g in enumerate(found, 1) if holds(item, g)), 0)
@@ -63,9 +60,11 @@ def main() -> None:
         print(f"{kind}: {sum(map(bool, ranks))} of {len(ranks)}, by the first {sum(r == 1 for r in ranks)}")
     every = [r for ranks in tried.values() for r in ranks]
     held = sum(map(bool, every))
-    low, high = wilson(held, len(every))
+    low, high = wilson_interval(held, len(every))
     first = sum(r == 1 for r in every)
     print(f"{held} of {len(every)} objects held, 95 % interval {low:.3f} to {high:.3f}; by the first grasp {first}")
+    numbers = [rate(kind, sum(map(bool, ranks)), len(ranks)) for kind, ranks in tried.items()]
+    write(arguments, [*numbers, rate("all", held, len(every)), rate("all, by the first grasp", first, len(every))], seeds)
 
 
 if __name__ == "__main__":

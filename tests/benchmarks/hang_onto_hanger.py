@@ -14,9 +14,11 @@ from contextlib import closing
 from pathlib import Path
 
 import numpy as np
+from figure import value
 from msgspec import json
 from seeds import Row, main
 
+from cramlite.experiment.figure import Number
 from cramlite.model import World
 
 PUSH = "force_insert("
@@ -36,12 +38,15 @@ def peaks(run: Path, seed: int) -> tuple[float, float]:
     return float(outside.max()), float(force[pushing].max(initial=0.0))
 
 
-def report(rows: Sequence[Row], out: Path) -> None:
+def report(rows: Sequence[Row], out: Path) -> list[Number]:
     """Peak forces over all solved seeds."""
+    numbers = []
     found = [peaks(out / str(r["seed"]) / "run", int(str(r["seed"]))) for r in rows if r["solved"]]
     for name, values in zip(("outside the push", "in the push"), zip(*found, strict=True), strict=True):
         low, middle, high = np.percentile(values, (0, 50, 100))
+        numbers += [value(f"peak force {name}", middle, "N", "median"), value(f"peak force {name}", high, "N", "most")]
         print(f"peak force {name}: median {middle:.1f} N, worst {high:.1f} N (least {low:.1f} N)")
+    return numbers
 
 
 if __name__ == "__main__":

@@ -19,6 +19,8 @@ import sys
 import tempfile
 from pathlib import Path
 
+from figure import add_figure, value, write
+
 TASK = """
 scenario: block_among_{count}
 title: A block onto a shelf
@@ -71,13 +73,17 @@ def main() -> None:
     parser.add_argument("--counts", type=int, nargs="+", default=[0, 4, 8, 16])
     parser.add_argument("--times", type=int, default=1, help="rounds; the least ratio of all is told")
     parser.add_argument("--near", action="store_true", help="within the arm's reach, where it does not pass")
+    add_figure(parser)
     options = parser.parse_args()
     circle = NEAR if options.near else FAR
     rounds = [{n: cpu_seconds(scenario(n, circle)) for n in {0, *options.counts}} for _ in range(options.times)]
+    numbers = []
     print("| idle things | CPU time [s] | times as much as without |\n|---|---|---|")
     for count in options.counts:
         seconds, ratio = min(r[count] for r in rounds), min(r[count] / r[0] for r in rounds)
+        numbers.append(value("CPU time", ratio, "times", f"{count} idle things", x=count))
         print(f"| {count} | {seconds:.1f} | {ratio:.2f} |")
+    write(options, numbers)
 
 
 if __name__ == "__main__":

@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from figure import add_figure, value, write
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "helpers"))
 
@@ -165,20 +166,23 @@ def main() -> None:
         "--compare", type=int, default=1000, help="actions for clingo and SWI-Prolog; 0 leaves them out"
     )
     parser.add_argument("--out", type=Path, help="a PNG of the growth")
+    add_figure(parser)
     arguments = parser.parse_args()
     taxonomy = load_taxonomy([data_folder("ontologies")])
     rules = load_rules([data_folder("task_rules")], all_predicates(), taxonomy)
     print(f"load of the machine: {os.getloadavg()[0]:.2f}; {len(rules)} rules")
-    rows = []
+    rows, numbers = [], []
     for size in arguments.sizes:
         actions, alone, joined = row = measured(size, rules, taxonomy)
         rows.append(row)
         each = 1000 * joined / actions
+        numbers.append(value("with neighbours joined", each, "ms an action", f"{actions} actions", x=actions))
         print(f"{actions} actions: judged in {alone:.3f} s, with joining in {joined:.3f} s ({each:.3f} ms an action)")
     if arguments.compare:
         compared(arguments.compare, rules, taxonomy)
     if arguments.out:
         plot(rows, arguments.out)
+    write(arguments, numbers)
 
 
 if __name__ == "__main__":

@@ -12,11 +12,13 @@ from collections.abc import Iterable
 from pathlib import Path
 from statistics import median
 
+from figure import add_figure, rate, value, write
 from msgspec.structs import replace
-from seeds import wilson
 
 from cramlite import Engine, data_folder, read_scenario
 from cramlite.base.errors import CramliteError
+from cramlite.base.wilson import wilson_interval
+from cramlite.experiment.figure import Number
 from cramlite.planning.budget import budget_of
 
 
@@ -38,21 +40,21 @@ def solved(engine: Engine, path: Path, seed: int, seconds: int) -> str:
     return ""
 
 
-def table_row(engine: Engine, path: Path, seeds: Iterable[int], seconds: int) -> tuple[int, int]:
-    """Print a row of the table and why seeds failed; return how many were proven, and of how many."""
+def table_row(engine: Engine, path: Path, seeds: Iterable[int], seconds: int) -> tuple[Number, Number]:
+    """Print a row of the table and why seeds failed; return how many were proven, and the CPU time."""
     reasons, times = dict[int, str](), list[float]()
     for seed in seeds:
         begin = time.process_time()
         reasons[seed] = solved(engine, path, seed, seconds)
         times.append(time.process_time() - begin)
     good = sum(not why for why in reasons.values())
-    low, high = wilson(good, len(reasons))
+    low, high = wilson_interval(good, len(reasons))
     took = f"{median(times):.0f} s | {max(times):.0f} s"
     print(f"| `{path.stem}` | {good} of {len(reasons)} | {low:.3f} to {high:.3f} | {took} |", flush=True)
     for seed, why in reasons.items():
         if why:
             print(f"  seed {seed}: {why[:300]}", flush=True)
-    return good, len(reasons)
+    return rate(path.stem, good, len(reasons), "proven"), value(path.stem, median(times), "s", "CPU, median")
 
 
 def main() -> None:
@@ -61,15 +63,17 @@ def main() -> None:
     parser.add_argument("--first", type=int, default=1)
     parser.add_argument("--count", type=int, default=10)
     parser.add_argument("--seconds", type=int, default=120, help="of the search, for each seed; 0 for no limit")
+    add_figure(parser)
     arguments = parser.parse_args()
     folder, engine = data_folder("scenarios") / "kitchen", Engine()
     names = arguments.kitchens or sorted(p.stem for p in folder.glob("*.yaml") if not p.stem.endswith("_fails"))
     seeds = range(arguments.first, arguments.first + arguments.count)
     print("| kitchen | proven | 95 % interval (Wilson) | processor time, median | longest |\n|---|---|---|---|---|", flush=True)
     rows = [table_row(engine, folder / f"{name}.yaml", seeds, arguments.seconds) for name in names]
-    good, runs = (sum(column) for column in zip(*rows, strict=True))
-    low, high = wilson(good, runs)
+    good, runs = sum(r.hits or 0 for r, _ in rows), sum(r.of or 0 for r, _ in rows)
+    low, high = wilson_interval(good, runs)
     print(f"| together | {good} of {runs} | {low:.3f} to {high:.3f} | | |")
+    write(arguments, [n for row in rows for n in row] + [rate("together", good, runs, "proven")], seeds)
 
 
 if __name__ == "__main__":

@@ -23,6 +23,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from statistics import mean, median
 
+from figure import add_figure, value, write
+
 sys.path.insert(0, str(Path(__file__).parents[1] / "helpers"))
 
 WORKERS = (1, 2, 4, 8, 16, 32, 64, 128, 256, 400, 800)
@@ -127,6 +129,7 @@ def main() -> None:
     options.add_argument("--overhead", type=float, default=OVERHEAD, help="of the scheduler for one task [s]")
     options.add_argument("--measure", action="store_true")
     options.add_argument("--repeats", type=int, default=3, help="of what is measured, beside a first run in which workers begin")
+    add_figure(options)
     asked = options.parse_args()
     if asked.measure:
         measure(asked.repeats)
@@ -135,10 +138,13 @@ def main() -> None:
     print("| workers | " + " | ".join(f"{n} trials" for n in asked.trials) + " |")
     print("|---" * (len(asked.trials) + 1) + "|")
     alone = {n: simulated(n, 1, times, asked.overhead) for n in asked.trials}
+    numbers = []
     for workers in WORKERS:
         walls = {n: simulated(n, workers, times, asked.overhead) for n in asked.trials}
         cells = [f"{wall / 60:.1f} min ({alone[n] / wall / workers:.0%})" for n, wall in walls.items()]
         print(f"| {workers} | {' | '.join(cells)} |")
+        numbers += [value(f"{n} trials", wall / 60, "min", f"{workers} workers", x=workers) for n, wall in walls.items()]
+    write(asked, numbers)
 
 
 if __name__ == "__main__":

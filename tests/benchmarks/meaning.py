@@ -21,7 +21,10 @@ from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 
+from figure import add_figure, rate, write
 from msgspec.structs import replace
+
+from cramlite.experiment.figure import Number
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "helpers"))
 
@@ -155,6 +158,7 @@ def main() -> None:
     parser.add_argument("--seeds", type=int, default=1, help="how many seeds of the worlds")
     parser.add_argument("--first", type=int, default=0, help="the first of them")
     parser.add_argument("--only", default="", help="scenarios, separated by commas")
+    add_figure(parser)
     options = parser.parse_args()
     rules = content_key(*sorted(data_folder("task_rules").glob("*.yaml")))
     print(f"rules {rules}")
@@ -167,6 +171,16 @@ def main() -> None:
         print(f"seeds {options.first} to {seed}: {dict(tally)}", flush=True)
         report(tally, matrix)
     print(f"{time.process_time() - begin:.0f} s of CPU time; rules {rules}")
+    write(options, numbers(tally), f"{options.first} to {options.first + options.seeds - 1}")
+
+
+def numbers(tally: Counter[str]) -> list[Number]:
+    """Return the rates of the figure."""
+    runs = [("proven", "proven", "runs"), ("read as the task, cut where states change", "states", "runs"),
+            ("read as the task, cut where the program's tasks end", "cuts", "runs"), ("read as the task, cut at either", "either", "runs"),
+            ("read as the task although the gripper stays open", "open read", "open runs"),
+            ("read as the task although the thing is gone", "gone read", "gone runs")]  # fmt: skip
+    return [rate(what, tally[hits], tally[of]) for what, hits, of in runs if tally[of]]
 
 
 def report(tally: Counter[str], matrix: dict[str, Counter[str]]) -> None:

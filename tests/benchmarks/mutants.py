@@ -31,6 +31,7 @@ from types import CodeType, ModuleType
 from typing import Any
 
 import yaml
+from figure import add_figure, value, write
 
 ROOT = Path(__file__).parents[2]
 PATIENCE = 6  # so many times as long as they take for the module as it is, and a second, its tests may: a mutant may run on for ever
@@ -211,6 +212,7 @@ def main() -> int:
     parser.add_argument("--by-hand", action="store_true", help="only the changes that are written in mutants.yaml")
     parser.add_argument("--again", metavar="FILE", type=Path, help="only what survived in a run before, whose output FILE is")
     parser.add_argument("--list", action="store_true", help="print modules and their tests, and run nothing")
+    add_figure(parser)
     given = parser.parse_args()
     table = yaml.safe_load((Path(__file__).parent / "mutants.yaml").read_text())
     chosen = {m: e for m, e in table["modules"].items() if not given.words or any(w in m for w in given.words)}
@@ -220,14 +222,14 @@ def main() -> int:
     os.environ["PYTEST_DISABLE_PLUGIN_AUTOLOAD"] = "1"
     sys.path[:0] = [str(ROOT / "tests"), str(ROOT / "tests" / "helpers")]
     again = given.again.read_text() if given.again else None
-    bad = 0
+    bad, numbers = 0, []
     for module, entry in chosen.items():
         for before in entry.get("before", ()):
             where, *call = before.split(":")
             loaded = importlib.import_module(where)
             if call:
                 getattr(loaded, call[0])(*call[1:])
-        equivalent = table["equivalent"].get(module, {})
+        equivalent, before_it = table["equivalent"].get(module, {}), bad
         for what in stale(module, equivalent):
             bad += 1
             print(f"{module}: listed as equivalent, and its line is gone: {what}", flush=True)
@@ -235,6 +237,8 @@ def main() -> int:
             if what not in equivalent:
                 bad += 1
                 print(f"  survives: {what}", flush=True)
+        numbers.append(value(module, bad - before_it, "survive"))
+    write(given, numbers)
     return 1 if bad else 0
 
 

@@ -11,6 +11,10 @@ from __future__ import annotations
 
 import os
 
+from figure import add_figure, rate, value, write
+
+from cramlite.experiment.figure import Number
+
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 import argparse
@@ -27,8 +31,8 @@ sys.path.insert(0, str(Path(__file__).parents[2] / "experiments" / "pose_recipes
 
 import paper_registration
 import pose_views
-from seeds import wilson
 
+from cramlite.base.wilson import wilson_interval
 from cramlite.plugin import UserError
 from cramlite_plugins.perception.pose import libraries as pose_libraries
 from cramlite_plugins.perception.pose.estimate import PoseHypothesis, estimate
@@ -91,7 +95,7 @@ def prepare(samples: list[pose_views.Sample]) -> None:
 def row(name: str, outcomes: list[Outcome]) -> str:
     """One line of the table."""
     right = sum(o.right for o in outcomes)
-    low, high = wilson(right, len(outcomes))
+    low, high = wilson_interval(right, len(outcomes))
     wrong = sum(not o.right and o.score > CONFIDENT for o in outcomes) / len(outcomes)
     angle, metres, hole = (np.array([getattr(o, k) for o in outcomes]) for k in ("angle", "metres", "hole"))
     cpu = np.array([o.seconds for o in outcomes]) * 1000
@@ -103,8 +107,9 @@ def row(name: str, outcomes: list[Outcome]) -> str:
     )
 
 
-def table(title: str, samples: list[pose_views.Sample], names: list[str]) -> None:
-    """Run the methods and print the table."""
+def table(title: str, samples: list[pose_views.Sample], names: list[str]) -> list[Number]:
+    """Run the methods and print the table; return the shares that are right."""
+    numbers = []
     prepare(samples)
     seen = [s.visibility for s in samples]
     print(
@@ -116,9 +121,13 @@ def table(title: str, samples: list[pose_views.Sample], names: list[str]) -> Non
     print("|---|---|---|---|---|---|")
     for name in names:
         try:
-            print(row(name, [run(METHODS[name], s) for s in samples]), flush=True)
+            outcomes = [run(METHODS[name], s) for s in samples]
+            print(row(name, outcomes), flush=True)
+            numbers.append(rate(name, sum(o.right for o in outcomes), len(outcomes), title))
+            numbers.append(value(name, 1000 * float(np.mean([o.seconds for o in outcomes])), "ms", f"{title}, CPU, mean"))
         except UserError as error:
             print(f"| {name} | not run: {error} | | | | |", flush=True)
+    return numbers
 
 
 def main() -> None:
@@ -128,11 +137,14 @@ def main() -> None:
     parser.add_argument("--easy", type=int, default=24)
     parser.add_argument("--hard", type=int, default=24)
     parser.add_argument("--methods", nargs="*", default=list(METHODS), metavar="NAME", help=", ".join(METHODS))
+    add_figure(parser)
     arguments = parser.parse_args()
     first = pose_views.TEST if arguments.set == "test" else pose_views.DEVELOPMENT
+    numbers = list[Number]()
     for title, count, hard in (("EASY", arguments.easy, False), ("HARD", arguments.hard, True)):
         if count:
-            table(title, [pose_views.sample(first + k, hard) for k in range(count)], arguments.methods)
+            numbers += table(title, [pose_views.sample(first + k, hard) for k in range(count)], arguments.methods)
+    write(arguments, numbers, f"from {first}: {arguments.easy} EASY, {arguments.hard} HARD")
 
 
 if __name__ == "__main__":

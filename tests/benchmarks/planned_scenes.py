@@ -19,6 +19,7 @@ from typing import NamedTuple
 import closed_loop
 import mujoco
 import numpy as np
+from figure import add_figure, rate, value, write
 
 from cramlite import Engine, Setting, Solution, Trace, read_scenario
 from cramlite_plugins.simulation.model.compile import compile_world
@@ -78,6 +79,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("scenarios", type=Path, nargs="+", metavar="SCENARIO")
     parser.add_argument("--plugin", type=Path, action="append", default=[], help="a plugin file with the scenarios' robot")
+    add_figure(parser)
     options = parser.parse_args()
     measured(options.scenarios[0], options.plugin)
     print("| scenario | proven | read [s] | to the first program [s] | planned [s] | plain checks | proof [s] | closed loop / mj_step |")
@@ -92,6 +94,8 @@ def main() -> None:
         )  # fmt: skip
     half, most = np.quantile([f.planned for f in rows], (0.5, 0.95))
     print(f"planned: median {half:.2f} s, 95 % under {most:.2f} s, of {len(rows)}; proven {sum(f.proven for f in rows)}")
+    times = [value("planned", half, "s", "median"), value("planned", most, "s", "95 %")]
+    write(options, [rate("proven", sum(f.proven for f in rows), len(rows)), *times])
 
 
 if __name__ == "__main__":

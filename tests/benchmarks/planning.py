@@ -22,7 +22,10 @@ from typing import Any
 
 import mujoco
 import numpy as np
+from figure import add_figure, rate, value, write
 from planning_problems import Problem, mjcf, problem
+
+from cramlite.experiment.figure import Number
 
 sys.path.insert(0, str(File(__file__).parents[1] / "helpers"))
 
@@ -111,14 +114,16 @@ def peer(tasks: Sequence[Problem], folder: File) -> list[dict[str, Any]]:
     return answers
 
 
-def line(name: str, milliseconds: Sequence[float], durations: Sequence[float], distances: Sequence[float]) -> None:
-    """One row of the comparison."""
+def line(name: str, milliseconds: Sequence[float], durations: Sequence[float], distances: Sequence[float]) -> list[Number]:
+    """One row of the comparison; its numbers."""
     half, most = np.quantile(milliseconds, (0.5, 0.95))
     print(
         f"{name}: solved {len(durations)} of {len(milliseconds)}; complete {half:.0f} ms median, {most:.0f} ms p95; "
         f"duration {np.mean(durations):.2f} s mean, {np.median(durations):.2f} s median; collisions by Coal "
         f"{sum(d <= 0 for d in distances)}, smallest distance {1e3 * min(distances):.1f} mm"
     )
+    times = [value(name, half, "ms", "complete trajectory, median"), value(name, most, "ms", "95 %")]
+    return [rate(name, len(durations), len(milliseconds), "solved"), *times, value(name, float(np.mean(durations)), "s", "duration, mean")]
 
 
 def main() -> None:
@@ -127,11 +132,12 @@ def main() -> None:
     parser.add_argument("--problems", type=int, default=100)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--peer", type=File, help="folder for sscbirrt's environment")
+    add_figure(parser)
     options = parser.parse_args()
     tasks = [problem(k, options.seed) for k in range(options.problems)]
     results = [solve(t, k) for k, t in enumerate(tasks)]
     paths = [r.path for r in results if r.path is not None]
-    line("cramlite", [1e3 * r.seconds for r in results], [p.duration for p in paths], [r.distance for r in results if r.path])
+    numbers = line("cramlite", [1e3 * r.seconds for r in results], [p.duration for p in paths], [r.distance for r in results if r.path])
     checks = sum(r.checks for r in results)
     print(f"  straight joint lines {sum(p.samples == 0 for p in paths)}; first solutions {np.mean([p.first for p in paths]):.2f} s")
     corners = [r for p in paths for r in p.radii]
@@ -144,9 +150,10 @@ def main() -> None:
         answers = peer(tasks, options.peer)
         good = [(t, a) for t, a in zip(tasks, answers, strict=True) if "duration" in a]
         far = [smallest(t.scene, resampled([tuple(q) for q in a["path"]], STEP)) for t, a in good]
-        line("sscbirrt", [a["ms"] for a in answers], [a["duration"] for _, a in good], far)
+        numbers += line("sscbirrt", [a["ms"] for a in answers], [a["duration"] for _, a in good], far)
         both = [r.path.duration / a["duration"] for r, a in zip(results, answers, strict=True) if r.path and "duration" in a]
         print(f"  duration of ours / theirs on the same problem: {np.mean(both):.2f} mean, {np.median(both):.2f} median")
+    write(options, numbers, f"seed {options.seed}")
 
 
 if __name__ == "__main__":

@@ -23,7 +23,7 @@ from cramlite_plugins.simulation.objects.products_and_fixtures import hanger, hu
 
 DEVELOPMENT, TEST = 0, 20_000
 """First seeds. Whatever has a number in it was chosen on the development seeds. A first version was tested on seeds from
-10,000 on, and then changed; what the test seeds from 20,000 on were run for, docs/explanation/figures.md says."""
+10,000 on, and then changed; docs/figures/perception_pose.yaml says whether the test seeds from 20,000 on had been run."""
 SMALL = Intrinsics(D435.fx / 4, D435.fy / 4, 79.5, 59.5, 160, 120)
 EASY, HARD = (0.9, 1.01), (0.6, 0.85)
 SIZES = {"slim": (0.04, 0.025, 0.15), "carton": (0.06, 0.05, 0.10), "flat": (0.08, 0.02, 0.12)}

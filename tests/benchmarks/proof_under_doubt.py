@@ -13,6 +13,7 @@ import resource
 import time
 from contextlib import closing
 
+from figure import add_figure, value, write
 from msgspec.structs import replace
 
 from cramlite import Engine, find_scenario, read_scenario
@@ -31,17 +32,21 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("scenario")
     parser.add_argument("--twins", type=int, default=8)
+    add_figure(parser)
     options = parser.parse_args()
     engine = Engine()
     reading = engine.read(read_scenario(find_scenario(options.scenario)))
     setting = engine.setting(reading, twins=0)
     errors = replace(NO_ERRORS, latency=(0.0, 1e-6))
+    numbers = {}
     for count in (0, 0, options.twins):  # the first time plugins are imported
         wall, cpu = time.perf_counter(), spent()
         with closing(engine.resolve(reading, setting=replace(setting, doubts=ProofDoubts(count, 1.0, errors)))) as found:
             twins = next(found).verdict.twins
         said = twins.text if twins else "nominal"
+        numbers[count] = value(options.scenario, spent() - cpu, "s", f"{count} twins, CPU", x=count)
         print(f"{count} twins: {time.perf_counter() - wall:.2f} s, {spent() - cpu:.2f} s of CPU time; {said}")
+    write(options, numbers.values())
 
 
 if __name__ == "__main__":

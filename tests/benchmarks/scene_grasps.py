@@ -23,9 +23,11 @@ from typing import Any
 
 import mujoco
 import numpy as np
+from figure import add_figure, rate, value, write
 from msgspec.structs import replace
 
 from cramlite import Engine, Setting, read_scenario
+from cramlite.experiment.figure import Number
 from cramlite.model import Held, Location, Place, Pose, RobotMount, Thing, Value, initial_belief, pair_friction
 from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 from cramlite_plugins.kinematics.kinematics import inverse
@@ -176,6 +178,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("scenarios", nargs="+", type=Path)
     parser.add_argument("--plugin", type=Path, action="append", default=[])
+    add_figure(parser)
     arguments = parser.parse_args()
     engine, seen, rows, wrong = Engine(files=arguments.plugin), set[str](), list[Row](), list[str]()
     print("| thing | parts | grips | s | s to the first | refused before | first |\n|---|---|---|---|---|---|---|")
@@ -197,6 +200,14 @@ def main() -> None:
     print(f"\n{len(rows)} things; a grasp was found of {taken}; of {len(free)} with a free way up the first held {held};")
     print(f"slowest ranking {slowest:.2f} s; {2 * len(rows) - len(wrong)} of {2 * len(rows)} siblings refused")
     print(*wrong, sep="\n")
+    write(arguments, numbers_of(taken, held, len(free), len(rows), 2 * len(rows) - len(wrong), slowest))
+
+
+def numbers_of(taken: int, held: int, free: int, things: int, refused: int, slowest: float) -> list[Number]:
+    """The numbers of the figure."""
+    rows = (("a grasp was found", taken, things), ("held by the first, of those with a free way up", held, free),
+            ("siblings refused", refused, 2 * things))  # fmt: skip
+    return [*(rate(*row) for row in rows if row[2]), value("slowest ranking", slowest, "s")]
 
 
 if __name__ == "__main__":

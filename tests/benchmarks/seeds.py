@@ -15,6 +15,11 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
+from figure import add_figure, rate, value, write
+
+from cramlite.base.wilson import wilson_interval
+from cramlite.experiment.figure import Number
+
 Row = dict[str, object]
 
 
@@ -52,24 +57,18 @@ def _run(*arguments: str) -> subprocess.CompletedProcess[str]:
     )
 
 
-def wilson(successes: int, total: int) -> tuple[float, float]:
-    """The 95 % Wilson score interval (Wilson, JASA 22, 1927)."""
-    z, p = 1.96, successes / total
-    middle, spread = p + z * z / (2 * total), z * (p * (1 - p) / total + z * z / (4 * total * total)) ** 0.5
-    return (middle - spread) / (1 + z * z / total), (middle + spread) / (1 + z * z / total)
-
-
-def main(scenario: str, description: str | None, also: Callable[[Sequence[Row], Path], None] | None = None) -> None:
+def main(scenario: str, description: str | None, also: Callable[[Sequence[Row], Path], list[Number]] | None = None) -> None:
     """The command line of a benchmark over seeds.
 
     Args:
-        also: prints further figures, given the rows and the folder with a folder for each seed.
+        also: prints and returns further numbers, given the rows and the folder with a folder for each seed.
     """
     parser = argparse.ArgumentParser(description=description, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--first", type=int, default=1000)
     parser.add_argument("--count", type=int, default=100)
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--out", type=Path, required=True)
+    add_figure(parser)
     arguments = parser.parse_args()
     seeds = range(arguments.first, arguments.first + arguments.count)
     rows = []
@@ -79,10 +78,11 @@ def main(scenario: str, description: str | None, also: Callable[[Sequence[Row], 
             said = "ok" if row["solved"] else f"FAILED {str(row['reason'])[-400:]}"
             print(f"{row['seed']}: {said} in {row['seconds']} s", flush=True)
     solved = sum(bool(r["solved"]) for r in rows)
-    low, high = wilson(solved, len(rows))
+    low, high = wilson_interval(solved, len(rows))
     times = sorted(float(str(r["seconds"])) for r in rows)
     memory = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024
     print(f"{solved} of {len(rows)} solved, 95 % interval {low:.3f} to {high:.3f}")
     print(f"resolve: median {times[len(times) // 2]:.1f} s, worst {times[-1]:.1f} s; largest process {memory:.0f} MB")
-    if also:
-        also(rows, arguments.out)
+    half, most = times[len(times) // 2], times[-1]
+    numbers = [rate("solved", solved, len(rows)), value("wall time", half, "s", "median"), value("wall time", most, "s", "most")]
+    write(arguments, [*numbers, *(also(rows, arguments.out) if also else ())], seeds)

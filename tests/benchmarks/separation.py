@@ -17,7 +17,10 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import msgspec
+from figure import add_figure, write
 
+from cramlite.experiment.figure import Number
+from cramlite.experiment.measured import rates
 from cramlite.experiment.report import against_nominal, area, share
 from cramlite.experiment.results import DemonstrationResult
 from cramlite.experiment.tables import tables
@@ -44,16 +47,26 @@ def rows(name: str, results: Results) -> Iterator[tuple[str, ...]]:
                area(c), against_nominal(c))  # fmt: skip
 
 
+def numbers(name: str, results: Results) -> Iterator[Number]:
+    """The rates of a run at each scale."""
+    for c in tables(results).confusions:
+        columns = {"accepted, of these failed": c.wrongly_accepted, "refused, of these succeeded": c.wrongly_refused}
+        yield from rates(f"{name}, {c.scale:g} x", dict(columns))
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("runs", nargs="+", type=Path, help="directories of finished runs")
-    runs = [read(run) for run in parser.parse_args().runs]
+    add_figure(parser)
+    options = parser.parse_args()
+    runs = [read(run) for run in options.runs]
     together = [one for _, results in runs for one in results]
     print("\n".join("| " + " | ".join(row) + " |" for row in (HEAD, ("---",) * len(HEAD))))
     for name, results in [*runs, ("all together", together)]:
         print("\n".join("| " + " | ".join(row) + " |" for row in rows(name, results)))
     whole = tables(together).whole
     print(f"\nComplete programs, of the candidates that were tried: {share(whole.planned)}; the others never reached simulation.")
+    write(options, (n for name, results in [*runs, ("all together", together)] for n in numbers(name, results)))
 
 
 if __name__ == "__main__":

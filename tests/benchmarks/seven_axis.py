@@ -13,6 +13,7 @@ import sys
 import time
 from pathlib import Path
 
+from figure import add_figure, rate, write
 from msgspec.structs import replace
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "helpers"))
@@ -46,6 +47,7 @@ def main() -> None:
     parser.add_argument("--forward", type=float, default=0.1, help="where it stands on the x axis [m]")
     parser.add_argument("--only", default="", help="scenarios, separated by commas")
     parser.add_argument("--whole", action="store_true", help="resolve, not only the first program")
+    add_figure(parser)
     options = parser.parse_args()
     at = PoseSpec.model_validate({"position": [options.forward, 0, 0]})
     robot, engine, proven = RobotSpec(type=options.robot, at=at), Engine(), 0
@@ -56,6 +58,7 @@ def main() -> None:
         proven += not why
         print(f"{name}: {'proven' if not why else 'not proven: ' + why[-400:]}", flush=True)
     print(f"{proven} of {len(names)} proven on '{options.robot}', {time.process_time() - begin:.0f} s of CPU time")
+    write(options, [rate("proven", proven, len(names))], "0")
 
 
 if __name__ == "__main__":

@@ -12,6 +12,8 @@ import sys
 import time
 from pathlib import Path
 
+from figure import add_figure, rate, write
+
 sys.path.insert(0, str(Path(__file__).parents[1] / "helpers"))
 
 from shown_cases import CASES, reading
@@ -25,6 +27,7 @@ def main() -> None:
     parser.add_argument("--first", type=int, default=300, help="first seed (default 300)")
     parser.add_argument("--seeds", type=int, default=10)
     parser.add_argument("--distractors", type=int, default=0)
+    add_figure(parser)
     arguments = parser.parse_args()
     engine, total, begin = Engine(), [0, 0, 0], time.process_time()
     for name in arguments.names:
@@ -38,6 +41,7 @@ def main() -> None:
         total = [t + n for t, n in zip(total, (right, failed, arguments.seeds), strict=True)]
         print(f"{name}: {right} of {arguments.seeds} right, {failed} did not come off")
         print("\n".join(wrong), end="\n" if wrong else "", flush=True)
+    write(arguments, [rate("first reading right", total[0], total[2])], range(arguments.first, arguments.first + arguments.seeds))
     share = total[0] / total[2]
     print(f"all: {total[0]} of {total[2]} ({share:.3f}), {total[1]} did not come off; {time.process_time() - begin:.0f} s of CPU")
 

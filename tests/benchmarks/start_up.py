@@ -18,6 +18,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from statistics import median
 
+from figure import add_figure, value, write
+
 ROOT = Path(__file__).resolve().parents[2]
 EMPTY = "python -c pass"
 OTHERS = """
@@ -50,7 +52,9 @@ def cpu_time(arguments: Sequence[str]) -> float:
 def main() -> None:
     options = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     options.add_argument("--runs", type=int, default=5)
-    runs = options.parse_args().runs
+    add_figure(options)
+    asked = options.parse_args()
+    runs = asked.runs
     for arguments in COMMANDS.values():
         cpu_time(arguments)
     took: dict[str, list[float]] = {name: [] for name in COMMANDS}
@@ -60,6 +64,7 @@ def main() -> None:
     print(f"| what | least | median of {runs} | median, times '{EMPTY}' |\n|---|---|---|---|")
     for name, times in took.items():
         print(f"| `{name}` | {min(times):.3f} s | {median(times):.3f} s | {median(times) / median(took[EMPTY]):.1f} |")
+    write(asked, (n for name, t in took.items() for n in (value(name, min(t), "s", "least"), value(name, median(t), "s", "median"))))
     print(f"load {os.getloadavg()[0]:.1f}")
 
 

@@ -19,6 +19,8 @@ from collections.abc import Iterator
 from importlib.util import find_spec
 from pathlib import Path
 
+from figure import add_figure, value, write
+
 from cramlite import Engine, Goal
 from cramlite.interpretation.fluents import symbolic_world
 from cramlite.model import Pose, Thing, World
@@ -92,8 +94,9 @@ def main() -> int:
     parser.add_argument("--things", type=int, nargs="+", default=[10, 40, 100])
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--all", action="store_true")
+    add_figure(parser)
     chosen = parser.parse_args()
-    engine, late = Engine(), 0
+    engine, late, numbers = Engine(), 0, []
     print(f"{'things':>6} {'goals':>5} {'ours [s]':>9} {'tasks':>5} {'lama-first [s]':>14} {'tasks':>5} {'limit [s]':>9}")
     for things in chosen.things:
         world = room(things)
@@ -105,8 +108,11 @@ def main() -> int:
             theirs, length = reference(problem)
             limit = 1.5 * theirs + 1.0
             late += mine > limit
+            pair = (("ours", mine), ("lama-first", theirs))
+            numbers += [value(f"{things} things, {who}", t, "s", f"{goals} goals", x=goals) for who, t in pair]
             said = f"{mine:9.2f} {tasks:5} {theirs:14.2f} {length:5} {limit:9.2f}"
             print(f"{things:6} {goals:5} {said}{'  LATE' if mine > limit else ''}", flush=True)
+    write(chosen, numbers, f"seed {chosen.seed}")
     return 1 if late else 0
 
 

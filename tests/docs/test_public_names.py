@@ -20,7 +20,9 @@ def _generated() -> ModuleType:
     spec = importlib.util.spec_from_file_location("generated", ROOT / "docs" / "site" / "generated.py")
     assert spec is not None and spec.loader is not None
     module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(str(ROOT / "docs" / "site"))  # as MkDocs does while it loads a hook
+        spec.loader.exec_module(module)
     return module
 
 

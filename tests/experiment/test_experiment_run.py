@@ -13,9 +13,11 @@ from pathlib import Path
 
 import pytest
 from as_a_user import hears_ctrl_c
+from conftest import Run
 from quick_experiment import order, quick_experiment, told
 
 from cramlite.experiment.bench import Trial
+from cramlite.experiment.figure import read_figure
 from cramlite.experiment.run import run_experiment
 from cramlite.experiment.spec import find_experiment, read_experiment
 from cramlite.experiment.store import Store, locked
@@ -42,6 +44,16 @@ def test_any_number_of_workers_finds_the_same_and_finished_work_is_not_redone(ex
     assert [r.name for r in again] == ["O1-01", "O2-01", "O3-01"]
     redone = [p for p, t in before.items() if p.stat().st_mtime_ns != t]
     assert [p.name for p in redone] == ["result.json"]  # its candidate was finished, and was read
+
+
+@pytest.mark.heavy
+def test_a_figure_is_written_with_the_tables(experiment: Path, tmp_path: Path, run: Run) -> None:
+    file = tmp_path / "quick.yaml"
+    done = run("experiment", experiment, "--out", tmp_path / "out", "--no-pictures", "--workers", "1", "--figure", file, "--seen", "yes")
+    assert done.code == 0, done.err
+    found = read_figure(file)
+    assert (found.seeds, found.seen) == ("1000 to 1200, 3 demonstrations", "yes") and (found.cpu_s or 0) > 0
+    assert {(n.part, n.hits, n.of) for n in found.numbers if n.what == "all"} >= {("came off", 3, 3), ("solved", 0, 3)}
 
 
 @pytest.mark.parametrize("expansions", [pytest.param(400, marks=pytest.mark.heavy), 2])

@@ -16,10 +16,12 @@ from pathlib import Path
 import pytest
 from as_a_user import hears_ctrl_c
 from conftest import ROOT, Run
+from msgspec.json import encode as json_bytes
 from msgspec.structs import replace
 
 from cramlite import UserError
 from cramlite.base.rate import Rate
+from cramlite.experiment.figure import read_figure
 from cramlite.experiment.judged.judge import connect
 from cramlite.experiment.judged.page import explained, page, why
 from cramlite.experiment.judged.play import Trial, play
@@ -386,6 +388,30 @@ def test_a_damaged_result_is_named(tmp_path: Path, small: JudgedExperiment) -> N
     path.write_text("{}")
     with pytest.raises(UserError, match=r"result.json' is damaged .* only that episode is played anew"):
         results_in(tmp_path, small)
+
+
+def test_a_figure_is_written_of_the_episodes_that_there_are(run: Run, tmp_path: Path, small: JudgedExperiment) -> None:
+    (tmp_path / "out").mkdir()
+    assert run("experiment", SMALL, "--out", tmp_path / "out").code == 0
+    done = run("experiment", SMALL, "--out", tmp_path / "out", "--figure", tmp_path / "nothing.yaml")
+    assert done.code == 2 and "Nothing was measured" in done.err and not (tmp_path / "nothing.yaml").exists()
+    for one in (result(0, first=9, rest=True), result(1, proven=False, failure="proof")):
+        path = tmp_path / "out" / "episodes" / f"table-{one.task}-0" / "result.json"
+        path.parent.mkdir(parents=True)
+        path.write_bytes(json_bytes(replace(one, seconds={"planning": 2.0})))
+    file = tmp_path / "table.yaml"
+    done = run("experiment", SMALL, "--out", tmp_path / "out", "--figure", file, "--seen", "partly")
+    assert done.code == 0, done.err
+    found = read_figure(file)
+    rates = {(n.what, n.part): (n.hits, n.of) for n in found.numbers if n.of}
+    assert rates["table", "proven"] == rates["table", "true at rest"] == (1, 2) and rates["a passing verdict was right", ""] == (1, 1)
+    assert (found.title, found.given, found.seeds, found.seen) == (small.spec.title, small.spec.given, "states 0", "partly")
+    assert found.cpu_s == 4 and found.command.startswith("cramlite ")
+    file.write_text("title: nothing else\n")
+    done = run("experiment", SMALL, "--out", tmp_path / "out", "--figure", file)
+    assert done.code == 2 and "table.yaml:1: 'command' is missing" in done.err and "Traceback" not in done.err
+    done = run("experiment", SMALL, "--out", tmp_path / "out", "--figure", "rates.json")
+    assert done.code == 2 and "a figure is a YAML file; name it like docs/figures/rates.yaml" in done.err
 
 
 def test_variants_are_held_against_what_they_are_of(small: JudgedExperiment) -> None:

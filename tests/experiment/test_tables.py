@@ -18,6 +18,7 @@ from cramlite.experiment.report import (
     against_baseline,
     baseline,
     missed_thresholds,
+    numbers,
     of_filter,
     share,
     text,
@@ -183,3 +184,10 @@ def test_a_baseline_is_compared_cell_by_cell(tmp_path: Path) -> None:
     path.write_text("{")
     with pytest.raises(UserError, match="damaged"):
         against_baseline(found, path, "main")
+
+
+def test_a_figure_has_the_rates_of_every_object_and_scale() -> None:
+    found = {(n.what, n.part): (n.hits, n.of) for n in numbers(tables(RESULTS))}
+    assert found["all", "came off"] == (3, 4) and found["O1", "plan"] == (3, 3) and found["O2", "simulation"] == (1, 2)
+    assert (found["all", "execution"], found["all", "execution, 2 x"]) == ((2, 5), (0, 5))
+    assert found["all", "solved"] == (2, 4) and {what for what, _ in found} == {"O1", "O2", "all"}

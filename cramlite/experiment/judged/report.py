@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 from ...base.rate import Rate, digits
+from ..figure import Number
+from ..measured import rates, value
 from .spec import JudgedExperiment
 from .tables import Difference, Row, Spread, Tables
 
@@ -90,6 +92,18 @@ def grid(head: Sequence[str], rows: Iterable[Sequence[str]]) -> list[str]:
     """Return a table in Markdown."""
     lines = [head, ["---"] * len(head), *rows]
     return [f"| {' | '.join(cell.replace('|', '/') for cell in line)} |" for line in lines]
+
+
+def numbers(tables: Tables) -> list[Number]:
+    """Return the numbers of a figure: rates by suite, what a verdict was worth, and CPU times."""
+    rows = [(r.suite, r) for r in tables.suites] + ([("all", tables.whole)] if len(tables.suites) > 1 else [])
+    found = [number for name, row in rows for number in rates(name, _columns(row))]
+    found += rates("a passing verdict was right", {"": tables.passing_was_right})
+    return found + [value(stage, s.median, "s", "CPU, median") for stage, s in tables.seconds.items()]
+
+
+def _columns(row: Row) -> dict[str, Rate]:
+    return {"proven": row.proven, "true at rest": row.rest, "at rest, unlimited": row.rest_unlimited}
 
 
 def _counts(row: Row, *, short: bool = False) -> list[str]:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Sequence
 
 from cramlite.base.rate import Rate
+from cramlite.experiment.figure import Number
+from cramlite.experiment.measured import rate
 
 from .judging import Answer
 
@@ -59,3 +61,19 @@ def page(answers: Answers) -> str:
     """Write all tables and names."""
     tables = table(answers, "class", lambda a: a.group), table(answers, "base", lambda a: a.base)
     return "\n\n".join((*tables, "\n".join(wrong(answers)) or "No answer is wrong."))
+
+
+def numbers(answers: Answers) -> Iterator[Number]:
+    """Give the rates of a figure: bad programs refused by class, all of them, and harmless ones passed."""
+    counted = [a for a in answers if a.counts]
+    bad, harmless = ([a for a in counted if (a.group == "H") is kind] for kind in (False, True))
+    for group in sorted({a.group for a in bad}):
+        of = [a for a in bad if a.group == group]
+        yield rate(f"class {group} refused", sum(not a.passed for a in of), len(of))
+    for what, hits, total in (
+        ("bad ones refused", sum(not a.passed for a in bad), len(bad)),
+        ("refused with the right reason", sum(a.right for a in bad if not a.passed), sum(not a.passed for a in bad)),
+        ("harmless ones passed", sum(a.passed for a in harmless), len(harmless)),
+    ):
+        if total:
+            yield rate(what, hits, total)

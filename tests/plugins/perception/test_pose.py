@@ -134,7 +134,7 @@ def test_a_part_of_the_mask_that_is_not_the_object() -> None:
 
 @pytest.mark.parametrize("name", ["paper", "one_plane_icp", "one_icp"])
 def test_the_other_recipes_answer(name: str) -> None:
-    """They need not be right (docs/explanation/figures.md), but say a pose near the cloud, and nothing for no cloud."""
+    """They need not be right (docs/figures/perception_methods.yaml), but say a pose near the cloud, and nothing for no cloud."""
     method = runpy.run_path(str(data_folder("experiments") / "pose_recipes" / "paper_registration.py"))[name]
     view, mask, truth = _hanging(0.0, 1)
     found = method(view, mask, _model())

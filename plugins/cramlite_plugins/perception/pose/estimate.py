@@ -38,7 +38,7 @@ class PoseHypothesis(Value):
 
     Args:
         pose: of the model's frame in the world.
-        score: 0 to 1; above 0.6 a pose is right in most cases (docs/explanation/figures.md).
+        score: 0 to 1; above 0.6 a pose is right in most cases (docs/figures/perception_pose.yaml).
         reasons: clauses with numbers.
     """
 

@@ -5,7 +5,7 @@ take hold again, pause, take detours, put the thing down in between, let it drop
 tracker loses sight of it.
 
 No frequencies are published; these give about one habit of each kind in three demonstrations, and every demonstration
-some (measured over the development seeds: docs/explanation/figures.md).
+some (measured over the development seeds).
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ DISTRACTED = 0.6
 OTHER_HAND = ("", "busy", "hand_over")
 #: A thing is let go this far above what it is put on [m]: from touching it to a small drop.
 DROP = (0.0, 0.006)
-#: The tracker loses sight for this long [s]; 0.02 to 0.9 s were seen in recordings (docs/explanation/figures.md).
+#: The tracker loses sight for this long [s]; 0.02 to 0.9 s were seen in recordings (docs/figures/episodes.yaml).
 BLIND = (0.04, 0.5)
 
 

@@ -15,7 +15,7 @@ from cramlite.model import Pose
 from ..model.compile import Compiled
 
 ADDRESS = ("127.0.0.1", 50010)  # backends/urscript_late.py
-NOISE = 0.0005  # standard deviation of a registered position [m]: median error of registered products (figures.md)
+NOISE = 0.0005  # standard deviation of a registered position [m]: median error (docs/figures/perception_pose.yaml)
 
 
 class PoseServer:
