@@ -17,7 +17,7 @@ from cramlite import find_scenario, read_scenario
 from cramlite.base.pulse import ASKED, Stopped, pulse
 from cramlite.engine.executor_group import ExecutorGroup, processes_here
 from cramlite.engine.setting import Setting
-from cramlite.engine.twin_proof import doubt, executors, sight_of, twin_seed
+from cramlite.engine.twin_proof import doubt, executors, over, sight_of, twin_seed
 from cramlite.model import (
     Camera,
     ErrorModel,
@@ -157,6 +157,31 @@ def test_who_stops_it_is_asked_before_each_run() -> None:
     with pytest.raises(Stopped), pulse(lambda: bool(stopped)):
         doubt(proven("picking_up"), NOMINAL, doubts, engine().knowledge, group, said)
     assert len(group.asked) == 1
+
+
+def test_when_the_runs_will_be_over_is_told_from_the_nominal_run_then_from_those_that_are_done() -> None:
+    now = time.monotonic()
+    assert over(6, 0, now, 6000.0) - now == pytest.approx(6 * 6000.0 / processes_here(), abs=60.0)
+    for done, left in ((1, 5000.0), (2, 2000.0), (4, 500.0), (6, 0.0)):
+        assert over(6, done, now - 1000.0, 6000.0) - now == pytest.approx(left, abs=60.0)
+
+
+def test_whoever_waits_is_told_when_the_runs_will_be_over() -> None:
+    told, doubts = list[float](), setting(ProofDoubts(3, 0.5, TWO))
+
+    class Watched(Answers):
+        """Group that notes what is told before each run."""
+
+        def runs(self, text: str, places: Iterator[tuple[World, int]]) -> Iterator[Rollout | str]:
+            """Note it, then answer."""
+            for answer in super().runs(text, places):
+                assert its.work is not None and its.work.ends is not None
+                told.append(its.work.ends - time.monotonic())
+                yield answer
+
+    with pulse(lambda: False) as its:
+        doubt(proven("picking_up"), NOMINAL, doubts, engine().knowledge, Watched(proven("picking_up"), True), lambda _: None, 8000.0)
+    assert told == [pytest.approx(3 * 8000.0 / processes_here(), abs=60.0)]
 
 
 def test_what_does_not_run_here_is_judged_as_it_was() -> None:
