@@ -174,7 +174,7 @@ def test_a_step_along_waypoints_leads_to_the_last(kind: type[ForceMove] | type[C
     ways = (up(0.0), up(0.0), up(0.1))
     step: AnyStep = CompliantSlide(ways, up(0.0), 5.0, 0.1, 0.01, 30.0, 5.0, origin=A)
     if kind is ForceMove:
-        step = ForceMove(ways, up(0.0), FREE, (0.0,) * 6, (0.1,) * 6, 0.1, 30.0, 5.0, origin=A)  # type: ignore[arg-type]
+        step = ForceMove(ways, up(0.0), FREE, (0.0,) * 6, (0.1,) * 6, 0.1, 30.0, 5.0, origin=A)
     assert share(ran((step,), [(A, 20)], {0: up(0.0)})) == pytest.approx(0.0, abs=1e-6)
     assert share(ran((step,), [(A, 20)], {0: up(0.0), 20: up(0.1)})) is None
     assert share(ran((step, line(A, up(0.0))), [(A, 20)], {0: up(0.0)})) is None
