@@ -84,7 +84,7 @@ def executors(knowledge: Knowledge, setting: Setting) -> ExecutorGroup | None:
 
 def doubt(
     candidate: Candidate, verdict: Verdict, setting: Setting, knowledge: Knowledge, group: RunGroup, progress: Progress,
-    seconds: float = 0.0,
+    seconds: float,
 ) -> Verdict:  # fmt: skip
     """Return the verdict about a program that was accepted in the believed world, after its runs in twins.
 

@@ -12,6 +12,7 @@ from short_runs import COUNT, STEP, good, only, posed
 
 from cramlite.model import AnyStep, Fallback, Joints, MoveJoints, MoveLinear, Pose, SetGripper, Wait
 from cramlite.plugin import Candidate
+from cramlite_plugins.kinematics.kinematics import smallest_singular_value
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.validators import speeds
 from cramlite_plugins.validators.limits import JointLimits, Singularities, validators
@@ -154,3 +155,104 @@ def test_an_arm_that_is_led_by_its_tool_keeps_away_from_being_stretched(elbow: f
     found = only(Singularities(), led)
     assert found.passed is passes and "0.08 is kept" in found.reason
     assert list(Singularities().check(good(joints=joints))) == []  # one whose joints are commanded may
+
+
+@pytest.mark.parametrize("start", [0.0, 3.0])
+def test_the_arm_is_looked_at_each_tenth_of_a_second_from_the_first_sample_to_the_last(start: float) -> None:
+    """A run of 1.06 s: eleven tenths, whatever time it begins at."""
+    robot, seen = replace(UR5E, conditioning=0.08), set[int]()
+    for k in range(COUNT):
+        joints = np.tile(at(1.6, 2), (COUNT, 1))
+        joints[k] = at(0.02, 2)
+        found = only(Singularities(), replace(good(joints=joints, times=start + np.arange(COUNT) * 0.0107), robot=robot))
+        if not found.passed:
+            assert found.value == pytest.approx(smallest_singular_value(UR5E, at(0.02, 2)))
+            seen.add(k)
+    assert seen == {*range(0, COUNT, 9)}
+
+
+@pytest.mark.parametrize(("share", "passes"), [(1.04, True), (1.06, False), (40.0, False)])
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_a_joint_turns_no_faster_than_it_can(share: float, passes: bool, way: float) -> None:
+    most = UR5E.velocity[0]
+    found = only(JointSpeeds(), turned(way * share * most))
+    assert found.passed is passes and found.value == pytest.approx(share * most) and found.limit == most
+    assert found.reason == f"shoulder_pan at most {share * most:.2f} rad/s of {most:.2f} rad/s"
+
+
+def test_at_its_speed_with_what_a_servo_overshoots_it_passes() -> None:
+    """Halves of a second and of a radian, so that no digit is lost."""
+    robot = replace(UR5E, velocity=(1.0, 8.0, 8.0, 8.0, 8.0, 8.0))
+    joints = np.zeros((COUNT, 6))
+    joints[40, 0], joints[41:, 0] = 1.05, 2.10
+    base = good(joints=joints, times=np.arange(COUNT) * 1.0)
+    assert only(JointSpeeds(), replace(base, robot=robot)).passed
+
+
+def test_each_joint_has_its_own_speed() -> None:
+    robot = replace(UR5E, velocity=(1.0, 2.0, 3.0, 4.0, 5.0, 6.0))
+    joints = np.tile(UR5E.home, (COUNT, 1))
+    joints[40] += np.array([0.5, 0.5, 2.9, 0.5, 5.1, 0.5]) * STEP
+    joints[41:] += np.array([0.5, 0.5, 2.9, 0.5, 5.1, 0.5]) * 2 * STEP
+    found = only(JointSpeeds(), replace(good(joints=joints), robot=robot))
+    assert found.passed and found.reason.startswith(f"{UR5E.joints[4]} at most 5.10 rad/s of 5.00")
+    joints[40:] = np.array(UR5E.home) + np.array([0.95, 0.5, 0.5, 0.5, 0.5, 3.0]) * STEP * np.array([[1.0], *[[2.0]] * (COUNT - 41)])
+    found = only(JointSpeeds(), replace(good(joints=joints), robot=robot))
+    assert found.passed and found.reason.startswith(f"{UR5E.joints[0]} at most 0.95 rad/s of 1.00"), "the share counts, not the speed"
+
+
+def test_a_run_of_one_sample_has_no_speed() -> None:
+    base = good().rollout
+    assert base is not None
+    for count, findings in ((1, 0), (2, 1)):
+        poses = {name: rows[:count] for name, rows in base.poses.items()}
+        force = np.zeros(count)
+        short = replace(base, times=base.times[:count], joints=base.joints[:count], poses=poses, lines=base.lines[:count], force=force)
+        for judge in (JointSpeeds(), ToolSpeed()):
+            assert len(list(judge.check(replace(good(), rollout=short)))) == findings
+            assert list(judge.check(replace(good(), rollout=None))) == []
+
+
+@pytest.mark.parametrize(("speed", "passes"), [(1.49, True), (1.51, False), (20.0, False)])
+def test_the_tool_is_no_faster_than_a_controller_lets_it(speed: float, passes: bool) -> None:
+    found = only(ToolSpeed(), led(speed))
+    assert found.passed is passes and found.value == pytest.approx(speed) and (found.limit, found.unit) == (1.5, "m/s")
+    assert found.reason == f"the tool at most {speed:.2f} m/s of 1.5 m/s (factory preset)" and found.origin == "2.PickingUp"
+
+
+def test_a_sample_that_is_a_cycle_late_is_no_speed() -> None:
+    """Samples of 20 ms of an arm that is moved every 8 ms: 2 and 3 cycles in turn, at 0.1 rad/s and 1.4 m/s."""
+    base = good().rollout
+    assert base is not None
+    times = np.arange(COUNT) * 0.02
+    late = np.ceil(times / 0.008 - 1e-9) * 0.008
+    hand = base.poses["effector"].copy()
+    hand[:, :3] = np.outer(1.4 * late, (1.0, 0.0, 0.0))
+    moved = replace(posed(effector=hand), rollout=replace(base, times=times, poses={**base.poses, "effector": hand}))
+    assert only(ToolSpeed(), moved).value == pytest.approx(1.4)
+
+
+@pytest.mark.parametrize(("elbow", "passes"), [(1.6, True), (0.02, False)])
+def test_an_arm_that_is_led_by_its_tool_keeps_away_from_being_stretched(elbow: float, passes: bool) -> None:
+    joints = np.tile(at(elbow, 2), (COUNT, 1))
+    led = replace(good(joints=joints), robot=replace(UR5E, conditioning=0.08))
+    found = only(Singularities(), led)
+    assert found.passed is passes and "0.08 is kept" in found.reason
+    assert list(Singularities().check(good(joints=joints))) == []  # one whose joints are commanded may
+
+
+@pytest.mark.parametrize("start", [0.0, 3.0])
+def test_a_stretched_arm_is_seen_wherever_it_is_stretched_for_a_tenth_of_a_second(start: float) -> None:
+    for first in (0, 33, COUNT - 2):
+        joints = np.tile(at(1.6, 2), (COUNT, 1))
+        joints[first : first + 2] = at(0.02, 2)
+        led = replace(good(joints=joints, times=start + np.arange(COUNT) * STEP), robot=replace(UR5E, conditioning=0.08))
+        found = only(Singularities(), led)
+        assert not found.passed and found.value == pytest.approx(smallest_singular_value(UR5E, at(0.02, 2)))
+
+
+@pytest.mark.parametrize(("share", "passes"), [(0.81, True), (0.79, False)])
+def test_an_arm_that_is_led_may_come_a_fifth_nearer_to_a_singularity_than_it_stops(share: float, passes: bool) -> None:
+    least = smallest_singular_value(UR5E, UR5E.home)
+    led = replace(good(), robot=replace(UR5E, conditioning=least / share))
+    assert only(Singularities(), led).passed is passes
