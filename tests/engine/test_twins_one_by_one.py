@@ -186,8 +186,8 @@ def test_whoever_waits_is_told_when_the_runs_will_be_over() -> None:
 
 def test_what_does_not_run_here_is_judged_as_it_was() -> None:
     candidate, group = proven("picking_up"), Answers(proven("picking_up"))
-    assert doubt(replace(candidate, rollout=None), NOMINAL, setting(ProofDoubts()), engine().knowledge, group, lambda _: None, 0.0) is NOMINAL
-    assert doubt(replace(candidate, code=None), NOMINAL, setting(ProofDoubts()), engine().knowledge, group, lambda _: None, 0.0) is NOMINAL
+    for unproven in (replace(candidate, rollout=None), replace(candidate, code=None)):
+        assert doubt(unproven, NOMINAL, setting(ProofDoubts()), engine().knowledge, group, lambda _: None, 0.0) is NOMINAL
 
 
 def test_without_twins_nothing_is_needed_that_runs_them() -> None:
