@@ -84,7 +84,7 @@ def executors(knowledge: Knowledge, setting: Setting) -> ExecutorGroup | None:
 
 def doubt(
     candidate: Candidate, verdict: Verdict, setting: Setting, knowledge: Knowledge, group: RunGroup, progress: Progress,
-    seconds: float = 0.0,
+    seconds: float,
 ) -> Verdict:  # fmt: skip
     """Return the verdict about a program that was accepted in the believed world, after its runs in twins.
 
@@ -136,8 +136,7 @@ def _in_twins(doubtful: Doubtful, progress: Progress, seconds: float) -> TwinVer
     runs, began = doubtful.runs(_places(doubtful, seeds, twins)), time.monotonic()
     while not doubts.decided(found.succeeded, found.ran):
         number, done = found.ran, len(found.twins)
-        each = (time.monotonic() - began) / done if done else seconds / processes_here()
-        with working(f"twin {number} of {doubts.twins}", ends=time.monotonic() + each * (doubts.twins - done)):
+        with working(f"twin {number} of {doubts.twins}", ends=over(doubts.twins, done, began, seconds)):
             checkpoint()
             said, peaks = next(runs)
         run = TwinRun(number, seeds[number - 1], twins[number - 1].draws, said is None, peaks=peaks)
@@ -146,6 +145,18 @@ def _in_twins(doubtful: Doubtful, progress: Progress, seconds: float) -> TwinVer
         found = replace(found, twins=(*found.twins, run))
         progress(f"twin {number} of {doubts.twins}: {run.reason or 'succeeded'}")
     return found if found.passed else _explained(found, doubtful, progress)
+
+
+def over(twins: int, done: int, began: float, seconds: float) -> float:
+    """Estimate when runs in twins will be over [s of ``time.monotonic``]: each takes as long as those that are done.
+
+    Args:
+        began: when the first did.
+        seconds: that the nominal run took; as long, in all processes at once, the others are taken to take before one of them is done.
+    """
+    now = time.monotonic()
+    each = (now - began) / done if done else seconds / processes_here()
+    return now + each * (twins - done)
 
 
 def _places(doubtful: Doubtful, seeds: list[int], twins: list[Twin]) -> Iterator[tuple[World, int]]:

@@ -54,7 +54,7 @@ def setting(**doubts: object) -> Setting:
 
 
 def doubted(candidate: Candidate, group: ExecutorGroup, **doubts: object) -> Verdict:
-    found = doubt(candidate, NOMINAL, setting(**doubts), ENGINE.knowledge, group, lambda _: None)
+    found = doubt(candidate, NOMINAL, setting(**doubts), ENGINE.knowledge, group, lambda _: None, 0.0)
     assert found is not None
     return found
 
@@ -105,7 +105,7 @@ def test_the_verdict_is_the_same_for_any_number_of_processes(picked: Candidate, 
 
 def test_who_stops_it_gets_no_verdict(picked: Candidate, pair: ExecutorGroup) -> None:
     with pytest.raises(Stopped), pulse(lambda: True):
-        doubt(picked, NOMINAL, setting(twins=8), ENGINE.knowledge, pair, lambda _: None)
+        doubt(picked, NOMINAL, setting(twins=8), ENGINE.knowledge, pair, lambda _: None, 0.0)
 
 
 def test_seeds_of_proofs_are_no_others() -> None:

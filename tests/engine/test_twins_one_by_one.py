@@ -17,7 +17,7 @@ from cramlite import find_scenario, read_scenario
 from cramlite.base.pulse import ASKED, Stopped, pulse
 from cramlite.engine.executor_group import ExecutorGroup, processes_here
 from cramlite.engine.setting import Setting
-from cramlite.engine.twin_proof import doubt, executors, sight_of, twin_seed
+from cramlite.engine.twin_proof import doubt, executors, over, sight_of, twin_seed
 from cramlite.model import (
     Camera,
     ErrorModel,
@@ -74,7 +74,7 @@ def doubted(*ends: bool | str, twins: int = 3, at_least: float = 0.5, errors: Er
     """The verdict, who was asked, and what was said meanwhile."""
     candidate, said = proven("picking_up"), list[str]()
     group = Answers(candidate, *ends)
-    found = doubt(candidate, NOMINAL, setting(ProofDoubts(twins, at_least, errors)), engine().knowledge, group, said.append)
+    found = doubt(candidate, NOMINAL, setting(ProofDoubts(twins, at_least, errors)), engine().knowledge, group, said.append, 0.0)
     assert found is not None
     return found, group, said
 
@@ -142,7 +142,7 @@ def test_the_camera_is_tried_where_one_looked() -> None:
     assert len(group.asked) == 3
     candidate, answers = proven("picking_up"), Answers(proven("picking_up"), "it fell", True, True, "beside it")
     seen = replace(setting(ProofDoubts(1, 1.0, errors)), look=looked(Camera(Pose((1.0, 0.0, 1.0)))))
-    found = doubt(candidate, NOMINAL, seen, engine().knowledge, answers, lambda _: None)
+    found = doubt(candidate, NOMINAL, seen, engine().knowledge, answers, lambda _: None, 0.0)
     assert found is not None and found.twins is not None and found.twins.twins[0].causes == ("hand-eye",)
 
 
@@ -155,14 +155,39 @@ def test_who_stops_it_is_asked_before_each_run() -> None:
         time.sleep(2 * ASKED)
 
     with pytest.raises(Stopped), pulse(lambda: bool(stopped)):
-        doubt(proven("picking_up"), NOMINAL, doubts, engine().knowledge, group, said)
+        doubt(proven("picking_up"), NOMINAL, doubts, engine().knowledge, group, said, 0.0)
     assert len(group.asked) == 1
+
+
+def test_when_the_runs_will_be_over_is_told_from_the_nominal_run_then_from_those_that_are_done() -> None:
+    now = time.monotonic()
+    assert over(6, 0, now, 6000.0) - now == pytest.approx(6 * 6000.0 / processes_here(), abs=60.0)
+    for done, left in ((1, 5000.0), (2, 2000.0), (4, 500.0), (6, 0.0)):
+        assert over(6, done, now - 1000.0, 6000.0) - now == pytest.approx(left, abs=60.0)
+
+
+def test_whoever_waits_is_told_when_the_runs_will_be_over() -> None:
+    told, doubts = list[float](), setting(ProofDoubts(3, 0.5, TWO))
+
+    class Watched(Answers):
+        """Group that notes what is told before each run."""
+
+        def runs(self, text: str, places: Iterator[tuple[World, int]]) -> Iterator[Rollout | str]:
+            """Note it, then answer."""
+            for answer in super().runs(text, places):
+                assert its.work is not None and its.work.ends is not None
+                told.append(its.work.ends - time.monotonic())
+                yield answer
+
+    with pulse(lambda: False) as its:
+        doubt(proven("picking_up"), NOMINAL, doubts, engine().knowledge, Watched(proven("picking_up"), True), lambda _: None, 8000.0)
+    assert told == [pytest.approx(3 * 8000.0 / processes_here(), abs=60.0)]
 
 
 def test_what_does_not_run_here_is_judged_as_it_was() -> None:
     candidate, group = proven("picking_up"), Answers(proven("picking_up"))
-    assert doubt(replace(candidate, rollout=None), NOMINAL, setting(ProofDoubts()), engine().knowledge, group, lambda _: None) is NOMINAL
-    assert doubt(replace(candidate, code=None), NOMINAL, setting(ProofDoubts()), engine().knowledge, group, lambda _: None) is NOMINAL
+    for unproven in (replace(candidate, rollout=None), replace(candidate, code=None)):
+        assert doubt(unproven, NOMINAL, setting(ProofDoubts()), engine().knowledge, group, lambda _: None, 0.0) is NOMINAL
 
 
 def test_without_twins_nothing_is_needed_that_runs_them() -> None:
@@ -192,7 +217,7 @@ def test_no_more_worlds_are_drawn_than_there_are_twins() -> None:
             return super().runs(text, iter(every))
 
     group = Ahead(candidate, True, True, True)
-    assert doubt(candidate, NOMINAL, setting(ProofDoubts(3, 1.0, TWO)), engine().knowledge, group, lambda _: None) is not None
+    assert doubt(candidate, NOMINAL, setting(ProofDoubts(3, 1.0, TWO)), engine().knowledge, group, lambda _: None, 0.0) is not None
     assert drawn == [3]
 
 

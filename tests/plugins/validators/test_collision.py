@@ -183,12 +183,17 @@ def test_what_a_task_let_go_of_may_still_fall_while_the_next_one_runs() -> None:
     base = good().rollout
     assert base is not None
     rolls = base.poses["block"].copy()
-    rolls[LANDED:, 0] += np.minimum(np.arange(COUNT - LANDED), 20) * 0.01
-    rows = tuple(tuple(t for t in row if {t.a, t.b} != {"block", "shelf"}) if k < 84 else row for k, row in enumerate(base.touches))
-    falls = good(poses={**base.poses, "block": rolls}, touches=rows)
-    assert said(Collision(), falls) == []
-    still = good(touches=rows)
-    assert "'block' hit 'shelf'" not in "".join(said(Collision(), still))  # below the brush: 1.96 N
+    rolls[LANDED:, 0] += np.minimum(np.arange(COUNT - LANDED), 31) * 0.01
+    apart = tuple(tuple(t for t in row if {t.a, t.b} != {"block", "shelf"}) for row in base.touches)
+    box = replace(SHELF, features=(Feature("inside", "cram:Cavity", Pose(), {"width": 0.2, "depth": 0.2, "height": 0.1}),))
+    things = tuple(box if t.name == "shelf" else t for t in base.world.things)
+    for other, world, falls in (
+        ("shelf", base.world, True), ("cup", base.world, False), ("cup", replace(base.world, things=things), True),
+    ):  # fmt: skip
+        rows = tuple((*row, Touch("block", other, 10.0, 0.0)) if k in (94, 95) else row for k, row in enumerate(apart))
+        rolling = good(poses={**base.poses, "block": rolls}, touches=rows, world=world)
+        assert (said(Collision(), rolling) == []) is falls
+        assert f"'block' hit '{other}' with 10 N" in said(Collision(), good(touches=rows, world=world))[0]  # it rests
 
 
 def test_at_the_start_things_settle_onto_each_other_and_the_hand_onto_nothing() -> None:

@@ -9,7 +9,7 @@ import pytest
 from msgspec.structs import replace
 from short_runs import COUNT, HANDOVERS, LEFT, OPENED, ORIGINS, RIGHT, TAKEN, candidate, good, touching
 
-from cramlite.model import Handover, Touch, Wait
+from cramlite.model import Handover, Object, Touch, Wait
 from cramlite.plugin import Allowance, Candidate
 from cramlite_plugins.validators.explained import ExplainedGrip, explained_at, explained_grips
 
@@ -89,6 +89,32 @@ def test_who_says_that_it_moves_a_thing_may_press_it_with_both_pads() -> None:
     assert [g.wrong for g in explained_grips(others)] == ["", ""]
 
 
+@pytest.mark.parametrize(("end", "explained"), [(79, True), (80, True), (81, False)])
+def test_who_says_that_it_moves_a_thing_presses_it_to_its_last_sample_at_most(end: int, explained: bool) -> None:
+    """The fingers open at samples 70 to 79."""
+    found = explained_grips(moving("cup", "3.Placing/Releasing", pinched("cup", 73, end)))
+    assert [g.wrong == "" for g in found] == [True, explained]
+
+
+def test_a_task_that_hands_one_thing_over_takes_no_other_that_its_roles_name() -> None:
+    other = pinched("cup", 52, 60)
+    base = other.rollout
+    assert base is not None
+    free = tuple(tuple(t for t in row if "block" not in (t.a, t.b)) for row in base.touches)
+    taken = replace(other, rollout=replace(base, touches=free))
+    roles = {"Locatum": Object("it", entity="cup")}
+    about = tuple(replace(a, roles=roles) if a.name == "3.Placing" else a for a in taken.actions)
+    assert only_grip(replace(taken, actions=about)).wrong == "no task of the plan takes it then"
+    silent = replace(taken, actions=about, handovers=())
+    assert only_grip(silent).wrong == ""
+
+
+def test_where_no_task_runs_none_takes_anything() -> None:
+    for handovers in (HANDOVERS, ()):
+        early = replace(running({"2.PickingUp/lift": range(90, 95)}, pinched("cup", 75, 85)), handovers=handovers)
+        assert [g.wrong for g in explained_grips(early) if g.grip.thing == "cup"] == ["no task of the plan takes it then"]
+
+
 def test_without_handovers_roles_say_who_takes_what() -> None:
     unknown = replace(good(), handovers=None)
     assert only_grip(unknown) == ExplainedGrip(only_grip(good()).grip, "", TAKEN, None)
@@ -107,3 +133,16 @@ def test_code_that_comes_after_the_release_is_after_it() -> None:
         assert not wrong or "3.Placing/Releasing/open lets go of it, and 4.ParkingArms/move comes after that" in late.wrong
     unknown = replace(planned, program=replace(planned.program, steps=steps[:3] + steps[4:]))
     assert only_grip(unknown).wrong == ""
+
+
+def test_fingers_may_take_their_time_to_open() -> None:
+    steps = tuple(Wait(0.1, origin=o) for o in ORIGINS.values())
+    planned = replace(good(), program=replace(good().program, steps=steps))
+    slow = {"1.Grasping/close": range(2, 12), "2.PickingUp/lift": range(12, 60), "3.Placing/Releasing/open": range(60, 80)}
+    assert only_grip(running(slow, planned)).wrong == ""
+
+
+def test_code_of_no_step_comes_behind_none() -> None:
+    """The release may be the program's first step, where the hand held the thing from the start."""
+    alone = replace(good().program, steps=(Wait(0.1, origin="3.Placing/Releasing/open"),))
+    assert only_grip(replace(good(), program=alone)).wrong == ""

@@ -9,9 +9,10 @@ import pytest
 from msgspec.structs import replace
 from short_runs import COUNT, LEFT, OPENED, RIGHT, STEP, TAKEN, good, touching
 
-from cramlite.model import Floats, Rollout, Touch
+from cramlite.model import Floats, Pose, Rollout, Swing, Touch
 from cramlite.plugin import Candidate
 from cramlite_plugins.validators.grips import Grip, grips, held_at, pressed_at, slip
+from cramlite_plugins.validators.swings import Turn
 
 
 def ran(candidate: Candidate) -> Rollout:
@@ -158,6 +159,18 @@ def test_slip_is_from_where_the_grip_began() -> None:
     poses = {**rollout.poses, "block": rollout.poses["block"] + np.outer(np.arange(COUNT) * 0.001, (1, 0, 0, 0, 0, 0, 0))}
     moved = slip(replace(rollout, poses=poses), Grip("block", TAKEN, OPENED - 1))
     assert np.allclose(moved, np.arange(56) * 0.001)
+
+
+@pytest.mark.parametrize(("first", "still"), [(28, True), (30, True), (31, False)])
+def test_a_turn_excuses_what_moves_in_the_hand_from_its_first_sample_on(first: int, still: bool) -> None:
+    """The block leaps by 30 mm at sample 30, as far as the declared turn leads it."""
+    rollout = ran(good())
+    block = rollout.poses["block"].copy()
+    held = block[30, :3] - rollout.poses["effector"][30, :3]
+    block[30:, 0] += 0.03
+    swing = Swing(Pose(tuple(held)), Pose((held[0] + 0.03, held[1], held[2])), (0.0, 0.0, 0.0))
+    moved = slip(replace(rollout, poses={**rollout.poses, "block": block}), Grip("block", TAKEN, OPENED - 1), [Turn(swing, first, 32)])
+    assert bool(moved.max() < 0.001) is still
 
 
 # Fingers between two pressings

@@ -12,6 +12,7 @@ from short_runs import COUNT, STEP, good, only, posed
 
 from cramlite.model import AnyStep, Fallback, Joints, MoveJoints, MoveLinear, Pose, SetGripper, Wait
 from cramlite.plugin import Candidate
+from cramlite_plugins.kinematics.kinematics import smallest_singular_value
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.validators import speeds
 from cramlite_plugins.validators.limits import JointLimits, Singularities, validators
@@ -154,3 +155,24 @@ def test_an_arm_that_is_led_by_its_tool_keeps_away_from_being_stretched(elbow: f
     found = only(Singularities(), led)
     assert found.passed is passes and "0.08 is kept" in found.reason
     assert list(Singularities().check(good(joints=joints))) == []  # one whose joints are commanded may
+
+
+@pytest.mark.parametrize("start", [0.0, 3.0])
+def test_the_arm_is_looked_at_each_tenth_of_a_second_from_the_first_sample_to_the_last(start: float) -> None:
+    """A run of 1.06 s: eleven tenths, whatever time it begins at."""
+    robot, seen = replace(UR5E, conditioning=0.08), set[int]()
+    for k in range(COUNT):
+        joints = np.tile(at(1.6, 2), (COUNT, 1))
+        joints[k] = at(0.02, 2)
+        found = only(Singularities(), replace(good(joints=joints, times=start + np.arange(COUNT) * 0.0107), robot=robot))
+        if not found.passed:
+            assert found.value == pytest.approx(smallest_singular_value(UR5E, at(0.02, 2)))
+            seen.add(k)
+    assert seen == {*range(0, COUNT, 9)}
+
+
+@pytest.mark.parametrize(("share", "passes"), [(0.81, True), (0.79, False)])
+def test_an_arm_that_is_led_may_come_a_fifth_nearer_to_a_singularity_than_it_stops(share: float, passes: bool) -> None:
+    least = smallest_singular_value(UR5E, UR5E.home)
+    led = replace(good(), robot=replace(UR5E, conditioning=least / share))
+    assert only(Singularities(), led).passed is passes

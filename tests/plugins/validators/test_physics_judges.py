@@ -82,6 +82,10 @@ def test_what_is_felt_while_nothing_runs_is_no_peak() -> None:
     assert list(ForcePeak().check(good(force=forced(k40=500.0), lines=np.zeros(COUNT)))) == []
 
 
+def test_what_is_felt_in_the_first_line_counts() -> None:
+    assert only(ForcePeak(), good(force=forced(k40=500.0), lines=np.ones(COUNT))).value == 500.0
+
+
 def test_without_a_sensor_the_wrench_counts() -> None:
     wrench = np.zeros((COUNT, 6))
     wrench[40] = (36.0, 0.0, -48.1, 900.0, 0.0, 0.0)

@@ -54,7 +54,8 @@ def test_only_what_is_in_the_hand_and_within_the_task_counts() -> None:
 @pytest.mark.parametrize(("pause", "stretches"), [(round(GAP / STEP) - 1, 1), (round(GAP / STEP) + 2, 2)])
 def test_a_contact_that_is_lost_for_long_is_another_one(pause: int, stretches: int) -> None:
     leaps = led((29, 0.0, 0.0), (30, 0.05, 0.1), (29 + pause, 0.05, 0.1), (30 + pause, 0.1, 0.0))
-    assert len(found(run(leaps, [*range(20, 30), *range(30 + pause, 50)]))) == stretches
+    slid = found(run(leaps, [*range(20, 30), *range(30 + pause, 50)]))
+    assert [(s.first, s.last) for s in slid] == ([(20, 30 + pause)] if stretches == 1 else [(20, 20), (30 + pause, 30 + pause)])
 
 
 @pytest.mark.parametrize(("height", "way"), [(0.0, 0.1), (0.9 * SKIMS, 0.1), (-0.9 * SKIMS, 0.1), (1.1 * SKIMS, 0.0)])
@@ -62,6 +63,20 @@ def test_who_skims_what_it_touched_slides_on(height: float, way: float) -> None:
     led_on = led((29, 0.0, 0.0), (30, 0.0, height), (40, 0.0, height), (50, 0.1, height))
     (slide,) = found(run(led_on, range(20, 30)))
     assert slide.way == pytest.approx(way, abs=1e-4) and slide.last == (50 if way else 20)
+
+
+@pytest.mark.parametrize(("hop", "slid"), [(round(GAP / STEP) - 1, 0.1), (round(GAP / STEP) + 2, 0.0)])
+def test_who_hops_and_skims_on_slides_on(hop: int, slid: float) -> None:
+    low, end = 0.5 * SKIMS, 30 + hop
+    hops = led((29, 0.0, 0.0), (30, 0.0, 0.1), (end - 1, 0.0, 0.1), (end, 0.0, low), (50, 0.1, low))
+    (slide,) = found(run(hops, range(20, 30)))
+    assert slide.way == pytest.approx(slid, abs=1e-4)
+
+
+def test_a_contact_at_the_start_of_the_run_counts() -> None:
+    led_on = run(led((0, 0.0, 0.0), (10, 0.1, 0.0)), range(1))
+    (slide,) = slides(led_on, Grip("block", 0, 69), ALL)
+    assert slide == Slide("block", "cup", pytest.approx(0.1), 0, 10)
 
 
 def test_what_rose_and_comes_down_beside_it_touches_nothing() -> None:

@@ -39,6 +39,39 @@ def test_what_stands_on_little_needs_no_more_than_half_of_that() -> None:
     assert unbalanced(can("can", Pose((0.4, 0.0, 0.11)), radius=0.004, height=0.1), post) == ""
 
 
+@pytest.mark.parametrize(("inside", "stands"), [(0.0022, True), (0.0018, False), (0.0014, False)])
+def test_what_stands_on_little_needs_half_of_that(inside: float, stands: bool) -> None:
+    """Of a radius of 4 mm, 2 mm."""
+    post = block("post", Pose((0.4, 0.0, 0.03)), size=(0.2, 0.2, 0.06))
+    at_the_edge = can("can", Pose((0.5 - inside, 0.0, 0.11)), radius=0.004, height=0.1)
+    assert (unbalanced(at_the_edge, post) == "") is stands
+
+
+@pytest.mark.parametrize(("inside", "stands"), [(0.0125, True), (0.0115, False), (0.006, False)])
+@pytest.mark.parametrize("turned", [False, True])
+def test_the_longer_side_says_how_far_inside(turned: bool, inside: float, stands: bool) -> None:
+    """Of a beam of 200 mm, 12 mm."""
+    size, at = (0.06, 0.2, 0.06), (0.5 - inside, 0.3, 0.09)
+    beam = block("beam", Pose((0.3, 0.5 - inside, 0.09)) if turned else Pose(at), size=(0.2, 0.06, 0.06) if turned else size)
+    lower = block("lower", Pose((0.3, 0.3, 0.03)), size=(0.4, 0.4, 0.06))
+    assert (unbalanced(beam, lower) == "") is stands
+
+
+def test_a_thin_plate_bears_what_stands_on_it() -> None:
+    plate = block("plate", Pose((0.4, 0.0, 0.0025)), size=(0.1, 0.1, 0.005))
+    assert unbalanced(block("upper", Pose((0.4, 0.04, 0.035)), size=(0.06, 0.06, 0.06)), plate) == ""
+    assert unbalanced(block("upper", Pose((0.4, 0.047, 0.035)), size=(0.06, 0.06, 0.06)), plate) != ""
+
+
+def test_an_opening_that_leans_is_where_its_rim_is() -> None:
+    leaning = Pose((0.3, 0.2, 0.0), Pose.from_rotvec((0.0, 0.0, 0.0), (0.1, 0.0, 0.0)).quaternion)
+    cavity = Feature("cavity", "cram:Cavity", Pose((0.0, 0.0, 0.1)), {"width": 0.06, "depth": 0.08, "height": 0.1})
+    chest = replace(block("chest", leaning), features=(cavity,))
+    for aside, covers in ((0.0, True), (0.02, False)):
+        plate = block("plate", leaning * Pose((0.0, aside, 0.105)), size=(0.1, 0.1, 0.01))
+        assert (uncovered(plate, chest) == "") is covers
+
+
 def stacked_on(movable: bool, aside: float) -> Candidate:
     """The candidate, whose block ends on a block of its own size, or on furniture of that size."""
     base = good().rollout

@@ -324,3 +324,8 @@ def test_what_hangs_may_swing_by_forty(way: float, says: str) -> None:
     angle = side * math.asin(way / hole.pose.position[2])
     rows = np.column_stack([np.zeros(COUNT), side * way, np.zeros(COUNT), np.cos(angle / 2), np.sin(angle / 2), np.zeros((COUNT, 2))])
     assert restless(replace(still, times=EXACT, poses={**still.poses, "box": rows}), "box", hanging=True) == says
+
+
+def test_two_samples_in_the_last_half_second_are_enough_to_see_it_turn() -> None:
+    assert restless(replace(spinning(2, 0.099), times=np.arange(COUNT) * 0.4), "cup", hanging=False) == ""
+    assert "still turns" in restless(replace(spinning(2, 2.0), times=np.arange(COUNT) * 0.4), "cup", hanging=False)

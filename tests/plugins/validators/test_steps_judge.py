@@ -1,0 +1,315 @@
+"""Steps of a program in runs that are written by hand: which have code, which ran in their turn, and how much of its way each covered."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+from msgspec.structs import replace
+from short_runs import COUNT, STEP, good
+
+from cramlite.model import (
+    AnyStep,
+    CompliantSlide,
+    Drive,
+    Fallback,
+    Finding,
+    ForceMove,
+    Joints,
+    MoveJoints,
+    MoveLinear,
+    Pose,
+    SetGripper,
+    SetPayload,
+    Wait,
+    ZeroSensor,
+)
+from cramlite.plugin import Candidate
+from cramlite_plugins.kinematics.kinematics import forward, inverse
+from cramlite_plugins.robots.ur5e import UR5E
+from cramlite_plugins.validators.steps import Steps, _covered, _way, validators
+
+A, B, C = "1.Moving/there", "2.Moving/on", "3.Moving/back"
+FREE = (True, True, True, False, False, False)
+HOME = forward(UR5E, UR5E.home)
+
+
+def up(height: float, turn: float = 0.0) -> Pose:
+    """The pose of the tool so high over that of the home posture [m], turned about the vertical [rad]."""
+    x, y, z = HOME.position
+    return Pose.from_matrix(Pose.from_rotvec((x, y, z + height), (0, 0, turn)).matrix @ np.block([
+        [HOME.matrix[:3, :3], np.zeros((3, 1))], [np.zeros((1, 3)), 1.0],
+    ]))  # fmt: skip
+
+
+@cache
+def joints(pose: Pose) -> Joints:
+    """Joints that lead the tool there."""
+    return next(iter(inverse(UR5E, pose, seed=UR5E.home)))
+
+
+def line(origin: str, target: Pose) -> MoveLinear:
+    return MoveLinear(target, 0.1, 0.5, origin=origin)
+
+
+def opened(origin: str) -> SetGripper:
+    return SetGripper(0.085, 0.1, 50.0, origin=origin)
+
+
+def ran(
+    steps: tuple[AnyStep, ...], stretches: list[tuple[str, int]], hand: dict[int, Pose], without: tuple[str, ...] = ()
+) -> Candidate:
+    """A run of a program.
+
+    Args:
+        steps: of the program.
+        stretches: origins whose code ran one after the other, each for so many samples; "" where none did.
+        hand: sample -> where the tool is from then on.
+        without: origins that have no code.
+    """
+    names = sorted({o for o, _ in stretches if o} | {i for s in steps for i in _origins(s)} - {*without})
+    numbers = {o: k for k, o in enumerate(names, 1)} | {"": 0}
+    lines = np.zeros(COUNT)
+    ran_ = [numbers[o] for o, count in stretches for _ in range(count)]
+    lines[: len(ran_)] = ran_
+    turned = np.array([joints(hand[max(s for s in hand if s <= k)]) for k in range(COUNT)])
+    base = good(lines=lines, joints=turned)
+    code = replace(base.code, origins={k: o for o, k in numbers.items() if o})  # type: ignore[type-var]
+    return replace(base, program=replace(base.program, steps=steps), code=code)
+
+
+def _origins(step: AnyStep) -> list[str]:
+    inner = [i for branch in getattr(step, "branches", ()) for s in branch for i in _origins(s)]
+    return [step.origin, *inner] if step.origin else inner
+
+
+def judged(candidate: Candidate) -> list[Finding]:
+    return list(Steps().check(candidate))
+
+
+def wrong(candidate: Candidate) -> list[tuple[str, str]]:
+    """Origin and reason of each objection."""
+    return [(f.origin, f.reason) for f in judged(candidate) if not f.passed]
+
+
+def share(candidate: Candidate) -> float | None:
+    """What the only objection says was covered; None without one."""
+    found = [f for f in judged(candidate) if not f.passed]
+    assert len(found) < 2, found
+    return found[0].value if found else None
+
+
+TWO = (line(A, up(0.1)), line(B, up(0.0)))
+THERE = {0: up(0.0), 20: up(0.1), 40: up(0.0)}
+"""Where the tool is when A runs for the first twenty samples and B for twenty more."""
+
+
+def test_the_judge_is_asked_of_runs() -> None:
+    assert [(v.name, v.cost) for v in validators()] == [("steps", "rollout")]
+
+
+# Good runs
+
+
+def test_steps_that_ran_in_their_turn_and_covered_their_way_pass() -> None:
+    assert [(f.validator, f.passed) for f in judged(ran(TWO, [(A, 20), (B, 20)], THERE))] == [("steps", True)]
+
+
+def test_a_program_without_steps_that_have_an_origin_has_no_finding() -> None:
+    assert judged(ran((), [], {0: up(0.0)})) == []
+    assert judged(ran((line("", up(0.1)),), [], {0: up(0.0)})) == []
+
+
+# How much of its way
+
+
+@pytest.mark.parametrize(("covered", "enough"), [(0.041, True), (0.039, False)])
+def test_two_fifths_of_a_way_are_enough(covered: float, enough: bool) -> None:
+    hand = {0: up(0.0), 20: up(covered)}
+    found = judged(ran(TWO[:1], [(A, 20)], hand))
+    assert [f.passed for f in found] == [enough]
+    if not enough:
+        assert (found[0].validator, found[0].origin, found[0].limit) == ("steps", A, 0.4)
+        assert found[0].value == pytest.approx(0.39, abs=1e-6)
+
+
+@pytest.mark.parametrize(("length", "passed"), [(0.039, True), (0.041, False)])
+def test_a_short_way_is_not_judged(length: float, passed: bool) -> None:
+    assert [f.passed for f in judged(ran((line(A, up(length)),), [(A, 20)], {0: up(0.0)}))] == [passed]
+
+
+@pytest.mark.parametrize(("turn", "passed"), [(0.39, True), (0.41, False)])
+def test_a_turn_is_a_way_too(turn: float, passed: bool) -> None:
+    assert [f.passed for f in judged(ran((line(A, up(0.0, turn)),), [(A, 20)], {0: up(0.0)}))] == [passed]
+
+
+def test_position_and_rotation_count_together_and_what_leads_aside_does_not() -> None:
+    both = (line(A, up(0.1, 1.0)),)
+    assert share(ran(both, [(A, 20)], {0: up(0.0), 20: up(0.0, 0.7)})) == pytest.approx(0.35, abs=1e-3)
+    assert share(ran(both, [(A, 20)], {0: up(0.0), 20: up(0.0, 1.0)})) is None
+    assert share(ran(both, [(A, 20)], {0: up(0.0), 20: up(0.1, -0.5)})) == pytest.approx(0.25, abs=1e-3)
+    assert share(ran(TWO[:1], [(A, 20)], {0: up(0.0), 20: up(0.0, 3.0)})) == pytest.approx(0.0, abs=1e-3)
+    assert share(ran(TWO[:1], [(A, 20)], {0: up(0.0), 20: up(-0.05)})) == pytest.approx(-0.5, abs=1e-3)
+
+
+def test_a_way_is_from_the_first_sample_of_the_steps_code_to_the_one_after_its_last() -> None:
+    late = [("", 10), (A, 20)]
+    assert share(ran(TWO[:1], late, {0: up(0.1), 10: up(0.0), 30: up(0.1)})) is None
+    assert share(ran(TWO[:1], [*late, (B, 5)], {0: up(0.0), 30: up(0.1), 31: up(0.0)})) is None
+    assert share(ran(TWO[:1], [*late, (B, 5)], {0: up(0.0), 31: up(0.1)})) == pytest.approx(0.0, abs=1e-6)
+
+
+def test_the_way_of_the_last_step_ends_with_the_run() -> None:
+    assert share(ran(TWO[:1], [(A, 20)], {0: up(0.0), COUNT - 1: up(0.1)})) is None
+
+
+def test_a_step_may_pause_on_its_way() -> None:
+    pause = [(A, 10), ("", 10), (A, 10), (B, 10)]
+    assert wrong(ran(TWO, pause, {0: up(0.0), 10: up(0.09), 30: up(0.1), 40: up(0.0)})) == []
+
+
+@pytest.mark.parametrize("kind", [ForceMove, CompliantSlide])
+def test_a_step_along_waypoints_leads_to_the_last(kind: type[ForceMove] | type[CompliantSlide]) -> None:
+    ways = (up(0.0), up(0.0), up(0.1))
+    step: AnyStep = CompliantSlide(ways, up(0.0), 5.0, 0.1, 0.01, 30.0, 5.0, origin=A)
+    if kind is ForceMove:
+        step = ForceMove(ways, up(0.0), FREE, (0.0,) * 6, (0.1,) * 6, 0.1, 30.0, 5.0, origin=A)
+    assert share(ran((step,), [(A, 20)], {0: up(0.0)})) == pytest.approx(0.0, abs=1e-6)
+    assert share(ran((step,), [(A, 20)], {0: up(0.0), 20: up(0.1)})) is None
+    assert share(ran((step, line(A, up(0.0))), [(A, 20)], {0: up(0.0)})) is None
+
+
+def test_a_motion_of_joints_leads_to_the_last_of_its_path() -> None:
+    step = MoveJoints((joints(up(0.0)), joints(up(0.0)), joints(up(0.1))), 1.0, 1.0, origin=A)
+    assert share(ran((step,), [(A, 20)], {0: up(0.0)})) == pytest.approx(0.0, abs=1e-6)
+    assert share(ran((step,), [(A, 20)], {0: up(0.0), 20: up(0.1)})) is None
+
+
+def test_of_steps_under_one_origin_the_last_motion_counts() -> None:
+    both = (line(A, up(0.1)), line(A, up(0.2)), opened(A))
+    assert share(ran(both, [(A, 20)], {0: up(0.0), 20: up(0.07)})) == pytest.approx(0.35, abs=1e-3)
+
+
+def test_behind_a_drive_and_in_a_control_step_no_pose_is_stated() -> None:
+    drive = Drive(((0.1, 0.0, 0.0),), 0.1, 0.5, 0.1, 0.5, origin=A)
+    assert wrong(ran((line(A, up(0.1)), drive), [(A, 20)], {0: up(0.0)})) == []
+    assert wrong(ran((line(A, up(0.1)), Fallback(((opened(B),),), origin=A)), [(A, 20)], {0: up(0.0)})) == []
+    assert share(ran((drive, line(A, up(0.1))), [(A, 20)], {0: up(0.0)})) == pytest.approx(0.0, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("planned", "angle", "share"),
+    [(3.12, 3.1, 1.0), (3.12, 3.18, 1.0), (3.12, 1.6, 0.51), (3.12, 0.1, 0.03), (-3.12, 1.5, -0.48), (-3.12, 1.65, 1.485)],
+)
+def test_about_half_a_turn_a_rotation_counts_as_the_one_that_was_planned(planned: float, angle: float, share: float) -> None:
+    way = _way(np.eye(4), Pose.from_rotvec((0, 0, 0), (planned, 0, 0)).matrix)
+    turned = _covered(np.eye(4), Pose.from_rotvec((0, 0, 0.05), (angle, 0, 0)).matrix, way)
+    assert float(turned @ way) / float(way @ way) == pytest.approx(share, abs=0.03)
+    assert turned[2] == 0.05
+
+
+# Code that never ran
+
+
+def test_a_step_whose_code_never_ran_covered_nothing() -> None:
+    assert wrong(ran(TWO, [(A, 20)], {0: up(0.0), 20: up(0.1)}))[0][0] == B
+    assert share(ran(TWO, [(A, 20)], {0: up(0.0), 20: up(0.1)})) == pytest.approx(0.0, abs=1e-6)
+
+
+def test_a_step_that_never_ran_and_whose_pose_is_reached_already_lacks_nothing() -> None:
+    three = (*TWO, line(C, up(0.2)))
+    high = {20: up(0.0), 40: up(0.2)}
+    assert wrong(ran(three, [(A, 20), (C, 20)], {0: up(0.0), 20: up(0.1), 40: up(0.2)}))[0][0] == B
+    assert wrong(ran((line(A, up(0.0)), TWO[1], line(C, up(0.2))), [(A, 20), (C, 20)], {0: up(0.0), **high})) == []
+    assert wrong(ran((line(A, up(0.1)), line(B, up(0.0))), [(B, 20)], {0: up(0.1), 1: up(0.0)})) == []
+    assert wrong(ran((line(A, up(0.1)), line(B, up(0.0))), [(B, 20)], {0: up(0.0), 1: up(0.1), 20: up(0.0)}))[0][0] == A
+
+
+# Without code
+
+
+def proven_with(candidate: Candidate, *others: str) -> Candidate:
+    """The candidate, whose proven text had code of other steps, too."""
+    assert candidate.code is not None
+    count = max(candidate.code.origins)
+    return replace(candidate, proven=replace(candidate.code, origins=candidate.code.origins | dict(enumerate(others, count + 1))))
+
+
+LOSS = " has no line of code in this text, and had some in the one that was proven"
+
+
+def test_a_step_that_lost_its_code_is_told_by_its_name_and_a_task_by_its_own() -> None:
+    steps = (*TWO, line("2.Moving/off", up(0.0)), opened(C))
+    hand = THERE
+    some = ran(steps, [(A, 20), (B, 20)], hand, without=("2.Moving/off", C))
+    assert wrong(some) == []
+    assert wrong(proven_with(some, "2.Moving/off")) == [("2.Moving/off", f"2.Moving/off{LOSS}")]
+    assert wrong(proven_with(some, "2.Moving/off", C)) == [("2.Moving/off", f"2.Moving/off{LOSS}"), ("3.Moving", f"3.Moving{LOSS}")]
+    whole = ran(steps, [(A, 20)], {0: up(0.0), 20: up(0.1)}, without=(B, "2.Moving/off", C))
+    assert wrong(proven_with(whole, "2.Moving/off", B)) == [("2.Moving", f"2.Moving{LOSS}")]
+
+
+def test_the_way_of_a_step_without_code_is_not_judged() -> None:
+    some = ran(TWO, [(B, 20)], {0: up(0.0)}, without=(A,))
+    assert [f.passed for f in judged(some)] == [True]
+    assert [f.passed for f in judged(proven_with(some, A))] == [False]
+
+
+def test_a_line_that_is_a_comment_is_no_code() -> None:
+    some = ran(TWO, [(A, 20), (B, 20)], THERE)
+    assert some.code is not None
+    blank = replace(some.code, text="\n".join("# gone" if k == 2 else t for k, t in enumerate(some.code.text.splitlines(), 1)))
+    assert wrong(replace(some, code=blank, proven=some.code)) == [("2.Moving", f"2.Moving{LOSS}")]
+
+
+def test_of_a_run_that_halted_only_lost_code_is_told() -> None:
+    some = ran(TWO, [(A, 20)], {0: up(0.0)}, without=(B,))
+    assert some.rollout is not None
+    halted = replace(some, rollout=replace(some.rollout, outcome="protective stop"))
+    assert wrong(halted) == []
+    assert [origin for origin, _ in wrong(proven_with(halted, B))] == ["2.Moving"]
+
+
+# Turns
+
+
+def test_code_that_runs_after_that_of_a_later_step_is_late() -> None:
+    found = wrong(ran(TWO, [("", 2), (B, 20), (A, 20)], {0: up(0.1), 22: up(0.0), 42: up(0.0)}))
+    assert found == [(A, f"the code of {A} ran at {22 * STEP:.2f} s, after that of {B}, which comes after it")]
+
+
+def test_a_step_that_comes_twice_in_a_program_may_run_twice() -> None:
+    steps = (line(A, up(0.1)), line(B, up(0.0)), line(A, up(0.1)), line(C, up(0.0)))
+    hand = {0: up(0.0), 20: up(0.1), 40: up(0.0), 60: up(0.1), 80: up(0.0)}
+    assert wrong(ran(steps, [(A, 20), (B, 20), (A, 20), (C, 20)], hand)) == []
+    assert share(ran(steps, [(A, 20), (B, 20), (A, 20), (C, 20)], hand | {60: up(0.03)})) == pytest.approx(0.3, abs=1e-3)
+    (late,) = wrong(ran(steps, [(A, 20), (B, 20), (C, 20), (A, 20)], {**hand, 60: up(0.0), 80: up(0.1)}))
+    assert late[0] == A and late[1].endswith(f"after that of {C}, which comes after it")
+
+
+def test_a_step_that_runs_on_behind_a_late_one_is_judged_once_for_all_of_its_code() -> None:
+    (late,) = wrong(ran(TWO, [(B, 10), (A, 10), (B, 10)], {0: up(0.1), 30: up(0.0)}))
+    assert late[0] == A
+    both = wrong(ran(TWO, [(B, 10), (A, 10), (B, 10)], {0: up(0.1), 10: up(0.0), 20: up(0.1)}))
+    assert [origin for origin, _ in both] == [A, B]
+
+
+@pytest.mark.parametrize(
+    ("step", "late"),
+    [(SetPayload(1.0, (0.0, 0.0, 0.1), origin=A), False), (ZeroSensor(origin=A), False), (Wait(0.1, origin=A), False), (opened(A), True)],
+    ids=["payload", "zero", "wait", "gripper"],
+)
+def test_what_moves_nothing_may_change_places_with_its_neighbour(step: AnyStep, late: bool) -> None:
+    found = wrong(ran((step, line(B, up(0.1))), [(B, 20), (A, 20)], {0: up(0.0), 20: up(0.1)}))
+    assert [origin for origin, _ in found] == ([A] if late else [])
+
+
+def test_a_control_step_is_one_whatever_it_does_in_it() -> None:
+    way = Fallback(((line("2.Moving/a", up(0.1)),), (line("2.Moving/b", up(0.2)),)))
+    steps = (line(A, up(0.1)), way, line(C, up(0.0)))
+    hand = {0: up(0.0), 20: up(0.1), 60: up(0.0)}
+    assert wrong(ran(steps, [(A, 20), ("2.Moving/b", 10), ("2.Moving/a", 10), (C, 20)], hand)) == []
+    assert wrong(ran(steps, [(A, 20), ("2.Moving/a", 20), (C, 20)], hand, without=("2.Moving/b",))) == []
+    (late,) = wrong(ran(steps, [(A, 20), (C, 20), ("2.Moving/b", 10)], {**hand, 40: up(0.0)}))
+    assert late[0] == "2.Moving/a"
