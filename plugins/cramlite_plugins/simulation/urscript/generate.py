@@ -3,7 +3,7 @@
 Every function is a Python generator: it yields whenever its thread waits for the next control cycle.
 Names: ``f_NAME`` a function of the program, ``v_NAME`` a local variable, ``b_NAME`` a built-in function,
 ``g["NAME"]`` a global variable, ``m`` the machine. Only names that the lexer accepted and ``repr`` of
-constants enter the source, so no program can smuggle Python in.
+constants enter the source, so no program can smuggle Python in; ``python_subset`` checks it once more.
 
 Scope (URScript manual, "Scoping rules"): ``local`` is local; ``global`` is global; a name without either is the
 global of that name where there is one, and else local. Variables of the outermost function are
@@ -123,6 +123,8 @@ class _Writer:
 
     def assignment(self, s: Assign) -> str:
         value = self.value(s.value)
+        if not isinstance(s.value, Number | Truth | Text | Nothing):
+            value = f"m.kept({value})"
         if isinstance(s.target, Item):
             return f"set_item({self.value(s.target.value)}, {self.value(s.target.index)}, {value})"
         if isinstance(s.target, Member):
