@@ -72,7 +72,7 @@ def check_xml(path: Path, content: str | bytes, visit: Visit | None = None) -> N
     try:
         parser.Parse(text[lines:], True)
     except expat.ExpatError as error:
-        raise UserError(f"{path}:{error.lineno + lines}: this is not XML: {expat.ErrorString(error.code)}; correct the XML there.") from None
+        raise UserError(f"{path}:{error.lineno + lines}: this is not XML: {expat.ErrorString(error.code)}; correct the XML.") from None
 
 
 def _bytes(text: str) -> bytes:
@@ -177,4 +177,4 @@ def _array(content: bytes, name: str) -> NDArray[Any]:
     if math.prod(shape) * dtype.itemsize > len(content):
         raise ValueError(f"'{name}' says that it has the shape {shape}, and has {len(content)} bytes")
     file.seek(0)
-    return np.lib.format.read_array(file, allow_pickle=False)  # type: ignore[no-any-return]
+    return np.lib.format.read_array(file, allow_pickle=False)

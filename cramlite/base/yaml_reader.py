@@ -57,8 +57,7 @@ def read(text: str) -> Any:
 
     Raises:
         yaml.YAMLError: it is none, with the line where that shows.
-        ValueError: nested deeper than ``DEEPEST``, more than ``MOST`` values, an alias within what it repeats, or a number has
-            too many digits.
+        ValueError: nested deeper than ``DEEPEST``, more than ``MOST`` values, or a number has too many digits.
     """
     _check(text)
     return Reader(text).get_single_data()
@@ -68,7 +67,8 @@ def _check(text: str) -> None:
     """Check depth and size by the events alone; an alias is as deep and as large as what it repeats."""
     open_: list[_Part] = [_Part("")]
     done: dict[str, _Part] = {}
-    for event in yaml.parse(text, Reader):
+    events: Iterator[Any] = iter(yaml.parse(text, Reader))
+    for event in events:
         if isinstance(event, yaml.CollectionStartEvent):
             open_.append(_Part(event.anchor or ""))
         elif isinstance(event, yaml.CollectionEndEvent):
@@ -77,8 +77,8 @@ def _check(text: str) -> None:
             open_[-1].add(part)
         elif isinstance(event, yaml.AliasEvent):
             if any(part.anchor == event.anchor for part in open_[1:]):
-                raise ValueError(f"line {event.start_mark.line + 1}: the alias '*{event.anchor}' is within what it repeats")
-            open_[-1].add(done.get(event.anchor, _Part("", -1)))
+                raise ConstructorError(None, None, f"the alias '*{event.anchor}' is recursive: within what it repeats", _mark(event))
+            open_[-1].add(done.get(event.anchor or "", _Part("", -1)))
         elif isinstance(event, yaml.ScalarEvent):
             part = done[event.anchor or ""] = _Part(event.anchor or "", -1)
             open_[-1].add(part)
@@ -86,6 +86,11 @@ def _check(text: str) -> None:
             raise ValueError(f"it is nested more than {DEEPEST} deep")
         if sum(part.size for part in open_) > MOST:
             raise ValueError(f"it has more than {MOST} values, those counted that its aliases repeat")
+
+
+def _mark(event: Any) -> Any:
+    """The place of an event: libyaml's and PyYAML's marks are of two types."""
+    return event.start_mark
 
 
 class _Part:

@@ -7,7 +7,7 @@ itself (MuJoCo 4.0).
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
 from msgspec import Struct, field
@@ -49,7 +49,7 @@ class _File(Struct):
     named: list[tuple[int, str]] = field(default_factory=list)
     folders: list[str] = field(default_factory=list)
 
-    def visit(self, line: int, name: str, attributes: dict[str, str] | None) -> None:
+    def visit(self, line: int, name: str, attributes: Mapping[str, str] | None) -> None:
         if attributes is None:
             self.times.pop()
             return
@@ -65,7 +65,7 @@ class _File(Struct):
         _check_amount(where, self.bodies, "bodies", MOST_BODIES)
         self.allocate(where, name, attributes)
 
-    def allocate(self, where: str, name: str, attributes: dict[str, str]) -> None:
+    def allocate(self, where: str, name: str, attributes: Mapping[str, str]) -> None:
         """Count the cells that an element asks for."""
         for one, other in (("nrow", "ncol"), ("width", "height")):
             if one in attributes or other in attributes:

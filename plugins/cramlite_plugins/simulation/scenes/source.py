@@ -142,7 +142,7 @@ def _check_numbers(path: Path, model: Any, data: Any) -> None:
         if np.abs(data.xpos[b]).max() > LARGEST:
             far = float(np.abs(data.xpos[b]).max())
             raise UserError(
-                f"{path}:{_line(path, name)}: body '{name}' is {far:.0f} m away; scenes are in metres and reach {LARGEST:g} m. "
+                f"{path}:{_line(path, name)}: body '{name}' is {far:.6g} m away; scenes are in metres and reach {LARGEST:g} m. "
                 "If this one is in millimetres, scale it by 0.001."
             )
 

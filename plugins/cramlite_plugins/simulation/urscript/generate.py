@@ -122,9 +122,7 @@ class _Writer:
         return [*lines, "else:", *_indented(self.block(s.otherwise))] if s.otherwise else lines
 
     def assignment(self, s: Assign) -> str:
-        value = self.value(s.value)
-        if not isinstance(s.value, Number | Truth | Text | Nothing):
-            value = f"m.kept({value})"
+        value = self.counted(s.value)
         if isinstance(s.target, Item):
             return f"set_item({self.value(s.target.value)}, {self.value(s.target.index)}, {value})"
         if isinstance(s.target, Member):
@@ -133,6 +131,11 @@ class _Writer:
             value = f"copied({value})"
         is_global = s.scope == "global" or (not s.scope and self.is_global(s.target.name))
         return f'g["{s.target.name}"] = {value}' if is_global else f"v_{s.target.name} = {value}"
+
+    def counted(self, e: Expression) -> str:
+        """The value, whose elements count as statements if it may be a list: whoever takes it looks at each."""
+        listed = isinstance(e, Name | Item | Member | Call | StructOf | Unary) or (isinstance(e, ListOf) and not e.pose)
+        return f"m.kept({self.value(e)})" if listed else self.value(e)
 
     def is_global(self, name: str) -> bool:
         return name in self.globals and name not in self.locals
@@ -179,12 +182,14 @@ class _Writer:
 
     def call(self, e: Call, prefix: str) -> str:
         named = "v_" if prefix == "f_" else ""
-        arguments = [*map(self.value, e.arguments), *(f"{named}{name}={self.value(v)}" for name, v in e.named)]
+        given = self.value if prefix == "f_" else self.counted
+        arguments = [*map(given, e.arguments), *(f"{named}{name}={given(v)}" for name, v in e.named)]
         return f"{prefix}{e.function}({', '.join(arguments)})"
 
     def binary(self, operator: str, left: str, right: str) -> str:
         if operator in _CALLS:
-            return f"{_CALLS[operator]}({left}, {right})"
+            value = f"{_CALLS[operator]}({left}, {right})"
+            return value if operator in "<>" else f"m.kept({value})"
         if operator in _SWAPPED:
             return f"(not {_SWAPPED[operator]}({left}, {right}))"
         if operator in ("and", "or"):

@@ -222,12 +222,18 @@ class Machine:
         self.line = line
         self.count += 1
         if self.count > self.limits.slice:
+            self.check_slice()
+
+    def check_slice(self) -> None:
+        """Refuse more statements than a thread may do within one control cycle."""
+        if self.count > self.limits.slice:
             raise ScriptError(f"{self.limits.slice} statements without sync(), sleep() or a motion: an endless loop")
 
     def kept(self, value: Any) -> Any:
-        """Count the elements of a list or struct that is assigned as statements, and check that they are not too many."""
+        """Count the elements of a list or struct as statements, and check that they are not too many."""
         if isinstance(value, list | dict):
             self.count += values.sized(value)
+            self.check_slice()
         return value
 
     def main(self, line: int) -> None:
