@@ -1,3 +1,4 @@
+# ruff: noqa: E501 (a table)
 """SECURITY.md is true: which commands listen where, and that no module reads pickles or runs text but those that are named."""
 
 from __future__ import annotations
