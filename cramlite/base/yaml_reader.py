@@ -27,6 +27,10 @@ DEEPEST = 100
 """Hand-written files have some ten levels; PyYAML's composer on libyaml overflows the C stack at some 10,000."""
 
 
+MOST = 1_000_000
+"""Values of a file, those that an alias repeats counted each time: readers walk through them all."""
+
+
 class Mapping(dict[Any, Any]):
     """Mapping with its line number and those of its keys, from 1."""
 
@@ -53,14 +57,51 @@ def read(text: str) -> Any:
 
     Raises:
         yaml.YAMLError: it is none, with the line where that shows.
-        ValueError: nested deeper than ``DEEPEST``, or a number has too many digits.
+        ValueError: nested deeper than ``DEEPEST``, more than ``MOST`` values, or a number has too many digits.
     """
-    depth = 0
-    for event in yaml.parse(text, Reader):
-        depth += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
-        if depth > DEEPEST:
-            raise ValueError(f"it is nested more than {DEEPEST} deep")
+    _check(text)
     return Reader(text).get_single_data()
+
+
+def _check(text: str) -> None:
+    """Check depth and size by the events alone; an alias is as deep and as large as what it repeats."""
+    open_: list[_Part] = [_Part("")]
+    done: dict[str, _Part] = {}
+    events: Iterator[Any] = iter(yaml.parse(text, Reader))
+    for event in events:
+        if isinstance(event, yaml.CollectionStartEvent):
+            open_.append(_Part(event.anchor or ""))
+        elif isinstance(event, yaml.CollectionEndEvent):
+            part = open_.pop()
+            done[part.anchor] = part
+            open_[-1].add(part)
+        elif isinstance(event, yaml.AliasEvent):
+            if any(part.anchor == event.anchor for part in open_[1:]):
+                raise ConstructorError(None, None, f"the alias '*{event.anchor}' is recursive: within what it repeats", _mark(event))
+            open_[-1].add(done.get(event.anchor or "", _Part("", -1)))
+        elif isinstance(event, yaml.ScalarEvent):
+            part = done[event.anchor or ""] = _Part(event.anchor or "", -1)
+            open_[-1].add(part)
+        if len(open_) + open_[-1].depth - 1 > DEEPEST:
+            raise ValueError(f"it is nested more than {DEEPEST} deep")
+        if sum(part.size for part in open_) > MOST:
+            raise ValueError(f"it has more than {MOST} values, those counted that its aliases repeat")
+
+
+def _mark(event: Any) -> Any:
+    """The place of an event: libyaml's and PyYAML's marks are of two types."""
+    return event.start_mark
+
+
+class _Part:
+    """Number of values and levels below a part of a document; -1 levels for a scalar."""
+
+    def __init__(self, anchor: str, depth: int = 0) -> None:
+        self.anchor, self.size, self.depth = anchor, 1, depth
+
+    def add(self, inner: _Part) -> None:
+        self.size += inner.size
+        self.depth = max(self.depth, inner.depth + 1)
 
 
 def _mapping(reader: Any, node: yaml.MappingNode) -> Iterator[Mapping]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,9 +11,12 @@ from ..base.errors import PluginError, UserError
 from ..base.value import Value
 from ..model.episode import Episode
 from ..ontology.prefixes import PREFIXES, curie
-from ..ontology.taxonomy import ontology_files
+from ..ontology.taxonomy import content_of, ontology_files
 from .arguments import Add, plugin_choice
 from .texts import counted
+
+_OUTSIDE = {"ServiceGraphPattern": "SERVICE", "DatasetClause": "FROM"}
+"""Operators with which rdflib opens an address or a file."""
 
 if TYPE_CHECKING:
     import rdflib
@@ -74,19 +77,30 @@ def _prepared(sparql: str) -> Any:
     from rdflib.plugins.sparql import prepareQuery
 
     try:
-        return prepareQuery(sparql, initNs=PREFIXES)
+        prepared = prepareQuery(sparql, initNs=PREFIXES)
     except Exception as error:  # pyparsing's errors, and rdflib's own, share no class
         words = " ".join(str(error).split())[:300]
         raise UserError(
             f"This is no SPARQL query: {words}. Write for example 'SELECT ?task WHERE {{ ?task "
             f"rdfs:subClassOf soma:PhysicalTask }}'; the prefixes {', '.join(PREFIXES)} are known."
         ) from None
+    if outside := next((_OUTSIDE[name] for name in _operators(prepared.algebra) if name in _OUTSIDE), None):
+        raise UserError(f"'{outside}' would read another file or address; a query is answered from the ontologies and episodes alone.")
+    return prepared
+
+
+def _operators(part: Any) -> Iterator[str]:
+    """Names of the operators of a query, those inside others included."""
+    if isinstance(part, dict):
+        yield str(getattr(part, "name", ""))
+    for inner in part.values() if isinstance(part, dict) else part if isinstance(part, list | tuple) else ():
+        yield from _operators(inner)
 
 
 def _graph(ontologies: Iterable[Path]) -> rdflib.Graph:
     from ..ontology.owl_files import parse
 
-    return parse([(file, file.read_bytes()) for file in ontology_files(ontologies)])
+    return parse([(file, content_of(file)) for file in ontology_files(ontologies)])
 
 
 def _answer(result: Any) -> Answer:

@@ -15,7 +15,7 @@ from typing import Any
 from msgspec import to_builtins
 
 from ..base.value import Value
-from .taxonomy import Taxonomy, cache_folder, load_taxonomy, ontology_files, write_cache
+from .taxonomy import Taxonomy, cache_folder, content_of, load_taxonomy, ontology_files, write_cache
 
 _ERROR = "http://www.daml.org/2002/03/agents/agent-ont#error"
 """What owlrl links its reports of contradictions with."""
@@ -121,7 +121,7 @@ def _names(files: list[tuple[Path, bytes]]) -> dict[str, Any]:
 
 def _cached(kind: str, files: list[Path], cache: Path, make: Callable[[list[tuple[Path, bytes]]], Any]) -> Any:
     """What is made of some files, kept by their content."""
-    contents = [file.read_bytes() for file in files]
+    contents = [content_of(file) for file in files]
     digest = hashlib.sha256(kind.encode() + b"".join(hashlib.sha256(c).digest() for c in contents))
     stored = cache / f"{kind}-{digest.hexdigest()[:32]}.json"
     try:

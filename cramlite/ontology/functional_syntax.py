@@ -13,6 +13,10 @@ from rdflib.namespace import OWL, RDF, RDFS, XSD
 _BUILT_IN = {"owl": OWL, "rdf": RDF, "rdfs": RDFS, "xsd": XSD}
 """Prefixes that need no declaration (W3C, OWL 2 Functional-Style Syntax, 2012, table 2); py-horned-owl asks for one."""
 _PREFIX = re.compile(r"^[ \t]*Prefix[ \t]*\([ \t]*([\w.-]*):[ \t]*=[ \t]*<([^>]*)>", re.MULTILINE)
+_BRACKET = re.compile(r'"(?:[^"\\]|\\.)*"|<[^>\s]*>|[()]')
+"""A bracket; or a literal or an IRI, in which there may be some."""
+DEEPEST = 100
+"""Expressions in one another: ontologies have some ten; py-horned-owl overflows the stack at some thousands."""
 _PLACE = re.compile(r"positives: \[(.*?)\].*line_col: Pos\(\((\d+), (\d+)\)\)")
 _SPAN = re.compile(r'ValidityError\("(.*?)", ByteSpan\((\d+)\.\.(\d+)\)\)')
 
@@ -30,6 +34,7 @@ def parse_functional(text: str, graph: rdflib.Graph) -> None:
     """
     import pyhornedowl
 
+    _check_depth(text)
     text = text.removeprefix("\ufeff")
     declared = dict(_PREFIX.findall(text))
     added = " ".join(f"Prefix({name}:=<{space}>)" for name, space in _BUILT_IN.items() if name not in declared)  # all lines stay
@@ -40,6 +45,14 @@ def parse_functional(text: str, graph: rdflib.Graph) -> None:
     graph.parse(data=made, format="xml")
     for name, space in declared.items():
         graph.bind(name, space)
+
+
+def _check_depth(text: str) -> None:
+    depth = 0
+    for found in _BRACKET.finditer(text):
+        depth += {"(": 1, ")": -1}.get(found[0], 0)
+        if depth > DEEPEST:
+            raise ValueError(f"line {text.count(chr(10), 0, found.start()) + 1}: it is nested more than {DEEPEST} deep")
 
 
 def _complaint(error: str, text: str, added: int) -> str:

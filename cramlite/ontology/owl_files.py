@@ -16,6 +16,7 @@ from rdflib.collection import Collection
 from rdflib.namespace import OWL, RDF, RDFS, SKOS
 
 from ..base.errors import UserError
+from ..base.guarded_files import check_json_ld, check_xml
 from .functional_syntax import is_functional, parse_functional
 from .prefixes import PREFIXES, curie, local_name
 
@@ -37,6 +38,7 @@ def parse(files: list[tuple[Path, bytes]], origins: dict[Node, tuple[str, int]] 
     for number, (path, content) in enumerate(files):
         syntax = _syntax(path, content)
         data = content if syntax == "xml" else _text(path, content)  # XML says itself how it is encoded
+        _check(path, syntax, data)
         try:
             with _quiet():
                 if syntax == "functional":
@@ -53,6 +55,14 @@ def parse(files: list[tuple[Path, bytes]], origins: dict[Node, tuple[str, int]] 
             for node in graph.subjects(OWL.onProperty):
                 origins.setdefault(node, (path.name, number))
     return graph
+
+
+def _check(path: Path, syntax: str, data: bytes | str) -> None:
+    """Refuse what would make a parser open another file or an address, or take more memory than the file's size lets expect."""
+    if isinstance(data, bytes):
+        check_xml(path, data)
+    elif syntax == "json-ld":
+        check_json_ld(path, data)
 
 
 def _syntax(path: Path, content: bytes) -> str:

@@ -221,7 +221,7 @@ def load_taxonomy(paths: Iterable[Path | str], cache: Path | None = None) -> Tax
         UserError: a file is missing or is no ontology; the message says what would be right.
     """
     files = ontology_files(paths)
-    contents = [_content(file) for file in files]
+    contents = [content_of(file) for file in files]
     digest = hashlib.sha256(_CACHE_FORMAT.encode())
     for content in contents:
         digest.update(hashlib.sha256(content).digest())
@@ -291,7 +291,8 @@ def ontology_files(paths: Iterable[Path | str]) -> list[Path]:
     return found
 
 
-def _content(path: Path) -> bytes:
+def content_of(path: Path) -> bytes:
+    """Read an ontology file, unless it is too large to be one."""
     limit = 200_000_000  # bytes; the largest published ontology in the field (SOMA, all modules) has 2 million
     if path.stat().st_size > limit:
         raise UserError(

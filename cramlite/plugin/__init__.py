@@ -12,6 +12,7 @@ from ..base.lazy_names import LazyNames
 
 if TYPE_CHECKING:
     from ..base.errors import CramliteError, InTheWay, ProcessGone, Unresolvable, UserError, did_you_mean, nearest
+    from ..base.guarded_files import check_file, check_json_ld, check_xml, read_arrays
     from ..base.html_template import html_template
     from ..base.pulse import checkpoint, stop_asked
     from ..base.quantities import Angle, Length, Mass, parse_quantity
@@ -58,6 +59,7 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "..base.errors": "CramliteError InTheWay ProcessGone Unresolvable UserError did_you_mean nearest",
+    "..base.guarded_files": "check_file check_json_ld check_xml read_arrays",
     "..base.html_template": "html_template",
     "..base.pulse": "checkpoint stop_asked",
     "..base.quantities": "Angle Length Mass parse_quantity",
@@ -153,6 +155,9 @@ __all__ = [
     "UserError",
     "Validator",
     "atoms",
+    "check_file",
+    "check_json_ld",
+    "check_xml",
     "checkpoint",
     "contents",
     "did_you_mean",
@@ -163,6 +168,7 @@ __all__ = [
     "measured",
     "nearest",
     "parse_quantity",
+    "read_arrays",
     "read_value",
     "stop_asked",
 ]

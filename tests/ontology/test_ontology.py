@@ -126,7 +126,7 @@ def test_cycles_are_reported_and_harmless(tmp_path: Path) -> None:
         ("x.ttl", "cram:A a\n\nowl:Class ; x:y cram:B .", r"x\.ttl:\d+: this cannot be read as an ontology: Prefix \"x:\" not bound"),
         ("x.ttl", "cram:A a cram:\udcff .", r"x\.ttl:\d+: this is not UTF-8 text \(byte \d+\)"),
         ("x.ttl", "<http://a b> a x:y .", "not bound"),
-        ("x.owl", "<rdf:RDF", r"x\.owl:1: this cannot be read"),
+        ("x.owl", "<rdf:RDF", r"x\.owl:1: this is not XML"),
         ("x.owl", "\x00\x01", "cannot be read"),
     ],
 )
@@ -196,7 +196,7 @@ def test_missing_files_are_explained(tmp_path: Path) -> None:
 def test_entity_bombs_do_not_explode(tmp_path: Path) -> None:
     entities = "".join(f'<!ENTITY e{k} "{f"&e{k - 1};" * 10 if k else "x" * 10}">' for k in range(12))
     text = f'<?xml version="1.0"?><!DOCTYPE r [{entities}]><r>&e11;</r>'
-    with pytest.raises(UserError, match="cannot be read"):
+    with pytest.raises(UserError, match=r"bomb\.owl:1: entity 'e1' is nested"):
         load_taxonomy([write(tmp_path, text, "bomb.owl")], tmp_path / "cache")
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import re
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -39,10 +41,16 @@ def scene_setting(
     state = " ".join(f"{v:.17g}" for v in scene["qpos"])
     key = f'<keyframe><key name="state" qpos="{state}"/></keyframe></mujoco>'
     (folder / "scene.xml").write_text(scene["xml"].replace("</mujoco>", key), encoding="utf-8", newline="\n")
-    world = {"file": str(folder.resolve() / "scene.xml"), "keyframe": "state"}
+    world = {"file": str(folder.resolve() / "scene.xml"), "keyframe": "state", "packages": _assets(scene["xml"])}
     whole = {"scenario": "episode", "world": world, "budget": SEARCH, **spec}
     setting = engine.setting(read_scenario(whole | {"tasks": []}), twins=twins)
     scenario = folder / "scenario.yaml"
     scenario.write_text(yaml.safe_dump(whole | {"goal": goal(setting.world.things)}, sort_keys=False), encoding="utf-8", newline="\n")
     mount = replace(setting.world.robots[0], joints=hello.joints, opening=min(hello.opening, setting.robot.gripper.opening[1]))
     return scenario, replace(setting, world=replace(setting.world, robots=(mount,)))
+
+
+def _assets(xml: str) -> dict[str, str]:
+    """The folder of the judge's meshes, which its scene names by absolute paths; the judge's own process has been trusted by then."""
+    folders = [str(Path(file).parent) for file in re.findall(r'\bfile="([^"]+)"', xml) if Path(file).is_absolute()]
+    return {"assets": os.path.commonpath(folders)} if folders else {}

@@ -9,7 +9,7 @@ import numpy as np
 from msgspec import Struct, field
 
 from cramlite.model import Entity, EntityName, Event, Floats, Repair
-from cramlite.plugin import UserError
+from cramlite.plugin import UserError, read_arrays
 
 from ..tracks import Rows
 from . import mongodump, robcog, soma
@@ -134,15 +134,7 @@ def _add_world_state(file: Path, parts: Parts) -> None:
 
 
 def _read_extras(file: Path, parts: Parts) -> None:
-    from zipfile import ZipFile
-
     try:
-        with ZipFile(file) as archive:
-            size = sum(i.file_size for i in archive.infolist())
-        if size > MAX_EXTRAS:
-            raise ValueError(f"it would take {size / 1e9:.1f} GB, and {MAX_EXTRAS / 1e9:.1f} GB are allowed")
-        with np.load(file, allow_pickle=False) as arrays:
-            parts.extras |= {k: np.asarray(arrays[k], dtype=float) for k in arrays.files}
-    except Exception as error:  # zipfile and NumPy raise a dozen kinds for damaged archives
-        why = " ".join(str(error).split())[:200]
-        raise UserError(f"{file}: no NumPy archive: {why}. Remove it to read the episode without joints.") from None
+        parts.extras |= {k: np.asarray(v, dtype=float) for k, v in read_arrays(file, MAX_EXTRAS).items()}
+    except (UserError, ValueError, TypeError) as error:
+        raise UserError(f"{str(error).removesuffix('.')}. Remove it to read the episode without joints.") from None

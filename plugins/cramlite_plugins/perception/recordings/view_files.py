@@ -10,8 +10,8 @@ The JSON has fx, fy, cx, cy, width, height (or ppx, ppy, as librealsense writes 
 
 from __future__ import annotations
 
-import zipfile
-import zlib
+import math
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -19,11 +19,15 @@ import numpy as np
 from pydantic import AliasChoices, BaseModel, ConfigDict, Field, ValidationError
 
 from cramlite.model import Depth, Image, Intrinsics, Points, Pose, Value, View
-from cramlite.plugin import UserError, nearest
+from cramlite.plugin import UserError, check_file, nearest, read_arrays
 
 from .cloud_files import Cloud, read_cloud
 
 DEPTH, COLOUR, CAMERA = "depth.png", ("color.png", "rgb.png"), "intrinsics.json"
+MOST_BYTES = 2**29
+"""Bytes of a view's arrays, unpacked: the largest depth cameras give 50 MB."""
+MOST_PIXELS = 2**26
+"""Pixels of an image: the largest depth cameras have 2 million."""
 GREY = 128
 """Colour of what has none."""
 NEAR, FAR = 0.05, 30.0
@@ -119,13 +123,7 @@ def _from_images(folder: Path) -> View:
 
 
 def _from_arrays(path: Path) -> View:
-    try:
-        if not zipfile.is_zipfile(path):
-            raise ValueError("it is no NumPy archive, or not all of it")
-        with np.load(path, allow_pickle=False) as data:
-            arrays = dict(data)
-    except (OSError, ValueError, EOFError, zipfile.BadZipFile, zlib.error) as error:
-        raise UserError(f"{path}: cannot be read as NPZ: {error}.") from error
+    arrays = read_arrays(path, MOST_BYTES)
     for key in ("depth", "intrinsics"):
         if key not in arrays:
             raise UserError(f"{path}: there is no array '{key}'; {nearest(key, arrays)}.")
@@ -193,10 +191,15 @@ def _image(path: Path) -> Image | Any:
     from PIL import Image as Pictures
 
     try:
-        with Pictures.open(path) as picture:
+        if not path.exists():
+            raise UserError(f"{path}: there is no such file.")
+        check_file(path, MOST_BYTES)
+        with warnings.catch_warnings(action="error"), Pictures.open(path, formats=("PNG",)) as picture:
+            if math.prod(picture.size) > MOST_PIXELS:
+                raise ValueError(f"it has {picture.width} x {picture.height} pixels, and at most {MOST_PIXELS} are read")
             return np.asarray(picture)
-    except FileNotFoundError:
-        raise UserError(f"{path}: there is no such file.") from None
+    except (Pictures.DecompressionBombError, Pictures.DecompressionBombWarning) as error:
+        raise UserError(f"{path}: cannot be read as an image: {error}.") from error
     except (OSError, SyntaxError, ValueError) as error:
         raise UserError(f"{path}: cannot be read as an image: {error}.") from error
 

@@ -14,11 +14,18 @@ import numpy as np
 from cramlite.model import Value
 from cramlite.plugin import UserError, nearest
 
+from .guard import Roots, check_scene
+
 PACKAGE = re.compile(r"package://([^/\"']+)/([^\"']*)")
 FILENAME = re.compile(r"(filename\s*=\s*[\"'])([^\"']+)")
 READ = ("stl", "obj", "msh")
 LEVEL = 0.98
 """Gravity must point down by this share (11 deg): what is meant to stand on a slope is not turned, what is meant y up is refused."""
+OPTIONS = {
+    "timestep": (1e-5, 0.1), "iterations": (0, 10_000), "ls_iterations": (0, 10_000), "noslip_iterations": (0, 10_000),
+    "ccd_iterations": (0, 10_000),
+}  # fmt: skip
+"""Options and their bounds: MuJoCo's defaults are 2 ms, 100, 50, 0 and 35."""
 LARGEST = 100.0
 """A scene that reaches farther [m] is in another unit: the largest kitchens are 20 m long."""
 
@@ -58,6 +65,7 @@ def read_source(path: Path, packages: Mapping[str, Path], keyframe: str = "") ->
         UserError: XML, a mesh, an include, a package, a mass or a number cannot be used; with file and line.
     """
     urdf = root_tag(path) == "robot"
+    check_scene(path, path.read_text(encoding="utf-8", errors="replace"), packages.values())
     try:
         with _warnings() as warned:
             spec = mujoco.MjSpec.from_string(_urdf(path, packages)) if urdf else mujoco.MjSpec.from_file(str(path))
@@ -65,8 +73,9 @@ def read_source(path: Path, packages: Mapping[str, Path], keyframe: str = "") ->
                 _loosen(spec)
             _drop_textures(spec)
             model = spec.compile()
-    except ValueError as error:
+    except (ValueError, RuntimeError, MemoryError) as error:  # RuntimeError: of C++, such as that no memory is left
         raise UserError(_explained(path, str(error))) from error
+    _check_options(path, model)
     data = mujoco.MjData(model)
     _start(path, model, data, keyframe)
     mujoco.mj_forward(model, data)
@@ -133,9 +142,17 @@ def _check_numbers(path: Path, model: Any, data: Any) -> None:
         if np.abs(data.xpos[b]).max() > LARGEST:
             far = float(np.abs(data.xpos[b]).max())
             raise UserError(
-                f"{path}:{_line(path, name)}: body '{name}' is {far:.0f} m away; scenes are in metres and reach {LARGEST:g} m. "
+                f"{path}:{_line(path, name)}: body '{name}' is {far:.6g} m away; scenes are in metres and reach {LARGEST:g} m. "
                 "If this one is in millimetres, scale it by 0.001."
             )
+
+
+def _check_options(path: Path, model: Any) -> None:
+    """Refuse options with which a step never ends, or nothing ever moves."""
+    for name, (least, most) in OPTIONS.items():
+        value = float(getattr(model.opt, name))
+        if not least <= value <= most:
+            raise UserError(f"{path}:{_line(path, f'{value:g}')}: the option {name} is {value:g}; from {least:g} to {most:g} is taken.")
 
 
 def _check_up(path: Path, model: Any) -> None:
@@ -193,6 +210,7 @@ def _resolved(path: Path, line: int, text: str, packages: Mapping[str, Path]) ->
         target = _package(path, where, package[1], packages) / package[2] if package else path.parent / found[2].removeprefix("file://")
         if not target.is_file():
             raise UserError(f"{where}: there is no file '{target}', which '{found[2]}' means.")
+        Roots(path, (*packages.values(), *([_package(path, where, package[1], packages)] if package else []))).check(where, target)
         if target.suffix[1:].lower() not in READ:
             raise UserError(f"{where}: '{target.name}' is no mesh that MuJoCo reads ({', '.join(READ)}); convert it.")
         return f"{found[1]}{target.resolve()}"

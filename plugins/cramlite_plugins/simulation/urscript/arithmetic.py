@@ -13,6 +13,7 @@ from typing import Any
 from .values import PoseValue, ScriptError, show, text, whole
 
 NUMBERS = (int, float)
+MATRIX = 1_000  # elements of a matrix: a product of two takes their number to the power 3/2
 Operation = Callable[[Any, Any], Any]
 
 
@@ -84,6 +85,8 @@ def matrix(value: Any, where: str) -> list[list[Any]]:
     rows = value if type(value) is list else []
     if not rows or not all(type(row) is list and row and len(row) == len(rows[0]) for row in rows):
         raise ScriptError(f"{where} needs a matrix [[...], [...]] with rows of one length, not {show(value)}")
+    if len(rows) * len(rows[0]) > MATRIX:
+        raise ScriptError(f"{where} takes matrices of up to {MATRIX} elements, not of {len(rows)} rows with {len(rows[0])}")
     return [[_number(v, where) for v in row] for row in rows]
 
 
@@ -108,6 +111,8 @@ def _product(a: list[Any], b: list[Any]) -> list[Any]:
     columns = list(zip(*matrix(b if _is_matrix(b) else [[v] for v in b], "'*'"), strict=True))
     if len(rows[0]) != len(columns[0]):
         raise ScriptError(f"'*' needs as many columns on its left as rows on its right, not {len(rows[0])} and {len(columns[0])}")
+    if len(rows) * len(columns) > MATRIX:
+        raise ScriptError(f"'*' makes matrices of up to {MATRIX} elements, not of {len(rows)} rows with {len(columns)}")
     product = [[reduce(add, map(multiply, row, column)) for column in columns] for row in rows]
     if not _is_matrix(a):
         return product[0]

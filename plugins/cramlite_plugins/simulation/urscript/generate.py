@@ -3,7 +3,7 @@
 Every function is a Python generator: it yields whenever its thread waits for the next control cycle.
 Names: ``f_NAME`` a function of the program, ``v_NAME`` a local variable, ``b_NAME`` a built-in function,
 ``g["NAME"]`` a global variable, ``m`` the machine. Only names that the lexer accepted and ``repr`` of
-constants enter the source, so no program can smuggle Python in.
+constants enter the source, so no program can smuggle Python in; ``python_subset`` checks it once more.
 
 Scope (URScript manual, "Scoping rules"): ``local`` is local; ``global`` is global; a name without either is the
 global of that name where there is one, and else local. Variables of the outermost function are
@@ -122,7 +122,7 @@ class _Writer:
         return [*lines, "else:", *_indented(self.block(s.otherwise))] if s.otherwise else lines
 
     def assignment(self, s: Assign) -> str:
-        value = self.value(s.value)
+        value = self.counted(s.value)
         if isinstance(s.target, Item):
             return f"set_item({self.value(s.target.value)}, {self.value(s.target.index)}, {value})"
         if isinstance(s.target, Member):
@@ -131,6 +131,11 @@ class _Writer:
             value = f"copied({value})"
         is_global = s.scope == "global" or (not s.scope and self.is_global(s.target.name))
         return f'g["{s.target.name}"] = {value}' if is_global else f"v_{s.target.name} = {value}"
+
+    def counted(self, e: Expression) -> str:
+        """The value, whose elements count as statements if it may be a list: whoever takes it looks at each."""
+        listed = isinstance(e, Name | Item | Member | Call | StructOf | Unary) or (isinstance(e, ListOf) and not e.pose)
+        return f"m.kept({self.value(e)})" if listed else self.value(e)
 
     def is_global(self, name: str) -> bool:
         return name in self.globals and name not in self.locals
@@ -177,12 +182,14 @@ class _Writer:
 
     def call(self, e: Call, prefix: str) -> str:
         named = "v_" if prefix == "f_" else ""
-        arguments = [*map(self.value, e.arguments), *(f"{named}{name}={self.value(v)}" for name, v in e.named)]
+        given = self.value if prefix == "f_" else self.counted
+        arguments = [*map(given, e.arguments), *(f"{named}{name}={given(v)}" for name, v in e.named)]
         return f"{prefix}{e.function}({', '.join(arguments)})"
 
     def binary(self, operator: str, left: str, right: str) -> str:
         if operator in _CALLS:
-            return f"{_CALLS[operator]}({left}, {right})"
+            value = f"{_CALLS[operator]}({left}, {right})"
+            return value if operator in "<>" else f"m.kept({value})"
         if operator in _SWAPPED:
             return f"(not {_SWAPPED[operator]}({left}, {right}))"
         if operator in ("and", "or"):

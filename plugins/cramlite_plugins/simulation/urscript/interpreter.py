@@ -20,6 +20,7 @@ from .builtins import PURE, Library
 from .check import Lack, check, refuse_lacks
 from .generate import generate
 from .parser import parse
+from .python_subset import compiled
 from .syntax import Function
 from .values import ScriptError
 
@@ -100,7 +101,7 @@ def examine(text: str, library: Library = PURE) -> tuple[Loaded, list[Lack]]:
 
 
 def _compiled(tree: Function, library: Library) -> CodeType:
-    return compile(generate(tree, library), "<urscript>", "exec")
+    return compiled(generate(tree, library), _NAMES)
 
 
 def _too_deep(part: Function, library: Library) -> int:
@@ -116,6 +117,10 @@ def _too_deep(part: Function, library: Library) -> int:
 def _lacking(name: str) -> None:
     """Stop where a program would call what there is not; ``load`` refuses those that could."""
     raise ScriptError(f"the controller model does not have '{name}'")
+
+
+_NAMES = frozenset((*(f.__name__ for f in _HELPERS), "lacking"))
+"""Functions that generated code names without a prefix."""
 
 
 class _Globals(dict[str, Any]):
@@ -217,7 +222,19 @@ class Machine:
         self.line = line
         self.count += 1
         if self.count > self.limits.slice:
+            self.check_slice()
+
+    def check_slice(self) -> None:
+        """Refuse more statements than a thread may do within one control cycle."""
+        if self.count > self.limits.slice:
             raise ScriptError(f"{self.limits.slice} statements without sync(), sleep() or a motion: an endless loop")
+
+    def kept(self, value: Any) -> Any:
+        """Count the elements of a list or struct as statements, and check that they are not too many."""
+        if isinstance(value, list | dict):
+            self.count += values.sized(value)
+            self.check_slice()
+        return value
 
     def main(self, line: int) -> None:
         """Count a statement of the outermost function, and record its line."""

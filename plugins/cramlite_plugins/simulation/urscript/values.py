@@ -11,7 +11,7 @@ from typing import Any
 from cramlite.model import Pose
 
 LONGEST = 1023  # characters of a string (URScript manual, "Types")
-LARGEST, DEEPEST = 10_000, 10  # values of a struct and their nesting: far above real programs, so that none fills the memory
+LARGEST, DEEPEST = 10_000, 10  # elements of a list or struct and their nesting: far above real programs, so that none fills the memory
 
 
 class ScriptError(Exception):
@@ -35,23 +35,31 @@ class StructValue(dict[str, Any]):
 def copied(value: Any) -> Any:
     """Copy a value for an assignment."""
     if isinstance(value, StructValue):
-        if _size(value, 0) > LARGEST:
-            raise ScriptError(f"a struct with more than {LARGEST} values")
+        sized(value)
         return StructValue((name, copied(v)) for name, v in value.items())
     return type(value)(copied(v) for v in value) if isinstance(value, list) else value
 
 
+def sized(value: Any) -> int:
+    """Count the elements of a value, those of its elements included, and check that they are not too many."""
+    size = _size(value, 0)
+    if size > LARGEST:
+        raise ScriptError(f"a list or struct with more than {LARGEST} elements")
+    return size
+
+
 def _size(value: Any, depth: int) -> int:
-    """Count the values of a struct; what grows in itself would fill the memory."""
+    if not isinstance(value, StructValue | list):
+        return 1
     if depth > DEEPEST:
         raise ScriptError(f"structs and lists in one another more than {DEEPEST} deep")
-    if isinstance(value, StructValue | list):
-        return sum(_size(v, depth + 1) for v in (value.values() if isinstance(value, StructValue) else value))
-    return 1
+    parts = value.values() if isinstance(value, StructValue) else value
+    return len(value) + sum(_size(v, depth + 1) - 1 for v in parts if isinstance(v, StructValue | list))
 
 
 def struct_value(fields: dict[str, Any]) -> StructValue:
     """Make the value of a literal struct(...)."""
+    sized(StructValue(fields))
     return StructValue((name, copied(v)) for name, v in fields.items())
 
 
@@ -75,6 +83,7 @@ def _struct(value: Any, name: str) -> StructValue:
 
 def list_value(*items: Any) -> list[Any]:
     """Make the value of a literal [...]: a list, or a list of lists (a matrix), and no deeper."""
+    sized(list(items))
     return [_element(v) for v in items]
 
 

@@ -1,0 +1,180 @@
+"""Files that strangers wrote: what a reader may be made to do is decided before it reads.
+
+Parsers behind these guards (MuJoCo's, rdflib's, NumPy's) trust what a file says of its own size. ``defusedxml`` guards Python's own XML
+parsers alone, and refuses the harmless entities that event logs declare.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+import math
+import re
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+from xml.parsers import expat
+from zipfile import BadZipFile, ZipFile
+
+from .errors import UserError
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+MOST_ENTITIES, LONGEST_ENTITY = 64, 300
+"""Event logs declare six entities, namespaces of at most 60 characters."""
+DEEPEST = 500
+"""Nesting of XML elements, as in tinyxml2, with which MuJoCo reads."""
+MOST_TEXT = 2**26
+"""Characters of attributes and text of an XML file, its entities written out."""
+Attributes = Mapping[str, str]
+Visit = Callable[[int, str, Attributes | None], None]
+"""Is told the line and name of each XML element, and its attributes: None where it ends."""
+_COMMENT = re.compile(r"<!--(.*?)-->", re.DOTALL)
+
+
+def check_file(path: Path, most: int) -> None:
+    """Check that a file is one, and not larger than a number of bytes: a device or a pipe would be read for ever.
+
+    Raises:
+        UserError: it is not; says what would be right.
+    """
+    try:
+        size = path.stat().st_size
+    except OSError as error:
+        raise UserError(f"{path}: cannot be read: {error.strerror}.") from error
+    if not path.is_file():
+        what = "a folder" if path.is_dir() else "a device or a pipe"
+        raise UserError(f"{path}: this is {what}, and a file is needed.")
+    if size > most:
+        raise UserError(f"{path}: {size / 1e6:.1f} MB; files of this kind have at most {most / 1e6:g} MB. Split or simplify it.")
+
+
+def check_xml(path: Path, content: str | bytes, visit: Visit | None = None) -> None:
+    """Parse an XML text, with harmless entities only and nested no deeper than ``DEEPEST``; nothing else is opened.
+
+    Args:
+        path: of the file, which errors name.
+        content: of the file. In text "--" within comments is let pass, as most readers do; bytes are decoded as they say themselves.
+        visit: is told each element.
+
+    Raises:
+        UserError: it is no XML; an entity is external, nested, or long; it is nested too deeply, or too long; with file and line.
+    """
+    text = content if isinstance(content, bytes) else _bytes(content)
+    lines = len(text) - len(text.lstrip(b"\n"))
+    parser = expat.ParserCreate(None if isinstance(content, bytes) else "utf-8")
+    state = _State(path, visit or (lambda *_: None), lambda: int(parser.CurrentLineNumber) + lines)
+    parser.buffer_text = True
+    parser.EntityDeclHandler = state.entity
+    parser.StartElementHandler, parser.EndElementHandler = state.start, state.end
+    parser.CharacterDataHandler = state.count
+    try:
+        parser.Parse(text[lines:], True)
+    except expat.ExpatError as error:
+        raise UserError(f"{path}:{error.lineno + lines}: this is not XML: {expat.ErrorString(error.code)}; correct the XML.") from None
+
+
+def _bytes(text: str) -> bytes:
+    """A text as UTF-8; before its first element are line ends only, and comments have no hyphens."""
+    start = text.lstrip("\ufeff \t\r\n")
+    marked = _COMMENT.sub(lambda found: f"<!--{found[1].replace('-', '=')}-->", start)
+    return b"\n" * text[: len(text) - len(start)].count("\n") + marked.encode("utf-8", "replace")
+
+
+class _State:
+    """Progress of an XML text that is being parsed."""
+
+    def __init__(self, path: Path, visit: Visit, line: Callable[[], int]) -> None:
+        self.path, self.visit, self.line = path, visit, line
+        self.depth = self.entities = self.characters = 0
+
+    def refuse(self, what: str) -> UserError:
+        return UserError(f"{self.path}:{self.line()}: {what}")
+
+    def entity(self, name: str, parameter: bool, value: str | None, *_: object) -> None:
+        self.entities += 1
+        harmful = parameter or value is None or "&" in value or "%" in value or len(value) > LONGEST_ENTITY
+        if harmful or self.entities > MOST_ENTITIES:
+            raise self.refuse(
+                f"entity '{name}' is nested, external, longer than {LONGEST_ENTITY} characters, or one of more than {MOST_ENTITIES}, "
+                "which could exhaust memory or read other files. Only abbreviations such as those of namespaces are accepted."
+            )
+
+    def start(self, name: str, attributes: dict[str, str]) -> None:
+        self.depth += 1
+        if self.depth > DEEPEST:
+            raise self.refuse(f"elements are nested more than {DEEPEST} deep; no file of this kind needs that.")
+        for key, value in attributes.items():
+            self.count(key + value)
+        self.visit(self.line(), name, attributes)
+
+    def end(self, name: str) -> None:
+        self.depth -= 1
+        self.visit(self.line(), name, None)
+
+    def count(self, text: str) -> None:
+        self.characters += len(text)
+        if self.characters > MOST_TEXT:
+            raise self.refuse(f"with its entities written out it has more than {MOST_TEXT} characters.")
+
+
+def check_json_ld(path: Path, text: str) -> None:
+    """Check that a JSON-LD text has its contexts in itself: rdflib would open the file or the address that one names.
+
+    Raises:
+        UserError: it names one, or is no JSON, or nested too deeply.
+    """
+    try:
+        open_: list[object] = [json.loads(text)]
+    except (ValueError, RecursionError):
+        raise UserError(f"{path}:1: cannot be read as JSON-LD: no JSON, or nested too deeply.") from None
+    while open_:
+        node = open_.pop()
+        if isinstance(node, dict):
+            for key, value in node.items():
+                values = value if isinstance(value, list) else [value]
+                if key in ("@context", "@import") and (named := next((v for v in values if isinstance(v, str)), None)):
+                    raise UserError(f"{path}:1: its {key} is kept elsewhere ({named:.80}); write it into the file.")
+            open_ += node.values()
+        elif isinstance(node, list):
+            open_ += node
+
+
+def read_arrays(path: Path, most: int) -> dict[str, NDArray[Any]]:
+    """Read the arrays of a NumPy archive (.npz): no pickles, and nothing is allocated that is not in the file.
+
+    Args:
+        most: bytes of all arrays together, unpacked.
+
+    Raises:
+        UserError: it is no such archive, is damaged, would take more, or has an array of objects.
+    """
+    import zlib
+
+    try:
+        check_file(path, most)
+        with ZipFile(path) as archive:
+            size = sum(entry.file_size for entry in archive.infolist())
+            if size > most:
+                raise ValueError(f"unpacked it would take {size / 1e9:.1f} GB, and {most / 1e9:.1f} GB are allowed")
+            return {name.removesuffix(".npy"): _array(archive.read(name), name) for name in archive.namelist()}
+    except (OSError, ValueError, KeyError, EOFError, BadZipFile, zlib.error, NotImplementedError, RuntimeError, MemoryError) as error:
+        why = " ".join(str(error).split())[:200] or type(error).__name__
+        raise UserError(f"{path}: it is no NumPy archive, or not all of it: {why}.") from error
+
+
+def _array(content: bytes, name: str) -> NDArray[Any]:
+    """The array of a .npy file; its header's shape must be that of its bytes."""
+    import numpy as np
+
+    file = io.BytesIO(content)
+    version = np.lib.format.read_magic(file)
+    read = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
+    shape, _, dtype = read(file)
+    if dtype.hasobject:
+        raise ValueError(f"'{name}' has Python objects (pickles), which are not read")
+    if math.prod(shape) * dtype.itemsize > len(content):
+        raise ValueError(f"'{name}' says that it has the shape {shape}, and has {len(content)} bytes")
+    file.seek(0)
+    return np.lib.format.read_array(file, allow_pickle=False)

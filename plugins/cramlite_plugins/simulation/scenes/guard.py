@@ -1,0 +1,183 @@
+"""What a scene file makes MuJoCo do, found out before MuJoCo reads it: which files it opens, and how much it allocates.
+
+MuJoCo itself opens any path, devices included, repeats elements as often as a file says, and crashes on a model that is attached to
+itself (MuJoCo 4.0).
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from pathlib import Path
+
+from msgspec import Struct, field
+
+from cramlite.plugin import UserError, check_file, check_xml
+
+MOST_BYTES = 200_000_000
+"""Bytes of a mesh or a file of a scene: 200,000 faces, MuJoCo's limit, take 10 MB as STL and some 50 MB as OBJ."""
+MOST_ELEMENTS, MOST_BODIES = 50_000, 2_000
+"""XML elements and bodies, repeated ones counted each time: the largest kitchens of RoboCasa have some 10,000 and 500."""
+MOST_CELLS = 2**24
+"""Cells of a height field or pixels of a texture, and sizes times elements: 128 MB."""
+REPEATED = ("composite", "flexcomp", "replicate")
+_FILES = re.compile(r"file\w*")
+_FOLDERS = ("assetdir", "meshdir", "texturedir")
+_UNALLOCATED = ("nconmax", "njmax", "nstack")
+"""Sizes that MuJoCo reserves and does not fill."""
+
+
+Weight = tuple[int, int]
+
+
+class _File(Struct):
+    """What has been read of a file.
+
+    Args:
+        times: how often what is read now is repeated, by each element around it.
+        attached: attachments of other models.
+        named: line and path of each file that it names.
+        folders: that it says its meshes and pictures are in.
+    """
+
+    path: Path
+    times: list[int] = field(default_factory=lambda: [1])
+    elements: int = 0
+    bodies: int = 0
+    attached: int = 0
+    sizes: int = 0
+    named: list[tuple[int, str]] = field(default_factory=list)
+    folders: list[str] = field(default_factory=list)
+
+    def visit(self, line: int, name: str, attributes: Mapping[str, str] | None) -> None:
+        if attributes is None:
+            self.times.pop()
+            return
+        where = f"{self.path}:{line}"
+        times = self.times[-1] * (_count(where, attributes.get("count", "1")) if name in REPEATED else 1)
+        self.times.append(times)
+        self.elements += times
+        self.bodies += times * (name in ("body", "link", *REPEATED[:2]))
+        self.attached += times * (name == "attach")
+        self.folders += [attributes[k] for k in _FOLDERS if attributes.get(k)]
+        self.named += [(line, v) for k, v in attributes.items() if _FILES.fullmatch(k) and v and "://" not in v]
+        _check_amount(where, self.elements, "elements", MOST_ELEMENTS)
+        _check_amount(where, self.bodies, "bodies", MOST_BODIES)
+        self.allocate(where, name, attributes)
+
+    def allocate(self, where: str, name: str, attributes: Mapping[str, str]) -> None:
+        """Count the cells that an element asks for."""
+        for one, other in (("nrow", "ncol"), ("width", "height")):
+            if one in attributes or other in attributes:
+                cells = _count(where, f"{attributes.get(one, 1)} {attributes.get(other, 1)}")
+                _check_amount(where, cells, f"cells ({one} x {other})", MOST_CELLS)
+        if name == "size":
+            self.sizes += sum(_count(where, v) for k, v in attributes.items() if k.startswith("n") and k not in _UNALLOCATED)
+        _check_amount(where, self.sizes * self.elements, "numbers (sizes x elements)", MOST_CELLS)
+
+
+def check_scene(path: Path, text: str, packages: Iterable[Path]) -> None:
+    """Check a scene file and all files that it names.
+
+    Args:
+        text: of the file, as MuJoCo is given it.
+        packages: folders beside its own that it may name files of.
+
+    Raises:
+        UserError: it is no XML, would take too much memory, includes itself, or names a file that is none, is too large, or is
+            in no folder that it may read; with file and line.
+    """
+    _weight(path, text, Roots(path, tuple(packages)), (path.resolve(),), {})
+
+
+class Roots(Struct):
+    """Folders that a scene file may read: its own, that of the ROS package that it is in, and stated ones.
+
+    Args:
+        path: of the scene file.
+        stated: by the scenario or on the command line.
+    """
+
+    path: Path
+    stated: tuple[Path, ...] = ()
+
+    def folders(self) -> Iterator[Path]:
+        """List them, links resolved."""
+        yield from (self.path.parent.resolve(), self.path.resolve().parent)
+        yield from [f for f in self.path.resolve().parents if (f / "package.xml").is_file()][:1]
+        yield from (folder.resolve() for folder in self.stated)
+
+    def check(self, where: str, file: Path) -> None:
+        """Refuse a file that is in none of them, is no file, or is too large."""
+        if not any(file.resolve().is_relative_to(folder) for folder in self.folders()):
+            raise UserError(
+                f"{where}: '{file}' is outside of the scene's folder '{self.path.parent}', and a scene may name files in it only. "
+                "If this one should be read, say so: 'packages: {assets: FOLDER}' beside the scene's 'file', or --package assets=FOLDER."
+            )
+        try:
+            check_file(file, MOST_BYTES)
+        except UserError as error:
+            raise UserError(f"{where}: {error}") from None
+
+
+def _weight(path: Path, text: str, roots: Roots, around: tuple[Path, ...], known: dict[Path, Weight]) -> Weight:
+    """Elements and bodies of a file with all that it includes and attaches; ``known`` are those of files that were read."""
+    here = _File(path)
+    check_xml(path, text, here.visit)
+    inner = [(0, 0)]
+    for line, name in here.named:
+        for file in _meant(name, here.folders, {roots.path.parent, path.parent}):
+            where = f"{path}:{line}"
+            roots.check(where, file)
+            if file.resolve() in around:
+                raise UserError(f"{where}: '{name}' includes itself; take one 'include' or 'model' out.")
+            if file not in known:
+                content = _model(file)
+                known[file] = (0, 0) if content is None else _weight(file, content, roots, (*around, file.resolve()), known)
+            inner.append(known[file])
+    bodies = max(b for _, b in inner) * here.attached + sum(b for _, b in inner) + here.bodies
+    elements = max(e for e, _ in inner) * here.attached + sum(e for e, _ in inner) + here.elements
+    _check_amount(f"{path}:1", elements, "elements", MOST_ELEMENTS)
+    _check_amount(f"{path}:1", bodies, "bodies", MOST_BODIES)
+    return elements, bodies
+
+
+def _meant(name: str, folders: Iterable[str], bases: set[Path]) -> list[Path]:
+    """The files that a name may mean: beside the file or the scene, or in the folder of meshes or of pictures."""
+    names = (name, Path(name).name)
+    found = [base / folder / n for base in sorted(bases) for folder in ("", *folders) for n in names]
+    return list(dict.fromkeys(f for f in found if _is_there(f)))
+
+
+def _is_there(file: Path) -> bool:
+    try:
+        return file.exists() and not file.is_dir()
+    except (OSError, ValueError):  # a name too long, or with a zero
+        return False
+
+
+def _model(file: Path) -> str | None:
+    """The text of a file that is a part of a model; None for meshes and pictures."""
+    with file.open("rb") as opened:
+        if b"<mujoco" not in opened.read(100_000) and file.suffix.lower() not in (".xml", ".mjcf", ".urdf"):
+            return None
+    return file.read_text(encoding="utf-8", errors="replace")
+
+
+def _count(where: str, text: str) -> int:
+    """The product of the integers of an attribute."""
+    product = 1
+    for word in text.split():
+        try:
+            product *= max(int(float(word)), 1)
+        except (ValueError, OverflowError):
+            raise UserError(f"{where}: '{text[:40]}' is no count; write whole numbers.") from None
+    return product
+
+
+def _check_amount(where: str, amount: int, what: str, most: int) -> None:
+    if amount > most:
+        raise UserError(
+            f"{where}: up to here the scene has {amount:,} {what}, repeated ones counted each time; up to {most:,} are read. "
+            "Simplify it, or leave out what does not matter."
+        )
