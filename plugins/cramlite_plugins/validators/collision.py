@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
 from cramlite.model import Rollout, Touch, Value, thing_of
-from cramlite.plugin import HAND, HELD, Allowance, Candidate, Cost, Finding
+from cramlite.plugin import HAND, HELD, Allowance, Candidate, Cost, Finding, checkpoint
 
 from ..shapes.mounts import mounts
 from .explained import explained_at
@@ -66,6 +66,7 @@ def bumps(candidate: Candidate) -> Iterator[Bump]:
     assert rollout is not None
     contacts = _Contacts(candidate, rollout)
     for k, touches in enumerate(rollout.touches):
+        checkpoint()
         for pair, (force, touch) in _by_pair(touches).items():
             limit = contacts.limit(k, pair)
             if limit is not None:

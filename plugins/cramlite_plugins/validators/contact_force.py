@@ -22,12 +22,12 @@ from cramlite.model import (
     thing_of,
     walk,
 )
-from cramlite.plugin import HAND, Candidate
+from cramlite.plugin import HAND, Candidate, checkpoint
 
 from ..motions.motion_kinds import LIMIT
 from ..motions.ontology_limits import Known, lowest
 from .grips import held_at
-from .task_times import inner_tasks
+from .task_times import inner_tasks, origins
 
 GRAVITY = 9.81
 STOPPED = 1.15  # a program that stops at its task's force limit has gone beyond it by then: 28.3 N at 25 N, measured
@@ -83,6 +83,18 @@ def _steps(candidate: Candidate) -> Mapping[str, list[AnyStep]]:
     return found
 
 
+def guard_forces(candidate: Candidate) -> list[TaskForce | None]:
+    """Return for each sample what the guarded motion of the plan whose code runs then presses with, by the force that ends it; None
+    where none runs, and at its first samples, which have peaks of the code before it."""
+    guards: dict[str, TaskForce] = {}
+    for step in walk(candidate.program.steps):
+        if isinstance(step, MoveUntilContact):
+            own = TaskForce(_force(step) or 0.0, f"of {step.origin}, which ends at {step.force:g} N")
+            guards[step.origin] = max(own, guards.get(step.origin, own), key=lambda guard: guard.most)
+    known = origins(candidate)
+    return [guards.get(origin) if origin == known[max(k - SPREAD, 0)] else None for k, origin in enumerate(known)]
+
+
 class ForceLimits(NamedTuple):
     """What the arm may feel at each sample (N,) [N], whose limit that is, and the task."""
 
@@ -94,17 +106,21 @@ class ForceLimits(NamedTuple):
 def force_limits(candidate: Candidate) -> ForceLimits:
     """Return what the arm may feel at each sample: what its task may press with while something is touched, else the program's limit.
 
-    A task that declares a force has that all through. What is carried may be heavier than believed; what bears little lowers the limit.
+    A task that declares a force has that all through. A guarded motion has what its own force and speed lead to, where that is less: a
+    text that goes on pressing beyond the force of the plan is refused. What is carried may be heavier than believed; what bears little
+    lowers the limit.
     """
     program, rollout, tasks = candidate.program, candidate.rollout, inner_tasks(candidate)
     assert rollout is not None
     own, fragile, held = task_forces(candidate), _fragile(candidate), held_at(rollout)
+    guards = guard_forces(candidate)
     weights = {t.name: GRAVITY * (t.mass or 0.0) for t in candidate.world.things if t.joint is None}
     most, source = np.full(len(tasks), program.force_limit), [program.force_limit_source] * len(tasks)
-    for k, touched in enumerate(_touched(rollout, held)):
+    for k, touched in enumerate(touched_at(rollout, held)):
         force = own[tasks[k]]
         if not touched and not force.declared:
             continue
+        force = min(force, (guards[k] if touched else None) or force, key=lambda one: one.most)
         limit, whose = STOPPED * force.most, f"{force.source} ({force.most:g} N, and {STOPPED - 1:.0%} while it stops)"
         least = min((fragile[one] for one in touched if one in fragile), key=lambda known: known.value, default=None)
         if least is not None and least.value < force.most:
@@ -121,10 +137,11 @@ def _fragile(candidate: Candidate) -> dict[str, Known]:
     return {name: known for name, known in said.items() if known is not None}
 
 
-def _touched(rollout: Rollout, held: list[str]) -> Iterator[set[str]]:
-    """What meets at each sample, a little before and after it: something, and the hand or what it holds; empty where nothing does."""
+def touched_at(rollout: Rollout, held: list[str]) -> Iterator[set[str]]:
+    """Yield what meets at each sample, a little before and after it: something, and the hand or what it holds; empty where nothing does."""
     met = [_met(touches, {HAND, one} - {""}) for touches, one in zip(rollout.touches, held, strict=True)]
     for k in range(len(met)):
+        checkpoint()
         yield set[str]().union(*met[max(0, k - SPREAD) : k + SPREAD + 1])
 
 

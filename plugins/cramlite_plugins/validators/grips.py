@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from cramlite.model import Floats, Rollout, Touch, thing_of
+from cramlite.plugin import checkpoint
 
 from .swings import Turn, off
 
@@ -70,6 +71,7 @@ def _opened(rollout: Rollout, grip: Grip, until: int) -> bool:
 
 
 def _pressed(touches: Iterable[Touch]) -> str:
+    checkpoint()
     sides: dict[str, set[str]] = {"effector/left": set(), "effector/right": set()}
     for touch in touches:
         for pad, other in ((touch.a, touch.b), (touch.b, touch.a)):

@@ -18,6 +18,7 @@ from cramlite.model import (
     ForceMove,
     MoveJoints,
     MoveLinear,
+    SetGripper,
     SetPayload,
     Value,
     Wait,
@@ -27,10 +28,13 @@ from cramlite.model import (
 )
 from cramlite.plugin import Candidate, Cost, Finding, Validator, hookimpl
 
+from .grips import held_at
+from .step_ends import wrong_end
 from .task_times import origins
 
 SHORT = 0.04  # ways below are not judged [m]: a tool that is led lags by up to 5 mm, and touches begin up to 30 mm early
 SHARE = 0.4  # of its way a step covers at least: half of a tilt empties a jug, and a tenth is left for lag
+LEAN = np.radians(10.0)  # of what is held, when a task ends: as far from the vertical is upright (predicates/attitudes.py)
 LEVER = 0.1  # a turn of 1 rad counts as so much way [m]: what is held reaches about as far from the tool centre point
 
 
@@ -72,7 +76,9 @@ class Steps(Value):
 
     Each that has code in the text that was proven has some in the text that ran. Steps that move the arm, the fingers or the
     platform run in their order. Each motion to a stated pose covers its way: from where the hand is when the step's code
-    begins it goes at least ``SHARE`` of the way to that pose, measured along that way, position and rotation taken together.
+    begins it goes at least ``SHARE`` of the way to that pose, measured along that way, position and rotation taken together. A motion that
+    feels ends as it is meant to, in the range that the plan gives it (``step_ends``). What is in the hand when a task has moved the arm
+    for the last time leans as the plan has it there: the tasks that follow begin with that.
 
     Steps inside a control step are left to the run, which decides about them.
     """
@@ -100,6 +106,8 @@ class Steps(Value):
         judged = [k for k in range(len(stages)) if k not in {*gone, *(late for late, _, _ in turns.late)}]
         for k in judged:
             yield from self._way(candidate, stages[k], _when(turns, k))
+            yield from self._felt(candidate, stages[k], _when(turns, k))
+        yield from self._leaning(candidate, [(stages[k], _when(turns, k)) for k in judged])
 
     def _late(self, candidate: Candidate, stages: list[Stage], turn: tuple[int, int, int]) -> Finding:
         assert candidate.rollout is not None
@@ -121,6 +129,22 @@ class Steps(Value):
         if share < SHARE:
             said = f"{stage.origin} was not carried out: the hand covered {max(share, 0):.0%} of its way of {1000 * length:.0f} mm"
             yield Finding(self.name, False, f"{said}, {SHARE:.0%} is needed", share, SHARE, "", stage.origin)
+
+    def _felt(self, candidate: Candidate, stage: Stage, ran: Ran) -> Iterator[Finding]:
+        reason = wrong_end(candidate, stage.steps, ran)
+        if reason:
+            yield Finding(self.name, False, f"{stage.origin} was not carried out: {reason}", origin=stage.origin)
+
+    def _leaning(self, candidate: Candidate, ran: Iterable[tuple[Stage, Ran]]) -> Iterator[Finding]:
+        assert candidate.rollout is not None
+        held, loose = held_at(candidate.rollout), {t.name for t in candidate.world.things if t.joint is None}
+        last = {task_of(stage.origin): (stage, when) for stage, when in ran if _leads(stage)}
+        for stage, when in last.values():
+            target, thing = _target(candidate, stage), held[when.end]
+            lean = _lean(_hand(candidate, when.end), target) if target is not None and thing in loose else 0.0
+            if lean > LEAN:
+                said = f"{stage.origin} was not carried out: '{thing}' leans {np.degrees(lean):.0f} deg from where it leads"
+                yield Finding(self.name, False, f"{said}, limit {np.degrees(LEAN):.0f} deg", lean, LEAN, "rad", stage.origin)
 
 
 def _stages(steps: Iterable[AnyStep]) -> list[Stage]:
@@ -174,6 +198,16 @@ def _stretches(each: list[str]) -> Iterator[tuple[str, int, int]]:
 def _moves(stage: Stage) -> bool:
     """Whether something moves in a stage; the others may change places with their neighbours."""
     return any(not isinstance(s, SetPayload | ZeroSensor | Wait | Control) for s in walk(stage.steps))
+
+
+def _leads(stage: Stage) -> bool:
+    """Whether a stage moves the arm."""
+    return any(not isinstance(s, SetPayload | ZeroSensor | Wait | SetGripper) for s in stage.steps)
+
+
+def _lean(hand: Floats, other: Floats) -> float:
+    """How far two poses of the tool (4, 4) are turned against the vertical [rad]."""
+    return float(np.arccos(np.clip(hand[2, :3] @ other[2, :3], -1.0, 1.0)))
 
 
 def _when(turns: Turns, stage: int) -> Ran:

@@ -1,0 +1,125 @@
+"""Where steps end that feel: guarded motions, searches, insertions and extractions, against the ranges that their plan gives them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from cramlite.model import (
+    AnyStep,
+    Floats,
+    ForceExtract,
+    ForceInsert,
+    MoveLinear,
+    MoveUntilContact,
+    Pose,
+    Rollout,
+    SpiralSearch,
+)
+from cramlite.plugin import Candidate
+
+from .contact_force import SPREAD, touched_at
+from .grips import held_at
+
+SHARE = 0.4
+"""Of its way an insertion or extraction covers at least: what hangs may hang on the outer half of its peg."""
+OFF = 0.01
+"""A hand is by so much elsewhere than it was told to be [m]: one that moves lags by up to 5 mm, and an arm's own errors are below 1 mm."""
+GAVE_WAY = 0.5
+"""Share of its advance after which a search has found what it looks for: a sample may miss the last millimetre."""
+RIM = 1.8
+"""Force of a search, as a multiple of that which it presses with, at which a rim holds the tool: it ends at twice that, and a sample may
+miss the peak."""
+
+
+def wrong_end(candidate: Candidate, steps: Sequence[AnyStep], samples: Sequence[int]) -> str:
+    """Return what is wrong with where a step ended that feels; "" where nothing is, and for any other step.
+
+    Args:
+        steps: the step as the last one, after those of the same designator.
+        samples: the first at which their code ran, and the one after the last.
+    """
+    ends: Mapping[type[Any], Callable[[_Run, Any], str]] = {
+        MoveUntilContact: _guarded, SpiralSearch: _searched, ForceInsert: _inserted, ForceExtract: _extracted,
+    }  # fmt: skip
+    end = ends.get(type(steps[-1]))
+    if end is None:
+        return ""
+    assert candidate.rollout is not None
+    first, last = samples
+    if first == last:
+        return "none of its code ran"
+    tools = np.array([_position(candidate, row) for row in candidate.rollout.joints[first : last + 1]])
+    return end(_Run(candidate.rollout, steps[:-1], tools, first, last), steps[-1])
+
+
+class _Run(NamedTuple):
+    """Run of a step.
+
+    Args:
+        before: steps of the same designator.
+        tools: where the tool was (N, 3) [m].
+        first, last: samples of the run.
+    """
+
+    rollout: Rollout
+    before: Sequence[AnyStep]
+    tools: Floats
+    first: int
+    last: int
+
+
+def _position(candidate: Candidate, joints: Sequence[float]) -> Floats:
+    from ..kinematics.kinematics import forward
+
+    return np.asarray(forward(candidate.robot, tuple(joints)).position)
+
+
+def _guarded(run: _Run, step: MoveUntilContact) -> str:
+    """A guarded motion ends where it meets something, before the end of its range; or there, if it need not meet anything."""
+    touched, way = list(touched_at(run.rollout, held_at(run.rollout))), np.array(step.direction)
+    gone = float((run.tools[-1] - run.tools[0]) @ way)
+    known = [np.array(s.target.position) for s in run.before[-1:] if isinstance(s, MoveLinear) and not s.relative]
+    start = known[0] if known else run.tools[0]
+    beyond = float((run.tools[-1] - start) @ way) - step.distance
+    if beyond > OFF and (known or not run.before):
+        return f"it went on {1000 * beyond:.0f} mm beyond the end of its range of {1000 * step.distance:.0f} mm"
+    if any(touched[run.last - SPREAD : run.last + SPREAD + 1]) or (step.expect == "any" and gone > step.distance - OFF):
+        return ""
+    return f"it ended after {1000 * gone:.0f} of at most {1000 * step.distance:.0f} mm, where nothing was met"
+
+
+def _searched(run: _Run, step: SpiralSearch) -> str:
+    """A search ends where the tool gives way, or a rim holds it, within its radius."""
+    axis, ways = _axis(step.frame), run.tools - run.tools[0]
+    aside = float(np.linalg.norm(ways[-1] - (ways[-1] @ axis) * axis))
+    if aside > step.radius + OFF:
+        return f"it ended {1000 * aside:.0f} mm from where it began, within a radius of {1000 * step.radius:.0f} mm it searches"
+    force = float(run.rollout.contact_force()[run.first : run.last + 1].max())
+    advance = float((ways @ axis).max())
+    if advance > GAVE_WAY * step.advance or force > RIM * step.force:
+        return ""
+    return f"it gave way by {1000 * advance:.1f} of {1000 * step.advance:.1f} mm, and no rim held it"
+
+
+def _inserted(run: _Run, step: ForceInsert) -> str:
+    gone = float((run.tools[-1] - run.tools[0]) @ _axis(step.frame))
+    if gone > step.depth + OFF:
+        return f"it was pushed in by {1000 * gone:.0f} mm, {1000 * step.depth:.0f} mm are its depth"
+    return _covered(gone, step.depth)
+
+
+def _extracted(run: _Run, step: ForceExtract) -> str:
+    return _covered(float((run.tools[-1] - run.tools[0]) @ _axis(step.frame)), step.way)
+
+
+def _covered(gone: float, way: float) -> str:
+    if gone >= SHARE * way:
+        return ""
+    return f"it covered {1000 * max(gone, 0.0):.0f} of {1000 * way:.0f} mm, {SHARE:.0%} are needed"
+
+
+def _axis(frame: Pose) -> Floats:
+    return np.asarray(frame.rotate((0.0, 0.0, 1.0)))
