@@ -89,7 +89,7 @@ class _Placing:
         return _shifted(pose, (x, y, z))
 
     def _support(self, thing: Thing) -> tuple[str, float]:
-        """What a thing stands on, or comes down on from where the world has it, and how far that was lifted there [m]; "" and 0 for none."""
+        """What a thing stands or comes down on, and how far that was lifted where it stands [m]; "" and 0 for nothing."""
         if not thing.movable or not thing.geoms:
             return "", 0.0
         (x, y, _), foot = thing.pose.position, bottom(thing)
