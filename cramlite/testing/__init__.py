@@ -14,6 +14,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from types import ModuleType
 
+from ..planning.symbolic_planner import has_planner
 from ..plugin import hookspecs
 from ..plugin.registry import Registry
 from .plan_checks import plan_changes
@@ -50,7 +51,7 @@ def check_plugin(
 
     Args:
         kinds, relations: as ``check_task_type`` takes them.
-        plans: whether these goals are planned.
+        plans: whether these goals are planned, where the planner of goals is installed.
 
     Raises:
         AssertionError: with what is wrong.
@@ -67,7 +68,7 @@ def check_plugin(
         check_task_type(task, kinds=kinds, relations=relations, hooks=own)
     for hook in CHECKS.keys() & own.keys():
         check_declared(hook, own[hook]())
-    if plans and "task_types" in own and (changes := plan_changes(plugin)):
+    if plans and "task_types" in own and has_planner() and (changes := plan_changes(plugin)):
         warnings.warn(f"{plugin.__name__} changes plans: {'; '.join(map(str, changes))}", stacklevel=2)
 
 
