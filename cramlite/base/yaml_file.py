@@ -23,19 +23,29 @@ def load_yaml(path: Path) -> Any:
     Raises:
         UserError: no such file, not UTF-8 text, too large, not YAML, a tag, or a key given twice.
     """
+    try:
+        if path.stat().st_size > LARGEST:
+            raise UserError(f"{path}: {path.stat().st_size} bytes; a file of this kind has at most {LARGEST}.")
+        text = path.read_text(encoding="utf-8")
+    except OSError as error:
+        raise UserError(f"{path}: cannot be read: {error.strerror}.") from error
+    except UnicodeDecodeError as error:
+        raise UserError(f"{path}: not UTF-8 text (byte {error.start}); save it as UTF-8.") from error
+    return parse_yaml(text, path)
+
+
+def parse_yaml(text: str, path: Path) -> Any:
+    """Parse YAML as ``load_yaml`` does; ``path`` stands for its file in messages.
+
+    Raises:
+        UserError: not YAML, a tag, or a key given twice.
+    """
     from yaml import MarkedYAMLError, YAMLError
 
     from .yaml_reader import read
 
     try:
-        if path.stat().st_size > LARGEST:
-            raise UserError(f"{path}: {path.stat().st_size} bytes; a file of this kind has at most {LARGEST}.")
-        text = path.read_text(encoding="utf-8")
         return read(text)
-    except OSError as error:
-        raise UserError(f"{path}: cannot be read: {error.strerror}.") from error
-    except UnicodeDecodeError as error:
-        raise UserError(f"{path}: not UTF-8 text (byte {error.start}); save it as UTF-8.") from error
     except MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         line = f":{mark.line + 1}" if mark else ""

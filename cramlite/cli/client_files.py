@@ -2,14 +2,28 @@
 
 from __future__ import annotations
 
+import os
+from collections.abc import Iterator, Mapping
 from pathlib import Path
+from typing import Any
 
 from ..base.errors import UserError
 from ..base.resources import shipped_scenario
 from ..base.value import Value
+from ..base.yaml_file import parse_yaml
+from ..scenario.scenario import INLINE, Scenario, read_scenario, scenario_from
 
 LONGEST_NAME = 300
 """Characters: a path within one folder is shorter."""
+
+
+def _texts(data: Any) -> Iterator[str]:
+    """All texts of data, keys left out."""
+    if isinstance(data, str):
+        yield data
+    elif isinstance(data, Mapping | list):
+        for part in data.values() if isinstance(data, Mapping) else data:
+            yield from _texts(part)
 
 
 def quoted(text: str) -> str:
@@ -37,6 +51,29 @@ class ClientFiles(Value):
         """
         path = inside(self.folder, name)
         return path if path.is_file() else shipped_scenario(name)
+
+    def read(self, said: str | Mapping[str, Any]) -> Scenario:
+        """Read a scenario: that of a name, or one that is given as data or as the text of a file; its paths start from the folder.
+
+        Raises:
+            UserError: it cannot be used, or a file that it names lies elsewhere.
+        """
+        if isinstance(said, str) and "\n" not in said:
+            return read_scenario(self.scenario(said))
+        path = self.folder / INLINE
+        data = parse_yaml(said, path) if isinstance(said, str) else said
+        for text in _texts(data):
+            self._require_inside(text)
+        return scenario_from(path, data)
+
+    def _require_inside(self, text: str) -> None:
+        """Refuse a text that leads out of the folder where it is taken for a path."""
+        path = Path(os.path.normpath(self.folder / text))
+        if not path.is_relative_to(self.folder) or (os.path.lexists(path) and not path.resolve().is_relative_to(self.folder.resolve())):
+            raise UserError(
+                f"{quoted(text)} is outside the folder of this server; a scenario that is given as data names files in it alone, "
+                "relative to it."
+            )
 
     def episode(self, name: str) -> Path:
         """Find an episode, a file or a folder, in the folder.

@@ -6,9 +6,8 @@ directory is for readers; before anything moves it is compared with what was pro
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import closing
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from msgspec import json
@@ -21,7 +20,6 @@ from ..base.value import Value
 from ..engine.solution import Solution
 from ..planning.diagnosis import failure_text
 from ..planning.trace import Trace
-from ..scenario.scenario import read_scenario
 from .client_files import ClientFiles, quoted
 from .run_files import run_key, write_execution, write_solution, write_trace
 
@@ -41,11 +39,14 @@ class Asked(Value):
     """Question of a client: what is to be proven.
 
     Args:
-        path, seed: of the scenario.
+        files: that the client may name.
+        scenario: name, data or text of the scenario.
+        seed: of its world.
         goal: sentences that stand for what the scenario starts from; none for the scenario's own start.
     """
 
-    path: Path
+    files: ClientFiles
+    scenario: str | Mapping[str, Any]
     seed: int
     goal: tuple[str, ...] = ()
 
@@ -55,12 +56,14 @@ class Asked(Value):
         Raises:
             UserError: it cannot be used, or the goal is none.
         """
-        scenario = read_scenario(self.path)
+        scenario = self.files.read(self.scenario)
         return scenario.with_goal(self.goal) if self.goal else scenario
 
     def key(self, scenario: Scenario, setting: Setting, engine: Engine) -> dict[str, Any]:
-        """Return what the run depends on: files, seed, plugins and the goal that was said."""
-        return run_key(scenario, setting, None, engine) | ({"goal": list(self.goal)} if self.goal else {})
+        """Return what the run depends on: files, seed, plugins, and the goal and the world that were said."""
+        said = {"goal": list(self.goal)} if self.goal else {}
+        given = {} if scenario.path.is_file() else {"given": self.scenario}
+        return run_key(scenario, setting, None, engine) | said | given
 
 
 class ProvenRun(Value):
@@ -104,17 +107,18 @@ class ProvenRuns:
         """Names of the runs whose programs may be run."""
         return list(self._proven)
 
-    def prove(self, scenario: str, seed: int, say: Say, stop: Stop, goal: tuple[str, ...] = ()) -> ProvenRun:
+    def prove(self, scenario: str | Mapping[str, Any], seed: int, say: Say, stop: Stop, goal: tuple[str, ...] = ()) -> ProvenRun:
         """Resolve a scenario into a run directory, with its report; nothing of it is executed.
 
         Args:
+            scenario: its name; or the scenario itself, as data or as the text of a file.
             goal: sentences that stand for what the scenario starts from.
 
         Raises:
             NoSolution: every candidate was refused, or it was stopped.
             UserError: the scenario cannot be used.
         """
-        asked = Asked(self._files.scenario(scenario), seed, goal)
+        asked = Asked(self._files, scenario, seed, goal)
         read = asked.read()
         engine = self._engine.suited(read)
         reading = engine.read(read)
@@ -220,7 +224,7 @@ def _require_unaltered(proven: ProvenRun) -> None:
     now = engine.setting(scenario, seed=proven.asked.seed)
     if proven.asked.key(scenario, now, engine) != proven.key or _place(now) != _place(solution.setting):
         raise UserError(
-            f"The world of '{proven.asked.path}' is not the one that the program of '{proven.name}' was proven in: the scenario, or a file "
+            f"The world of '{scenario.path}' is not the one that the program of '{proven.name}' was proven in: the scenario, or a file "
             "that it names, was altered since. Nothing was run; 'resolve' proves a program for the world as it is now."
         )
 

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 def run_key(scenario: Scenario, setting: Setting, backend: str | None, engine: Engine) -> dict[str, Any]:
     """Return what a run depends on: files, seed, doubts, code writer and plugins."""
-    files = [scenario.path, *(Path(t.mesh.path) for t in setting.world.things if t.mesh)]
+    files = [*([scenario.path] if scenario.path.is_file() else []), *(Path(t.mesh.path) for t in setting.world.things if t.mesh)]
     if scenario.spec.demonstration and scenario.resolve_path(scenario.spec.demonstration).exists():
         files.append(scenario.resolve_path(scenario.spec.demonstration))
     if scenario.spec.plan and scenario.resolve_path(scenario.spec.plan).is_file():

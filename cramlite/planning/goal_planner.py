@@ -126,8 +126,7 @@ def reasons(goal: GoalFacts, facts: frozenset[Fact], steps: tuple[Operator, ...]
         after = step.apply(facts)
         made, gone = sorted(after - facts), sorted(facts - after)
         said = NEEDLESS
-        following: tuple[Operator | GoalFacts, ...] = (*steps[k + 1 :], goal)
-        for later in following:
+        for later in _following(goal, steps, k):
             useful = [say(f) for f in made if f in later.needs]
             useful += ["no longer " + say(f) for f in gone if later.barred_by(f, facts)]
             if useful:
@@ -135,6 +134,28 @@ def reasons(goal: GoalFacts, facts: frozenset[Fact], steps: tuple[Operator, ...]
                 break
         yield said
         facts = after
+
+
+def surplus(goal: GoalFacts, facts: frozenset[Fact], steps: tuple[Operator, ...]) -> frozenset[tuple[bool, Fact]]:
+    """Return the facts that steps make, or end, and that neither a later step nor the goal asks for; True where one is made.
+
+    What follows from a change that is asked for, as predicates declare it, is none of them.
+    """
+    found: set[tuple[bool, Fact]] = set()
+    for k, step in enumerate(steps):
+        after, following = step.apply(facts), _following(goal, steps, k)
+        made = frozenset(f for f in after - facts if any(f in later.needs for later in following))
+        ended = {f for f in facts - after if any(later.barred_by(f, facts) for later in following)}
+        held = {f[-1] for f in facts | after if step.fluents[f[0]].in_hand}
+        made = step.fluents.implied(made, held)
+        left = step.fluents.after(facts, made, ended)
+        found |= {(True, f) for f in after - facts - made} | {(False, f) for f in (facts - after) & left}
+        facts = after
+    return frozenset(found)
+
+
+def _following(goal: GoalFacts, steps: tuple[Operator, ...], k: int) -> tuple[Operator | GoalFacts, ...]:
+    return (*steps[k + 1 :], goal)
 
 
 def say(fact: Fact) -> str:

@@ -10,7 +10,7 @@ from ..base.pulse import checkpoint
 from .goal_planner import NEEDLESS, TaskPlan
 from .handling import said
 from .operators import Operator
-from .pddl import PlanStep
+from .pddl import PddlText, PlanStep
 from .plan_file import steps_of
 from .planning_problem import PlanningProblem, Scope
 from .symbolic_planner import fast_downward
@@ -40,25 +40,38 @@ def task_plans(
     No sequence contains an earlier one, and none has a step that nothing asks for. But where the trace says what the failure of
     one depends on, the next are those in which that is another: what was in the way is moved first.
 
+    Sequences of shipped and of preferred tasks come first, then those that other plugins' tasks are in (``added_tasks``). One of
+    these comes before only where it is shorter, and has no effects beyond the goal and the preconditions of its later steps
+    that the other has not.
+
     Args:
-        most: sequences of which nothing was said.
+        most: sequences of which nothing was said; of those with other plugins' tasks as many again.
         trace: of the search that tries each sequence before the next is asked for.
     """
-    given, level, missed = _Given(problem), 0, 0
-    while len(given.unexplained) < most and missed < WRONG:
+    given = _Given(problem)
+    for added in (False, True) if problem.knowledge.added_tasks else (True,):
+        yield from _stream(given, added, progress, most, trace)
+
+
+def _stream(
+    given: _Given, added: bool, progress: Callable[[str], None], most: int, trace: Trace | None
+) -> Iterator[TaskPlan]:
+    """Generate further sequences, with the tasks of all plugins or without the added ones."""
+    known, level, missed = len(given.unexplained), 0, 0
+    while len(given.unexplained) < known + most and missed < WRONG:
         checkpoint()
-        scopes = list(given.problem.scopes())
+        scopes = [replace(s, added=added) for s in given.problem.scopes()]
         if level == len(scopes):
             return
         problem = given.problem.within(scopes[level])
-        steps = _asked(given, problem, scopes[level], progress)
-        if steps is None:
-            if given.unexplained and not given.problem.blocked:
+        found = _planned(given, problem, scopes[level], progress)
+        if found is None:
+            if len(given.unexplained) > known and not given.problem.blocked:
                 return
             level += 1
             continue
-        plan, kept = _plan(problem, steps)
-        new = plan is not None and NEEDLESS not in plan.reasons and not any(_within(e, plan.steps) for e in given.unexplained)
+        plan, kept = found if added else _better(given, problem, scopes[level], found, progress)
+        new = given.new(plan)
         missed = 0 if new else missed + 1
         if plan is not None and new:
             yield plan
@@ -83,6 +96,10 @@ class _Given:
         self.unexplained: list[tuple[Operator, ...]] = []
         """Sequences that failed, or did not, for reasons that were not said."""
 
+    def new(self, plan: TaskPlan | None) -> bool:
+        """Whether a plan has no needless step and contains no sequence that was given."""
+        return plan is not None and NEEDLESS not in plan.reasons and not any(_within(e, plan.steps) for e in self.unexplained)
+
     def learn(self, plan: TaskPlan, trace: Trace | None) -> bool:
         """Whether the failure of a sequence rules something out that was not known."""
         found = trace.refutation if trace is not None else None
@@ -94,11 +111,35 @@ class _Given:
         return bool(new)
 
 
-def _asked(given: _Given, problem: PlanningProblem, scope: Scope, progress: Callable[[str], None]) -> list[PlanStep] | None:
-    """The planner's plan with the things of a scope; None where there is none."""
-    text = problem.pddl(scope, given.earlier)
+Found = tuple[TaskPlan | None, list[PlanStep]]
+"""A planner's plan as the engine sees it, None where it is none of its, and the steps that are left of it."""
+
+
+def _planned(given: _Given, problem: PlanningProblem, scope: Scope, progress: Callable[[str], None]) -> Found | None:
+    """The planner's plan with the things and tasks of a scope; None where there is none."""
+    return _answer(problem.pddl(scope, given.earlier), problem, scope, progress)
+
+
+def _answer(text: PddlText, problem: PlanningProblem, scope: Scope, progress: Callable[[str], None]) -> Found | None:
     answer = fast_downward(text, few_things(problem, scope), progress)
-    return steps_of(answer.plan, text, "the planner's plan") if answer.plan is not None else None
+    return _plan(problem, steps_of(answer.plan, text, "the planner's plan")) if answer.plan is not None else None
+
+
+def _better(given: _Given, problem: PlanningProblem, scope: Scope, found: Found, progress: Callable[[str], None]) -> Found:
+    """A plan, or the one with added tasks that is shorter and has no effects that nothing asks for beyond those of the plan.
+
+    Where plans are not the shortest, their lengths say nothing; and after a plan that failed, the known tasks' others come first.
+    """
+    plan, wider = found[0], replace(scope, added=True)
+    added = problem.knowledge.added_tasks
+    if plan is None or given.unexplained or not few_things(problem, scope):
+        return found
+    text = problem.pddl(wider, given.earlier)
+    other = _answer(text, problem, wider, progress) if added & {s.task for s in text.actions.values()} else None
+    rival = other[0] if other is not None and given.new(other[0]) else None
+    if rival is None or other is None or len(rival.steps) >= len(plan.steps):
+        return found
+    return other if problem.surplus(rival.steps) <= problem.surplus(plan.steps) else found
 
 
 def few_things(problem: PlanningProblem, scope: Scope) -> bool:
@@ -107,7 +148,7 @@ def few_things(problem: PlanningProblem, scope: Scope) -> bool:
     return sum(ON_JOINT if t.joint is not None else t.movable for t in things) < FEW + ON_JOINT / 2  # thirds do not add up to ones
 
 
-def _plan(problem: PlanningProblem, steps: list[PlanStep]) -> tuple[TaskPlan | None, list[PlanStep]]:
+def _plan(problem: PlanningProblem, steps: list[PlanStep]) -> Found:
     """A planner's plan as the engine sees it, without needless steps and shutting first, and the steps that are left of it."""
     found = [(s, o) for s in steps if (o := problem.operator(s)) is not None]
     operators = [o for _, o in found]

@@ -22,6 +22,7 @@ from .goal_planner import (
     ground_goal,
     parse_goals,
     reasons,
+    surplus,
 )
 from .handling import Done, handled
 from .handling import said as said_task
@@ -47,12 +48,14 @@ class Scope(Value):
         on_fixed: whether things are put only where the goal asks for them, or on what cannot be moved.
         carried: whether they are only put there by a hand that holds them, and not pushed.
         left_shut: whether nothing is opened because it was in the way of opening or shutting something else.
+        added: whether tasks of plugins that are neither shipped nor preferred are among theirs.
     """
 
     things: frozenset[str]
     on_fixed: bool = False
     carried: bool = False
     left_shut: bool = False
+    added: bool = True
 
 
 class PlanningProblem(Value, eq=False):
@@ -121,6 +124,7 @@ class PlanningProblem(Value, eq=False):
         tasks = self.knowledge.tasks
         schemas = [self._here(s, scope) for s in action_schemas(grounder, self.knowledge.goal_rules, tasks)]
         schemas = [s for s in schemas if s.in_hand or not (scope.carried and tasks[s.task].places)]
+        schemas = [s for s in schemas if scope.added or s.task not in self.knowledge.added_tasks]
         facts = [f for f in self.facts if here.issuperset(map(thing_of, f[1:]))]
         entities = [*grounder.scene.entities, *grounder.contents]
         relevant = _relevant(self.wanted, schemas, grounder.fluents, bool(self.blocked))
@@ -229,6 +233,10 @@ class PlanningProblem(Value, eq=False):
         """Return operators as a plan, each with why it is there."""
         found = tuple(reasons(self.wanted, self.facts, tuple(steps)))
         return TaskPlan(tuple(steps), tuple(self._out_of_the_way(steps, k) or reason for k, reason in enumerate(found)))
+
+    def surplus(self, steps: Sequence[Operator]) -> frozenset[tuple[bool, Fact]]:
+        """Return what operators make or end beyond what later ones and the goal ask for."""
+        return surplus(self.wanted, self.facts, tuple(steps))
 
     def _out_of_the_way(self, steps: Sequence[Operator], k: int) -> str:
         """What a step makes possible that geometry refused before; "" where it does not."""

@@ -114,6 +114,11 @@ def examine_planner() -> None:
         raise PluginError("Fast Downward found no plan of one action")
 
 
+def has_planner() -> bool:
+    """Check whether Fast Downward is installed: it is an extra."""
+    return find_spec(PACKAGE.replace("-", "_")) is not None
+
+
 def _room() -> tuple[str, ...]:
     """The option that limits memory, where the system can: neither macOS nor Windows does (notes in the driver's ``limits.py``), and
     ``LONGEST`` ends a search there."""

@@ -209,14 +209,22 @@ class Knowledge:
 
     @property
     def goal_rules(self) -> tuple[Rule, ...]:
-        """Rules in the order in which goals try their tasks: the shipped ones first.
+        """Rules in the order in which goals try their tasks: those of preferred plugins, the shipped ones, all others.
 
         So where sequences are equally long, the installation of a further plugin changes none of them.
         """
+        preferred = self.registry.preferred
+        return tuple(
+            sorted(self.rules, key=lambda r: (self.task_owners.get(r.task) not in preferred, r.task in self.added_tasks))
+        )
+
+    @cached_property
+    def added_tasks(self) -> frozenset[str]:
+        """Classes of tasks of plugins that are neither shipped nor preferred."""
         from .entry_points import OWN_DISTRIBUTION
 
-        own = {i.name for i in self.registry.infos if i.distribution == OWN_DISTRIBUTION}
-        return tuple(sorted(self.rules, key=lambda r: self.task_owners.get(r.task) not in own))
+        known = {i.name for i in self.registry.infos if i.distribution == OWN_DISTRIBUTION} | {*self.registry.preferred}
+        return frozenset(t for t in self.tasks if self.task_owners[t] not in known)
 
 
 def pick(kind: str, table: Mapping[str, Any], name: str, where: str = "") -> Any:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
-from types import FunctionType
+from types import FunctionType, ModuleType
 from typing import Any
 
 import pluggy
@@ -148,6 +148,10 @@ class Registry(Struct, dict=True):
             self.faults.append(Fault(name, version, "import", "", fault))
         elapsed = (time.perf_counter() - begin) * 1000
         self.infos.append(PluginInfo(name, distribution, version, place, hooks, elapsed, fault))
+
+    def include(self, module: ModuleType) -> None:
+        """Load a plugin that is a module already, beside those that are installed."""
+        self._load(module.__name__, lambda: module, "module", "", module.__name__)
 
     def _same_name(self, name: str, distribution: str, place: str) -> str:
         """Why a second plugin of a name is not loaded; empty for the first one."""

@@ -20,8 +20,8 @@ from .scaled_thing import scaled
 from .thing_boxes import bottom, boxes
 from .twin_drawing import DEG, MM, Drawing
 
-GAP = 0.01
-"""What stands may be this far above or inside what it stands on when the world is written [m]; it settles."""
+INSIDE = 0.01
+"""What stands may be this far inside what it stands on when the world is written [m]; it settles."""
 NANOMETRE = 9
 """Digits of heights on what leans or is scaled [m]: what is neither leaves what it carries as it is, to the last bit."""
 
@@ -89,7 +89,7 @@ class _Placing:
         return _shifted(pose, (x, y, z))
 
     def _support(self, thing: Thing) -> tuple[str, float]:
-        """What a thing stands on, and how far that was lifted where it stands [m]; "" and 0 where it stands on nothing."""
+        """What a thing stands or comes down on, and how far that was lifted where it stands [m]; "" and 0 for nothing."""
         if not thing.movable or not thing.geoms:
             return "", 0.0
         (x, y, _), foot = thing.pose.position, bottom(thing)
@@ -98,7 +98,7 @@ class _Placing:
             for other in self.world.things
             if other.name in self.found
             for low, high in boxes(other)
-            if low[0] <= x <= high[0] and low[1] <= y <= high[1] and abs(high[2] - foot) <= GAP
+            if low[0] <= x <= high[0] and low[1] <= y <= high[1] and high[2] <= foot + INSIDE
         ]
         if not tops:
             return "", 0.0

@@ -9,12 +9,15 @@ from __future__ import annotations
 
 import importlib
 import inspect
+import warnings
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from types import ModuleType
 
+from ..planning.symbolic_planner import has_planner
 from ..plugin import hookspecs
 from ..plugin.registry import Registry
+from .plan_checks import plan_changes
 from .plugin_checks import (
     CHECKS,
     check_backend,
@@ -30,7 +33,7 @@ from .task_checks import KINDS, RELATIONS, check_task_type, sample_action, sampl
 
 __all__ = [
     "KINDS", "RELATIONS", "check_backend", "check_expert", "check_file", "check_plugin", "check_predicate", "check_robot",
-    "check_task_type", "check_validator", "sample_action", "sample_belief", "sample_program", "sample_robot",
+    "check_task_type", "check_validator", "plan_changes", "sample_action", "sample_belief", "sample_program", "sample_robot",
 ]  # fmt: skip
 
 
@@ -39,11 +42,16 @@ def check_plugin(
     *,
     kinds: Mapping[str, Iterable[str]] = KINDS,
     relations: Iterable[str] = RELATIONS,
+    plans: bool = True,
 ) -> None:
     """Check that a plugin module loads, that its hooks match their specifications, and that it keeps its contracts.
 
+    A warning lists the goals of shipped scenarios that are planned with other tasks when the plugin is installed
+    (``plan_changes``); of a task with a rule that goals can use, this takes some seconds.
+
     Args:
         kinds, relations: as ``check_task_type`` takes them.
+        plans: whether these goals are planned, where the planner of goals is installed.
 
     Raises:
         AssertionError: with what is wrong.
@@ -60,6 +68,8 @@ def check_plugin(
         check_task_type(task, kinds=kinds, relations=relations, hooks=own)
     for hook in CHECKS.keys() & own.keys():
         check_declared(hook, own[hook]())
+    if plans and "task_types" in own and has_planner() and (changes := plan_changes(plugin)):
+        warnings.warn(f"{plugin.__name__} changes plans: {'; '.join(map(str, changes))}", stacklevel=2)
 
 
 def check_file(path: Path) -> None:

@@ -21,6 +21,7 @@ import pytest
 pytest.importorskip("mcp", reason="the extra cramlite[mcp] is not installed")
 
 import anyio
+import yaml
 from mcp import Client, MCPError, StdioServerParameters
 
 from cramlite import Engine, UserError
@@ -170,6 +171,40 @@ def test_a_goal_is_proven_in_the_world_of_a_scenario_and_runs(proven: Proven) ->
     assert "'tin' rests on 'box'" in json.dumps(asked.structured_content) and asked.structured_content["run"] != own
     ran = call(proven.server, "run", run=asked.structured_content["run"])
     assert not ran.is_error and ran.structured_content["succeeded"], told(ran)
+
+
+@pytest.mark.parametrize("given", [TABLE, yaml.safe_load(TABLE)], ids=["text", "data"])
+def test_a_world_that_is_given_with_the_call_is_proven_and_runs(given: Any, proven: Proven) -> None:
+    things = call(proven.server, "list_things", scenario=given).structured_content["things"]
+    assert {"tin", "box"} <= {t["name"] for t in things}
+    answer = call(proven.server, "resolve", scenario=given, goal=["tin on box"])
+    assert not answer.is_error, told(answer)
+    ran = call(proven.server, "run", run=answer.structured_content["run"])
+    assert not ran.is_error and ran.structured_content["succeeded"], told(ran)
+
+
+def test_another_world_that_is_given_has_a_run_of_its_own(proven: Proven) -> None:
+    moved = yaml.safe_load(TABLE)
+    moved["things"][-1]["at"]["position"][0] += 0.01
+    one, other = (call(proven.server, "resolve", scenario=w, goal=["tin on box"]) for w in (yaml.safe_load(TABLE), moved))
+    assert one.structured_content["run"] != other.structured_content["run"]
+
+
+@pytest.mark.parametrize("name", ["/etc/passwd", "../mine.yaml", "meshes/../../other", "link/secret"])
+def test_a_world_that_is_given_names_no_file_outside(name: str, proven: Proven) -> None:
+    outside = proven.folder.parent / "outside"
+    outside.mkdir(exist_ok=True)
+    (outside / "secret").touch()
+    if not (proven.folder / "link").exists():
+        (proven.folder / "link").symlink_to(outside)
+    for given in ({**yaml.safe_load(TABLE), "ontologies": [name]}, TABLE + f"ontologies: [{name}]\n"):
+        assert "is outside the folder of this server" in proven.refused("resolve", scenario=given)
+
+
+def test_a_mistake_in_a_world_that_is_given_is_told_with_its_line(proven: Proven) -> None:
+    said = proven.refused("check", scenario=TABLE.replace("robot:", "robott:"))
+    assert "inline scenario:" in said and "did you mean 'robot'" in said
+    assert "not valid YAML" in proven.refused("check", scenario="scenario: x\nthings: [")
 
 
 def test_a_goal_about_what_there_is_not_is_refused(proven: Proven) -> None:

@@ -198,6 +198,17 @@ def test_what_stands_leans_with_its_support_and_touches_it_as_before(name: str, 
         assert at[:2] == pytest.approx(foot[:2], abs=1e-9)
 
 
+@pytest.mark.parametrize("over", [0.0, 0.011, 0.1])
+def test_what_comes_down_on_a_support_when_the_world_settles_goes_along_with_it(over: float) -> None:
+    """However far it is over it, and however far from where the support turns: else it would fall farther, or start inside of it."""
+    floor = table("floor", Pose((0.0, 0.0, 0.0)), size=(6.0, 6.0, 0.02))
+    far = World((floor, block("far", Pose((0.0, -1.9, 0.03 + over)))), (RobotMount("arm", "ur5e"),))
+    for seed in SEEDS[:20]:
+        real = draw_twin(far, (), UR5E, LEAN, seed).world
+        foot = real.thing("far").pose.apply((0.0, 0.0, -0.03))
+        assert real.thing("floor").pose.inverse().apply(foot)[2] == pytest.approx(over, abs=2e-3 * (1 + over))
+
+
 def test_a_stack_leans_as_a_whole() -> None:
     for seed in SEEDS[:20]:
         real = draw_twin(STACK, (), UR5E, LEAN, seed).world

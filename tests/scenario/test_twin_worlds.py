@@ -15,7 +15,7 @@ from cramlite.model.error_model import NO_ERRORS, SOURCES
 from cramlite.plugin import UserError
 from cramlite.scenario.twin import Twin, draw_twin
 from cramlite.scenario.twin_drawing import LEAST
-from cramlite.scenario.twin_places import GAP, Sight
+from cramlite.scenario.twin_places import INSIDE, Sight
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.simulation.objects.furniture import cabinet, door, drawer
 from cramlite_plugins.simulation.objects.products_and_fixtures import block, hanger, hung, product, table
@@ -338,8 +338,8 @@ def test_friction_that_a_shape_has_not_of_its_own_stays_the_things() -> None:
     assert all(g.friction is None for real in worlds() for g in real.thing("jug").geoms[1:])
 
 
-@pytest.mark.parametrize(("gap", "lifted"), [(0.009, True), (-0.009, True), (0.011, False), (-0.011, False)])
-def test_what_is_a_little_above_or_inside_its_support_stands_on_it(gap: float, lifted: bool) -> None:
+@pytest.mark.parametrize(("gap", "lifted"), [(0.009, True), (-0.009, True), (0.011, True), (0.3, True), (-0.011, False)])
+def test_what_is_above_its_support_or_a_little_inside_stands_on_it(gap: float, lifted: bool) -> None:
     above = replace(WORLD, things=tuple(
         replace(t, pose=Pose((*t.pose.position[:2], t.pose.position[2] + gap), t.pose.quaternion)) if t.name == "block" else t
         for t in WORLD.things
@@ -361,13 +361,23 @@ EDGES = [((x, y), True) for x in (-0.5, 0.5) for y in (-0.25, 0.25)]
 BESIDE = [((x, y), False) for x, y in ((0.51, 0.0), (-0.51, 0.0), (0.0, 0.26), (0.0, -0.26))]
 
 
+@pytest.mark.parametrize("over", [-INSIDE, 0.2])
 @pytest.mark.parametrize(("at", "stands"), [*EDGES, *BESIDE])
-def test_up_to_its_edges_and_at_the_whole_gap_a_support_carries(at: tuple[float, float], stands: bool) -> None:
-    plate = Thing("plate", "cram:Table", Pose((0.0, 0.0, -GAP)), (Geom("box", (0.5, 0.25, 0.0)),))
+def test_up_to_its_edges_a_support_carries_what_is_over_it_or_a_little_inside(
+    at: tuple[float, float], stands: bool, over: float
+) -> None:
+    plate = Thing("plate", "cram:Table", Pose((0.0, 0.0, -over)), (Geom("box", (0.5, 0.25, 0.0)),))
     post = Thing("post", "cram:Product", Pose((*at, 0.25)), (Geom("box", (0.1, 0.1, 0.25)),), mass=0.1)
     real = draw(1, replace(ERRORS, things={}), world=World((plate, post), WORLD.robots)).world
-    lifted = real.thing("plate").pose.position[2] + GAP
+    lifted = real.thing("plate").pose.position[2] + over
     assert real.thing("post").pose.position[2] - 0.25 == pytest.approx(lifted if stands else 0.0, abs=1e-12)
+
+
+def test_what_is_farther_inside_of_something_does_not_stand_on_it() -> None:
+    plate = Thing("plate", "cram:Table", Pose((0.0, 0.0, INSIDE + 0.001)), (Geom("box", (0.5, 0.25, 0.0)),))
+    post = Thing("post", "cram:Product", Pose((0.0, 0.0, 0.25)), (Geom("box", (0.1, 0.1, 0.25)),), mass=0.1)
+    real = draw(1, replace(ERRORS, things={}), world=World((plate, post), WORLD.robots)).world
+    assert real.thing("plate").pose.position[2] != plate.pose.position[2] and real.thing("post").pose.position[2] == 0.25
 
 
 def test_what_has_no_shape_stands_on_nothing() -> None:
