@@ -15,6 +15,7 @@ from pathlib import Path
 import pytest
 from hypothesis import is_hypothesis_test
 from properties import load_profile
+from times import ASKED, Times
 
 from cramlite import Engine, Solution, find_scenario, read_scenario
 from cramlite.cli.main import main, parser
@@ -28,8 +29,10 @@ TASKS = ROOT / "scenarios" / "take_off_hanger_tasks.yaml"
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Choose fixed or fresh seeds before a test file is imported."""
+    """Choose fixed or fresh seeds before a test file is imported; measure times where these are asked for."""
     load_profile(config.option.markexpr)
+    if path := os.environ.get(ASKED):
+        config.pluginmanager.register(Times(Path(path).absolute(), config.option.markexpr))
 
 
 def pytest_collection_finish() -> None:
