@@ -25,11 +25,17 @@ ROOT = Path(__file__).parent.parent
 COMMANDS = sorted(_COMMANDS.choices)
 """Every command of the command line."""
 os.environ["CRAMLITE_TWINS"] = "0"  # programs are proven by the nominal run alone, unless a test is about doubts and asks for twins
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)  # processes that tests start share compiled modules: else each compiles all again
+sys.dont_write_bytecode = False
 TASKS = ROOT / "scenarios" / "take_off_hanger_tasks.yaml"
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Choose fixed or fresh seeds before a test file is imported; measure times where these are asked for."""
+    """Choose fixed or fresh seeds before a test file is imported; measure times where these are asked for.
+
+    Nothing that is collected is garbage: no cycles are looked for until that is done.
+    """
+    gc.disable()
     load_profile(config.option.markexpr)
     if path := os.environ.get(ASKED):
         config.pluginmanager.register(Times(Path(path).absolute(), config.option.markexpr))
@@ -39,6 +45,7 @@ def pytest_collection_finish() -> None:
     """Look for cycles as rarely as ``cramlite.cli.main`` does in a process of its own: most objects stay."""
     gc.freeze()
     gc.set_threshold(200_000, 30, 30)
+    gc.enable()
 
 
 def pytest_itemcollected(item: pytest.Item) -> None:

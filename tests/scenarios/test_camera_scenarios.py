@@ -24,6 +24,7 @@ FETCH = SCENARIOS / "fetch_from_hanger_camera.yaml"
 variant = partial(changed, FETCH)
 
 
+@pytest.mark.heavy
 def test_a_product_that_was_only_seen_is_fetched(tmp_path: Path) -> None:
     done = cramlite("resolve", "fetch_from_hanger_camera", "--seed", "1", "--out", tmp_path / "run", "--no-report", "--json")
     assert done.returncode == 0, done.stderr
