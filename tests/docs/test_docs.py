@@ -70,7 +70,7 @@ def runs(block: Block) -> bool:
 
 WITH_CODE = [p for p in PAGES if any(runs(b) for b in blocks(p))]
 HEAVY = {"docs/how-to/before_a_real_arm.md", "docs/how-to/behaviour_tree.md"}
-"""Pages whose commands take as long as those of all others together: one proves, judges and runs a program five times, the other makes three."""
+"""Pages whose commands take as long as those of all others together: they prove several programs each."""
 
 
 def named(page: Path) -> Any:
