@@ -53,7 +53,8 @@ def test_the_product_hangs_although_the_hanger_is_elsewhere(seed: str, tmp_path:
     assert 0.001 < off <= 0.005
 
 
-@pytest.mark.parametrize("seed", ["3", pytest.param(FAR, marks=pytest.mark.heavy)])
+@pytest.mark.heavy
+@pytest.mark.parametrize("seed", ["3", FAR])
 def test_a_hidden_error_of_40_mm_is_a_failed_first_execution(seed: str, tmp_path: Path) -> None:
     """The tip is felt for within 14 mm. It is not "solved" by the program that happens to hit, after so many failures."""
     far = variant(tmp_path, ("unknown_error: {thing: hook, position: 5 mm}", "unknown_error: {thing: hook, position: 40 mm}"))
@@ -77,6 +78,7 @@ def resolve_motion(motion, belief, context):
 """
 
 
+@pytest.mark.heavy
 def test_without_the_search_the_tip_meets_the_tab(tmp_path: Path) -> None:
     """With it the first attempt finds the hole; without it only one of those that begin beside the believed place."""
     (tmp_path / "no_search.py").write_text(NO_SEARCH)
