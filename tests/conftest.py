@@ -13,9 +13,9 @@ from functools import cache
 from pathlib import Path
 
 import pytest
+from helpers.properties import load_profile
+from helpers.times import ASKED, Times
 from hypothesis import is_hypothesis_test
-from properties import load_profile
-from times import ASKED, Times
 
 from cramlite import Engine, Solution, find_scenario, read_scenario
 from cramlite.cli.main import main, parser

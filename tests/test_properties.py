@@ -7,9 +7,9 @@ from collections.abc import Iterator
 
 import pytest
 from conftest import ROOT
+from helpers.properties import DEFAULT, FEWER, MORE, USUAL, examples, load_profile
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from properties import DEFAULT, FEWER, MORE, USUAL, examples, load_profile
 
 
 @pytest.fixture

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 from conftest import ROOT
-from times import ASKED, Times, folder_of, spent
+from helpers.times import ASKED, Times, folder_of, spent
 
 BUSY = """
 import time
@@ -48,11 +48,11 @@ def test_a_run_prints_and_keeps_the_times_of_its_tests(workers: str, tmp_path: P
     folder.mkdir(parents=True)
     (folder / "test_busy.py").write_text(BUSY)
     (tmp_path / "conftest.py").write_text(
-        "from pathlib import Path\nfrom times import Times\n\n"
+        "from pathlib import Path\nfrom helpers.times import Times\n\n"
         f"def pytest_configure(config):\n    config.pluginmanager.register(Times(Path({str(kept)!r}), 'fuzz'))\n"
     )
     (tmp_path / "pytest.ini").touch()
-    path = os.pathsep.join((str(ROOT / "tests"), str(ROOT / "tests" / "helpers")))
+    path = str(ROOT / "tests")
     command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-n", workers]
     ran = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, env={**os.environ, "PYTHONPATH": path}, check=False)
     assert ran.returncode == 0, ran.stdout

@@ -23,7 +23,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from statistics import mean, median
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "helpers"))
+sys.path.insert(0, str(Path(__file__).parents[1]))
 
 WORKERS = (1, 2, 4, 8, 16, 32, 64, 128, 256, 400, 800)
 START = 4.0
@@ -92,7 +92,7 @@ QUIET = 0.5
 
 def measure(repeats: int) -> None:
     """The small experiment on one and two workers that have begun before, in turn, and the scheduler's time for a task."""
-    from quick_experiment import order, quick_experiment
+    from helpers.quick_experiment import order, quick_experiment
 
     from cramlite.experiment.cluster import connected
     from cramlite.experiment.run import run_experiment

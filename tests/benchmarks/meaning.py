@@ -23,9 +23,9 @@ from pathlib import Path
 
 from msgspec.structs import replace
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "helpers"))
+sys.path.insert(0, str(Path(__file__).parents[1]))
 
-from task_scenarios import REFUSED, attempt
+from helpers.task_scenarios import REFUSED, attempt
 
 from cramlite import Engine, data_folder
 from cramlite.base.run_directory import content_key

@@ -14,9 +14,9 @@ import time
 from collections import Counter
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "helpers"))
+sys.path.insert(0, str(Path(__file__).parents[1]))
 
-from own_worlds import SIBLINGS, own_world
+from helpers.own_worlds import SIBLINGS, own_world
 
 from cramlite import Engine, Trace, read_scenario
 from cramlite.base.wilson import wilson_interval

@@ -12,9 +12,9 @@ import sys
 import time
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "helpers"))
+sys.path.insert(0, str(Path(__file__).parents[1]))
 
-from shown_cases import CASES, reading
+from helpers.shown_cases import CASES, reading
 
 from cramlite import Engine
 

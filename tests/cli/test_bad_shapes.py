@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import made
 import pytest
 import trimesh
 from conftest import Ran, Run
+from helpers import made
 
 FLOOR = "  - {name: floor, model: table, at: {position: [0.2, 0, -5 mm]}, with: {size: [1.6 m, 1.6 m, 20 mm]}}\n"
 SHELF = "  - {name: shelf, model: table, at: {position: [%s, 0.15]}, with: {size: [0.25 m, 0.25 m, 20 mm]}}\n"

@@ -82,7 +82,7 @@ def named(page: Path) -> Any:
 # What runs
 
 
-@pytest.mark.parametrize("page", map(named, WITH_CODE))
+@pytest.mark.parametrize("page", [named(p) for p in WITH_CODE])
 def test_a_page_runs(
     page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:

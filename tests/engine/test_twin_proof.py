@@ -11,11 +11,11 @@ from pathlib import Path
 
 import pytest
 from conftest import Run
+from helpers.properties import examples
+from helpers.task_scenarios import attempted
 from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
-from properties import examples
-from task_scenarios import attempted
 
 from cramlite import Engine, UserError, find_scenario, read_scenario
 from cramlite.base.pulse import Stopped, pulse

@@ -12,8 +12,8 @@ import time
 from pathlib import Path
 
 import pytest
-from as_a_user import hears_ctrl_c
-from quick_experiment import order, quick_experiment, told
+from helpers.as_a_user import hears_ctrl_c
+from helpers.quick_experiment import order, quick_experiment, told
 
 from cramlite.experiment.bench import Trial
 from cramlite.experiment.run import run_experiment

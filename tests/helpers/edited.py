@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 from msgspec.structs import replace
-from task_scenarios import attempted, engine
 
 from cramlite.engine.line_origins import origins_of
 from cramlite.engine.proof import judge
 from cramlite.model import Finding, World
 from cramlite.plugin import Candidate
+from helpers.task_scenarios import attempted, engine
 
 GONE = "# taken out"
 

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 from conftest import Run
+from helpers.properties import examples
 from hypothesis import HealthCheck, given
 from hypothesis import strategies as st
-from properties import examples
 
 from cramlite import Engine, Goal, PddlText, PlanningProblem, PlanStep, find_scenario, planning_problem, read_scenario
 

@@ -6,11 +6,11 @@ import re
 from pathlib import Path
 
 import pytest
+from helpers.page_checks import faults
+from helpers.properties import examples
 from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
-from page_checks import faults
-from properties import examples
 
 from cramlite import Engine, data_folder
 from cramlite.cli.main import main

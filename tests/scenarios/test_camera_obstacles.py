@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from as_a_user import cramlite
+from helpers.as_a_user import cramlite
 from msgspec.structs import replace
 from test_camera_scenarios import FETCH, SCENARIOS, variant
 

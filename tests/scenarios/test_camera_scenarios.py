@@ -10,8 +10,8 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from as_a_user import changed, cramlite
-from flat_steps import flat
+from helpers.as_a_user import changed, cramlite
+from helpers.flat_steps import flat
 from msgspec.structs import replace
 
 from cramlite import Engine, NoSolution, read_scenario

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from as_a_user import changed, cramlite
+from helpers.as_a_user import changed, cramlite
 
 from cramlite import read_scenario
 from cramlite.model import Thing, World

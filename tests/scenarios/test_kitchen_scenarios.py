@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from task_scenarios import attempt
+from helpers.task_scenarios import attempt
 
 from cramlite import Engine, Trace, UserError, data_folder, failure_text, find_scenario, read_scenario
 from cramlite.engine.scenario_doubts import doubts

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from helpers.task_scenarios import attempted
 from msgspec.structs import replace
-from task_scenarios import attempted
 
 from cramlite.model import MoveLinear
 from cramlite.plugin import Candidate

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from helpers.task_scenarios import attempted
 from msgspec.structs import replace
-from task_scenarios import attempted
 
 from cramlite import Engine
 from cramlite.model import Camera, Episode, Geom, Pose, Thing, World

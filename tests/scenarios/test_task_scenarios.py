@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from task_scenarios import BLOCKED, COMPOUND, MORE, REFUSED, attempt, attempted
-from task_scenarios import engine as shared
+from helpers.task_scenarios import BLOCKED, COMPOUND, MORE, REFUSED, attempt, attempted
+from helpers.task_scenarios import engine as shared
 
 from cramlite import Engine, data_folder, find_scenario
 from cramlite.plugin import UserError

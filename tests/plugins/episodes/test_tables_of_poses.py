@@ -14,11 +14,11 @@ import numpy as np
 import pytest
 import trimesh
 import yaml
+from helpers.properties import examples
+from helpers.tables_of_poses import RATE, Style, into_a_crate, opening, poses_of, pouring, worn, write
 from hypothesis import given
 from hypothesis import strategies as st
-from properties import examples
 from scipy.spatial.transform import Rotation
-from tables_of_poses import RATE, Style, into_a_crate, opening, poses_of, pouring, worn, write
 
 from cramlite import Engine
 from cramlite.cli.main import main

@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 import shapely
 from conftest import Run
+from helpers.placing import HELD, MOUNT, believed, context_of, spot_at, wanted_on
+from helpers.properties import examples
 from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
-from placing import HELD, MOUNT, believed, context_of, spot_at, wanted_on
-from properties import examples
 
 from cramlite.model import Feature, Geom, Held, Location, Place, Pose, Thing, World, initial_belief
 from cramlite.plugin import Grounding, Refused, Unresolvable

@@ -10,11 +10,11 @@ from typing import Any
 import mujoco
 import numpy as np
 import pytest
+from helpers.placing import believed, context_of, into, on, placed
+from helpers.properties import examples
 from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
-from placing import believed, context_of, into, on, placed
-from properties import examples
 
 from cramlite.model import Belief, Location, Place, Pose, Thing
 from cramlite.plugin import Grounding, Refused, Unresolvable

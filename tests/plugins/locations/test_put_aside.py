@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 import pytest
+from helpers.placing import HELD, believed, context_of, on
 from msgspec.structs import replace
-from placing import HELD, believed, context_of, on
 
 from cramlite.model import Action, Belief, Location, Object, Pose, Thing
 from cramlite.plugin import Grounding

@@ -7,8 +7,8 @@ import math
 
 import pytest
 import shapely
+from helpers.placing import believed, wanted_on
 from msgspec.structs import replace
-from placing import believed, wanted_on
 
 from cramlite import Engine
 from cramlite.model import Belief, Feature, Held, Location, Pose, RobotMount, Thing, World, initial_belief

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 import shapely
+from helpers.placing import believed, context_of
 from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
-from placing import believed, context_of
 
 from cramlite.model import Action, Object, Pose
 from cramlite_plugins.locations.room_for_more import corner, roomiest, to_come

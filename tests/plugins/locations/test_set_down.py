@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 import shapely
+from helpers.placing import HELD, Answer, answers, believed, context_of, first, into, on, placed, wanted_on
 from msgspec.structs import replace
-from placing import HELD, Answer, answers, believed, context_of, first, into, on, placed, wanted_on
 
 from cramlite.model import Belief, Feature, Filling, Geom, Location, Place, Pose, Thing
 from cramlite.plugin import Grounding, Refused, Unresolvable

@@ -6,7 +6,7 @@ import re
 
 import numpy as np
 import pytest
-from edited import findings, proven, run
+from helpers.edited import findings, proven, run
 from msgspec.structs import replace
 
 from cramlite.model import Fallback, MoveLinear, Pose
