@@ -13,8 +13,9 @@ from functools import cache
 from pathlib import Path
 
 import pytest
+from helpers.properties import load_profile
+from helpers.times import ASKED, Times
 from hypothesis import is_hypothesis_test
-from properties import load_profile
 
 from cramlite import Engine, Solution, find_scenario, read_scenario
 from cramlite.cli.main import main, parser
@@ -24,18 +25,27 @@ ROOT = Path(__file__).parent.parent
 COMMANDS = sorted(_COMMANDS.choices)
 """Every command of the command line."""
 os.environ["CRAMLITE_TWINS"] = "0"  # programs are proven by the nominal run alone, unless a test is about doubts and asks for twins
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)  # processes that tests start share compiled modules: else each compiles all again
+sys.dont_write_bytecode = False
 TASKS = ROOT / "scenarios" / "take_off_hanger_tasks.yaml"
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Choose fixed or fresh seeds before a test file is imported."""
+    """Choose fixed or fresh seeds before a test file is imported; measure times where these are asked for.
+
+    Nothing that is collected is garbage: no cycles are looked for until that is done.
+    """
+    gc.disable()
     load_profile(config.option.markexpr)
+    if path := os.environ.get(ASKED):
+        config.pluginmanager.register(Times(Path(path).absolute(), config.option.markexpr))
 
 
 def pytest_collection_finish() -> None:
     """Look for cycles as rarely as ``cramlite.cli.main`` does in a process of its own: most objects stay."""
     gc.freeze()
     gc.set_threshold(200_000, 30, 30)
+    gc.enable()
 
 
 def pytest_itemcollected(item: pytest.Item) -> None:

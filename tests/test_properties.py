@@ -7,9 +7,9 @@ from collections.abc import Iterator
 
 import pytest
 from conftest import ROOT
+from helpers.properties import DEFAULT, FEWER, MORE, USUAL, examples, load_profile
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from properties import MORE, examples, load_profile
 
 
 @pytest.fixture
@@ -20,12 +20,14 @@ def profiles(pytestconfig: pytest.Config) -> Iterator[None]:
 
 
 @pytest.mark.usefixtures("profiles")
-@pytest.mark.parametrize(("asked", "fixed"), [("not heavy", True), ("", True), ("not fuzz", True), ("fuzz", False)])
-def test_seeds_are_fixed_unless_fuzz_is_asked_for(asked: str, fixed: bool) -> None:
+@pytest.mark.parametrize(
+    ("asked", "fixed", "share"),
+    [(USUAL, True, 1 / FEWER), ("heavy or fuzz", True, 1), ("", True, 1), ("not fuzz", True, 1), ("fuzz", False, MORE)],
+)
+def test_seeds_are_fixed_unless_fuzz_is_asked_for(asked: str, fixed: bool, share: float) -> None:
     load_profile(asked)
-    more = 1 if fixed else MORE
-    assert (settings().derandomize, settings().max_examples) == (fixed, 100 * more)
-    assert examples(7).max_examples == 7 * more
+    assert (settings().derandomize, settings().max_examples) == (fixed, DEFAULT * share)
+    assert (examples(8).max_examples, examples(1).max_examples) == (8 * share, max(1, share))
     assert settings().deadline is None, "no test fails because a machine is busy"
 
 
@@ -40,6 +42,6 @@ def test_another_is_not(request: pytest.FixtureRequest) -> None:
 
 def test_what_the_usual_run_leaves_out_is_run_by_continuous_integration() -> None:
     options = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["pytest"]["ini_options"]
-    assert options["addopts"].endswith(" -m 'not heavy'") and options["addopts"].count(" -m ") == 1
+    assert options["addopts"].endswith(f" -m '{USUAL}'") and options["addopts"].count(" -m ") == 1
     runs = (ROOT / ".ci" / "run").read_text().splitlines()
-    assert ".venv/bin/python -m pytest -m heavy" in runs
+    assert ".venv/bin/python -m pytest -m 'heavy or fuzz'" in runs

@@ -11,8 +11,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from audited import audited
 from conftest import ROOT
+from helpers.audited import audited
 
 from cramlite import Engine
 from cramlite.cli import mcp, serve, view

@@ -17,10 +17,10 @@ from pathlib import Path
 from PIL import Image
 
 DOCS = Path(__file__).resolve().parents[1]
-sys.path.insert(0, str(DOCS.parent / "tests" / "helpers"))
+sys.path.insert(0, str(DOCS.parent / "tests"))
 
 from gallery import animate  # noqa: E402
-from headless import Browser, chromium  # noqa: E402
+from helpers.headless import Browser, chromium  # noqa: E402
 
 WIDTH, COLOURS = 1100, 128
 """Pixels, and colours of what is kept."""

@@ -19,11 +19,11 @@ from typing import Any
 import numpy as np
 from figure import add_figure, value, write
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "helpers"))
+sys.path.insert(0, str(Path(__file__).parents[1]))
 
-from interpretation_samples import SHOP, episode, state, track
-from rule_translations import Fact, clingo_facts, clingo_program, facts_of, prolog_facts, prolog_program
-from timeline_translation import (
+from helpers.interpretation_samples import SHOP, episode, state, track
+from helpers.rule_translations import Fact, clingo_facts, clingo_program, facts_of, prolog_facts, prolog_program
+from helpers.timeline_translation import (
     VARIANTS,
     absent,
     by_clingo,

@@ -25,7 +25,7 @@ from statistics import mean, median
 
 from figure import add_figure, value, write
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "helpers"))
+sys.path.insert(0, str(Path(__file__).parents[1]))
 
 WORKERS = (1, 2, 4, 8, 16, 32, 64, 128, 256, 400, 800)
 START = 4.0
@@ -94,7 +94,7 @@ QUIET = 0.5
 
 def measure(repeats: int) -> None:
     """The small experiment on one and two workers that have begun before, in turn, and the scheduler's time for a task."""
-    from quick_experiment import order, quick_experiment
+    from helpers.quick_experiment import order, quick_experiment
 
     from cramlite.experiment.cluster import connected
     from cramlite.experiment.run import run_experiment

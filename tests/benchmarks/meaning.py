@@ -26,9 +26,9 @@ from msgspec.structs import replace
 
 from cramlite.experiment.figure import Number
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "helpers"))
+sys.path.insert(0, str(Path(__file__).parents[1]))
 
-from task_scenarios import REFUSED, attempt
+from helpers.task_scenarios import REFUSED, attempt
 
 from cramlite import Engine, data_folder
 from cramlite.base.run_directory import content_key

@@ -27,9 +27,9 @@ from planning_problems import Problem, mjcf, problem
 
 from cramlite.experiment.figure import Number
 
-sys.path.insert(0, str(File(__file__).parents[1] / "helpers"))
+sys.path.insert(0, str(File(__file__).parents[1]))
 
-import coal_check
+from helpers import coal_check
 
 from cramlite.model import Floats
 from cramlite_plugins.kinematics.blends import rounded, zone

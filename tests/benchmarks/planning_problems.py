@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-sys.path.insert(0, str(File(__file__).parents[1] / "helpers"))
+sys.path.insert(0, str(File(__file__).parents[1]))
 
-from scenes import TABLE, box, make
+from helpers.scenes import TABLE, box, make
 
 from cramlite.model import Pose, Thing
 from cramlite_plugins.kinematics.kinematics import inverse

@@ -16,9 +16,9 @@ from pathlib import Path
 
 from figure import add_figure, rate, write
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "helpers"))
+sys.path.insert(0, str(Path(__file__).parents[1]))
 
-from own_worlds import SIBLINGS, own_world
+from helpers.own_worlds import SIBLINGS, own_world
 
 from cramlite import Engine, Trace, read_scenario
 from cramlite.base.wilson import wilson_interval

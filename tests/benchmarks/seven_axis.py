@@ -16,9 +16,9 @@ from pathlib import Path
 from figure import add_figure, rate, write
 from msgspec.structs import replace
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "helpers"))
+sys.path.insert(0, str(Path(__file__).parents[1]))
 
-from task_scenarios import REFUSED, attempt
+from helpers.task_scenarios import REFUSED, attempt
 
 from cramlite import Engine, Trace, find_scenario, read_scenario
 from cramlite.plugin import UserError

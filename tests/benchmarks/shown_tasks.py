@@ -14,9 +14,9 @@ from pathlib import Path
 
 from figure import add_figure, rate, write
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "helpers"))
+sys.path.insert(0, str(Path(__file__).parents[1]))
 
-from shown_cases import CASES, reading
+from helpers.shown_cases import CASES, reading
 
 from cramlite import Engine
 

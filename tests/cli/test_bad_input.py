@@ -182,11 +182,11 @@ def test_an_episode_with_no_events(run: Run, tmp_path: Path, plugin: Callable[[s
     _is_clear(run("interpret", tmp_path / "hello.none", "--plugin", plugin("empty", EMPTY)), 2, "no events")
 
 
-@pytest.mark.parametrize("place", ["notes.txt", "."])
-def test_a_page_is_written_over_pages_only(place: str, run: Run, tmp_path: Path) -> None:
+def test_a_page_is_written_over_pages_only(run: Run, tmp_path: Path) -> None:
     (tmp_path / "notes.txt").write_text("mine")
     episode = find_scenario("fetch_from_hanger").parent / "fetch_from_hanger" / "demonstration"
-    _is_clear(run("interpret", episode, "--html", tmp_path / place), 2, "Choose another place")
+    for place in ("notes.txt", "."):
+        _is_clear(run("interpret", episode, "--html", tmp_path / place), 2, "Choose another place")
     _is_clear(run("perceive", "fetch_from_hanger_camera", "--query", "type=cram:Product", "--out", tmp_path / "notes.txt"), 2, "notes.txt")
     assert (tmp_path / "notes.txt").read_text() == "mine"
     for _ in range(2):

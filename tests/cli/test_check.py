@@ -9,8 +9,8 @@ from shutil import copytree
 import jsonschema
 import pytest
 import yaml
-from as_a_user import cramlite
 from conftest import ROOT, Run
+from helpers.as_a_user import cramlite
 
 SCENARIOS = sorted((ROOT / "scenarios").glob("*.yaml"))
 RULES = sorted((ROOT / "task_rules").glob("*.yaml"))

@@ -8,7 +8,7 @@ from pathlib import Path
 from subprocess import CompletedProcess
 
 import pytest
-from as_a_user import cramlite
+from helpers.as_a_user import cramlite
 
 SHORT = """def p():
   movej([0.0, -1.4, 1.4, -1.57, -1.57, 0.0], a=1.4, v=1.05)

@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from as_a_user import cramlite
-from audited import audited
 from conftest import Ran, Run
-from hostile_files import IMPORTS, ONTOLOGIES, SCENES, VIEWS, YAML, around_scene
+from helpers.as_a_user import cramlite
+from helpers.audited import audited
+from helpers.hostile_files import IMPORTS, ONTOLOGIES, SCENES, VIEWS, YAML, around_scene
 
 from cramlite_plugins.simulation.scenes.guard import MOST_BYTES
 

@@ -416,6 +416,7 @@ async def ended_within_its_run(runs: Path) -> bool:
     return "stop" in kinds and "proof" not in kinds
 
 
+@pytest.mark.heavy
 def test_over_stdio(tmp_path: Path) -> None:
     async def use(client: Client) -> Any:
         with small(120):

@@ -11,9 +11,9 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
+from helpers.properties import examples
 from hypothesis import given
 from hypothesis import strategies as st
-from properties import examples
 
 from cramlite import Engine
 from cramlite.cli.serve import LONGEST_LINE, PARAMS, Service

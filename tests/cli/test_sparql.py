@@ -6,8 +6,8 @@ import json
 from pathlib import Path
 
 import pytest
-from as_a_user import cramlite
-from small_soma import SMALL_SOMA
+from helpers.as_a_user import cramlite
+from helpers.small_soma import SMALL_SOMA
 
 from cramlite import Engine, data_folder
 from cramlite.cli.main import main

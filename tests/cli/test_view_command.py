@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 from conftest import Run
-from headless import Browser, chromium
+from helpers.headless import Browser, chromium
 
 from cramlite.cli.execute import execute_program
 from cramlite.cli.view import free_port, no_browser, program_of, recorded, require_viser, viewer_of

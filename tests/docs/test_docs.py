@@ -69,12 +69,20 @@ def runs(block: Block) -> bool:
 
 
 WITH_CODE = [p for p in PAGES if any(runs(b) for b in blocks(p))]
+HEAVY = {"docs/how-to/before_a_real_arm.md", "docs/how-to/behaviour_tree.md"}
+"""Pages whose commands take as long as those of all others together: they prove several programs each."""
+
+
+def named(page: Path) -> Any:
+    """A page as a parameter of tests, called by its path."""
+    name = page.relative_to(ROOT).as_posix()
+    return pytest.param(page, id=name, marks=pytest.mark.heavy if name in HEAVY else ())
 
 
 # What runs
 
 
-@pytest.mark.parametrize("page", WITH_CODE, ids=lambda p: p.relative_to(ROOT).as_posix())
+@pytest.mark.parametrize("page", [named(p) for p in WITH_CODE])
 def test_a_page_runs(
     page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:

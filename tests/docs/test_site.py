@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 from conftest import ROOT
-from headless import Browser, chromium
+from helpers.headless import Browser, chromium
 
 FOUND = "+(document.querySelector('.md-search-result__meta')?.textContent.match(/\\d+/)?.[0] ?? 0)"
 TOO_WIDE = "[...document.querySelectorAll('pre > code')].filter(e => e.scrollWidth > e.clientWidth + 1).map(e => e.textContent)"

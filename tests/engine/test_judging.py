@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
+from helpers.written_runs import Says, Written, grounded, intent, knowing, planned, ran, written
 from msgspec.structs import replace
-from written_runs import Says, Written, grounded, intent, knowing, planned, ran, written
 
 from cramlite.engine.judging import Judged, Purpose, judge_text
 from cramlite.model import JudgingLimits, Pose, RobotMount

@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from own_worlds import own_world
-from recorded_people import read, shaking
+from helpers.own_worlds import own_world
+from helpers.recorded_people import read, shaking
 
 from cramlite import Engine, Trace, read_scenario
 from cramlite.model import Object

@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
+from helpers.short_runs import good
+from helpers.written_runs import Says, Writes, Written, knowing, planned, ran, written
 from msgspec.structs import replace
-from short_runs import good
-from written_runs import Says, Writes, Written, knowing, planned, ran, written
 
 from cramlite.engine.execution import execute
 from cramlite.engine.executor import Executor

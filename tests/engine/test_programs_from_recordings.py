@@ -7,7 +7,7 @@ from pathlib import Path
 
 import bson
 import pytest
-from recorded_people import Recording, pouring, shaking
+from helpers.recorded_people import Recording, pouring, shaking
 
 from cramlite import Engine, read_scenario
 

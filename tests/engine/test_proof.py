@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+from helpers.short_runs import good
+from helpers.written_runs import Says, Writes, Written, grounded, knowing, planned, ran
 from msgspec.structs import replace
-from short_runs import good
-from written_runs import Says, Writes, Written, grounded, knowing, planned, ran
 
 from cramlite.engine.proof import allowances, assemble, conflict_of, judge, prove, run_and_judge, text_that_runs
 from cramlite.model import Finding, JudgingLimits, Verdict

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from conftest import Proven
+from helpers.page_checks import faults
 from msgspec.structs import replace
-from page_checks import faults
 
 from cramlite import Solution, UserError
 

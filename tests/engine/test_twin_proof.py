@@ -11,11 +11,11 @@ from pathlib import Path
 
 import pytest
 from conftest import Run
+from helpers.properties import examples
+from helpers.task_scenarios import attempted
 from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
-from properties import examples
-from task_scenarios import attempt
 
 from cramlite import Engine, UserError, find_scenario, read_scenario
 from cramlite.base.pulse import Stopped, pulse
@@ -38,7 +38,7 @@ FAR = replace(NO_ERRORS, things={"block": PoseError(0.1)})  # the gripper closes
 
 @pytest.fixture(scope="module")
 def picked() -> Candidate:
-    candidate, verdict, reasons = attempt(ENGINE, "picking_up")
+    candidate, verdict, reasons = attempted("picking_up")
     assert candidate is not None and verdict is not None and verdict.passed, reasons
     return candidate
 

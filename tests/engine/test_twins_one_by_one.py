@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
-from edited import engine, proven
+from helpers.edited import engine, proven
 from msgspec.structs import replace
 
 from cramlite import find_scenario, read_scenario

@@ -20,8 +20,8 @@ import pytest
 
 pytest.importorskip("distributed", reason="the extra cramlite[distributed] is not installed")
 
-from on_cluster import run_in_twins
-from quick_experiment import order, quick_experiment, solved_experiment, told
+from helpers.on_cluster import run_in_twins
+from helpers.quick_experiment import order, quick_experiment, solved_experiment, told
 
 from cramlite import Engine, UserError, find_scenario, read_scenario
 from cramlite.cli.main import main

@@ -12,9 +12,9 @@ import time
 from pathlib import Path
 
 import pytest
-from as_a_user import hears_ctrl_c
 from conftest import Run
-from quick_experiment import order, quick_experiment, told
+from helpers.as_a_user import hears_ctrl_c
+from helpers.quick_experiment import order, quick_experiment, told
 
 from cramlite.experiment.bench import Trial
 from cramlite.experiment.figure import read_figure

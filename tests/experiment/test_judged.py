@@ -14,8 +14,8 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from as_a_user import hears_ctrl_c
 from conftest import ROOT, Run
+from helpers.as_a_user import hears_ctrl_c
 from msgspec.json import encode as json_bytes
 from msgspec.structs import replace
 

@@ -2,30 +2,21 @@
 
 from __future__ import annotations
 
-from functools import cache
-
 import numpy as np
 from msgspec.structs import replace
-from task_scenarios import attempt
 
-from cramlite import Engine
 from cramlite.engine.line_origins import origins_of
 from cramlite.engine.proof import judge
 from cramlite.model import Finding, World
 from cramlite.plugin import Candidate
+from helpers.task_scenarios import attempted, engine
 
 GONE = "# taken out"
 
 
-@cache
-def engine() -> Engine:
-    return Engine()
-
-
-@cache
 def proven(name: str, folder: str = "tasks") -> Candidate:
     """The first program of a shipped scenario, which every judge passes."""
-    candidate, verdict, reasons = attempt(engine(), name, folder=folder)
+    candidate, verdict, reasons = attempted(name, folder)
     assert candidate is not None and verdict is not None and verdict.passed, reasons
     return candidate
 

@@ -1,6 +1,8 @@
-"""How many examples a property test tries: as many as it says in the usual run, ten times as many under ``-m fuzz``.
+"""How many examples a property test tries: the number that it states, a quarter of that in the usual run, ten times that under
+``-m fuzz``.
 
-A test that says nothing tries hypothesis' hundred, or ten hundred.
+A test that states none has hypothesis' hundred. The usual run is the one that leaves out what is heavy; ``.ci/run`` tries the stated
+number, with the same fixed seeds.
 """
 
 from __future__ import annotations
@@ -9,21 +11,26 @@ from typing import Any
 
 from hypothesis import settings
 
-MORE = 10  # times as many examples with fresh seeds as with fixed ones
+USUAL = "not heavy"
+"""Mark expression of the usual run (``addopts`` of ``pyproject.toml``)."""
+FEWER = 4  # a test tries the stated number divided by this in the usual run
+MORE = 10  # times as many examples with fresh seeds as stated
+DEFAULT = 100  # examples of a test that states no number
 
-settings.register_profile("fixed", derandomize=True, deadline=None)
-settings.register_profile("fuzz", derandomize=False, deadline=None, print_blob=True, max_examples=100 * MORE)
+settings.register_profile("usual", derandomize=True, deadline=None, max_examples=DEFAULT // FEWER)
+settings.register_profile("stated", derandomize=True, deadline=None, max_examples=DEFAULT)
+settings.register_profile("fuzz", derandomize=False, deadline=None, print_blob=True, max_examples=DEFAULT * MORE)
 
 
 def load_profile(mark_expression: str) -> None:
     """Load the profile of ``-m fuzz``, fresh seeds, for exactly that mark expression; fixed seeds for any other."""
-    settings.load_profile("fuzz" if mark_expression == "fuzz" else "fixed")
+    settings.load_profile({"fuzz": "fuzz", USUAL: "usual"}.get(mark_expression, "stated"))
 
 
 def examples(count: int, **others: Any) -> settings:
-    """Try that many examples in the usual run; other settings are hypothesis' own.
+    """State how many examples a test tries; other settings are hypothesis' own.
 
     It reads the loaded profile when a test is decorated: ``conftest.py`` loads it before test files are imported.
     """
-    more = MORE if settings.get_current_profile_name() == "fuzz" else 1
-    return settings(max_examples=more * count, **others)
+    share = settings().max_examples / DEFAULT
+    return settings(max_examples=max(1, round(share * count)), **others)

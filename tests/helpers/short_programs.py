@@ -6,13 +6,13 @@ from functools import cache
 
 import numpy as np
 from msgspec.structs import replace
-from standard import ROBOTS, standing_world
 
 from cramlite.model import AnyStep, MoveJoints, MoveUntilContact, Pose, Program, Rollout, SetGripper, World
 from cramlite_plugins.backends.urscript.emit import emit
 from cramlite_plugins.kinematics.kinematics import inverse
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.simulation.execute import execute
+from helpers.standard import ROBOTS, standing_world
 
 WORLD = standing_world().moved({"product": Pose((0.55, 0.1, 0.075))})
 FINGERTIP = 0.01875  # from the pinch point to the fingertips [m]

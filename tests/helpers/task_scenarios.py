@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from itertools import islice
 
 from msgspec.structs import replace
@@ -109,3 +110,15 @@ def attempt(
             candidate, verdict = done.candidate, done.verdict
         return candidate, verdict, "" if verdict.passed else verdict.reason
     return None, None, "; ".join(e.reason for e in trace.entries)
+
+
+@cache
+def engine() -> Engine:
+    """The engine that the tests of a process share."""
+    return Engine()
+
+
+@cache
+def attempted(name: str, folder: str = "tasks") -> tuple[Candidate | None, Verdict | None, str]:
+    """``attempt`` at seed 0, once for all tests of a process."""
+    return attempt(engine(), name, folder=folder)

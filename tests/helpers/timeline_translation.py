@@ -14,13 +14,13 @@ from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
-from rule_translations import atoms, clingo_facts, clingo_program, facts_of, prolog_goal, term
 
 from cramlite.model import Floats, Track
 from cramlite.ontology.taxonomy import Restriction
 from cramlite.plugin import PADDING, Phase, Rule, Segment, Timeline
 from cramlite_plugins.predicates.phase_poses import box_of, things, tips
 from cramlite_plugins.predicates.relations import _dof
+from helpers.rule_translations import atoms, clingo_facts, clingo_program, facts_of, prolog_goal, term
 
 PREDICATES = Path(__file__).parents[1] / "benchmarks" / "timeline.pl"
 VARIANTS = {

@@ -8,10 +8,8 @@ from functools import cache
 from typing import Any
 
 from conftest import ROOT
-from edited import engine
 from msgspec import json
 from msgspec.structs import replace
-from short_runs import good
 
 from cramlite import Trace, read_scenario
 from cramlite.engine.candidates import CandidateSequence
@@ -21,6 +19,8 @@ from cramlite.engine.search_in_setting import search_in
 from cramlite.model import Code, Cost, Finding, Program, Robot, Rollout, World
 from cramlite.planning.state import State
 from cramlite.plugin import Candidate
+from helpers.edited import engine
+from helpers.short_runs import good
 
 
 @cache

@@ -5,10 +5,10 @@ from __future__ import annotations
 import itertools
 
 import pytest
+from helpers.interpretation_reading import BOX, RULES, TABLE, TAXONOMY, at, read, tasks
+from helpers.interpretation_samples import action, episode, state, track
 from hypothesis import given
 from hypothesis import strategies as st
-from interpretation_reading import BOX, RULES, TABLE, TAXONOMY, at, read, tasks
-from interpretation_samples import action, episode, state, track
 
 from cramlite.interpretation.interpretation import interpret
 from cramlite.model import Entity, Episode, Event, Pose

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from helpers.robcog_samples import TIMELINE, event_data
 from hypothesis import given
 from hypothesis import strategies as st
-from robcog_samples import TIMELINE, event_data
 
 from cramlite import Engine
 from cramlite.model import Episode, Event

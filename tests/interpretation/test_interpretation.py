@@ -8,8 +8,8 @@ import math
 
 import numpy as np
 import pytest
-from interpretation_reading import BOX, RULES, TABLE, at, read, tasks
-from interpretation_samples import action, episode, hanger_episode, state, track
+from helpers.interpretation_reading import BOX, RULES, TABLE, at, read, tasks
+from helpers.interpretation_samples import action, episode, hanger_episode, state, track
 
 from cramlite.model import Entity, Pose
 from cramlite.plugin import UserError

@@ -9,8 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from msgspec.structs import replace
-from recorded_people import (
+from helpers.recorded_people import (
     LEFT,
     RIGHT,
     START,
@@ -27,6 +26,7 @@ from recorded_people import (
     shaking,
     without,
 )
+from msgspec.structs import replace
 
 from cramlite import Engine
 from cramlite.model import Episode, Event

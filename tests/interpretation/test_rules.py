@@ -8,9 +8,9 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from helpers.interpretation_samples import SHOP, episode, state
 from hypothesis import given
 from hypothesis import strategies as st
-from interpretation_samples import SHOP, episode, state
 
 from cramlite import data_folder
 from cramlite.interpretation.condition_parser import ConditionError, parse_condition

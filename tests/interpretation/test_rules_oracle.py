@@ -7,12 +7,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from helpers.interpretation_samples import action, episode, state, track
+from helpers.plain_matcher import match
+from helpers.properties import examples
+from helpers.rule_translations import clingo_facts, clingo_program, facts_of
 from hypothesis import given
 from hypothesis import strategies as st
-from interpretation_samples import action, episode, state, track
-from plain_matcher import match
-from properties import examples
-from rule_translations import clingo_facts, clingo_program, facts_of
 
 from cramlite import data_folder
 from cramlite.interpretation.decision_tree import DecisionTree

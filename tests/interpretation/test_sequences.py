@@ -6,10 +6,10 @@ import itertools
 import math
 
 import pytest
+from helpers.interpretation_reading import TAXONOMY
+from helpers.properties import examples
 from hypothesis import given
 from hypothesis import strategies as st
-from interpretation_reading import TAXONOMY
-from properties import examples
 
 from cramlite import Interpretation
 from cramlite.interpretation.coherence import OFFERED

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from interpretation_reading import BOX, RULES, TABLE, TAXONOMY, at, read, tasks
-from interpretation_samples import SHOP, action, episode, state, track
+from helpers.interpretation_reading import BOX, RULES, TABLE, TAXONOMY, at, read, tasks
+from helpers.interpretation_samples import SHOP, action, episode, state, track
 
 from cramlite import Engine, data_folder
 from cramlite.interpretation.interpretation import interpret

@@ -5,8 +5,8 @@ from __future__ import annotations
 import itertools
 
 import pytest
-from interpretation_reading import BOX, TABLE, TAXONOMY, at, read
-from interpretation_samples import action, episode, state, track
+from helpers.interpretation_reading import BOX, TABLE, TAXONOMY, at, read
+from helpers.interpretation_samples import action, episode, state, track
 
 from cramlite.interpretation.conditions import And, Atom, Condition, Not, Or
 from cramlite.interpretation.three_values import judge

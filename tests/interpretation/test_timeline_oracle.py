@@ -6,11 +6,9 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import pytest
-from hypothesis import given
-from interpretation_samples import action, episode, hanger_episode, state, track
-from properties import examples
-from test_rules_oracle import RULES, TAXONOMY, THINGS, episodes
-from timeline_translation import (
+from helpers.interpretation_samples import action, episode, hanger_episode, state, track
+from helpers.properties import examples
+from helpers.timeline_translation import (
     VARIANTS,
     absent,
     by_clingo,
@@ -19,6 +17,8 @@ from timeline_translation import (
     timeline_facts,
     timeline_program,
 )
+from hypothesis import given
+from test_rules_oracle import RULES, TAXONOMY, THINGS, episodes
 
 from cramlite.interpretation.decision_tree import DecisionTree
 from cramlite.model import Episode

@@ -9,10 +9,10 @@ from functools import cache
 from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
 import pytest
+from helpers.properties import examples
 from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import fields, replace
-from properties import examples
 
 from cramlite.model import (
     AnyStep,

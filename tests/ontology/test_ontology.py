@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 import rdflib
+from helpers.small_soma import SMALL_SOMA
 from hypothesis import given
 from hypothesis import strategies as st
-from small_soma import SMALL_SOMA
 
 from cramlite import data_folder
 from cramlite.ontology.check import check_ontology, report_lines

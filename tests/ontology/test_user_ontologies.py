@@ -7,7 +7,7 @@ from pathlib import Path
 from subprocess import CompletedProcess
 
 import pytest
-from as_a_user import cramlite
+from helpers.as_a_user import cramlite
 
 TURTLE = """
 @prefix owl: <http://www.w3.org/2002/07/owl#> .

@@ -6,8 +6,8 @@ from itertools import islice
 from pathlib import Path
 
 import pytest
-from goal_plans import plans_in
-from strangers_tasks import NUISANCES, imported, stranger
+from helpers.goal_plans import plans_in
+from helpers.strangers_tasks import NUISANCES, imported, stranger
 
 from cramlite import Engine, Goal, Trace, find_scenario, read_scenario
 from cramlite.testing import check_plugin, plan_changes

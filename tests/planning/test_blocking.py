@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
+from helpers.properties import examples
 from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
-from properties import examples
 
 from cramlite import Budget, Engine, Goal, Trace, find_scenario, planning_problem, read_scenario
 from cramlite.planning.blocking import Blocking

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from goal_plans import plans_in
+from helpers.goal_plans import plans_in
 
 from cramlite import Engine, Goal, PluginError, Trace, find_scenario, read_scenario
 from cramlite.interpretation.fluents import Fluents, fluents_of

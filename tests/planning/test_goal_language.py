@@ -5,10 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from goal_plans import plans_in
+from helpers.goal_plans import plans_in
+from helpers.properties import examples
 from hypothesis import given
 from hypothesis import strategies as st
-from properties import examples
 
 from cramlite import Engine, Goal, Setting, Trace, read_scenario
 from cramlite.planning.goal_parts import goal_answers

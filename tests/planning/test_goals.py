@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 from conftest import Run
-from goal_plans import plans_in
+from helpers.goal_plans import plans_in
 from msgspec.structs import replace
 
 from cramlite import Budget, Engine, Goal, Setting, Trace, find_scenario, read_scenario

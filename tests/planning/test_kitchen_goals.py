@@ -6,7 +6,7 @@ from itertools import islice
 from pathlib import Path
 
 import pytest
-from goal_plans import plans_in
+from helpers.goal_plans import plans_in
 
 from cramlite import Engine, Goal, Setting, Trace, read_scenario
 from cramlite.plugin import UserError

@@ -6,7 +6,8 @@ from pathlib import Path
 
 import pytest
 from conftest import Run
-from hypothesis import HealthCheck, given, settings
+from helpers.properties import examples
+from hypothesis import HealthCheck, given
 from hypothesis import strategies as st
 
 from cramlite import Engine, Goal, PddlText, PlanningProblem, PlanStep, find_scenario, planning_problem, read_scenario
@@ -29,7 +30,7 @@ TEXTS = [problem.pddl() for problem in PROBLEMS]
 
 
 @pytest.mark.heavy
-@settings(max_examples=15, deadline=None, suppress_health_check=list(HealthCheck))
+@examples(15, suppress_health_check=list(HealthCheck))
 @given(st.integers(0, len(PROBLEMS) - 1), st.lists(st.integers(0, 10**6), min_size=1, max_size=6))
 def test_what_an_action_does_is_what_its_task_does(which: int, picks: list[int]) -> None:
     """A walk: after each step unified-planning's simulator and the operators agree on what may come next."""

@@ -6,10 +6,11 @@ import re
 from pathlib import Path
 
 import pytest
-from hypothesis import given, settings
+from helpers.page_checks import faults
+from helpers.properties import examples
+from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
-from page_checks import faults
 
 from cramlite import Engine, data_folder
 from cramlite.cli.main import main
@@ -69,7 +70,7 @@ def test_terms_of_the_actions_add_up_to_the_whole(engine: Engine, fetch: Episode
         assert str(sequence.length) == sequence.reason
 
 
-@settings(max_examples=10, deadline=None)
+@examples(10)
 @given(count=st.integers(0, 300))
 def test_every_state_is_drawn_or_counted(count: int) -> None:
     episode = busy(Engine().read_episode(FETCH), count)

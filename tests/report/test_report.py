@@ -12,8 +12,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from conftest import Proven
+from helpers.page_checks import faults
 from msgspec.structs import replace
-from page_checks import faults
 
 from cramlite import Engine, Goal, Solution, TaskSpec, Trace, find_scenario, read_scenario
 from cramlite.base.run_directory import RunDirectory

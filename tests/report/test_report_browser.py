@@ -11,8 +11,8 @@ from pathlib import Path
 
 import pytest
 from conftest import Proven
-from headless import Browser, chromium
-from page_checks import Page, faults
+from helpers.headless import Browser, chromium
+from helpers.page_checks import Page, faults
 
 from cramlite import Engine
 from cramlite.base.run_directory import RunDirectory

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 from conftest import Run
-from page_checks import faults
+from helpers.page_checks import faults
 
 from cramlite import Engine, Finished, Trace, find_scenario, read_scenario
 from cramlite.base.run_directory import RunDirectory

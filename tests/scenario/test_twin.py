@@ -6,11 +6,11 @@ import math
 
 import numpy as np
 import pytest
+from helpers.properties import examples
 from hypothesis import given
 from hypothesis import strategies as st
 from msgspec import json
 from msgspec.structs import replace
-from properties import examples
 
 from cramlite import Engine, find_scenario, read_scenario
 from cramlite.experiment.spec import find_experiment, read_experiment

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from as_a_user import cramlite
+from helpers.as_a_user import cramlite
 from msgspec.structs import replace
 from test_camera_scenarios import FETCH, SCENARIOS, variant
 
@@ -42,6 +42,7 @@ def cluttered(folder: Path) -> Path:
     )
 
 
+@pytest.mark.heavy
 def test_unknown_things_are_driven_around(tmp_path: Path) -> None:
     done = cramlite("resolve", cluttered(tmp_path), "--out", tmp_path / "run", "--no-report", "--json")
     assert done.returncode == 0, done.stderr
@@ -51,6 +52,7 @@ def test_unknown_things_are_driven_around(tmp_path: Path) -> None:
     assert "clutter" in json.dumps(real), "and executed with the box in its world"
 
 
+@pytest.mark.heavy
 def test_without_the_expert_nobody_knows_of_the_box(tmp_path: Path) -> None:
     """Its program passes the box by chance: since the shortest reading of the demonstration no longer drives home past it."""
     done = cramlite(

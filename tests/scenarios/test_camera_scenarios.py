@@ -10,8 +10,8 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from as_a_user import changed, cramlite
-from flat_steps import flat
+from helpers.as_a_user import changed, cramlite
+from helpers.flat_steps import flat
 from msgspec.structs import replace
 
 from cramlite import Engine, NoSolution, read_scenario
@@ -24,6 +24,7 @@ FETCH = SCENARIOS / "fetch_from_hanger_camera.yaml"
 variant = partial(changed, FETCH)
 
 
+@pytest.mark.heavy
 def test_a_product_that_was_only_seen_is_fetched(tmp_path: Path) -> None:
     done = cramlite("resolve", "fetch_from_hanger_camera", "--seed", "1", "--out", tmp_path / "run", "--no-report", "--json")
     assert done.returncode == 0, done.stderr

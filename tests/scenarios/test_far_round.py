@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from edited import engine, objections, run
+from helpers.edited import engine, objections, run
 
 from cramlite import read_scenario
 from cramlite.engine.preflight import Flight, checks

@@ -11,7 +11,7 @@ from pathlib import Path
 from subprocess import CompletedProcess
 
 import pytest
-from as_a_user import changed, cramlite
+from helpers.as_a_user import changed, cramlite
 
 ROBOT = "robot: {type: ur5e}"
 HOOK = "at: {position: [0.87, 0, 0.45], yaw: 180 deg}\n"

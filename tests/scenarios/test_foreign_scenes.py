@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import shutil
-import subprocess
-import sys
 from pathlib import Path
+from subprocess import CompletedProcess
 
 import pytest
+from helpers.as_a_user import cramlite
 
 from cramlite.cli.main import main
 
@@ -18,9 +18,8 @@ INTO = """  - {task: Grasping, Patient: red_box}
   - {task: Ungrasping, Locatum: red_box, Relatum: RELATUM}"""
 
 
-def _import(scene: Path, out: Path, *more: str) -> subprocess.CompletedProcess[str]:
-    words = [sys.executable, "-m", "cramlite", "import", str(scene), "--out", str(out), *more]
-    return subprocess.run(words, capture_output=True, text=True, check=False)
+def _import(scene: Path, out: Path, *more: str) -> CompletedProcess[str]:
+    return cramlite("import", scene, "--out", out, *more)
 
 
 @pytest.fixture
@@ -105,6 +104,7 @@ def test_its_drawer_opens_beside_another_by_fingers_that_open_no_wider(kitchen: 
     assert code == 0 and "joint_rises" in said, said
 
 
+@pytest.mark.heavy
 def test_its_drawer_stays_closed_where_the_hand_has_no_room_along_its_way(kitchen: Path, capsys: pytest.CaptureFixture[str]) -> None:
     _bar(kitchen, 0.022)
     code, said = _resolve(kitchen, "  - {task: Opening, Patient: drawer_1}", capsys)

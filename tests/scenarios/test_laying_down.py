@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
+from helpers.task_scenarios import attempted
 from msgspec.structs import replace
-from task_scenarios import attempt
 
-from cramlite import Engine
 from cramlite.model import MoveLinear
 from cramlite.plugin import Candidate
 from cramlite_plugins.validators.physics import GraspSlip
@@ -22,7 +21,7 @@ def _declaring(candidate: Candidate, name: str) -> Candidate:
 
 
 def test_the_declared_turn_is_no_slip_and_one_that_is_not_declared_is() -> None:
-    candidate, verdict, reasons = attempt(Engine(), "laying_down")
+    candidate, verdict, reasons = attempted("laying_down")
     assert candidate is not None and verdict is not None and verdict.passed, reasons
     assert [f.passed for f in GraspSlip().check(candidate)] == [True]
     for declared in ("nothing", "lift", "lower"):

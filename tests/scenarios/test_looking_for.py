@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from helpers.task_scenarios import attempted
 from msgspec.structs import replace
-from task_scenarios import attempt
 
 from cramlite import Engine
 from cramlite.model import Camera, Episode, Geom, Pose, Thing, World
@@ -29,8 +29,8 @@ def engine() -> Engine:
 
 
 @pytest.fixture(scope="module")
-def found(engine: Engine) -> Candidate:
-    candidate, verdict, reasons = attempt(engine, "looking_for")
+def found() -> Candidate:
+    candidate, verdict, reasons = attempted("looking_for")
     assert candidate is not None and verdict is not None and verdict.passed, reasons
     return candidate
 
@@ -107,8 +107,8 @@ def test_a_camera_in_passing_looks_at_nothing() -> None:
     assert seen(WORLD, away, ABOVE.pose, ABOVE.pose) == pytest.approx(0.2)
 
 
-def test_the_world_of_a_run_says_whether_poses_are_known(found: Candidate, engine: Engine) -> None:
+def test_the_world_of_a_run_says_whether_poses_are_known(found: Candidate) -> None:
     assert found.rollout is not None and found.rollout.world.poses == "camera"
-    other, _, reasons = attempt(engine, "reaching")
+    other, _, reasons = attempted("reaching")
     assert other is not None and other.rollout is not None, reasons
     assert other.rollout.world.poses == "known" and other.rollout.seen == {}

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from helpers.properties import examples
 from hypothesis import given
 from hypothesis import strategies as st
-from properties import examples
 
 from cramlite import Budget, Engine, Entry, Finished, Trace, failure_text, find_scenario, read_scenario, trace_text
 from cramlite.base.json_text import as_json, plain_json

@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from as_a_user import cramlite
 from conftest import Proven
+from helpers.as_a_user import cramlite
 
 GOLDEN = {
     "place_on_shelf": (

@@ -5,7 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from task_scenarios import BLOCKED, COMPOUND, MORE, REFUSED, attempt
+from helpers.task_scenarios import BLOCKED, COMPOUND, MORE, REFUSED, attempt, attempted
+from helpers.task_scenarios import engine as shared
 
 from cramlite import Engine, data_folder, find_scenario
 from cramlite.plugin import UserError
@@ -18,12 +19,12 @@ LONG = {"set_table", "pour_and_put_back"}  # 48 s of the 56 s that the compounds
 
 @pytest.fixture(scope="module")
 def engine() -> Engine:
-    return Engine()
+    return shared()
 
 
 @pytest.mark.parametrize("name", [*sorted(REFUSED), *MORE])
 def test_it_is_proven(engine: Engine, name: str) -> None:
-    candidate, verdict, reasons = attempt(engine, name)
+    candidate, verdict, reasons = attempted(name)
     assert candidate is not None and verdict is not None, reasons
     assert verdict.passed, reasons
     wanted = MORE.get(name) or task_type(engine.knowledge.tasks, "".join(w.capitalize() for w in name.split("_"))).task
@@ -33,23 +34,23 @@ def test_it_is_proven(engine: Engine, name: str) -> None:
 
 
 @pytest.mark.parametrize(("name", "says"), [*((f"{n}_fails", s) for n, s in sorted(REFUSED.items())), *BLOCKED.items()])
-def test_its_sibling_is_refused(engine: Engine, name: str, says: str) -> None:
-    _, verdict, reasons = attempt(engine, name)
+def test_its_sibling_is_refused(name: str, says: str) -> None:
+    _, verdict, reasons = attempted(name)
     assert verdict is None or not verdict.passed
     assert says in reasons
 
 
 @pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.heavy) if n in LONG else n for n in sorted(COMPOUND)])
-def test_several_tasks_are_proven_together_and_their_sibling_is_refused(engine: Engine, name: str) -> None:
-    _, verdict, reasons = attempt(engine, name, folder="compound")
+def test_several_tasks_are_proven_together_and_their_sibling_is_refused(name: str) -> None:
+    _, verdict, reasons = attempted(name, "compound")
     assert verdict is not None and verdict.passed, reasons
-    _, verdict, reasons = attempt(engine, f"{name}_fails", folder="compound")
+    _, verdict, reasons = attempted(f"{name}_fails", "compound")
     assert verdict is None or not verdict.passed
     assert COMPOUND[name] in reasons
 
 
-def test_a_push_moves_the_block_as_far_as_asked_and_away_from_the_robot(engine: Engine) -> None:
-    candidate, _, reasons = attempt(engine, "pushing")
+def test_a_push_moves_the_block_as_far_as_asked_and_away_from_the_robot() -> None:
+    candidate, _, reasons = attempted("pushing")
     assert candidate is not None and candidate.rollout is not None, reasons
     track = candidate.rollout.poses["block"][:, :2]
     way, out = track[-1] - track[0], track[0] / float((track[0] @ track[0]) ** 0.5)

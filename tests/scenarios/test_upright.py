@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from helpers.properties import examples
 from hypothesis import given
 from hypothesis import strategies as st
-from properties import examples
 
 from cramlite import Budget, Engine, read_scenario
 from cramlite.model import Geom, Held, Location, Motion, Place, Pose, RobotMount, Rollout, Thing, World, initial_belief

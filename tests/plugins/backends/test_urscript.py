@@ -5,10 +5,10 @@ from __future__ import annotations
 import re
 
 import pytest
+from helpers.properties import examples
 from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
-from properties import examples
 
 from cramlite.model import (
     AnyStep,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from episode_builders import rollout, shop
+from helpers.episode_builders import rollout, shop
 from msgspec.structs import replace
 
 from cramlite.model import Episode, Rollout, Touch

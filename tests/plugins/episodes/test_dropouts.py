@@ -7,10 +7,10 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
+from helpers.properties import examples
 from hypothesis import example, given
 from hypothesis import strategies as st
 from msgspec.structs import replace
-from properties import examples
 
 from cramlite import Engine
 from cramlite.model import Episode, Event, Track

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from conftest import Run
-from episode_builders import rollout
+from helpers.episode_builders import rollout
 from test_neem import same
 
 from cramlite import Engine, PluginError

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from episode_builders import rollout
+from helpers.episode_builders import rollout
 from msgspec.structs import replace
 
 from cramlite_plugins.episodes.detection.touches import pressed_on

@@ -10,10 +10,10 @@ from pathlib import Path
 import bson
 import numpy as np
 import pytest
-from episode_builders import episode
+from helpers.episode_builders import episode
+from helpers.properties import examples
 from hypothesis import HealthCheck, given
 from hypothesis import strategies as st
-from properties import examples
 
 from cramlite.model import Entity, Episode, Pose
 from cramlite.plugin import UserError

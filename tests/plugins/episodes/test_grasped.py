@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from episode_builders import rollout
+from helpers.episode_builders import rollout
 from msgspec.structs import replace
 
 from cramlite.model import Floats

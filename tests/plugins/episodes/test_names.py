@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from helpers.recorded_people import RIGHT, pouring, read
 from hypothesis import given
 from hypothesis import strategies as st
-from recorded_people import RIGHT, pouring, read
 
 from cramlite.model import Entity, Episode, Event, Track
 from cramlite_plugins.episodes.repair.names import local, one_namespace

@@ -11,12 +11,12 @@ import bson
 import bson.json_util as json_util
 import numpy as np
 import pytest
-from episode_builders import episode, rollout
+from helpers.episode_builders import episode, rollout
+from helpers.properties import examples
+from helpers.robcog_samples import TIMELINE, event_data
 from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
-from properties import examples
-from robcog_samples import TIMELINE, event_data
 from test_tracks import dump, tf
 
 from cramlite.model import Entity, Episode, Event, Geom, Pose, Track

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from helpers.robcog_samples import TIMELINE, Lines, event_data
 from hypothesis import given
 from hypothesis import strategies as st
-from robcog_samples import TIMELINE, Lines, event_data
 
 from cramlite.model import Pose
 from cramlite_plugins.episodes.formats.neem import read_neem

@@ -14,10 +14,11 @@ import numpy as np
 import pytest
 import trimesh
 import yaml
-from hypothesis import given, settings
+from helpers.properties import examples
+from helpers.tables_of_poses import RATE, Style, into_a_crate, opening, poses_of, pouring, worn, write
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
-from tables_of_poses import RATE, Style, into_a_crate, opening, poses_of, pouring, worn, write
 
 from cramlite import Engine
 from cramlite.cli.main import main
@@ -63,8 +64,7 @@ def any_poses(seed: int) -> dict[str, Floats]:
     return found
 
 
-@pytest.mark.fuzz
-@settings(max_examples=60, deadline=None)
+@examples(60)
 @given(style=STYLES, seed=st.integers(0, 10**6))
 def test_any_convention_reads_back_as_the_same_poses(style: Style, seed: int, tmp_path_factory: pytest.TempPathFactory) -> None:
     given_ = any_poses(seed)
@@ -437,8 +437,7 @@ def test_bad_input_is_one_clear_paragraph(name: str, tmp_path: Path, capsys: pyt
     assert error.startswith("cramlite: ") and error.count("\n") == 1 and "Traceback" not in error
 
 
-@pytest.mark.fuzz
-@settings(max_examples=40, deadline=None)
+@examples(40)
 @given(data=st.data(), file=st.sampled_from(["take.csv", "take.yaml"]))
 def test_damaged_files_are_read_or_refused(data: st.DataObject, file: str, tmp_path_factory: pytest.TempPathFactory) -> None:
     folder = tmp_path_factory.mktemp("take")

@@ -8,9 +8,9 @@ from pathlib import Path
 import bson
 import numpy as np
 import pytest
+from helpers.properties import examples
 from hypothesis import given
 from hypothesis import strategies as st
-from properties import examples
 
 from cramlite.plugin import UserError
 from cramlite_plugins.episodes.formats.neem import read_neem

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from as_a_user import cramlite
+from helpers.as_a_user import cramlite
 
 from cramlite.cli.export import run_record
 from cramlite.model import RunRecord, Touch

@@ -5,13 +5,13 @@ from __future__ import annotations
 import itertools
 import math
 
-import coal_check
 import numpy as np
 import pytest
+from helpers import coal_check
+from helpers.properties import examples
+from helpers.scenes import TABLE, box, down, make, stance
 from hypothesis import given
 from hypothesis import strategies as st
-from properties import examples
-from scenes import TABLE, box, down, make, stance
 
 from cramlite.model import Floats
 from cramlite_plugins.kinematics.blends import rounded, zone

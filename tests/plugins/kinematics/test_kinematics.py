@@ -7,11 +7,11 @@ import math
 import mujoco
 import numpy as np
 import pytest
+from helpers.properties import examples
+from helpers.scenes import down, make
 from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
-from properties import examples
-from scenes import down, make
 
 from cramlite.model import Pose
 from cramlite_plugins.kinematics import kinematics as k

@@ -6,9 +6,9 @@ import math
 
 import numpy as np
 import pytest
+from helpers.properties import examples
 from hypothesis import given
 from hypothesis import strategies as st
-from properties import examples
 
 from cramlite.model import Motion
 from cramlite_plugins.kinematics.kinematics import forward

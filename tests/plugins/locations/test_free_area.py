@@ -6,9 +6,9 @@ import itertools
 
 import numpy as np
 import shapely
+from helpers.properties import examples
 from hypothesis import given
 from hypothesis import strategies as st
-from properties import examples
 
 from cramlite_plugins.locations.free_area import around, beside, free_area, positions
 

@@ -9,9 +9,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from helpers.properties import examples
 from hypothesis import given
 from hypothesis import strategies as st
-from properties import examples
 
 from cramlite import Engine
 from cramlite.model import Belief, Estimate, Geom, Location, Pose, RobotMount, Thing, World, initial_belief

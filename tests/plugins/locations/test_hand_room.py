@@ -9,10 +9,10 @@ from typing import Any
 import mujoco
 import numpy as np
 import pytest
+from helpers.properties import examples
 from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
-from properties import examples
 
 from cramlite import Engine
 from cramlite.model import Belief, Geom, HandFile, Location, Pose, RobotMount, Stated, Thing, World, initial_belief

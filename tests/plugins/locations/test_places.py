@@ -11,101 +11,69 @@ import numpy as np
 import pytest
 import shapely
 from conftest import Run
+from helpers.placing import HELD, MOUNT, believed, context_of, spot_at, wanted_on
+from helpers.properties import examples
 from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
-from properties import examples
 
-from cramlite import Engine
-from cramlite.model import Belief, Feature, Geom, Held, Location, Place, Pose, RobotMount, Thing, World, initial_belief
-from cramlite.plugin import Context, Grounding, Refused, Unresolvable
+from cramlite.model import Feature, Geom, Held, Location, Place, Pose, Thing, World, initial_belief
+from cramlite.plugin import Grounding, Refused, Unresolvable
 from cramlite_plugins.kinematics.kinematics import inverse
 from cramlite_plugins.locations import place_filters, set_down
-from cramlite_plugins.locations.place_filters import Spot, Wanted
+from cramlite_plugins.locations.place_filters import Wanted
 from cramlite_plugins.motion_planning.reach import make_scene
 from cramlite_plugins.motion_planning.space import Refusal
 from cramlite_plugins.motions.gripping import OPEN, release_opening
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.shapes import ray_casting as rays
-from cramlite_plugins.shapes.surfaces import Surface, surfaces
+from cramlite_plugins.shapes.surfaces import Surface
 from cramlite_plugins.simulation.model.compile import compile_world
-from cramlite_plugins.simulation.objects.products_and_fixtures import basket, block, table
+from cramlite_plugins.simulation.objects.products_and_fixtures import basket, block
 from cramlite_plugins.simulation.objects.vessels import bowl
-
-MOUNT = RobotMount("arm", "ur5e")
-HELD = Held("it", Pose((0.0, 0.0, 0.03)), 0.04)
-
-
-def _belief(*things: Thing) -> Belief:
-    it = block("it", Pose((0.4, 0.3, 0.5)), (0.04, 0.04, 0.10))
-    world = World((table("shelf", Pose((0.45, -0.35, 0.15)), (0.3, 0.3, 0.02)), *things, it), (MOUNT,))
-    return initial_belief(world, "arm", UR5E.home, 0.085).grasped(HELD)
-
-
-def _context(belief: Belief) -> Context:
-    return Context(UR5E, MOUNT, {"shelf": "shelf", "box": "box"}, Engine().knowledge.taxonomy)
-
-
-def _wanted(belief: Belief, on: str = "shelf", where: dict[str, Any] | None = None) -> Wanted:
-    context = _context(belief)
-    scene = make_scene(belief, context)
-    cavity = belief.world.thing(on).feature("cram:Cavity")
-    if cavity is None:
-        target = surfaces(belief.world.thing(on), belief.pose(on))[0]
-    else:
-        half = cavity.size["width"] / 2, cavity.size["depth"] / 2
-        target = Surface(belief.pose(on) * cavity.pose, shapely.box(-half[0], -half[1], *half))
-    return Wanted(belief.world.thing("it"), on, target, belief, context, scene, where or {})
-
-
-def _spot(at: tuple[float, float, float]) -> Spot:
-    """The thing upright at a place in the base frame, the hand above it pointing down."""
-    down = Pose.from_axes((0, 0, 0), (0, 0, -1), (0, 1, 0))
-    tcp = Pose((at[0], at[1], at[2] + 0.03), down.quaternion)
-    return Spot("here", Pose(at), tcp, Pose((at[0], at[1], at[2] + 0.09), down.quaternion), 0.02)
 
 
 def test_supported_means_the_centre_of_mass_is_above() -> None:
-    wanted = _wanted(_belief())
-    assert not place_filters.supported(_spot((0.45, -0.35, 0.22)), wanted)
-    assert not place_filters.supported(_spot((0.59, -0.35, 0.22)), wanted)
-    assert "10 mm beyond the edge of 'shelf'" in place_filters.supported(_spot((0.61, -0.35, 0.22)), wanted)
+    wanted = wanted_on(believed())
+    assert not place_filters.supported(spot_at((0.45, -0.35, 0.22)), wanted)
+    assert not place_filters.supported(spot_at((0.59, -0.35, 0.22)), wanted)
+    assert "10 mm beyond the edge of 'shelf'" in place_filters.supported(spot_at((0.61, -0.35, 0.22)), wanted)
 
 
 def test_inside_means_all_of_it_is_over_the_opening() -> None:
     box = basket("box", Pose((0.4, -0.4, 0.0)), (0.12, 0.10, 0.1))
-    wanted = _wanted(_belief(box), "box")
-    assert not place_filters.inside(_spot((0.4, -0.4, 0.1)), wanted)
-    said = place_filters.inside(_spot((0.44, -0.4, 0.1)), wanted)
+    wanted = wanted_on(believed(box), "box")
+    assert not place_filters.inside(spot_at((0.4, -0.4, 0.1)), wanted)
+    said = place_filters.inside(spot_at((0.44, -0.4, 0.1)), wanted)
     assert "40 mm of it would stick out by 10 mm over the 100 mm width of 'box'" in said
 
 
 def test_near_and_beside_are_measured_from_middle_to_middle() -> None:
     tin = block("tin", Pose((0.45, -0.45, 0.19)), (0.05, 0.05, 0.08))
-    near = _wanted(_belief(tin), where={"near": "tin", "within": 0.12})
-    assert not place_filters.near(_spot((0.45, -0.35, 0.22)), near)
-    assert "150 mm from 'tin', up to 120 mm are near" in place_filters.near(_spot((0.45, -0.30, 0.22)), near)
+    near = wanted_on(believed(tin), where={"near": "tin", "within": 0.12})
+    assert not place_filters.near(spot_at((0.45, -0.35, 0.22)), near)
+    assert "150 mm from 'tin', up to 120 mm are near" in place_filters.near(spot_at((0.45, -0.30, 0.22)), near)
     for side, good, bad in (
         ("left_of", (0.45, -0.35, 0.2), (0.45, -0.55, 0.2)), ("right_of", (0.45, -0.55, 0.2), (0.45, -0.35, 0.2)),
         ("behind", (0.55, -0.45, 0.2), (0.35, -0.45, 0.2)), ("in_front_of", (0.35, -0.45, 0.2), (0.55, -0.45, 0.2)),
     ):  # fmt: skip
-        wanted = _wanted(_belief(tin), where={side: "tin"})
-        assert not place_filters.beside(_spot(good), wanted)
-        assert "at least 20 mm is needed" in place_filters.beside(_spot(bad), wanted)
+        wanted = wanted_on(believed(tin), where={side: "tin"})
+        assert not place_filters.beside(spot_at(good), wanted)
+        assert "at least 20 mm is needed" in place_filters.beside(spot_at(bad), wanted)
 
 
 def test_reachable_asks_the_arm_alone() -> None:
-    wanted = _wanted(_belief())
-    assert not place_filters.reachable(_spot((0.45, -0.35, 0.25)), wanted)
-    assert "wrist centre at 1.316 m > 0.917 m" in place_filters.reachable(_spot((1.2, -0.35, 0.25)), wanted)
+    wanted = wanted_on(believed())
+    assert not place_filters.reachable(spot_at((0.45, -0.35, 0.25)), wanted)
+    assert "wrist centre at 1.316 m > 0.917 m" in place_filters.reachable(spot_at((1.2, -0.35, 0.25)), wanted)
 
 
 def test_collision_free_names_what_is_in_the_way() -> None:
     tin = block("tin", Pose((0.45, -0.35, 0.23)), (0.05, 0.05, 0.16))
-    wanted = _wanted(_belief(tin))
-    refused = place_filters.collision_free(_spot((0.46, -0.34, 0.25)), wanted)
+    wanted = wanted_on(believed(tin))
+    refused = place_filters.collision_free(spot_at((0.46, -0.34, 0.25)), wanted)
     assert isinstance(refused, Refusal) and "'tin'" in refused.reason and refused.blocking == (("tin",),)
-    assert not place_filters.collision_free(_spot((0.45, -0.23, 0.25)), _wanted(_belief()))
+    assert not place_filters.collision_free(spot_at((0.45, -0.23, 0.25)), wanted_on(believed()))
 
 
 def test_a_thing_is_let_go_of_where_the_fingers_can_open() -> None:
@@ -115,7 +83,7 @@ def test_a_thing_is_let_go_of_where_the_fingers_can_open() -> None:
     held = Held("it", Pose((0, 0, 0.0), Pose.from_axes((0, 0, 0), (0, 0, -1), (0, 1, 0)).quaternion), 0.05)
     down = inverse(UR5E, Pose.from_axes((0.45, 0.0, 0.45), (0, 0, -1), (0, 1, 0)), seed=UR5E.home)[0]
     belief = initial_belief(World((bowl_, it), (MOUNT,)), "arm", down, 0.05).grasped(held)
-    answers = list(itertools.islice(set_down.resolve_location(Location("in(shelf)", "in", "shelf"), belief, _context(belief)) or (), 40))
+    answers = list(itertools.islice(set_down.resolve_location(Location("in(shelf)", "in", "shelf"), belief, context_of(belief)) or (), 40))
     refused = [a for a in answers if isinstance(a, Refused) and "not free to open: with open fingers" in a.reason]
     place = next(a.value for a in answers if isinstance(a, Grounding))
     lowest = set_down.OFF_FLOOR - bowl_.feature("cram:Cavity").size["height"]  # type: ignore[union-attr]
@@ -125,23 +93,23 @@ def test_a_thing_is_let_go_of_where_the_fingers_can_open() -> None:
 def test_visible_means_that_others_do_not_hide_it() -> None:
     eye = (0.45, -1.2, 0.25)
     screen = block("screen", Pose((0.45, -0.55, 0.25)), (0.3, 0.02, 0.3))
-    spot = _spot((0.45, -0.35, 0.22))
-    assert not place_filters.visible(spot, _wanted(_belief(), where={"visible_from": eye}))
-    assert not place_filters.visible(spot, _wanted(_belief(screen)))
-    said = place_filters.visible(spot, _wanted(_belief(screen), where={"visible_from": eye}))
+    spot = spot_at((0.45, -0.35, 0.22))
+    assert not place_filters.visible(spot, wanted_on(believed(), where={"visible_from": eye}))
+    assert not place_filters.visible(spot, wanted_on(believed(screen)))
+    said = place_filters.visible(spot, wanted_on(believed(screen), where={"visible_from": eye}))
     assert "0 % of it is seen, 50 % is needed; 'screen' hides most" in said
-    assert "none is fixed" in place_filters.visible(spot, _wanted(_belief(), where={"visible_from": "camera"}))
+    assert "none is fixed" in place_filters.visible(spot, wanted_on(believed(), where={"visible_from": "camera"}))
 
 
 def test_a_camera_looks_one_way() -> None:
     from cramlite.model import Camera
 
-    wanted = _wanted(_belief(), where={"visible_from": "camera"})
+    wanted = wanted_on(believed(), where={"visible_from": "camera"})
     towards = Pose.from_axes((0.45, -1.2, 0.25), (0, 1, 0), (1, 0, 0))
     away = Pose.from_axes((0.45, -1.2, 0.25), (1, 0, 0), (0, -1, 0))
     for pose, sees in ((towards, True), (away, False)):
         said = place_filters.visible(
-            _spot((0.45, -0.35, 0.22)), replace(wanted, context=replace(wanted.context, camera=Camera(pose)))
+            spot_at((0.45, -0.35, 0.22)), replace(wanted, context=replace(wanted.context, camera=Camera(pose)))
         )
         assert (not said) == sees
         assert sees or "deg off the camera's axis" in said
@@ -177,8 +145,8 @@ def test_rays_meet_what_the_ray_caster_of_mujoco_meets(a: Any, b: Any, kind: int
 
 
 def test_places_come_lazily_and_best_first() -> None:
-    belief = _belief()
-    found = set_down.resolve_location(Location("on(shelf)", "on", "shelf"), belief, _context(belief))
+    belief = believed()
+    found = set_down.resolve_location(Location("on(shelf)", "on", "shelf"), belief, context_of(belief))
     assert found is not None
     good = [g for g in itertools.islice(found, 6) if isinstance(g, Grounding)]
     assert good and [g.cost for g in good] == sorted(g.cost for g in good)
@@ -187,9 +155,9 @@ def test_places_come_lazily_and_best_first() -> None:
 
 def test_near_draws_the_position_and_refusals_name_their_filter() -> None:
     tin = block("tin", Pose((0.45, -0.45, 0.19)), (0.04, 0.04, 0.08))
-    belief = _belief(tin)
+    belief = believed(tin)
     location = Location("on(shelf)", "on", "shelf", {"near": "tin", "within": 0.13, "left_of": "tin"})
-    answers = list(itertools.islice(set_down.resolve_location(location, belief, _context(belief)) or (), 60))
+    answers = list(itertools.islice(set_down.resolve_location(location, belief, context_of(belief)) or (), 60))
     places = [a for a in answers if isinstance(a, Grounding)]
     assert places
     for answer in places:
@@ -198,7 +166,7 @@ def test_near_draws_the_position_and_refusals_name_their_filter() -> None:
         assert thing.position[1] > -0.45
     nowhere = Location("on(shelf)", "on", "shelf", {"left_of": "tin", "right_of": "tin"})
     with pytest.raises(Unresolvable, match=r"not beside: .* at least 20 mm is needed") as none:
-        list(set_down.resolve_location(nowhere, belief, _context(belief)) or ())
+        list(set_down.resolve_location(nowhere, belief, context_of(belief)) or ())
     assert set(none.value.because) == {"shelf"}, "no other grasp, and no other way of carrying it, would help"
 
 
@@ -241,22 +209,22 @@ def pot(height: float, gap: float = 0.005) -> Thing:
 
 
 def into_pot(height: float, gap: float = 0.005, *openings: float) -> Wanted:
-    belief = _belief(pot(height, gap))
-    scenes = [make_scene(belief, _context(belief), ("pot",), w, 0.0, hand=False) for w in (0.04, *openings)]
-    found = replace(_wanted(belief, "shelf"), entity="pot", under=belief.world.thing("pot"), lowered=scenes[0])
+    belief = believed(pot(height, gap))
+    scenes = [make_scene(belief, context_of(belief), ("pot",), w, 0.0, hand=False) for w in (0.04, *openings)]
+    found = replace(wanted_on(belief, "shelf"), entity="pot", under=belief.world.thing("pot"), lowered=scenes[0])
     return replace(found, opened=tuple(scenes[1:]))
 
 
 @pytest.mark.parametrize(("height", "meets"), [(0.03, False), (0.09, True)])
 def test_the_hand_may_not_be_the_first_to_meet_what_a_thing_is_put_into(height: float, meets: bool) -> None:
-    refused = place_filters.hand_off(_spot((0.45, -0.35, 0.24)), into_pot(height))
+    refused = place_filters.hand_off(spot_at((0.45, -0.35, 0.24)), into_pot(height))
     assert (isinstance(refused, Refusal) and "'pot'" in refused.reason) == meets
-    assert not place_filters.hand_off(_spot((0.45, -0.35, 0.24)), replace(into_pot(height), lowered=None))
+    assert not place_filters.hand_off(spot_at((0.45, -0.35, 0.24)), replace(into_pot(height), lowered=None))
 
 
 def test_fingers_open_as_wide_as_there_is_room() -> None:
     wide, narrow = into_pot(0.09, 0.04, 0.085, 0.05), into_pot(0.09, 0.04, 0.085)
-    at = _spot((0.45, -0.35, 0.24))
+    at = spot_at((0.45, -0.35, 0.24))
     scene, blocked = place_filters.opened(at, wide)
     assert blocked is None and scene.opening == 0.05
     assert place_filters.opened(at, narrow)[0] is None
@@ -267,21 +235,21 @@ def test_fingers_open_as_wide_as_there_is_room() -> None:
 @pytest.mark.parametrize(("height", "stays"), [(0.06, True), (0.04, False)])
 def test_what_sinks_into_a_hollow_needs_no_level_support(height: float, stays: bool) -> None:
     """Its centre of mass, 50 mm over its lowest point, is below the rim or above it."""
-    belief = _belief(pot(height))
+    belief = believed(pot(height))
     slope = Surface(Pose((0.45, -0.35, 0.17)), shapely.box(0.03, -0.01, 0.04, 0.01))  # it touches on one side alone
-    wanted = replace(_wanted(belief, "shelf"), entity="pot", target=slope, under=belief.world.thing("pot"))
-    assert (place_filters.supported(_spot((0.45, -0.35, 0.24)), wanted) == "") == stays
-    assert place_filters.supported(_spot((0.45, -0.35, 0.24)), replace(wanted, under=None))
-    assert place_filters.supported(_spot((0.45 + 0.02, -0.35, 0.24)), wanted)  # beside its middle
+    wanted = replace(wanted_on(belief, "shelf"), entity="pot", target=slope, under=belief.world.thing("pot"))
+    assert (place_filters.supported(spot_at((0.45, -0.35, 0.24)), wanted) == "") == stays
+    assert place_filters.supported(spot_at((0.45, -0.35, 0.24)), replace(wanted, under=None))
+    assert place_filters.supported(spot_at((0.45 + 0.02, -0.35, 0.24)), wanted)  # beside its middle
 
 
 def test_a_place_says_how_wide_the_fingers_open_when_they_let_go() -> None:
-    belief = _belief()
+    belief = believed()
     grasp = Place(Pose(), Pose(), 0.06, thing="it", values={"width_m": 0.04})
     narrow, elsewhere = (replace(grasp, opening=None, thing=name, values={OPEN: 0.05}) for name in ("it", "tin"))
 
     def wide(*places: Place) -> float:
-        return release_opening(belief, replace(_context(belief), bindings={str(k): p for k, p in enumerate(places)}))
+        return release_opening(belief, replace(context_of(belief), bindings={str(k): p for k, p in enumerate(places)}))
 
     assert (wide(), wide(grasp), wide(grasp, narrow), wide(grasp, elsewhere)) == (0.085, 0.06, 0.05, 0.06)
     assert wide(narrow, grasp) == 0.06  # it was put down there before, and grasped again

@@ -5,9 +5,8 @@ from __future__ import annotations
 import math
 
 import pytest
+from helpers.placing import HELD, believed, context_of, on
 from msgspec.structs import replace
-from test_places import HELD, _belief, _context
-from test_set_down import on
 
 from cramlite.model import Action, Belief, Location, Object, Pose, Thing
 from cramlite.plugin import Grounding
@@ -25,7 +24,7 @@ def taken(*things: Thing, over: float = 0.0, at: tuple[float, float] = STOOD) ->
     """The belief with a block in the hand that stood on the box, or so far over it [m]."""
     lower = Pose.from_axes((*at, 0.15 + 0.05 + over - HELD.tcp_to_thing.position[2]), (0, 0, 1), (0, 1, 0))
     down = Pose.from_axes((*at, lower.position[2] + 2 * HELD.tcp_to_thing.position[2]), (0, 0, -1), (0, 1, 0))
-    belief = _belief(BOX, *things)
+    belief = believed(BOX, *things)
     return replace(belief, held=replace(belief.held, joints=inverse(UR5E, down)[0]))
 
 
@@ -33,7 +32,7 @@ def first(location: Location, belief: Belief, *tasks: str) -> Grounding:
     """The first place, before tasks that are about the block, or about a drawer."""
     about = [(t, "it" if t.endswith("Retracting") else "drawer") for t in tasks]
     agenda = tuple(Action(f"{k}.{t}", t, {"Patient": Object(f"o{k}", entity=e)}) for k, (t, e) in enumerate(about, 2))
-    found = resolve_location(location, belief, replace(_context(belief), agenda=agenda)) or ()
+    found = resolve_location(location, belief, replace(context_of(belief), agenda=agenda)) or ()
     return next(a for a in found if isinstance(a, Grounding))
 
 

@@ -7,8 +7,8 @@ import math
 
 import pytest
 import shapely
+from helpers.placing import believed, wanted_on
 from msgspec.structs import replace
-from test_places import _belief, _wanted
 
 from cramlite import Engine
 from cramlite.model import Belief, Feature, Held, Location, Pose, RobotMount, Thing, World, initial_belief
@@ -73,6 +73,6 @@ def test_over_a_region_that_leans_it_is_where_it_rests_and_not_where_it_is_let_g
     lean = Pose.from_rotvec((0.45, -0.3, 0.2), (math.radians(60), 0, 0))
     there = lean * Pose((0.0, y, 0.01))
     lifted = Pose((there.position[0], there.position[1], there.position[2] + 0.02))
-    wanted = replace(_wanted(_belief()), target=Surface(lean, shapely.box(-0.1, -0.015, 0.1, 0.015)), where={"region": "left"})
+    wanted = replace(wanted_on(believed()), target=Surface(lean, shapely.box(-0.1, -0.015, 0.1, 0.015)), where={"region": "left"})
     said = place_filters.over_region(Spot("here", lifted, lifted, lifted, 0.02), wanted)
     assert beside in said and bool(said) is bool(beside)

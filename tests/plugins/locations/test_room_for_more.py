@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 import shapely
+from helpers.placing import believed, context_of
 from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
-from test_places import _belief, _context
 
 from cramlite.model import Action, Object, Pose
 from cramlite_plugins.locations.room_for_more import corner, roomiest, to_come
@@ -53,7 +53,7 @@ def named(task: str, **roles: str) -> Action:
 )
 def test_what_later_tasks_bring_there(later: Action, names: tuple[str, ...]) -> None:
     box, tin = basket("box", Pose((0.4, -0.4, 0.0)), (0.2, 0.3, 0.1)), block("tin", Pose((0.45, 0.35, 0.19)), (0.05, 0.05, 0.08))
-    belief = _belief(box, tin)
-    assert to_come("box", belief, replace(_context(belief), agenda=(later, later))) == names
+    belief = believed(box, tin)
+    assert to_come("box", belief, replace(context_of(belief), agenda=(later, later))) == names
     inside = belief.related(("in", "tin", "box"))
-    assert to_come("box", inside, replace(_context(belief), agenda=(later,))) == ()
+    assert to_come("box", inside, replace(context_of(belief), agenda=(later,))) == ()

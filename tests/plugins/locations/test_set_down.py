@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 import shapely
+from helpers.placing import HELD, Answer, answers, believed, context_of, first, into, on, placed, wanted_on
 from msgspec.structs import replace
-from test_places import HELD, _belief, _context, _wanted
 
 from cramlite.model import Belief, Feature, Filling, Geom, Location, Place, Pose, Thing
 from cramlite.plugin import Grounding, Refused, Unresolvable
@@ -26,34 +26,9 @@ from cramlite_plugins.simulation.objects.products_and_fixtures import basket, bl
 
 LARGE = table("box", Pose((0.45, 0.35, 0.15)), (1.2, 1.2, 0.02))
 TIN = block("tin", Pose((0.45, -0.45, 0.19)), (0.05, 0.05, 0.08))
-Answer = Grounding | Refused
 SIDES = (((0.05, 0.0), (0.005, 0.05)), ((-0.05, 0.0), (0.005, 0.05)), ((0.0, 0.05), (0.055, 0.005)), ((0.0, -0.05), (0.055, 0.005)))
 RING = tuple(Geom("box", (*half, 0.02), Pose((*at, 0.0))) for at, half in SIDES)
 """Walls around a square of 90 mm."""
-
-
-def on(thing: str, **where: Any) -> Location:
-    return Location(f"on({thing})", "on", thing, where)
-
-
-def into(thing: str, **where: Any) -> Location:
-    return Location(f"in({thing})", "in", thing, where)
-
-
-def answers(location: Location, belief: Belief, samples: int = 4000) -> tuple[list[Answer], Unresolvable | None]:
-    """All that is answered with so many samples, and how it ends."""
-    found = list[Answer]()
-    try:
-        for answer in set_down.resolve_location(location, belief, replace(_context(belief), samples=samples)) or ():
-            found.append(answer)
-    except Unresolvable as ended:
-        return found, ended
-    return found, None
-
-
-def first(count: int, location: Location, belief: Belief) -> list[Grounding]:
-    found = set_down.resolve_location(location, belief, _context(belief)) or ()
-    return list(itertools.islice((a for a in found if isinstance(a, Grounding)), count))
 
 
 # How many
@@ -70,7 +45,7 @@ def test_what_a_look_takes() -> None:
 
 @pytest.mark.parametrize(("samples", "count"), [(1, 1), (20, 1), (21, 2), (100, 5), (101, 6)])
 def test_as_many_are_looked_at_as_the_samples_allow(samples: int, count: int) -> None:
-    found, ended = answers(on("shelf"), _belief(), samples)
+    found, ended = answers(on("shelf"), believed(), samples)
     assert len(found) == count and ended is not None and ended.because == ("shelf",)
     looked = len({f.key.split(", turned")[0] if f.key.startswith("(") else "middle" for f in found if isinstance(f, Grounding)})
     assert ended.reason == f"{looked} positions were looked at, as many as the {samples} samples of a query allow"
@@ -80,7 +55,7 @@ def test_as_many_are_looked_at_as_the_samples_allow(samples: int, count: int) ->
 def test_looks_at_shapes_are_cheap(samples: int) -> None:
     """Over an opening of 55 mm those turns along its walls come first, some others stick out."""
     narrow = basket("box", Pose((0.4, 0.35, 0.0)), (0.075, 0.3, 0.1))
-    found, ended = answers(into("box"), _belief(narrow), samples)
+    found, ended = answers(into("box"), believed(narrow), samples)
     assert {isinstance(f, Refused) and f.passed == 0 for f in found} == {True, False}
     assert spent(found[:-1]) < samples <= spent(found) and ended is not None
 
@@ -90,17 +65,17 @@ BAR = block("tin", Pose((0.45, -0.35, 0.17)), (0.05, 0.3, 0.02))
 
 
 def test_what_shapes_refuse_is_told_once_one_gets_past_them_and_in_order() -> None:
-    found, ended = answers(on("shelf", behind="tin"), _belief(BAR), 51)
+    found, ended = answers(on("shelf", behind="tin"), believed(BAR), 51)
     assert [f.passed if isinstance(f, Refused) else None for f in found] == [1] * 10 + [None] and ended is not None
     assert [f.value.split(", ")[1] for f in found if isinstance(f, Refused)] == [f"turned {yaw:+.0f} deg" for yaw in YAWS]
     assert ended.reason == "2 positions were looked at, as many as the 51 samples of a query allow"
 
 
 def test_what_none_gets_past_is_told_in_one() -> None:
-    found, ended = answers(on("shelf", behind="tin"), _belief(BAR), 50)
+    found, ended = answers(on("shelf", behind="tin"), believed(BAR), 50)
     assert found == [] and ended is not None
     assert ended.reason.startswith("none of 10 placements fits; (+51 +0) mm from its middle, turned +0 deg")
-    nowhere, ended = answers(on("shelf", near="tin", within=0.0), _belief(BAR))
+    nowhere, ended = answers(on("shelf", near="tin", within=0.0), believed(BAR))
     assert nowhere == [] and ended is not None and ended.reason.startswith("none of 1 placements fits; ")
 
 
@@ -114,7 +89,7 @@ def turns(found: list[Grounding]) -> list[tuple[str, int]]:
 
 
 def test_at_the_best_position_every_turn_is_tried_at_others_a_few_and_one_of_their_own() -> None:
-    found = turns(first(19, on("shelf"), _belief()))
+    found = turns(first(19, on("shelf"), believed()))
     best, second, third = [[t for p, t in found if p == q] for q in dict.fromkeys(p for p, _ in found)][:3]
     assert best == [0, 30, -30, 60, -60, 90, -90, 135, -135, 180] == list(YAWS)
     assert second == [0, 90, -45, 138] and third == [0, 90, -45, -85]
@@ -123,7 +98,7 @@ def test_at_the_best_position_every_turn_is_tried_at_others_a_few_and_one_of_the
 
 @pytest.mark.parametrize(("geom", "along"), [(Geom("box", (0.02, 0.03, 0.05)), True), (Geom("cylinder", (0.02, 0.05)), False)])
 def test_straight_sides_are_put_along_straight_walls_however_much_room_there_is(geom: Geom, along: bool) -> None:
-    belief = _belief(basket("box", Pose((0.4, 0.35, 0.0)), (0.3, 0.4, 0.1)))
+    belief = believed(basket("box", Pose((0.4, 0.35, 0.0)), (0.3, 0.4, 0.1)))
     things = tuple(replace(t, geoms=(geom,)) if t.name == "it" else t for t in belief.world.things)
     belief = replace(belief, world=replace(belief.world, things=things))
     x, y, _ = placed(first(1, into("box"), belief)[0]).rotate((1.0, 0.0, 0.0))
@@ -131,7 +106,7 @@ def test_straight_sides_are_put_along_straight_walls_however_much_room_there_is(
 
 
 def test_a_position_later_costs_more_than_any_turn_and_a_turn_by_its_angle() -> None:
-    found = first(16, on("shelf"), _belief())
+    found = first(16, on("shelf"), believed())
     angles = [0, 30, 30, 60, 60, 90, 90, 135, 135, 180, 0, 90, 45, 137.5077640500378, 0, 90]
     places = [0] * 10 + [1] * 4 + [2] * 2
     expected = [0.5 * k + 0.1 * math.radians(a) for k, a in zip(places, angles, strict=True)]
@@ -141,7 +116,7 @@ def test_a_position_later_costs_more_than_any_turn_and_a_turn_by_its_angle() -> 
 def test_two_surfaces_take_turns() -> None:
     boards = tuple(Geom("box", (0.15, 0.15, 0.01), Pose((0.0, y, z))) for y, z in ((0.2, 0.1), (-0.2, 0.0)))
     steps = Thing("box", "soma:Shelf", Pose((0.45, -0.2, 0.15)), boards)
-    found = first(30, on("box"), _belief(steps))
+    found = first(30, on("box"), believed(steps))
     heights = [round(g.value.pose.position[2], 2) for g in found]
     low, high = min(heights), max(heights)
     assert (low, high) == pytest.approx((0.26, 0.36)) and heights[:20] == [high] * 10 + [low] * 10 and {low, high} == set(heights[20:])
@@ -151,13 +126,8 @@ def test_two_surfaces_take_turns() -> None:
 # Where
 
 
-def placed(answer: Grounding) -> Pose:
-    assert isinstance(answer.value, Place)
-    return answer.value.pose * HELD.tcp_to_thing
-
-
 def test_its_centre_of_mass_is_over_the_position_and_its_lowest_point_above_it() -> None:
-    belief = _belief()
+    belief = believed()
     for answer in first(14, on("shelf"), belief):
         offset = (0.0, 0.0)
         if answer.key.startswith("("):
@@ -174,8 +144,8 @@ def test_its_centre_of_mass_is_over_the_position_and_its_lowest_point_above_it()
 
 def test_it_faces_the_robot_as_it_did() -> None:
     """Without a turn the bearing of the hand, seen from the base, is what the thing turns by."""
-    belief = _belief()
-    context = _context(belief)
+    belief = believed()
+    context = context_of(belief)
     now, hand = held_pose(belief, context), tcp(belief, context)
     bearing = math.atan2(-0.35, 0.45) - math.atan2(hand.position[1], hand.position[0])
     for answer, turn in zip(first(2, on("shelf"), belief), (0.0, math.radians(30)), strict=True):
@@ -184,7 +154,7 @@ def test_it_faces_the_robot_as_it_did() -> None:
 
 
 def test_off_its_middle_the_centre_of_mass_counts() -> None:
-    belief = _belief()
+    belief = believed()
     heavy = Geom("box", (0.02, 0.02, 0.02), Pose((0.05, 0.0, -0.03)))
     things = tuple(replace(t, geoms=(*t.geoms, heavy)) if t.name == "it" else t for t in belief.world.things)
     lopsided = replace(belief, world=replace(belief.world, things=things))
@@ -205,15 +175,15 @@ def test_off_its_middle_the_centre_of_mass_counts() -> None:
 )
 def test_the_largest_disc_in_its_outline(geoms: tuple[Geom, ...], radius: float) -> None:
     """Of an angle the centre of mass is outside; a bowl of boxes is as wide as its rim, though there are gaps between them."""
-    wanted = replace(_wanted(_belief()), thing=Thing("it", "cram:Product", Pose(), geoms, mass=0.1))
+    wanted = replace(wanted_on(believed()), thing=Thing("it", "cram:Product", Pose(), geoms, mass=0.1))
     assert set_down._radius(wanted, Pose()) == pytest.approx(radius, rel=0.01)
 
 
 def test_the_best_position_is_the_middle_near_what_is_asked_for_or_near_the_robot() -> None:
-    belief = _belief(TIN, replace(LARGE, name="box"))
-    shelf, box = _wanted(belief), _wanted(belief, "box")
+    belief = believed(TIN, replace(LARGE, name="box"))
+    shelf, box = wanted_on(belief), wanted_on(belief, "box")
     assert set_down._anchor(shelf, Pose()) == (0.0, 0.0)
-    assert set_down._anchor(_wanted(belief, where={"near": "tin"}), Pose()) == pytest.approx((0.0, -0.1))
+    assert set_down._anchor(wanted_on(belief, where={"near": "tin"}), Pose()) == pytest.approx((0.0, -0.1))
     drove = replace(belief, at=Pose())
     for wanted, half in ((shelf, 0.15), (box, 0.6)):
         away = wanted.target.pose.inverse().apply((0.0, 0.0, 0.0))[:2]
@@ -225,13 +195,13 @@ def test_the_best_position_is_the_middle_near_what_is_asked_for_or_near_the_robo
 
 
 def test_heights_over_a_surface_are_two() -> None:
-    assert set_down._heights(_wanted(_belief()), Pose(), "on") == [(0.02, 0.06), (0.01, 0.015)]
+    assert set_down._heights(wanted_on(believed()), Pose(), "on") == [(0.02, 0.06), (0.01, 0.015)]
 
 
 @pytest.mark.parametrize(("depth", "hand_above"), [(0.09, 0.03), (0.05, 0.3), (0.2, -0.1)])
 def test_heights_over_a_container_go_from_its_floor_up_to_where_the_hand_is_over_the_rim(depth: float, hand_above: float) -> None:
-    belief = _belief().grasped(replace(HELD, tcp_to_thing=Pose((0.0, 0.0, hand_above))))
-    wanted = replace(_wanted(belief), belief=belief, depth=depth)
+    belief = believed().grasped(replace(HELD, tcp_to_thing=Pose((0.0, 0.0, hand_above))))
+    wanted = replace(wanted_on(belief), belief=belief, depth=depth)
     now, hand = held_pose(belief, wanted.context), tcp(belief, wanted.context)
     found = set_down._heights(wanted, now, "in")
     heights, aboves = [h for h, _ in found], [a for _, a in found]
@@ -247,8 +217,8 @@ def test_heights_over_a_container_go_from_its_floor_up_to_where_the_hand_is_over
 
 
 def outlines(*things: Thing) -> dict[str, Any]:
-    belief = _belief(*things)
-    return {o.name: o.area for o in set_down._targets(on("shelf"), belief, _context(belief))[0].obstacles}
+    belief = believed(*things)
+    return {o.name: o.area for o in set_down._targets(on("shelf"), belief, context_of(belief))[0].obstacles}
 
 
 def test_what_stands_there_is_kept_clear_of_by_a_gap() -> None:
@@ -261,8 +231,8 @@ def test_what_stands_there_is_kept_clear_of_by_a_gap() -> None:
 def test_what_hangs_over_it_counts_as_high_as_the_thing_is(height: float, there: bool) -> None:
     """The block is 100 mm high as it is held."""
     over = block("tin", Pose((0.45, -0.35, 0.15 + height + 0.01)), (0.05, 0.05, 0.02))
-    belief = _belief(over)
-    up = held_pose(belief, _context(belief)).rotation[2]
+    belief = believed(over)
+    up = held_pose(belief, context_of(belief)).rotation[2]
     tall = 2 * float(np.abs(up) @ np.array((0.02, 0.02, 0.05)))
     lower = replace(over, pose=Pose((0.45, -0.35, 0.15 + height * tall / 0.1 + 0.01)))
     assert bool(outlines(lower)) is there
@@ -276,30 +246,30 @@ def test_what_is_as_flat_as_the_surface_is_nothing_that_stands_there(high: float
 
 @pytest.mark.parametrize(("away", "there"), [(-0.001, True), (0.001, False)])
 def test_what_is_further_beside_it_than_it_is_high_is_left_out(away: float, there: bool) -> None:
-    belief = _belief()
-    up = held_pose(belief, _context(belief)).rotation[2]
+    belief = believed()
+    up = held_pose(belief, context_of(belief)).rotation[2]
     tall = 2 * float(np.abs(up) @ np.array((0.02, 0.02, 0.05)))
     beside = block("tin", Pose((0.45 + 0.15 + 2 * GAP + tall + away + 0.025, -0.35, 0.2)), (0.05, 0.05, 0.08))
     assert bool(outlines(beside)) is there
 
 
 def bounds(belief: Belief, location: Location) -> tuple[float, ...]:
-    context = _context(belief)
+    context = context_of(belief)
     (wanted,) = set_down._targets(location, belief, context)
     return tuple(set_down._free(wanted, held_pose(belief, context), location).bounds)
 
 
 def test_free_is_where_it_is_supported() -> None:
     least = 0.005 + 0.0002
-    assert bounds(_belief(), on("shelf")) == pytest.approx((-0.15 + least, -0.15 + least, 0.15 - least, 0.15 - least), abs=1e-6)
+    assert bounds(believed(), on("shelf")) == pytest.approx((-0.15 + least, -0.15 + least, 0.15 - least, 0.15 - least), abs=1e-6)
 
 
 def test_free_in_a_container_is_where_its_disc_is_inside() -> None:
     box = basket("box", Pose((0.4, 0.35, 0.0)), (0.2, 0.3, 0.1))
     cavity = box.feature("cram:Cavity")
     assert cavity is not None
-    belief = _belief(box)
-    disc = set_down._radius(_wanted(belief, "box"), held_pose(belief, _context(belief)))
+    belief = believed(box)
+    disc = set_down._radius(wanted_on(belief, "box"), held_pose(belief, context_of(belief)))
     x, y = cavity.size["width"] / 2 - disc, cavity.size["depth"] / 2 - disc
     assert bounds(belief, into("box")) == pytest.approx((-x, -y, x, y))
 
@@ -307,8 +277,8 @@ def test_free_in_a_container_is_where_its_disc_is_inside() -> None:
 @pytest.mark.parametrize(("x", "y", "beside"), [(0.4, 0.35, True), (0.4, 0.55, False)])
 def test_beside_what_lies_in_a_container_is_tried_before_over_it(x: float, y: float, beside: bool) -> None:
     box = basket("box", Pose((0.4, 0.35, 0.0)), (0.4, 0.3, 0.1))
-    belief = _belief(box, block("tin", Pose((x, y, 0.05)), (0.05, 0.05, 0.08)))
-    targets = set_down._targets(into("box"), belief, _context(belief))
+    belief = believed(box, block("tin", Pose((x, y, 0.05)), (0.05, 0.05, 0.08)))
+    targets = set_down._targets(into("box"), belief, context_of(belief))
     assert [[o.name for o in w.obstacles] for w in targets] == ([["tin"], []] if beside else [[]])
 
 
@@ -317,13 +287,13 @@ def test_beside_what_lies_in_a_container_is_tried_before_over_it(x: float, y: fl
 )
 def test_free_beside_a_thing_is_on_its_side(side: str, index: int, value: float) -> None:
     flat = block("tin", Pose((0.45, -0.35, 0.15)), (0.02, 0.02, 0.002))
-    assert bounds(_belief(flat), on("shelf", **{side: "tin"}))[index] == pytest.approx(value, abs=1e-6)
+    assert bounds(believed(flat), on("shelf", **{side: "tin"}))[index] == pytest.approx(value, abs=1e-6)
 
 
 @pytest.mark.parametrize(("where", "within"), [({}, 0.2), ({"within": 0.05}, 0.05)])
 def test_free_near_a_thing_is_within_a_distance(where: dict[str, float], within: float) -> None:
     flat = block("tin", Pose((0.45 + 0.14, -0.35, 0.15)), (0.002, 0.002, 0.002))
-    assert bounds(_belief(flat), on("shelf", near="tin", **where))[0] == pytest.approx(0.14 - within, abs=1e-3)
+    assert bounds(believed(flat), on("shelf", near="tin", **where))[0] == pytest.approx(0.14 - within, abs=1e-3)
 
 
 # Containers
@@ -355,26 +325,26 @@ def test_what_has_no_place_is_said_so() -> None:
     ball = Thing("box", "cram:Product", Pose((0.4, 0.3, 0.1)), (Geom("sphere", (0.05,)),), mass=1.0)
     level = "no level face that looks upwards, to put anything on"
     for location, said in ((on("box"), level), (into("box"), "no cavity to put anything in")):
-        found, ended = answers(location, _belief(ball))
+        found, ended = answers(location, believed(ball))
         assert found == [] and ended is not None and ended.reason == f"'box' has {said}" and ended.because == ("box",)
-    _, ended = answers(on("box"), _belief(replace(ball, mass=None)))  # it stays where it is, so that it might be a rack
+    _, ended = answers(on("box"), believed(replace(ball, mass=None)))  # it stays where it is, so that it might be a rack
     assert ended is not None and "not at rest: it would slide or fall off 'box'" in ended.reason
-    empty = replace(_belief(), held=None)
+    empty = replace(believed(), held=None)
     with pytest.raises(Unresolvable, match="nothing is held that could be brought there"):
-        list(set_down.resolve_location(on("shelf"), empty, _context(empty)) or ())
+        list(set_down.resolve_location(on("shelf"), empty, context_of(empty)) or ())
 
 
 def test_nobody_else_asks() -> None:
-    assert set_down.resolve_location(Location("at", "at", "shelf"), _belief(), _context(_belief())) is None
+    assert set_down.resolve_location(Location("at", "at", "shelf"), believed(), context_of(believed())) is None
 
 
 def test_what_stands_there_and_was_put_there_is_to_blame() -> None:
     whole = block("tin", Pose((0.45, -0.35, 0.2)), (0.3, 0.3, 0.08))
-    belief = _belief(whole)
+    belief = believed(whole)
     put = Place(Pose(), Pose(), thing="tin", values={"height_m": 0.02})
     slid, other = replace(put, values={}), replace(put, thing="it")
     known = {"what": "tin", "by task": put, "slide": slid, "other": other, "held": "it", "else": "basket"}
-    context = replace(_context(belief), bindings={**_context(belief).bindings, **known})
+    context = replace(context_of(belief), bindings={**context_of(belief).bindings, **known})
     with pytest.raises(Unresolvable) as none:
         list(set_down.resolve_location(on("shelf"), belief, context) or ())
     assert set(none.value.because) == {"shelf", "by task", "what", "held"}
@@ -383,7 +353,7 @@ def test_what_stands_there_and_was_put_there_is_to_blame() -> None:
 
 
 def test_what_is_too_large_for_an_opening_is_told_with_its_best_position() -> None:
-    found, ended = answers(into("box"), _belief(vessel(width=0.03, depth=0.03, height=0.05)))
+    found, ended = answers(into("box"), believed(vessel(width=0.03, depth=0.03, height=0.05)))
     assert found == [] and ended is not None and set(ended.because) == {"box"}
     assert ended.reason.startswith("none of 1 placements fits; turned +0 deg, lowest point -40 mm from it: not inside: ")
 
@@ -391,7 +361,7 @@ def test_what_is_too_large_for_an_opening_is_told_with_its_best_position() -> No
 def test_where_no_disc_is_free_it_is_said_how_large() -> None:
     """The centre of mass would be supported on a post of 10.3 mm, but not where positions are rounded."""
     post = Thing("box", "cram:Product", Pose((0.45, 0.35, 0.15)), (Geom("box", (0.00515, 0.00515, 0.1)),))
-    found, ended = answers(on("box"), _belief(post))
+    found, ended = answers(on("box"), believed(post))
     assert found == [] and ended is not None
     assert ended.reason.endswith("from it: not clear: nowhere is a disc of 40 mm free, which its outline holds")
 
@@ -399,8 +369,8 @@ def test_where_no_disc_is_free_it_is_said_how_large() -> None:
 def test_a_feature_may_say_how_large_the_place_is() -> None:
     spot = Feature("spot", "vrps:SurfaceFeature", Pose((0.1, 0.0, 0.01)), {"width": 0.06, "depth": 0.06})
     shelf = table("box", Pose((0.45, 0.35, 0.15)), (0.4, 0.4, 0.02))
-    belief = _belief(replace(shelf, features=(*shelf.features, spot)))
-    context = replace(_context(belief), bindings={"box": "box/spot"})
+    belief = believed(replace(shelf, features=(*shelf.features, spot)))
+    context = replace(context_of(belief), bindings={"box": "box/spot"})
     (answer,) = itertools.islice(set_down.resolve_location(on("box"), belief, context) or (), 1)
     assert isinstance(answer, Grounding) and placed(answer).position[:2] == pytest.approx((0.55, 0.35), abs=1e-6)
 
@@ -434,7 +404,7 @@ def test_half_a_turn_is_about_its_own_side(attitude: str, over: float) -> None:
 def palm(degrees: float) -> Belief:
     """The block held upside down, so that upright the hand's approach goes up by an angle."""
     lean = Pose.from_axes((0.0, 0.0, 0.0), (0.0, math.cos(math.radians(degrees)), math.sin(math.radians(degrees))), (1, 0, 0))
-    return _belief().grasped(replace(HELD, tcp_to_thing=(lean * Pose((0.0, 0.0, -0.03))).inverse()))
+    return believed().grasped(replace(HELD, tcp_to_thing=(lean * Pose((0.0, 0.0, -0.03))).inverse()))
 
 
 @pytest.mark.parametrize(("degrees", "passes"), [(19.9, True), (20.1, False), (60.0, False)])
@@ -442,8 +412,8 @@ def test_the_hand_does_not_come_under_what_it_holds(degrees: float, passes: bool
     belief = palm(degrees)
     grasp = Place(Pose(), Pose(), thing="it", values={"width_m": 0.04})
     known = {"grasp": grasp, "other": replace(grasp, thing="tin"), "place": replace(grasp, values={}), "name": "it"}
-    context = replace(_context(belief), bindings={**_context(belief).bindings, **known})
-    wanted = replace(_wanted(belief), belief=belief, context=context)
+    context = replace(context_of(belief), bindings={**context_of(belief).bindings, **known})
+    wanted = replace(wanted_on(belief), belief=belief, context=context)
     if passes:
         check_turn(Pose(), Pose(), wanted)
         return check_turn(Pose.from_rotvec((0, 0, 0), (1.0, 0, 0)), Pose(), wanted)
@@ -455,8 +425,8 @@ def test_the_hand_does_not_come_under_what_it_holds(degrees: float, passes: bool
 
 
 def test_what_is_full_is_not_turned() -> None:
-    belief = _belief()
-    full = replace(_wanted(belief), thing=replace(belief.world.thing("it"), filling=Filling(3, 0.005, 0.001)))
+    belief = believed()
+    full = replace(wanted_on(belief), thing=replace(belief.world.thing("it"), filling=Filling(3, 0.005, 0.001)))
     check_turn(Pose(), Pose.from_rotvec((0, 0, 0), (5e-7, 0, 0)), full)
     with pytest.raises(Unresolvable, match="'it' holds something that would be spilled") as none:
         check_turn(Pose(), Pose.from_rotvec((0, 0, 0), (1e-5, 0, 0)), full)
@@ -466,8 +436,8 @@ def test_what_is_full_is_not_turned() -> None:
 
 @pytest.mark.parametrize("yaw", [0.0, 6.0, -6.0])
 def test_its_front_looks_to_what_it_shall_face(yaw: float) -> None:
-    belief = _belief(TIN)
-    wanted = _wanted(belief, where={"facing": "tin"})
+    belief = believed(TIN)
+    wanted = wanted_on(belief, where={"facing": "tin"})
     spot = set_down._spot(wanted, Pose.from_rotvec((0.4, 0.3, 0.5), (0, 0, 0.4)), (0.05, 0.02), yaw, 0.02, 0.06)
     ahead = spot.thing.rotate((1.0, 0.0, 0.0))
     to = np.subtract((0.45, -0.45), (0.50, -0.33))
@@ -476,7 +446,7 @@ def test_its_front_looks_to_what_it_shall_face(yaw: float) -> None:
 
 
 def test_only_turns_that_still_face_it_are_tried() -> None:
-    found = turns(first(4, on("shelf", facing="tin"), _belief(replace(TIN, pose=Pose((0.45, -0.9, 0.19))))))
+    found = turns(first(4, on("shelf", facing="tin"), believed(replace(TIN, pose=Pose((0.45, -0.9, 0.19))))))
     assert [t for _, t in found] == [0, 6, -6, 0]
 
 
@@ -489,18 +459,19 @@ def doubted(belief: Belief, sigma: float) -> Belief:
 
 def test_more_is_kept_from_what_is_not_known_well() -> None:
     lying, box = block("tin", Pose((0.4, -0.4, 0.05)), (0.05, 0.05, 0.08)), basket("box", Pose((0.4, -0.4, 0.0)), (0.4, 0.3, 0.1))
-    for belief, place in ((_belief(TIN), on("shelf")), (_belief(box, lying), into("box"))):
+    for belief, place in ((believed(TIN), on("shelf")), (believed(box, lying), into("box"))):
         unsure = doubted(belief, 0.002)
         more = uncertainty_margins(unsure)["tin"]
-        areas = [o.area.bounds for b in (belief, unsure) for o in set_down._targets(place, b, _context(b))[0].obstacles if o.name == "tin"]
+        obstacles = [o for b in (belief, unsure) for o in set_down._targets(place, b, context_of(b))[0].obstacles]
+        areas = [o.area.bounds for o in obstacles if o.name == "tin"]
         assert more > 0.001 and np.subtract(*areas) == pytest.approx((more, more, -more, -more))
 
 
 def test_each_height_above_the_lowest_costs_a_little() -> None:
     """Beside what lies in the opening the hand comes lower than over it; a position later costs 0.5."""
     box = basket("box", Pose((0.4, 0.35, 0.0)), (0.2, 0.3, 0.1))
-    found = first(20, into("box"), _belief(box, block("tin", Pose((0.4, 0.35, 0.05)), (0.05, 0.05, 0.08))))
-    lowest = min(h for h, _ in set_down._heights(replace(_wanted(_belief(box), "box"), depth=_depth(box)), _held(box), "in"))
+    found = first(20, into("box"), believed(box, block("tin", Pose((0.4, 0.35, 0.05)), (0.05, 0.05, 0.08))))
+    lowest = min(h for h, _ in set_down._heights(replace(wanted_on(believed(box), "box"), depth=_depth(box)), _held(box), "in"))
     steps = [round((g.value.values["height_m"] - lowest) / 0.03) for g in found]
     angles = [abs(math.radians(math.remainder(t, 360))) for _, t in turns(found)]
     assert max(steps) > 0
@@ -515,7 +486,7 @@ def _depth(box: Thing) -> float:
 
 
 def _held(box: Thing) -> Pose:
-    return held_pose(_belief(box), _context(_belief(box)))
+    return held_pose(believed(box), context_of(believed(box)))
 
 
 def test_what_is_put_on_a_plate_may_stick_out_over_its_rim() -> None:
@@ -524,13 +495,13 @@ def test_what_is_put_on_a_plate_may_stick_out_over_its_rim() -> None:
     rim = [Geom("box", half, Pose(at)) for s in (0.04, -0.04) for half, at in ((along, (s, 0.0, 0.0)), (across, (0.0, s, 0.0)))]
     plate = Thing("plate", "soma:Plate", Pose((0.45, -0.35, 0.2)), (Geom("box", (0.05, 0.05, 0.002)), *rim))
     foot, mouth = Geom("cylinder", (0.018, 0.02), Pose((0.0, 0.0, -0.02))), Geom("cylinder", (0.045, 0.02), Pose((0.0, 0.0, 0.02)))
-    belief = _belief(plate)
+    belief = believed(plate)
     for geoms, fits in (((foot, mouth), True), ((replace(foot, size=(0.045, 0.02)), mouth), False)):
         held = replace(belief.world.thing(HELD.thing), geoms=geoms)
         middle = next(s for s in surfaces(plate, plate.pose) if s.pose.position[2] == pytest.approx(0.202))
-        wanted = replace(_wanted(belief, "plate"), thing=held, target=middle)
+        wanted = replace(wanted_on(belief, "plate"), thing=held, target=middle)
         above = Spot("it", Pose((0.45, -0.35, 0.202 + 0.04)), Pose(), Pose(), 0.0)
-        wanted = replace(wanted, obstacles=set_down._obstacles(wanted, _context(belief)))
+        wanted = replace(wanted, obstacles=set_down._obstacles(wanted, context_of(belief)))
         assert any(o.name == "plate" for o in wanted.obstacles)
         assert (clear(above, wanted) == "") == fits
 
@@ -547,13 +518,13 @@ DISH = Thing(
 
 
 def test_what_can_be_moved_carries_things_within_its_rim() -> None:
-    (middle,) = first(1, on("box"), _belief(DISH))
+    (middle,) = first(1, on("box"), believed(DISH))
     assert isinstance(middle.value, Place) and "mm from its middle" not in middle.key
 
 
 def test_not_where_something_else_stands_within_the_rim() -> None:
     pin = block("pin", Pose((0.45, -0.35, 0.199)), (0.02, 0.02, 0.06))
-    found, ended = answers(on("box"), _belief(DISH, pin))
+    found, ended = answers(on("box"), believed(DISH, pin))
     assert not any(isinstance(a, Grounding) for a in found) and ended is not None and "'pin'" in ended.reason
 
 
@@ -562,7 +533,7 @@ def test_an_area_narrows_where_things_are_put(region: str, least: float, most: f
     sides = (("left", 0.1), ("right", -0.1))
     areas = [Feature(n, "vrps:SurfaceFeature", Pose((0, y, 0.01)), {"width": 0.1, "depth": 0.1}) for n, y in sides]
     desk = table("box", Pose((0.45, -0.35, 0.25)), (0.3, 0.35, 0.02))
-    belief = _belief(replace(desk, features=(*desk.features, *areas)))
+    belief = believed(replace(desk, features=(*desk.features, *areas)))
     for found in first(5, on("box", region=region), belief):
         assert isinstance(found.value, Place)
         y = float((found.value.pose * HELD.tcp_to_thing).position[1]) + 0.35
@@ -572,16 +543,16 @@ def test_an_area_narrows_where_things_are_put(region: str, least: float, most: f
 def test_a_region_that_is_too_small_is_refused() -> None:
     desk = table("box", Pose((0.45, -0.35, 0.25)), (0.3, 0.35, 0.02))
     strip = Feature("strip", "vrps:SurfaceFeature", Pose((0, 0, 0.01)), {"width": 0.1, "depth": 0.012})
-    found, ended = answers(on("box", region="strip"), _belief(replace(desk, features=(*desk.features, strip))))
+    found, ended = answers(on("box", region="strip"), believed(replace(desk, features=(*desk.features, strip))))
     assert not any(isinstance(a, Grounding) for a in found) and ended is not None
     assert "not in its region" in ended.reason and "10 mm inside is needed" in ended.reason
 
 
 @pytest.mark.parametrize(("x", "asked"), [(0.45, True), (1.5, False)])
 def test_what_is_out_of_reach_is_not_come_at_from_aside(x: float, asked: bool, monkeypatch: pytest.MonkeyPatch) -> None:
-    belief, asides = _belief(TIN, LARGE), list[object]()
+    belief, asides = believed(TIN, LARGE), list[object]()
     monkeypatch.setattr(set_down, "is_free", lambda *args: asides.append(args))
     at = Pose.from_axes((x, -0.3, 0.5), (0.0, 0.0, -1.0), (1.0, 0.0, 0.0))
     spot = Spot("it", at, at, shift(at, (0.0, 0.0, 0.06)), 0.0)
-    assert set_down._from_aside(spot, _wanted(belief), 0.06) is None
+    assert set_down._from_aside(spot, wanted_on(belief), 0.06) is None
     assert bool(asides) == asked

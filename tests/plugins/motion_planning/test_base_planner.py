@@ -8,9 +8,9 @@ import math
 import mujoco
 import numpy as np
 import pytest
+from helpers.properties import examples
 from hypothesis import given
 from hypothesis import strategies as st
-from properties import examples
 
 from cramlite.model import Geom, Pose, RobotMount, Thing, World
 from cramlite_plugins.motion_planning.base_planner import Ground, NoBasePath, ground, level, plan_base_path, unwound

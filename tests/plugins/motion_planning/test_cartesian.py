@@ -5,9 +5,9 @@ from __future__ import annotations
 import itertools
 
 import pytest
+from helpers.scenes import TABLE, WALL, down, make, stance
 from hypothesis import given
 from hypothesis import strategies as st
-from scenes import TABLE, WALL, down, make, stance
 
 from cramlite.model import Pose
 from cramlite_plugins.kinematics.kinematics import forward

@@ -5,11 +5,11 @@ from __future__ import annotations
 import subprocess
 import sys
 
-import coal_check
 import numpy as np
 import pytest
+from helpers import coal_check
+from helpers.scenes import BLOCK, TABLE, WALL, box, down, make, stance
 from msgspec.structs import replace
-from scenes import BLOCK, TABLE, WALL, box, down, make, stance
 
 from cramlite.model import Geom, Pose
 from cramlite_plugins.kinematics.kinematics import forward, inverse

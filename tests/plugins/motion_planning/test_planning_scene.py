@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import coal_check
 import mujoco
 import numpy as np
 import pytest
+from helpers import coal_check
+from helpers.scenes import BLOCK, ROBOTS, TABLE, WALL, box, down, make, stance, world
 from msgspec.structs import replace
-from scenes import BLOCK, ROBOTS, TABLE, WALL, box, down, make, stance, world
 
 from cramlite.model import Floats, Geom, Pose, Thing
 from cramlite_plugins.kinematics.kinematics import inverse

@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 import pytest
+from helpers.scenes import TABLE, down, world
 from msgspec.structs import replace
-from scenes import TABLE, down, world
 
 from cramlite.model import ForceMove, Joint, Location, Motion, Place, Pose, initial_belief
 from cramlite.plugin import Context

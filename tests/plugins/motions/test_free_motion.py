@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
-from scenes import TABLE, WALL, down, world
+from helpers.scenes import TABLE, WALL, down, world
 
 from cramlite.model import Location, Motion, MoveJoints, Place, Pose, Thing, initial_belief
 from cramlite.plugin import Context, Unresolvable

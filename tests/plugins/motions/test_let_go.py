@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from scenes import TABLE, down, world
+from helpers.scenes import TABLE, down, world
 
 from cramlite.model import Held, Location, Motion, Pose, initial_belief
 from cramlite.plugin import Context

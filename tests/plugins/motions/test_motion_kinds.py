@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from flat_steps import flat
+from helpers.flat_steps import flat
 from msgspec.structs import replace
 
 from cramlite.model import (

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
+from helpers.scenes import TABLE, down, world
 from msgspec.structs import replace
-from scenes import TABLE, down, world
 
 from cramlite.model import Location, Motion, Place, Pose, Robot, initial_belief
 from cramlite.plugin import Context

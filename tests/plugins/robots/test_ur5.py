@@ -6,10 +6,10 @@ import math
 
 import mujoco
 import pytest
+from helpers.properties import examples
 from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
-from properties import examples
 
 from cramlite.model import Pose, Program, ZeroSensor
 from cramlite_plugins.backends.urscript.emit import emit

@@ -7,10 +7,10 @@ import math
 import mujoco
 import numpy as np
 import pytest
+from helpers.properties import examples
 from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
-from properties import examples
 
 from cramlite.model import Pose
 from cramlite_plugins.robots.dh_arm import forward

@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 
 import pytest
-from hypothesis import given, settings
+from helpers.properties import examples
+from hypothesis import given
 from hypothesis import strategies as st
 
 from cramlite.model import Geom, Pose, Thing
@@ -24,7 +25,7 @@ def _vessel(width: float, depth: float, height: float, sides: int = 4) -> Thing:
     return Thing("it", "cram:Product", Pose(), (floor, *walls[:sides]), mass=0.1)
 
 
-@settings(max_examples=25, deadline=None)
+@examples(25)
 @given(SIDE, SIDE, st.floats(0.02, 0.2), st.floats(-math.pi, math.pi))
 def test_a_vessel_of_walls_has_the_cavity_between_them(width: float, depth: float, height: float, yaw: float) -> None:
     thing, turned = _vessel(width, depth, height), Pose.from_rotvec((1.0, 2.0, 3.0), (0, 0, yaw))

@@ -7,10 +7,10 @@ import math
 import mujoco
 import numpy as np
 import pytest
+from helpers.properties import examples
 from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
-from properties import examples
 
 from cramlite.model import Belief, Filling, Floats, Pose, RobotMount, Rollout, Thing, World, initial_belief
 from cramlite.model.rollout import load_rollout, save_rollout

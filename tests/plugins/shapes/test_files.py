@@ -6,10 +6,10 @@ import re
 import struct
 from pathlib import Path
 
-import made
 import numpy as np
 import pytest
 import trimesh
+from helpers import made
 
 from cramlite.model import Pose
 from cramlite.plugin import UserError

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from helpers.properties import examples
 from hypothesis import given
 from hypothesis import strategies as st
-from properties import examples
 
 from cramlite.model import Pose
 from cramlite_plugins.shapes.bounds import corners, near

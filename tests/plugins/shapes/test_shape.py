@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import made
 import mujoco
 import numpy as np
 import pytest
 import trimesh
+from helpers import made
+from helpers.properties import examples
 from hypothesis import example, given
 from hypothesis import strategies as st
 from msgspec.structs import replace
-from properties import examples
 
 from cramlite.model import Pose, Thing, World
 from cramlite_plugins.motion_planning.inflated import inflated

@@ -6,9 +6,9 @@ import math
 
 import pytest
 import shapely
+from helpers.properties import examples
 from hypothesis import given
 from hypothesis import strategies as st
-from properties import examples
 
 from cramlite.model import Belief, Geom, Pose, Thing, World, initial_belief
 from cramlite_plugins.shapes.bounds import corners

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from edited import proven, run
+from helpers.edited import proven, run
 from msgspec.structs import replace
 
 from cramlite.model import Disturbance, Floats, Pose, RobotMount, Rollout, World

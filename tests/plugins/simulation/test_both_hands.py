@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from helpers.performances import performed
 from msgspec.structs import replace
-from performances import performed
 
 from cramlite import Engine, read_scenario
 from cramlite.experiment.spec import find_experiment

@@ -7,9 +7,9 @@ import math
 import mujoco
 import numpy as np
 import pytest
-from arm import lift, solve
+from helpers.arm import lift, solve
+from helpers.standard import BACK, ROBOTS, standard_world, standing_world
 from msgspec.structs import replace
-from standard import BACK, ROBOTS, standard_world, standing_world
 
 from cramlite.model import Geom, Physics, Pose, RobotMount, Thing, World
 from cramlite.plugin import UserError

@@ -6,8 +6,8 @@ import re
 
 import numpy as np
 import pytest
-from short_programs import CLOSED, FINGERTIP, GUARDED, WORLD, down, go, run, script, text
-from standard import ROBOTS
+from helpers.short_programs import CLOSED, FINGERTIP, GUARDED, WORLD, down, go, run, script, text
+from helpers.standard import ROBOTS
 
 from cramlite.model import MoveJoints, MoveLinear, Rollout
 from cramlite.plugin import UserError

@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 import pytest
+from helpers.performances import performed
 from msgspec.structs import replace
-from performances import performed
 
 from cramlite.model import Episode, Physics, Pose, Rollout, World
 from cramlite.plugin import UserError

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from helpers.short_programs import CLOSED, FINGERTIP, GUARDED, down, go, run, text
 from msgspec import json
 from msgspec.structs import replace
-from short_programs import CLOSED, FINGERTIP, GUARDED, down, go, run, text
 
 from cramlite.model import (
     AnyStep,

@@ -6,8 +6,8 @@ import re
 
 import numpy as np
 import pytest
+from helpers.short_programs import CLOSED, FINGERTIP, GUARDED, down, go, run
 from msgspec.structs import replace
-from short_programs import CLOSED, FINGERTIP, GUARDED, down, go, run
 
 from cramlite.model import (
     AnyStep,

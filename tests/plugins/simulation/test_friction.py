@@ -7,8 +7,8 @@ import random
 
 import mujoco
 import pytest
+from helpers.standard import ROBOTS, standard_world, standing_world
 from msgspec.structs import replace
-from standard import ROBOTS, standard_world, standing_world
 
 from cramlite.model import Physics, Pose, Thing, World, pair_friction
 from cramlite_plugins.simulation.model.compile import Compiled, compile_world

@@ -8,10 +8,10 @@ from pathlib import Path
 import mujoco
 import numpy as np
 import pytest
+from helpers.properties import examples
 from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
-from properties import examples
 
 from cramlite.model import Geom, HandFile, ImportedRobot, Physics, Pose, RobotMount, Stated, Thing, World
 from cramlite.plugin import UserError

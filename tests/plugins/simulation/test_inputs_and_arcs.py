@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from short_programs import down, script
+from helpers.short_programs import down, script
 
 from cramlite.model import Pose
 from cramlite_plugins.simulation.controller.trajectories import circular_motion

@@ -7,10 +7,10 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from helpers.properties import examples
+from helpers.short_programs import down, script
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from properties import examples
-from short_programs import down, script
 
 from cramlite.model import Pose
 from cramlite_plugins.simulation.controller.movep import process_motion

@@ -9,8 +9,8 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
-from audited import audited, beyond
-from hostile_programs import BOMBS, ESCAPES, hostile_program
+from helpers.audited import audited, beyond
+from helpers.hostile_programs import BOMBS, ESCAPES, hostile_program
 
 from cramlite.plugin import UserError
 from cramlite_plugins.simulation.urscript.builtins import PURE

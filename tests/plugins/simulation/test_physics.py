@@ -8,9 +8,9 @@ from typing import Any
 import mujoco
 import numpy as np
 import pytest
-from arm import FORWARD, follow, line, ramp, solve
+from helpers.arm import FORWARD, follow, line, ramp, solve
+from helpers.standard import ROBOTS, standard_world
 from msgspec.structs import replace
-from standard import ROBOTS, standard_world
 
 from cramlite.model import Physics, Pose, World
 from cramlite_plugins.simulation.model.compile import Compiled, compile_world

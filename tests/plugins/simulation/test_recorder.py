@@ -7,8 +7,8 @@ from typing import Any
 import mujoco
 import numpy as np
 import pytest
-from arm import lift
-from standard import ROBOTS, standard_world, standing_world
+from helpers.arm import lift
+from helpers.standard import ROBOTS, standard_world, standing_world
 
 from cramlite.model import Physics, Pose, Rollout
 from cramlite.plugin import UserError

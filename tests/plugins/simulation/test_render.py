@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from helpers.scenes import BLOCK, WALL, down, make, world
+from helpers.standard import ROBOTS, standard_world
 from msgspec.structs import replace
-from scenes import BLOCK, WALL, down, make, world
-from standard import ROBOTS, standard_world
 
 from cramlite.model import Geom, Pose, RobotMount, Thing, World
 from cramlite_plugins.kinematics.kinematics import inverse

@@ -13,10 +13,10 @@ from typing import Any
 import mujoco
 import numpy as np
 import pytest
+from helpers.properties import examples
 from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
-from properties import examples
 
 from cramlite.model import Floats, ImportedRobot, Pose, RobotFile, Stated, read_program
 from cramlite.plugin import UserError

@@ -8,7 +8,8 @@ from pathlib import Path
 import mujoco
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from helpers.properties import examples
+from hypothesis import given
 from hypothesis import strategies as st
 
 from cramlite import Engine
@@ -276,7 +277,7 @@ def _worlds_inertia(model: mujoco.MjModel, data: mujoco.MjData, body: str) -> np
     return np.asarray(turn @ np.diag(model.body(body).inertia) @ turn.T)
 
 
-@settings(max_examples=40, deadline=None)
+@examples(40)
 @given(_bodies())
 def test_primitives_have_the_masses_poses_and_contacts_of_mujocos_own_model(tmp_path_factory: pytest.TempPathFactory, body: str) -> None:
     path = tmp_path_factory.mktemp("scene") / "scene.xml"

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from shown_cases import CASES, reading
+from helpers.shown_cases import CASES, reading
 
 from cramlite import Engine, PluginError, read_scenario
 from cramlite.engine.recording import record_episode, tasks_in_words

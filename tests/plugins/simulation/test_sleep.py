@@ -5,9 +5,9 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 import pytest
+from helpers.short_programs import CLOSED, down, go, text
+from helpers.standard import ROBOTS
 from msgspec.structs import replace
-from short_programs import CLOSED, down, go, text
-from standard import ROBOTS
 
 from cramlite.model import Pose, RobotMount, Rollout, Thing, World
 from cramlite_plugins.simulation.execute import execute

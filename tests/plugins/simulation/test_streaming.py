@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from short_programs import script
+from helpers.short_programs import script
 
 
 def test_speedl_goes_at_its_speed_and_stops() -> None:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from helpers.short_programs import CLOSED, FINGERTIP, GUARDED, WORLD, down, go, near_home, peak, run, script
 from msgspec.structs import replace
-from short_programs import CLOSED, FINGERTIP, GUARDED, WORLD, down, go, near_home, peak, run, script
 
 from cramlite.model import AnyStep, ForceMove, MoveLinear, Pose, SetGripper, SetPayload, Wait, ZeroSensor
 from cramlite_plugins.robots.ur5e import UR5E

@@ -6,12 +6,8 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
-from msgspec.structs import replace
-from properties import examples
-from scipy.spatial.transform import Rotation
-from short_runs import (
+from helpers.properties import examples
+from helpers.short_runs import (
     COUNT,
     FLOOR,
     LANDED,
@@ -28,6 +24,10 @@ from short_runs import (
     shifted,
     track,
 )
+from hypothesis import given
+from hypothesis import strategies as st
+from msgspec.structs import replace
+from scipy.spatial.transform import Rotation
 
 from cramlite.model import Floats, JudgingLimits, Pose, Rollout, Touch, World
 from cramlite.plugin import PADDING, Allowance, Candidate

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
-from short_runs import good
+from helpers.short_runs import good
 
 from cramlite.base.pulse import Stopped, pulse
 from cramlite.plugin import Candidate

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from helpers.short_runs import COUNT, HANDOVERS, ORIGINS, good
 from msgspec.structs import replace
-from short_runs import COUNT, HANDOVERS, ORIGINS, good
 
 from cramlite.model import Fallback, Linkage, SetGripper, Wait
 from cramlite.plugin import Candidate

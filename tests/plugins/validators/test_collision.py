@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from msgspec.structs import replace
-from short_runs import (
+from helpers.short_runs import (
     COUNT,
     HANDOVERS,
     LANDED,
@@ -23,6 +22,7 @@ from short_runs import (
     said,
     touching,
 )
+from msgspec.structs import replace
 
 from cramlite.model import Feature, Handover, JudgingLimits, Pose, Touch
 from cramlite.plugin import HAND, Allowance, Candidate

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from helpers.short_runs import COUNT, OPENED, TAKEN, good, only, touching
 from msgspec.structs import replace
-from short_runs import COUNT, OPENED, TAKEN, good, only, touching
 
 from cramlite.model import AnyStep, Floats, ForceInsert, MoveUntilContact, Parallel, Pose, Touch, Wait, World
 from cramlite.plugin import Candidate

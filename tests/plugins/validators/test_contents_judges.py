@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from helpers.properties import examples
+from helpers.short_runs import COUNT, FLOOR, candidate, good, only, said, track
 from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
-from properties import examples
-from short_runs import COUNT, FLOOR, candidate, good, only, said, track
 
 from cramlite.model import Action, Object, Pose, World
 from cramlite.plugin import Candidate

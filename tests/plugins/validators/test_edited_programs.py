@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from edited import against, engine, findings, objections, proven, replaced, run, without
+from helpers.edited import against, engine, findings, objections, proven, replaced, run, without
 from msgspec.structs import replace
 
 from cramlite.interpretation.fluents import symbolic_world

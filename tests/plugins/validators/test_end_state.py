@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from edited import proven
+from helpers.edited import proven
+from helpers.short_runs import COUNT, WEIGHT, candidate, good, only, said, shifted, touching
 from msgspec.structs import replace
-from short_runs import COUNT, WEIGHT, candidate, good, only, said, shifted, touching
 
 from cramlite.model import Held, Pose, Rollout, Touch
 from cramlite.plugin import Candidate

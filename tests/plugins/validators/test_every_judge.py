@@ -9,9 +9,9 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from edited import engine
+from helpers.edited import engine
+from helpers.short_runs import COUNT, HANDOVERS, LEFT, LINES, OPENED, candidate, good, posed, shifted, touching, track
 from msgspec.structs import replace
-from short_runs import COUNT, HANDOVERS, LEFT, LINES, OPENED, candidate, good, posed, shifted, touching, track
 
 from cramlite.engine.proof import judge
 from cramlite.interpretation.fluents import symbolic_world

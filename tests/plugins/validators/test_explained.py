@@ -6,8 +6,8 @@ from collections.abc import Mapping
 
 import numpy as np
 import pytest
+from helpers.short_runs import COUNT, HANDOVERS, LEFT, OPENED, ORIGINS, RIGHT, TAKEN, candidate, good, touching
 from msgspec.structs import replace
-from short_runs import COUNT, HANDOVERS, LEFT, OPENED, ORIGINS, RIGHT, TAKEN, candidate, good, touching
 
 from cramlite.model import Handover, Object, Touch, Wait
 from cramlite.plugin import Allowance, Candidate

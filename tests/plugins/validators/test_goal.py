@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from helpers.settled import IN, TWO, opened, settled
 from msgspec.structs import replace
-from settled import IN, TWO, opened, settled
 
 from cramlite import Engine
 from cramlite.interpretation.fluents import symbolic_world

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from helpers.short_runs import COUNT, LEFT, OPENED, RIGHT, TAKEN, good, said, touching
 from msgspec.structs import replace
-from short_runs import COUNT, LEFT, OPENED, RIGHT, TAKEN, good, said, touching
 
 from cramlite.model import Finding, Touch
 from cramlite.plugin import Candidate

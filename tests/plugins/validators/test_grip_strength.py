@@ -6,8 +6,22 @@ import math
 
 import numpy as np
 import pytest
+from helpers.short_runs import (
+    COUNT,
+    LEFT,
+    OPENED,
+    RIGHT,
+    STEP,
+    TAKEN,
+    WEIGHT,
+    candidate,
+    good,
+    only,
+    said,
+    shifted,
+    track,
+)
 from msgspec.structs import replace
-from short_runs import COUNT, LEFT, OPENED, RIGHT, STEP, TAKEN, WEIGHT, candidate, good, only, said, shifted, track
 
 from cramlite.model import Pose, SetGripper, pair_friction
 from cramlite.plugin import Candidate

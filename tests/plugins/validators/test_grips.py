@@ -6,8 +6,8 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from helpers.short_runs import COUNT, LEFT, OPENED, RIGHT, STEP, TAKEN, good, touching
 from msgspec.structs import replace
-from short_runs import COUNT, LEFT, OPENED, RIGHT, STEP, TAKEN, good, touching
 
 from cramlite.model import Floats, Pose, Rollout, Swing, Touch
 from cramlite.plugin import Candidate

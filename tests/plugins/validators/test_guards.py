@@ -7,9 +7,9 @@ from functools import cache
 
 import numpy as np
 import pytest
-from edited import against, findings, proven, run
+from helpers.edited import against, findings, proven, run
+from helpers.short_runs import COUNT, only, taxonomy, touching
 from msgspec.structs import replace
-from short_runs import COUNT, only, taxonomy, touching
 
 from cramlite.model import (
     AnyStep,

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 from conftest import ROOT, TASKS
-from interpretation_samples import SHOP, episode, hanger_episode, state
+from helpers.interpretation_samples import SHOP, episode, hanger_episode, state
 from msgspec.structs import replace
 
 from cramlite import Budget, Engine, Trace, read_scenario

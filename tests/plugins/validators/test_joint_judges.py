@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from helpers.properties import examples
+from helpers.short_runs import COUNT, STEP, good, only, posed
 from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
-from properties import examples
-from short_runs import COUNT, STEP, good, only, posed
 
 from cramlite.model import AnyStep, Fallback, Joints, MoveJoints, MoveLinear, Pose, SetGripper, Wait
 from cramlite.plugin import Candidate

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from helpers.short_runs import COUNT, LIFTED, OPENED, TAKEN, good, lying, only, posed, track
 from msgspec.structs import replace
-from short_runs import COUNT, LIFTED, OPENED, TAKEN, good, lying, only, posed, track
 
 from cramlite.model import Floats, Joint, Thing, Touch
 from cramlite.plugin import Candidate

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from helpers.properties import examples
+from helpers.short_runs import COUNT, LEFT, LINES, OPENED, STEP, TAKEN, good, only, posed, said, shifted, touching
 from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
-from properties import examples
-from short_runs import COUNT, LEFT, LINES, OPENED, STEP, TAKEN, good, only, posed, said, shifted, touching
 
 from cramlite.model import Floats, Touch
 from cramlite.plugin import Candidate

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import pytest
+from helpers.short_runs import good, said
 from msgspec.structs import replace
-from short_runs import good, said
 
 from cramlite.model import Thing
 from cramlite.plugin import Candidate

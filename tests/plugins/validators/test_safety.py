@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import pytest
+from helpers.short_runs import good, only
 from msgspec.structs import replace
-from short_runs import good, only
 
 from cramlite.model import PROGRAM_RULES, STEP_RULES, AnyStep, MoveUntilContact, SetPayload, Wait
 from cramlite.plugin import Candidate

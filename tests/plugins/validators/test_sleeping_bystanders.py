@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from edited import objections, proven, run
+from helpers.edited import objections, proven, run
 from msgspec.structs import replace
 
 from cramlite.model import Pose

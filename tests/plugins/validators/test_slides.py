@@ -6,8 +6,8 @@ from collections.abc import Iterable
 
 import numpy as np
 import pytest
+from helpers.short_runs import COUNT, STEP, TAKEN, posed
 from msgspec.structs import replace
-from short_runs import COUNT, STEP, TAKEN, posed
 
 from cramlite.model import Floats, Joint, Pose, Rollout, Touch
 from cramlite_plugins.validators.grips import Grip

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import pytest
+from helpers.short_runs import COUNT, SHELF, good, lying, said, touching
 from msgspec.structs import replace
-from short_runs import COUNT, SHELF, good, lying, said, touching
 
 from cramlite.model import Feature, Geom, Pose, Touch
 from cramlite.plugin import Candidate

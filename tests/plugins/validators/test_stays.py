@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 import pytest
+from helpers.short_runs import COUNT, FLOOR, STEP, WEIGHT, candidate, good, only, posed, said, shifted
 from msgspec.structs import replace
-from short_runs import COUNT, FLOOR, STEP, WEIGHT, candidate, good, only, posed, said, shifted
 from test_bystanders import carried, hanging, moving, ran, swinging
 
 from cramlite.model import Floats, Pose, Rollout, Touch

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 
 import pytest
-from edited import findings, proven, run
+from helpers.edited import findings, proven, run
 from msgspec.structs import replace
 
 from cramlite.model import Fallback, MoveLinear

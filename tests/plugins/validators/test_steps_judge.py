@@ -6,8 +6,8 @@ from functools import cache
 
 import numpy as np
 import pytest
+from helpers.short_runs import COUNT, STEP, good
 from msgspec.structs import replace
-from short_runs import COUNT, STEP, good
 
 from cramlite.model import (
     AnyStep,

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from helpers.short_runs import LINES, good
 from msgspec.structs import replace
-from short_runs import LINES, good
 
 from cramlite.model import AnyStep, Floats, MoveLinear, Pose, Swing
 from cramlite.plugin import Candidate

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from helpers.short_runs import COUNT, LANDED, LEFT, LIFTED, OPENED, ORIGINS, RIGHT, WEIGHT, good, touching
 from msgspec.structs import replace
-from short_runs import COUNT, LANDED, LEFT, LIFTED, OPENED, ORIGINS, RIGHT, WEIGHT, good, touching
 
 from cramlite import Engine
 from cramlite.model import Action, AnyStep, Finding, MoveJoints, Object, Rollout, Touch

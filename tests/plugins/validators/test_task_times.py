@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from helpers.properties import examples
+from helpers.short_runs import COUNT, ORIGINS, STEP, good
 from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
-from properties import examples
-from short_runs import COUNT, ORIGINS, STEP, good
 
 from cramlite_plugins.validators.task_times import Span, inner_tasks, origins, span, task_at
 

@@ -6,8 +6,7 @@ from typing import Any, Literal
 
 import numpy as np
 import pytest
-from msgspec.structs import replace
-from short_runs import (
+from helpers.short_runs import (
     COUNT,
     HANDOVERS,
     LEFT,
@@ -23,6 +22,7 @@ from short_runs import (
     touching,
     track,
 )
+from msgspec.structs import replace
 
 from cramlite.model import Finding, Floats, Geom, Joint, MoveLinear, Pose, Swing, Touch, Wait
 from cramlite.plugin import Allowance, Candidate

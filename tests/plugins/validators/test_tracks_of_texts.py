@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from edited import against, proven, replaced
+from helpers.edited import against, proven, replaced
 from msgspec.structs import replace
 
 from cramlite.model import Pose, World

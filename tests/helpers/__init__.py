@@ -1,0 +1,1 @@
+"""What tests share: small worlds, programs and recordings, and checks of theirs."""

@@ -1,0 +1,94 @@
+"""Queries for places: a small world with a shelf, a block in the hand, and what is answered to "on" and "in"."""
+
+from __future__ import annotations
+
+import itertools
+from functools import cache
+from typing import Any
+
+import shapely
+from msgspec.structs import replace
+
+from cramlite import Engine
+from cramlite.model import Belief, Held, Location, Place, Pose, RobotMount, Thing, World, initial_belief
+from cramlite.ontology.taxonomy import Taxonomy
+from cramlite.plugin import Context, Grounding, Refused, Unresolvable
+from cramlite_plugins.locations import set_down
+from cramlite_plugins.locations.place_filters import Spot, Wanted
+from cramlite_plugins.motion_planning.reach import make_scene
+from cramlite_plugins.robots.ur5e import UR5E
+from cramlite_plugins.shapes.surfaces import Surface, surfaces
+from cramlite_plugins.simulation.objects.products_and_fixtures import block, table
+
+MOUNT = RobotMount("arm", "ur5e")
+HELD = Held("it", Pose((0.0, 0.0, 0.03)), 0.04)
+Answer = Grounding | Refused
+
+
+def believed(*things: Thing) -> Belief:
+    """A block of 40 mm by 40 mm by 100 mm in the hand, a shelf, and these things."""
+    it = block("it", Pose((0.4, 0.3, 0.5)), (0.04, 0.04, 0.10))
+    world = World((table("shelf", Pose((0.45, -0.35, 0.15)), (0.3, 0.3, 0.02)), *things, it), (MOUNT,))
+    return initial_belief(world, "arm", UR5E.home, 0.085).grasped(HELD)
+
+
+@cache
+def taxonomy() -> Taxonomy:
+    """The classes of the shipped ontologies, read once."""
+    return Engine().knowledge.taxonomy
+
+
+def context_of(belief: Belief) -> Context:
+    """The context of a query: the roles "shelf" and "box" are the things of these names."""
+    return Context(UR5E, MOUNT, {"shelf": "shelf", "box": "box"}, taxonomy())
+
+
+def wanted_on(belief: Belief, on: str = "shelf", where: dict[str, Any] | None = None) -> Wanted:
+    """What filters are asked about: the first surface of a thing, or the opening of its cavity."""
+    context = context_of(belief)
+    scene = make_scene(belief, context)
+    cavity = belief.world.thing(on).feature("cram:Cavity")
+    if cavity is None:
+        target = surfaces(belief.world.thing(on), belief.pose(on))[0]
+    else:
+        half = cavity.size["width"] / 2, cavity.size["depth"] / 2
+        target = Surface(belief.pose(on) * cavity.pose, shapely.box(-half[0], -half[1], *half))
+    return Wanted(belief.world.thing("it"), on, target, belief, context, scene, where or {})
+
+
+def spot_at(at: tuple[float, float, float]) -> Spot:
+    """The block upright at a place in the base frame, the hand above it pointing down."""
+    down = Pose.from_axes((0, 0, 0), (0, 0, -1), (0, 1, 0))
+    tcp = Pose((at[0], at[1], at[2] + 0.03), down.quaternion)
+    return Spot("here", Pose(at), tcp, Pose((at[0], at[1], at[2] + 0.09), down.quaternion), 0.02)
+
+
+def on(thing: str, **where: Any) -> Location:
+    return Location(f"on({thing})", "on", thing, where)
+
+
+def into(thing: str, **where: Any) -> Location:
+    return Location(f"in({thing})", "in", thing, where)
+
+
+def answers(location: Location, belief: Belief, samples: int = 4000) -> tuple[list[Answer], Unresolvable | None]:
+    """All that is answered with so many samples, and how it ends."""
+    found = list[Answer]()
+    try:
+        for answer in set_down.resolve_location(location, belief, replace(context_of(belief), samples=samples)) or ():
+            found.append(answer)
+    except Unresolvable as ended:
+        return found, ended
+    return found, None
+
+
+def first(count: int, location: Location, belief: Belief) -> list[Grounding]:
+    """The first places that are offered."""
+    found = set_down.resolve_location(location, belief, context_of(belief)) or ()
+    return list(itertools.islice((a for a in found if isinstance(a, Grounding)), count))
+
+
+def placed(answer: Grounding) -> Pose:
+    """Where the block would be, in the base frame."""
+    assert isinstance(answer.value, Place)
+    return answer.value.pose * HELD.tcp_to_thing

@@ -1,0 +1,66 @@
+"""Processor time of the tests by folder: printed at the end of a run, and added to the file that CRAMLITE_TEST_TIMES names."""
+
+from __future__ import annotations
+
+import os
+from collections import Counter
+from collections.abc import Generator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+ASKED = "CRAMLITE_TEST_TIMES"
+"""Environment variable: the file."""
+PARTS = {"plugins": 3}
+"""Folders of tests that are told apart one level further down -> the parts of such a path."""
+
+
+class Times:
+    """Plugin of pytest: in a worker it measures, in the process that reports it sums up.
+
+    Time is the processor's, that of ended children included: it does not depend on what else runs.
+    """
+
+    def __init__(self, path: Path, marks: str) -> None:
+        self.path, self.marks = path, marks
+        self.seconds, self.count, self._last = Counter[str](), Counter[str](), spent()
+
+    @pytest.hookimpl(wrapper=True)
+    def pytest_runtest_makereport(self) -> Generator[None, Any, Any]:
+        """Add to a report what the processor did since the report before."""
+        report = yield
+        now = spent()
+        report.processor, self._last = now - self._last, now
+        return report
+
+    def pytest_runtest_logreport(self, report: Any) -> None:
+        """Sum up reports of this process or of a worker."""
+        folder = folder_of(report.nodeid)
+        self.seconds[folder] += getattr(report, "processor", 0.0)
+        self.count[folder] += report.when == "call"
+
+    def pytest_terminal_summary(self, terminalreporter: Any) -> None:
+        """Print and keep the table; a worker has no terminal."""
+        terminalreporter.write_line(self.table())
+        self.path.parent.mkdir(parents=True, exist_ok=True)
+        with self.path.open("a", encoding="utf-8") as file:
+            file.write(self.table() + "\n\n")
+
+    def table(self) -> str:
+        """Return one line for each folder, the longest first."""
+        head = f"processor time by folder ({self.marks or 'all tests'}): {self.seconds.total():.0f} s, {self.count.total()} tests"
+        rows = [f"{seconds:8.1f} s {self.count[name]:6} tests  {name}" for name, seconds in self.seconds.most_common()]
+        return "\n".join((head, *rows))
+
+
+def spent() -> float:
+    """Return the processor time of this process and of its children that have ended [s]."""
+    now = os.times()
+    return now.user + now.system + now.children_user + now.children_system
+
+
+def folder_of(test: str) -> str:
+    """Return the folder of a test, without its file."""
+    folders = test.partition("::")[0].split("/")[:-1]
+    return "/".join(folders[: PARTS.get(folders[1] if len(folders) > 1 else "", 2)])
