@@ -19,7 +19,7 @@ from ..base.run_directory import RunDirectory, content_key
 from ..base.seeds import derive_seed
 from ..base.value import Value
 from ..engine.solution import Solution
-from ..planning.diagnosis import failure_text
+from ..planning.failure import failure_text
 from ..planning.trace import Trace
 from ..scenario.scenario import read_scenario
 from .client_files import ClientFiles, quoted

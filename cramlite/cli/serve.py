@@ -191,7 +191,8 @@ class Service:
         return self._ended or id_ in self._cancelled
 
     def _one(self, id_: Id) -> Any:
-        from ..planning.diagnosis import failure_text, how_it_ended
+        from ..planning.diagnosis import how_it_ended
+        from ..planning.failure import failure_text
         from ..planning.goal_parts import goal_answers
 
         found = self._found.pop(id_)  # put back if it can go on

@@ -266,13 +266,17 @@ def room(spot: Spot, wanted: Wanted) -> str | Refusal:
     return ""
 
 
-def reachable(spot: Spot, wanted: Wanted) -> str:
+def reachable(spot: Spot, wanted: Wanted) -> str | Refusal:
     """Check that inverse kinematics has solutions for the placement and its approach, whatever is in the way."""
     from ..kinematics.kinematics import inverse, why_no_inverse
+    from ..motion_planning.space import Refusal
+    from ..motion_planning.too_far import no_inverse
 
+    robot = wanted.context.robot
     for pose, where in ((spot.before, ABOVE_IT), (spot.pose, "at it")):
-        if not inverse(wanted.context.robot, pose, seed=wanted.belief.joints):
-            return f"{where}: {why_no_inverse(wanted.context.robot, pose)}"
+        if not inverse(robot, pose, seed=wanted.belief.joints):
+            said = f"{where}: {why_no_inverse(robot, pose)}"
+            return Refusal(said, blocking=standing_there(wanted), remedy=no_inverse(robot, pose))
     return ""
 
 
