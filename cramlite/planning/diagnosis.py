@@ -38,7 +38,8 @@ def _left_out(entries: Sequence[Entry]) -> list[Entry]:
 
 
 def nearest_miss(entries: Sequence[Entry]) -> Entry | None:
-    """Return the refusal that came after the most choices; a program whose text ran comes nearer than any."""
+    """Return the refusal that came after the most choices, of these one that says what is missing; a program whose text ran comes nearer
+    than any."""
     known = {e.number: e for e in entries}
     reasons = [
         e
@@ -47,9 +48,14 @@ def nearest_miss(entries: Sequence[Entry]) -> Entry | None:
     ]
     return max(
         reasons,
-        key=lambda e: (e.kind == "proof", _depth(known, e), e.outcome == "impossible", e.passed, -e.number),
+        key=lambda e: (e.kind == "proof", _depth(known, e), _says_more(e), e.outcome == "impossible", e.passed, -e.number),
         default=None,
     )
+
+
+def _says_more(entry: Entry) -> bool:
+    """Whether a refusal says what is missing, and not only that a way is none here."""
+    return entry.remedy is not None or entry.collision is not None
 
 
 def _depth(entries: Mapping[int, Entry], entry: Entry) -> int:

@@ -68,8 +68,8 @@ def _about(entry: Entry, remedy: Remedy) -> str:
 
 def _room(collision: Collision) -> Remedy:
     """What a collision says: two bodies need more room."""
-    more = f"{1000 * collision.depth:.0f} mm more room" if collision.depth >= ROUNDED else "more room"
-    return Remedy("", f"{collision}: give it {more}", collision.depth)
+    more = f"at least {1000 * collision.depth:.0f} mm more room" if collision.depth >= ROUNDED else "more room"
+    return Remedy("", f"{collision}: make {more} between them", collision.depth)
 
 
 def _reasons(refusals: Sequence[Entry], most: int) -> Iterator[str]:
