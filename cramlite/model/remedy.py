@@ -12,7 +12,7 @@ class Remedy(Value):
         about: key of the cause; of refusals with the same key only the one that lacks least is told. "" for a place or motion that is
             asked for: it is named before ``says``, and what differs in numbers only is one cause.
         says: what is missing and what to try, a clause with numbers and units:
-            "'tray' is 0.24 m out of reach: move it, or the robot, so much nearer".
+            "'tray' is 0.24 m out of reach: move it, or the robot, at least so much nearer".
         missing: how much is missing, in the unit of ``says``; 0 where that is no number.
     """
 

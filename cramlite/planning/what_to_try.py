@@ -29,6 +29,11 @@ def what_to_try(entries: Sequence[Entry], most: int = MOST) -> tuple[str, ...]:
     return tuple(found[:most]) or tuple(_reasons(refusals, most))
 
 
+def _first_objection(proof: Entry) -> str:
+    """The first of what judges said of a program that ran: what came later may follow from it."""
+    return f"mend the first objection, others may follow from it: {proof.reason.split('; ')[0]}"
+
+
 def decisive(entries: Sequence[Entry]) -> list[Entry]:
     """Return the refusals of one candidate in the last task that it came to; of one whose programs ran, what was said of these."""
     known = {e.number: e for e in entries}
@@ -63,7 +68,7 @@ def _told(found: Sequence[tuple[Entry, Remedy]]) -> Iterator[str]:
 
 
 def _about(entry: Entry, remedy: Remedy) -> str:
-    return remedy.about or f"{entry.designator}: {without_numbers(remedy.says)}"
+    return remedy.about or f"{entry.designator.partition('#')[0]}: {without_numbers(remedy.says)}"
 
 
 def _room(collision: Collision) -> Remedy:
@@ -74,7 +79,9 @@ def _room(collision: Collision) -> Remedy:
 
 def _reasons(refusals: Sequence[Entry], most: int) -> Iterator[str]:
     """The reasons that refused most, where nothing knows a remedy; of one refusal the nearest miss has said all."""
-    counted = Counter((e.designator, e.reason) for e in refusals)
+    proofs = dict.fromkeys(_first_objection(e) for e in refusals if e.kind == "proof")
+    yield from list(proofs)[:most]
+    counted = Counter((e.designator, e.reason) for e in refusals if e.kind != "proof")
     nearest = nearest_miss(refusals)
     for (designator, reason), count in counted.most_common(most) if len(counted) > 1 else ():
         if nearest is None or (designator, reason) != (nearest.designator, nearest.reason):

@@ -23,11 +23,13 @@ RED = "  - {name: red, model: block, at: {position: [0.5, 0.1, 30 mm]}, with: {s
 BLUE = "  - {name: blue, model: block, at: {position: [0.5, -0.2, 30 mm]}, with: {size: [60 mm, 60 mm, 50 mm]}}\n"
 GREEN = "  - {name: green, model: block, at: {position: [0.4, 0.35, 30 mm]}, with: {size: [40 mm, 40 mm, 50 mm]}}\n"
 TRAY = "  - {name: tray, model: table, at: {position: [1.4, 0, 20 mm]}, with: {size: [0.2 m, 0.2 m, 20 mm]}}\n"
+PLATE = "  - {name: plate, model: table, at: {position: [0.5, -0.2, 0.15]}, with: {size: [60 mm, 60 mm, 20 mm]}}\n"
+POST = "  - {name: post, model: table, at: {position: [0.5, -0.2, 0.21]}, with: {size: [50 mm, 50 mm, 100 mm]}}\n"
 SHELF = """<mujoco><worldbody><body name="shelf" pos="0.6 0 0.2">
   <geom type="box" size="0.12 0.2 0.01"/><geom type="box" size="0.12 0.2 0.45" pos="0 0 0.55"/>
 </body></worldbody></mujoco>"""
 FAR = HEAD.format(wanted="goal: [red on blue, green on tray]") + RED + BLUE + GREEN + TRAY
-REACH = "'tray' is 0.24 m out of reach of arm 'ur5e': move it so much nearer, or the robot ('robot: {at: ...}')"
+REACH = "'tray' is 0.24 m out of reach of arm 'ur5e': move it at least so much nearer, or the robot ('robot: {at: ...}')"
 
 
 def _with(wanted: str, *things: str) -> str:
@@ -60,6 +62,10 @@ FAILING = {
     "no such thing": (
         _with("tasks: [{task: Grasping, Patient: bottle}]\nobjects: {bottle: {types: [soma:Bottle]}}", RED),
         "nothing in the world is a soma:Bottle for 'bottle': add one",
+    ),
+    "a place that is taken": (
+        _with("goal: [red on plate]", RED, PLATE, POST),
+        "there is no room for 'red' beside 'post' on or in 'plate', 16.0 cm2 are lacking: have 'post' put elsewhere",
     ),
     "something in the way": (
         find_scenario("tasks/opening_blocked").read_text(),

@@ -22,4 +22,4 @@ def no_inverse(robot: Robot, pose: Pose) -> Remedy | None:
 
 def _says(gap: float, robot: Robot) -> str:
     how, to = (f"{gap:.2f} m out of reach of", "nearer") if gap > 0 else (f"{-gap:.2f} m too near to the base of", "farther away")
-    return f"is {how} arm '{robot.type}': move it so much {to}, {NEARER}"
+    return f"is {how} arm '{robot.type}': move it at least so much {to}, {NEARER}"
