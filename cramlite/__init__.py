@@ -28,7 +28,8 @@ if TYPE_CHECKING:
     from .perception.pictures import depth_image, overlay
     from .perception.result import Percept
     from .planning.budget import Budget
-    from .planning.diagnosis import failure_text, how_it_ended, nearest_miss
+    from .planning.diagnosis import how_it_ended, nearest_miss
+    from .planning.failure import failure_text
     from .planning.goal_parts import GoalAnswer, goal_answers
     from .planning.heartbeat import NowDone
     from .planning.operators import Operator
@@ -37,6 +38,7 @@ if TYPE_CHECKING:
     from .planning.planning_problem import PlanningProblem, planning_problem
     from .planning.task_goals import Goal
     from .planning.trace import Entry, Trace
+    from .planning.what_to_try import what_to_try
     from .report import Finished
     from .report.reading_picture import reading_picture
     from .scenario.scenario import Scenario, read_scenario
@@ -65,7 +67,9 @@ _HOMES = {
     ".planning.operators": "Operator",
     ".planning.pddl": "PddlText PlanStep",
     ".planning.plan_file": "checked_steps steps_of",
-    ".planning.diagnosis": "failure_text how_it_ended nearest_miss",
+    ".planning.diagnosis": "how_it_ended nearest_miss",
+    ".planning.failure": "failure_text",
+    ".planning.what_to_try": "what_to_try",
     ".planning.task_goals": "Goal",
     ".planning.trace": "Entry Trace",
     ".report": "Finished",
@@ -121,6 +125,7 @@ __all__ = [
     "steps_of",
     "task_entry",
     "trace_text",
+    "what_to_try",
 ]
 
 

@@ -51,19 +51,20 @@ class Unresolvable(Exception):
         numbers: those of the reason, by name, with units in the names, e.g. {"reach_m": 0.91, "limit_m": 0.85}.
         blocking: what stands in the way, closed or full (``InTheWay``), so that it may be possible once a task has changed it.
         collision: the ``cramlite.model.Collision`` that is to blame, to be drawn in the report; None where there is none.
+        remedy: the ``cramlite.model.Remedy``: what is missing and what to try; None where that is not known.
     """
 
     def __init__(
         self, reason: str, because: tuple[str, ...] = (), numbers: Mapping[str, float] | None = None,
-        *, blocking: InTheWay = None, collision: object = None,
+        *, blocking: InTheWay = None, collision: object = None, remedy: object = None,
     ) -> None:  # fmt: skip
         super().__init__(reason)
         self.reason, self.because, self.numbers = reason, because, checked_numbers(numbers or {})
-        self.blocking, self.collision, self.earlier_tasks = blocking, collision, False
+        self.blocking, self.collision, self.remedy, self.earlier_tasks = blocking, collision, remedy, False
 
     @classmethod
     def because_of_earlier_tasks(
-        cls, reason: str, also: tuple[str, ...] = (), *, blocking: InTheWay = None, collision: object = None
+        cls, reason: str, also: tuple[str, ...] = (), *, blocking: InTheWay = None, collision: object = None, remedy: object = None
     ) -> Unresolvable:
         """Return the error for a failure that depends on how the earlier tasks were carried out.
 
@@ -72,9 +73,9 @@ class Unresolvable(Exception):
         Args:
             reason: as above.
             also: names of the designators or roles whose choices it depends on beside that.
-            blocking, collision: as above.
+            blocking, collision, remedy: as above.
         """
-        made = cls(reason, also, blocking=blocking, collision=collision)
+        made = cls(reason, also, blocking=blocking, collision=collision, remedy=remedy)
         made.earlier_tasks = True
         return made
 

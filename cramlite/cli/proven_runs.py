@@ -18,7 +18,7 @@ from ..base.run_directory import RunDirectory, content_key
 from ..base.seeds import derive_seed
 from ..base.value import Value
 from ..engine.solution import Solution
-from ..planning.diagnosis import failure_text
+from ..planning.failure import failure_text
 from ..planning.trace import Trace
 from .client_files import ClientFiles, quoted
 from .run_files import run_key, write_execution, write_solution, write_trace

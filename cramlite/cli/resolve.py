@@ -17,8 +17,7 @@ from ..base.run_directory import RunDirectory
 from ..engine.engine import make_engine
 from ..engine.scenario_doubts import changes_of_things, doubts, doubts_of_files
 from ..planning.budget import is_late
-from ..planning.diagnosis import failure_text
-from ..planning.goal_parts import goal_answers
+from ..planning.failure import failure_text
 from ..planning.heartbeat import interrupted_text
 from ..planning.trace import Trace, read_trace
 from ..plugin.selection import INSTALLED, PluginChoice
@@ -141,8 +140,7 @@ def _no_solution(
         print(as_json(failure_summary(trace, run, engine, seed)))
     if came.one():
         return Interrupted(f"What was tried until then: {run.path}. The same command goes on there.", came.number)
-    text = "\n".join([failure_text(trace, engine.registry.faults), *(f"  Goal: {a}" for a in goal_answers(trace))])
-    text += f"\n  Every decision: cramlite explain {run.path}"
+    text = f"{failure_text(trace, engine.registry.faults)}\n  Every decision: cramlite explain {run.path}"
     return PluginError(text) if engine.registry.faults else NoSolution(text)
 
 

@@ -13,6 +13,7 @@ from ..engine.intent import FILE as INTENT
 from ..engine.intent import write_intent
 from ..planning.diagnosis import how_it_ended, nearest_miss
 from ..planning.goal_parts import goal_answers
+from ..planning.what_to_try import what_to_try
 from ..version import VERSION
 from .texts import rollout_json
 
@@ -96,7 +97,7 @@ def solution_summary(solution: Solution, run: RunDirectory, engine: Engine, seed
         "objects": entities, "steps": len(solution.program.steps), "findings": solution.verdict.findings,
         "advice": [f.reason for f in solution.advice], "left_out": solution.verdict.left_out, "twins": twins_json(solution.verdict.twins),
         "goal": goal_answers(solution.trace, solution.number),
-        "reason": _reason(solution), "nearest": None, "faults": _faults(engine),
+        "reason": _reason(solution), "nearest": None, "try": (), "faults": _faults(engine),
     }  # fmt: skip
 
 
@@ -130,7 +131,7 @@ def failure_summary(trace: Trace, run: RunDirectory, engine: Engine, seed: int) 
         "solved": False, "proven": False, "headline": "No solution", "execution": None,
         "directory": str(run.path), "seed": seed, "candidate": None, "plan": None,
         "objects": {}, "steps": 0, "findings": [], "advice": [], "left_out": [], "twins": None, "goal": goal_answers(trace),
-        "reason": how_it_ended(trace.entries), "nearest": nearest_miss(trace.entries),
+        "reason": how_it_ended(trace.entries), "nearest": nearest_miss(trace.entries), "try": what_to_try(trace.entries),
         "faults": _faults(engine),
     }  # fmt: skip
 

@@ -191,8 +191,10 @@ class Service:
         return self._ended or id_ in self._cancelled
 
     def _one(self, id_: Id) -> Any:
-        from ..planning.diagnosis import failure_text, how_it_ended
+        from ..planning.diagnosis import how_it_ended
+        from ..planning.failure import failure_text
         from ..planning.goal_parts import goal_answers
+        from ..planning.what_to_try import what_to_try
 
         found = self._found.pop(id_)  # put back if it can go on
         solution = next(found.solutions, None)
@@ -202,7 +204,7 @@ class Service:
             if any(e.outcome == "proven" for e in found.trace.entries):
                 raise NoSolution(f"No further solution: {how_it_ended(found.trace.entries)}.")
             said, answers = failure_text(found.trace, found.engine.registry.faults), goal_answers(found.trace)
-            raise Refused(NoSolution.exit_code, said, data={"goal": answers} if answers else None)
+            raise Refused(NoSolution.exit_code, said, data={"goal": answers, "try": what_to_try(found.trace.entries)})
         self._found[id_] = found
         return solution_answer(solution)
 

@@ -19,7 +19,7 @@ from ..base.value import Value
 from ..model.program_json import typed_code
 from ..model.rollout import world_after_run
 from ..model.steps import MoveJoints, SetGripper, walk
-from ..planning.diagnosis import failure_text
+from ..planning.failure import failure_text
 from ..planning.task_sequences import LISTED
 from ..planning.trace import Trace
 from ..scenario.robots import robot_of

@@ -194,6 +194,8 @@ class Fluent(Value):
         implies_when_carried: predicates that begin with it where the last argument is in the hand and no other is the hand.
         undoes: predicates that end with it, of the same arguments.
         excludes: predicates that cannot hold of the same arguments while it does: they end when it begins.
+        carrier: place of the carrier among its two arguments, counted from 0, where it says that one thing carries or encloses the
+            other: nothing comes, over any number of such facts, to carry itself. None where it says no such thing.
         contrary: ``contrary(scene, fact, other)``: whether a fact of it and another fact of any predicate cannot hold at one
             time in a world, beyond what ``excludes`` says, e.g. a thing on two tables that stand apart.
         in_hand: its last argument is in the hand; it must be something that can be moved.
@@ -211,6 +213,7 @@ class Fluent(Value):
     implies_when_carried: tuple[str, ...] = ()
     undoes: tuple[str, ...] = ()
     excludes: tuple[str, ...] = ()
+    carrier: int | None = None
     contrary: Callable[[SymbolicWorld, Fact, Fact], bool] | None = None
     in_hand: bool = False
     by_moving: bool = False
@@ -307,6 +310,23 @@ class Fluents(Value):
                 between = (f"{b.low:.2f} to {b.high:.2f}" for b in (first, second))
                 return f"{said(first.of)} is asked to be {' and '.join(between)}"
         return ""
+
+    def ring(self, facts: Iterable[Fact]) -> tuple[Fact, ...]:
+        """Return facts by which a thing would carry itself, each thing of them the next one; none where there are none."""
+        carried = [(f, *self._carries(f)) for f in sorted(facts) if self[f[0]].carrier is not None]
+
+        def follow(way: tuple[Fact, ...], first: str, last: str) -> tuple[Fact, ...]:
+            if way and first == last:
+                return way
+            further = (follow((*way, f), first, below) for f, above, below in carried if above == last and f not in way)
+            return next((found for found in further if found), ())
+
+        return next((found for above in dict.fromkeys(a for _, a, _ in carried) if (found := follow((), above, above))), ())
+
+    def _carries(self, fact: Fact) -> tuple[str, str]:
+        """What carries, and what it carries."""
+        things = [thing_of(name) for name in fact[1:]]
+        return (things[0], things[1]) if self[fact[0]].carrier == 0 else (things[1], things[0])
 
     def _excluded(self, fact: Fact, by: Fact) -> bool:
         return fact[0] in self[by[0]].excludes and _of_wholes(fact)[1:] == _of_wholes(by)[1:]

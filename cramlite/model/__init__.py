@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from .program_json import ProgramText, is_program_text, read_program, typed_code, write_program
     from .program_safety import PROGRAM_RULES, STEP_RULES, TOOL_SPEED, violations
     from .proof_doubts import ProofDoubts
+    from .remedy import Remedy
     from .robot import Gripper, Platform, Robot
     from .robot_file import HandFile, RobotFile, Stated
     from .rollout import Message, Rollout, Scene, Solid, Touch
@@ -106,6 +107,7 @@ _HOMES = {
     ".program_json": "ProgramText is_program_text read_program typed_code write_program",
     ".program_safety": "TOOL_SPEED PROGRAM_RULES STEP_RULES violations",
     ".proof_doubts": "ProofDoubts",
+    ".remedy": "Remedy",
     ".robot": "Gripper Platform Robot",
     ".robot_file": "HandFile RobotFile Stated",
     ".rollout": "Message Rollout Scene Solid Touch",
@@ -199,6 +201,7 @@ __all__ = [
     "ProofDoubts",
     "Reached",
     "Relation",
+    "Remedy",
     "Repair",
     "Repeat",
     "Robot",

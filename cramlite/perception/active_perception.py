@@ -338,7 +338,7 @@ def go_and_look(
     Raises:
         NoSolution: it cannot be brought there, with the nearest miss.
     """
-    from ..planning.diagnosis import failure_text
+    from ..planning.failure import failure_text
     from ..planning.search import Search
     from ..planning.state import State
     from ..planning.trace import Trace

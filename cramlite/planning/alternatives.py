@@ -18,6 +18,7 @@ from ..model.collision import Collision
 from ..model.control_flow import Compound, Mark, ways
 from ..model.designator_name import is_part_of
 from ..model.designators import Action, Designator, Late, Location, Motion, Object, Place, Stand
+from ..model.remedy import Remedy
 from ..model.steps import AnyStep
 from ..plugin.grounding import Context, Grounding, Refused
 from ..plugin.registry import Registry
@@ -119,7 +120,7 @@ class Alternatives(Value):
                     point.conflict |= made & set(answer.because) | as_they_are(answer.blocking)
                     point.say(
                         "refused", plugin, answer.reason, answer.value,
-                        passed=answer.passed, numbers=answer.numbers, collision=answer.collision,
+                        passed=answer.passed, numbers=answer.numbers, collision=answer.collision, remedy=answer.remedy,
                     )  # fmt: skip
                     continue
                 if wrong := wrong_with(answer, point.item):
@@ -129,7 +130,8 @@ class Alternatives(Value):
             point.conflict |= set() if said_any else point.domain | as_they_are(None)
         except Unresolvable as impossible:
             collision = impossible.collision if isinstance(impossible.collision, Collision) else None
-            point.say("impossible", plugin, impossible.reason, numbers=impossible.numbers, collision=collision)
+            remedy = impossible.remedy if isinstance(impossible.remedy, Remedy) else None
+            point.say("impossible", plugin, impossible.reason, numbers=impossible.numbers, collision=collision, remedy=remedy)
             said = {*impossible.because, *(point.state.opened if impossible.earlier_tasks else ())}
             point.conflict |= ((made & said) if said else earlier) | as_they_are(impossible.blocking)
 

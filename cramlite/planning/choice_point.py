@@ -19,6 +19,7 @@ from ..model.control_flow import Compound
 from ..model.designator_name import is_part_of
 from ..model.designators import Action, Designator, Late, Location, Motion, Object, Place
 from ..model.entity_name import thing_of
+from ..model.remedy import Remedy
 from ..plugin.grounding import Grounding, Refused
 from .refutation import AsItIs, Capped, InTask, Later
 from .state import Effect, State, ground_roles
@@ -163,14 +164,15 @@ class ChoicePoint(Struct):
 
     def say(
         self, outcome: Outcome, plugin: str, reason: str, text: str | None = None, cost: float | None = None, passed: int = 0,
-        numbers: Mapping[str, float] | None = None, collision: Collision | None = None,
+        numbers: Mapping[str, float] | None = None, collision: Collision | None = None, remedy: Remedy | None = None,
     ) -> int:  # fmt: skip
         """Record in the trace the outcome of the designator, or of the alternative that ``text`` stands for."""
         text = str(self.item) if text is None else text
         kind = KINDS[type(self.item)]
         return self.trace.add(
-            self.node, self.item.name, text, outcome, plugin, reason, cost, passed, kind=kind, numbers=numbers, collision=collision
-        )
+            self.node, self.item.name, text, outcome, plugin, reason, cost, passed,
+            kind=kind, numbers=numbers, collision=collision, remedy=remedy,
+        )  # fmt: skip
 
     def exhausted(self, tried: int) -> None:
         """Record in the trace that none of the alternatives led to a solution."""

@@ -2,23 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+import re
+from collections.abc import Mapping, Sequence
 
-from .trace import STOPPED, Entry, Trace
+from .trace import STOPPED, Entry
 
-
-def failure_text(trace: Trace, faults: Iterable[object]) -> str:
-    """Return why nothing was found: the nearest miss of all, and the one of each candidate."""
-    lines = [f"No solution: {how_it_ended(trace.entries)}."]
-    lines += [f"  Fault: {f}" for f in dict.fromkeys(str(f) for f in faults)]
-    nearest = nearest_miss(trace.entries)
-    if nearest is not None:
-        lines.append(f"  Nearest miss: {_miss(nearest)}")
-    for number in dict.fromkeys(e.candidate for e in trace.entries):
-        miss = nearest_miss([e for e in trace.entries if e.candidate == number])
-        if miss is not None and miss is not nearest:
-            lines.append(f"  Also {_miss(miss)}")
-    return "\n".join(lines)
+NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?")
 
 
 def how_it_ended(entries: Sequence[Entry]) -> str:
@@ -48,12 +37,9 @@ def _left_out(entries: Sequence[Entry]) -> list[Entry]:
     return [e for e in capped if e.kind in ("budget", "stop") or e.number > widened.get(e.candidate, 0)]
 
 
-def _miss(entry: Entry) -> str:
-    return f"candidate {entry.candidate}, {entry.designator}: {entry.reason} [{entry.plugin}]"
-
-
 def nearest_miss(entries: Sequence[Entry]) -> Entry | None:
-    """Return the refusal that came after the most choices; a program whose text ran comes nearer than any."""
+    """Return the refusal that came after the most choices, of these one that says what is missing; a program whose text ran comes nearer
+    than any."""
     known = {e.number: e for e in entries}
     reasons = [
         e
@@ -62,9 +48,14 @@ def nearest_miss(entries: Sequence[Entry]) -> Entry | None:
     ]
     return max(
         reasons,
-        key=lambda e: (e.kind == "proof", _depth(known, e), e.outcome == "impossible", e.passed, -e.number),
+        key=lambda e: (e.kind == "proof", _depth(known, e), _says_more(e), e.outcome == "impossible", e.passed, -e.number),
         default=None,
     )
+
+
+def _says_more(entry: Entry) -> bool:
+    """Whether a refusal says what is missing, and not only that a way is none here."""
+    return entry.remedy is not None or entry.collision is not None
 
 
 def _depth(entries: Mapping[int, Entry], entry: Entry) -> int:
@@ -72,3 +63,15 @@ def _depth(entries: Mapping[int, Entry], entry: Entry) -> int:
     while entry.parent in entries:
         entry, depth = entries[entry.parent], depth + 1
     return depth
+
+
+def task_of(entry: Entry | None, known: Mapping[int, Entry]) -> int:
+    """Return the task of the plan, from 1, in which something was asked; 0 for what was asked before all tasks."""
+    while entry is not None and "task" not in entry.numbers:
+        entry = known.get(entry.parent)
+    return int(entry.numbers["task"]) if entry is not None else 0
+
+
+def without_numbers(text: str) -> str:
+    """Return a reason as it is for all numbers: those that differ in them only have one cause."""
+    return NUMBER.sub("#", text)

@@ -6,8 +6,10 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import accumulate
 from typing import TYPE_CHECKING, Literal
 
+from msgspec.structs import replace
+
 from ..base.value import Value
-from .diagnosis import nearest_miss
+from .diagnosis import nearest_miss, task_of
 from .operators import Operator
 from .trace import Entry, Trace
 
@@ -42,6 +44,10 @@ class GoalAnswer(Value):
     answer: Answer
     tasks: tuple[int, int] | None = None
     reason: str = ""
+
+    def without_reason(self) -> GoalAnswer:
+        """Return it for where the reason was said before."""
+        return replace(self, reason="see above")
 
     def __str__(self) -> str:
         first, last = self.tasks or (0, 0)
@@ -129,14 +135,17 @@ def _by(says: str, tasks: tuple[int, int], miss: Entry, known: dict[int, Entry])
         own = [c for c in miss.reason.split("; ") if f"'{says}' is not reached" in c]
         elsewhere = not own and "is not reached" in miss.reason
         return GoalAnswer(says, "reached" if elsewhere else "missed", tasks, "; ".join(own) or ("" if elsewhere else said))
-    at = _task(miss, known)
-    if at > tasks[1]:
-        return GoalAnswer(says, "reached", tasks, f"what failed came later, in task {at}")
-    return GoalAnswer(says, "untried" if at < tasks[0] else "missed", tasks, said)
+    at = _at(miss, known)
+    if any(tasks[0] <= task <= tasks[1] for task in at):
+        return GoalAnswer(says, "missed", tasks, said)
+    if at and min(at) > tasks[1] and task_of(miss, known):
+        return GoalAnswer(says, "reached", tasks, f"what failed came later, in task {at[0]}")
+    return GoalAnswer(says, "untried", tasks)
 
 
-def _task(entry: Entry | None, known: dict[int, Entry]) -> int:
-    """The task of the plan that an entry belongs to, from 1; 0 for none."""
-    while entry is not None and "task" not in entry.numbers:
-        entry = known.get(entry.parent)
-    return int(entry.numbers["task"]) if entry is not None else 0
+def _at(miss: Entry, known: Mapping[int, Entry]) -> tuple[int, ...]:
+    """The tasks of the plan that a miss is about: the one in which it came up, or the first and the last that need an object."""
+    if task := task_of(miss, known):
+        return (task,)
+    asked = known.get(miss.parent, miss).numbers
+    return tuple(int(asked[name]) for name in ("first_task", "last_task") if name in asked)

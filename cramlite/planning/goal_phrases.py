@@ -95,7 +95,20 @@ def contradiction(texts: Sequence[str], grounder: Grounder, places: Sequence[str
             first, second = (f"'{g.text}'" + (f" ({places[n]})" if places else "") for n, g in ((j, one), (k, other)))
             where = f"{places[k]}: " if places else ""
             return f"{where}the goals {first} and {second} contradict each other: {why}. Leave one of them out."
-    return ""
+    return _ring(goals, grounder, places)
+
+
+def _ring(goals: Sequence[ParsedGoal], grounder: Grounder, places: Sequence[str]) -> str:
+    """How goals would have a thing carry itself; "" where none do."""
+    asked = {f: k for k, goal in reversed(list(enumerate(goals))) for f in goal.meaning.needs}
+    found = grounder.fluents.ring(asked)
+    if not found:
+        return ""
+    concerned = sorted({asked[f] for f in found})
+    *others, last = (f"'{goals[k].text}'" + (f" ({places[k]})" if places else "") for k in concerned)
+    where = f"{places[concerned[-1]]}: " if places else ""
+    said, thing = f"{', '.join(others)} and {last}" if others else last, found[0][1]
+    return f"{where}the goals {said} contradict each other: '{thing}' would have to carry itself. Leave one of them out."
 
 
 def _two_manners(one: ParsedGoal, other: ParsedGoal) -> str:

@@ -11,6 +11,7 @@ from typing import TypeVar
 from ..base.pulse import Pulse, Stop, Stopped, Work, pulse
 from .diagnosis import nearest_miss
 from .trace import Entry, Trace
+from .what_to_try import what_to_try
 
 T = TypeVar("T")
 EVERY = 5.0
@@ -102,9 +103,10 @@ def _recent(entries: list[Entry]) -> list[Entry]:
 
 
 def interrupted_text(trace: Trace) -> str:
-    """Return the nearest miss of a search that was interrupted."""
+    """Return the nearest miss of a search that was interrupted, and what to try."""
     miss = nearest_miss(trace.entries)
     found = "nothing was refused yet"
     if miss is not None:
         found = f"nearest miss: candidate {miss.candidate}, {miss.designator}: {miss.reason} [{miss.plugin}]"
-    return f"the search was interrupted after {len(trace.entries)} decisions; {found}"
+    tries = "".join(f"\n  To try: {said}" for said in what_to_try(trace.entries))
+    return f"the search was interrupted after {len(trace.entries)} decisions; {found}{tries}"

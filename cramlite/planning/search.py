@@ -192,7 +192,7 @@ class Search(Struct, dict=True):
         actions are open around it, rules of the plan language not counted."""
         behind = [k for k, i in enumerate(state.agenda, 1) if isinstance(i, Effect)]
         if not behind and not isinstance(item, Action):
-            return {}
+            return _needed_by(item, state)
         left = sum(isinstance(i, Action) for i in state.agenda[max(behind, default=0) :])
         depth = sum(isinstance(i, Effect) and not isinstance(i.action, Compound) for i in state.agenda)
         return {"task": self._planned - left, "depth": depth}
@@ -219,6 +219,13 @@ class Search(Struct, dict=True):
         if self.effort.expanded > self.budget.expansions:
             reason = f"{self.budget.expansions} nodes were expanded, the budget of one task sequence"
             raise BudgetSpent("expansions", reason)
+
+
+def _needed_by(item: Designator, state: State) -> dict[str, int]:
+    """The first and the last task of the plan that has what comes up before all tasks in a role."""
+    actions = [i for i in state.agenda if isinstance(i, Action)]
+    tasks = [k for k, action in enumerate(actions, 1) if item.name in {o.name for o in action.roles.values()}]
+    return {"first_task": tasks[0], "last_task": tasks[-1]} if tasks else {}
 
 
 def _everything(state: State) -> Conflict:

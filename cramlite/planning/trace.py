@@ -15,6 +15,7 @@ from ..base.run_directory import read_json
 from ..base.stopwatch import Stopwatch
 from ..base.value import Value
 from ..model.collision import Collision
+from ..model.remedy import Remedy
 from .refutation import Refutation
 
 Outcome = Literal["asked", "chosen", "refused", "impossible", "failed", "nogood", "capped", "fault", "proven", "survived"]
@@ -44,13 +45,15 @@ class Entry(Value):
         cost: of an alternative.
         passed: checks that a refused alternative passed before.
         numbers: what readers count with, by name, with units in the names. Of what is asked within a task: "task", which
-            one of the plan it is, from 1, and "depth", how many actions are open around it (compounds not counted). Of a
+            one of the plan it is, from 1, and "depth", how many actions are open around it (compounds not counted). Of an object
+            that is asked for before all tasks: "first_task" and "last_task", those that need it. Of a
             "sequence" that is tried again: "breadth", how many times as many alternatives as at first. Of a
             designator that failed or was capped: "tried", alternatives. Of a budget: its name in ``Budget``, and what it
             was. Of a failed proof: what was measured, and the limits. Of what plugins refuse: what they say, e.g.
             {"reach_m": 0.91, "limit_m": 0.85}.
         refutation: of a "sequence" that failed: what that depends on.
         collision: of what was refused since two bodies would be too near one another: that state.
+        remedy: of what was refused: what is missing and what to try.
     """
 
     number: int
@@ -67,6 +70,7 @@ class Entry(Value):
     numbers: Mapping[str, int | float] = field(default_factory=dict)
     refutation: Refutation | None = None
     collision: Collision | None = None
+    remedy: Remedy | None = None
 
 
 class Trace(Struct):
@@ -93,14 +97,17 @@ class Trace(Struct):
     def add(
         self, parent: int, designator: str, text: str, outcome: Outcome, plugin: str, reason: str,
         cost: float | None = None, passed: int = 0, *, kind: Kind, numbers: Mapping[str, float] | None = None,
-        collision: Collision | None = None,
+        collision: Collision | None = None, remedy: Remedy | None = None,
     ) -> int:  # fmt: skip
         """Append an entry and return its number; numbers that are not finite are left out, as JSON has none."""
         number = len(self.entries) + 1
         finite = {k: v for k, v in (numbers or {}).items() if math.isfinite(v)}
         self.entries.append(
-            Entry(number, parent, self.candidate, kind, designator, text, outcome, plugin, reason, cost, passed, finite, None, collision)
-        )
+            Entry(
+                number, parent, self.candidate, kind, designator, text, outcome, plugin, reason, cost, passed, finite,
+                collision=collision, remedy=remedy,
+            )
+        )  # fmt: skip
         return number
 
     def answered_before(self, number: int) -> None:

@@ -13,6 +13,7 @@ from ..model.belief import Belief
 from ..model.collision import Collision
 from ..model.designators import Designator
 from ..model.judging_limits import JudgingLimits
+from ..model.remedy import Remedy
 from ..model.robot import Robot
 from ..model.world import RobotMount
 
@@ -57,6 +58,7 @@ class Refused(Value):
             is not known the search goes back to all that was chosen before, else to what settled where these things, the asked
             one and the held one are.
         collision: the state to blame where two bodies would be too near one another; the report draws it.
+        remedy: what is missing and what to try, for the end of a search that found nothing.
     """
 
     value: str
@@ -66,6 +68,7 @@ class Refused(Value):
     numbers: Mapping[str, float] = field(default_factory=dict)
     blocking: InTheWay = None
     collision: Collision | None = None
+    remedy: Remedy | None = None
 
     def __post_init__(self) -> None:
         checked_numbers(self.numbers)

@@ -14,7 +14,7 @@ from ..base.errors import DEFECTS
 from ..base.html_template import html_template
 from ..base.pulse import Stopped, checkpoint, pulse
 from ..base.run_directory import write_whole
-from ..base.value import Value
+from ..base.value import Value, replace
 from ..version import VERSION
 
 if TYPE_CHECKING:
@@ -72,6 +72,7 @@ class Finished(Value):
         trace: every decision of the search.
         shown: the proven program, or one that ran and was refused; None where not even one was complete.
         interpretation, episode: of the demonstration; None where there is none.
+        drawn: whether there is time to draw; sections that can do without their pictures ask before they draw.
     """
 
     engine: Knowing
@@ -81,6 +82,7 @@ class Finished(Value):
     shown: Solution | None
     interpretation: Interpretation | None
     episode: Episode | None
+    drawn: bool = True
 
     @property
     def proven(self) -> bool:
@@ -113,6 +115,14 @@ class Finished(Value):
         knowledge, rollout = self.engine.knowledge, self.solution.candidate.rollout
         assert rollout is not None
         return knowledge.simulator.picture(rollout, sample, knowledge.robots_of(rollout.world), size, about)
+
+    def start_picture(self, size: tuple[int, int], about: Collection[str] = ()) -> Any:
+        """Render the world at its start, fitted to some things: (height, width, 3) uint8; ``size`` is (width, height) [pixel]."""
+        from ..engine.start_record import start_record
+
+        checkpoint()
+        knowledge, start = self.engine.knowledge, start_record(self.setting)
+        return knowledge.simulator.picture(start, 0, knowledge.robots_of(start.world), size, about)
 
     def collision_picture(self, collision: Collision, size: tuple[int, int]) -> Any:
         """Render a state that the search refused: (height, width, 3) uint8; ``size`` is (width, height) [pixel]."""
@@ -169,7 +179,7 @@ def write_page(done: Finished, *, drawn: bool = True) -> None:
         UserError: it cannot be written.
     """
     assert done.run is not None
-    done.run.write("report.html", _page(done, drawn))
+    done.run.write("report.html", _page(replace(done, drawn=drawn), drawn))
 
 
 def _page(done: Finished, drawn: bool) -> str:

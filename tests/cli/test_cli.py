@@ -110,7 +110,7 @@ def test_why_of_what_is_not_there(why: str, run: Run) -> None:
 
 KEYS = [
     "solved", "proven", "headline", "execution", "directory", "seed", "candidate", "plan", "objects", "steps", "findings", "advice",
-    "left_out", "twins", "goal", "reason", "nearest", "faults",
+    "left_out", "twins", "goal", "reason", "nearest", "try", "faults",
 ]  # fmt: skip
 
 

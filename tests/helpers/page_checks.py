@@ -9,7 +9,7 @@ from html.parser import HTMLParser
 
 LARGEST = 5_000_000
 """Of a page [bytes]."""
-VOID = {"meta", "link", "img", "input", "br", "wbr", "hr", "line", "circle", "rect"}
+VOID = {"meta", "link", "img", "input", "br", "wbr", "hr", "source", "line", "circle", "rect"}
 ATTRIBUTES = ("src", "href", "srcset", "action", "data", "poster")
 
 

@@ -75,7 +75,7 @@ def test_the_first_screen_says_what_was_asked_and_what_came_of_it(page: str, sol
     assert "Asked: what the demonstration shows" in top
     assert re.search(r'class="outcome good">Program proven', top)
     assert date.today().isoformat() in top and f"cramlite {VERSION}" in top
-    assert "Before and after" in first and first.count("data:image/webp") == 2
+    assert "Before and after" in first and first.count("data:image/webp") == 4  # start, run with its still, end
 
 
 def test_the_question_is_the_goal_that_was_resolved_and_not_the_one_of_the_scenario(engine: Engine) -> None:

@@ -22,7 +22,8 @@ from ...engine.setting import Setting
 from ...engine.solution import Solution
 from ...model.rollout import save_rollout
 from ...model.verdict import ADVICE
-from ...planning.diagnosis import failure_text, nearest_miss
+from ...planning.diagnosis import nearest_miss
+from ...planning.failure import failure_text
 from ...planning.planning_problem import planning_problem
 from ...planning.task_goals import Goal
 from ...planning.trace import Trace

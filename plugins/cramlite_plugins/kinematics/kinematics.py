@@ -332,7 +332,12 @@ def why_no_inverse(robot: Robot, target: Pose) -> str:
 
 
 def reach_shortfall(robot: Robot, target: Pose) -> str:
-    """Explain why a pose is out of reach, as a clause with numbers; empty when the wrist centre is within reach.
+    """Explain why a pose is out of reach, as a clause with numbers; empty when the wrist centre is within reach."""
+    return reach_gap(robot, target)[1]
+
+
+def reach_gap(robot: Robot, target: Pose) -> tuple[float, str]:
+    """Return how far a pose is out of reach [m], negative where it is too near, and why, as a clause with numbers; (0, "") within reach.
 
     For a six-axis arm whose joints 2 to 4 are parallel, the wrist centre (the origin of frame 5, on
     the axis of joint 6 behind the flange) lies within the annulus that both links and the
@@ -345,15 +350,15 @@ def reach_shortfall(robot: Robot, target: Pose) -> str:
     x, y, z = wrist.position
     if len(rows) != 6 or not _parallel(rows):
         out, most = math.hypot(x, y, z - rows[0][1]), abs(rows[0][0]) + numeric_inverse.span(robot)
-        return f"wrist at {out:.3f} m > {most:.3f} m from the shoulder of '{robot.type}'" if out > most else ""
+        return (out - most, f"wrist at {out:.3f} m > {most:.3f} m from the shoulder of '{robot.type}'") if out > most else (0.0, "")
     around, side = math.hypot(x, y), abs(rows[1][1] + rows[2][1] + rows[3][1])
     if around < side:
-        return f"wrist centre {around:.3f} m < {side:.3f} m from the base axis of '{robot.type}'"
+        return around - side, f"wrist centre {around:.3f} m < {side:.3f} m from the base axis of '{robot.type}'"
     out = math.hypot(math.sqrt(around**2 - side**2), z - rows[0][1])
     links, elbow = abs(rows[1][0]) + abs(rows[2][0]), abs(rows[4][1])
     if out > links + elbow:
-        return f"wrist centre at {out:.3f} m > {links + elbow:.3f} m of arm '{robot.type}'"
-    return ""
+        return out - links - elbow, f"wrist centre at {out:.3f} m > {links + elbow:.3f} m of arm '{robot.type}'"
+    return 0.0, ""
 
 
 def _parallel(rows: Table) -> bool:

@@ -26,7 +26,7 @@ from ..shapes.bounds import centre_of_mass
 from . import antipodal, pinched
 from .aslant import goes_in_aslant
 from .from_aside import is_free, slants
-from .grips import AGAIN, SLACK, Grip, ranked, varied, why_none
+from .grips import AGAIN, SLACK, Grip, ranked, too_wide, varied, why_none
 from .hand_room import HandRoom
 from .through_side import STEEP, goes_under_a_roof
 
@@ -94,13 +94,13 @@ def _places(location: Location, belief: Belief, context: Context) -> Iterator[Gr
     grips = ranked(thing, gripper, pair_friction(belief.world.physics.pad_friction, thing.least_friction))
     rims = pinched.pinches(thing, belief, context)
     if not grips and not rims:
-        raise Unresolvable(why_none(thing, gripper), (location.of or "",), blocking=())
+        raise Unresolvable(why_none(thing, gripper), (location.of or "",), blocking=(), remedy=too_wide(thing, gripper))
     near, free = make_scene(belief, context, [thing.name]), make_scene(belief, context)
     room = HandRoom.about(thing, belief, free)
     ordered = _in_order(grips, thing, belief, context, room)
     if not ordered and not rims:
         reason = f"at each of {len(grips)} grips of '{thing.name}' the hand would be inside it"
-        raise Unresolvable(reason, (location.of or "",), blocking=())
+        raise Unresolvable(reason, (location.of or "",), blocking=(), remedy=too_wide(thing, gripper))
     pinched_at = pinched.places(rims, thing, belief, context)
     as_near, as_free = lru_cache(OPENINGS)(near.opened), lru_cache(OPENINGS)(free.opened)
     for cost, grasp in sorted(ordered, key=lambda found: found[1].tight) if rims else ordered:
@@ -118,6 +118,8 @@ def _places(location: Location, belief: Belief, context: Context) -> Iterator[Gr
         place = _place(grasp, grasp.before, next(wide, grasp.opening), thing.name)
         yield Grounding(place, _says(grasp), cost, key=grasp.name, anew=True)
     yield from pinched_at
+    if broad := too_wide(thing, gripper):
+        yield Refused("across its wide sides", broad.says, blocking=(), remedy=broad)
 
 
 def _place(grasp: Grasp, before: Pose, opening: float, thing: str) -> Place:

@@ -15,10 +15,10 @@ from typing import TypeVar
 import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import Floats, Geom, Gripper, Pose, Thing, Value
+from cramlite.model import Floats, Geom, Gripper, Pose, Remedy, Thing, Value
 
 from ..shapes import ray_casting as rays
-from ..shapes.bounds import centre_of_mass
+from ..shapes.bounds import centre_of_mass, corners
 from ..shapes.convex import hull_planes
 from . import antipodal
 from . import pinch_lines as surfaces
@@ -182,6 +182,21 @@ def _of_geom(geom: Geom, gripper: Gripper) -> Iterator[Grip]:
     elif geom.shape != "convex" and 2 * geom.size[0] + LEAST_SLACK <= gripper.opening[1]:
         for pose, name in antipodal.round_frames(geom, gripper.depth - MARGIN):
             yield Grip(pose, 2 * geom.size[0], 0.0, name)
+
+
+def too_wide(thing: Thing, gripper: Gripper) -> Remedy | None:
+    """Return what to try where a side of a thing is wider than the hand opens; None where each fits."""
+    limit = gripper.opening[1] - LEAST_SLACK
+    sides = sorted(float(side) for side in np.ptp(corners(thing, Pose((0, 0, 0))), axis=0)) if thing.geoms else []
+    wide = [side for side in sides if side > limit]
+    if not wide:
+        return None
+    fits = f"turn it so that its {1000 * sides[0]:.0f} mm can be taken, " if sides[0] <= limit else ""
+    says = (
+        f"'{thing.name}' is {1000 * wide[0]:.0f} mm wide, the hand grasps {1000 * limit:.0f} mm at most: {fits}take a smaller thing, "
+        f"one with a handle or rim, or a hand that opens {1000 * (wide[0] - limit):.0f} mm wider"
+    )
+    return Remedy(f"width {thing.name}", says, wide[0] - limit)
 
 
 def why_none(thing: Thing, gripper: Gripper) -> str:

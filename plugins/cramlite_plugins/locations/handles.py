@@ -100,7 +100,7 @@ def check_way(location: Location, thing: Thing, belief: Belief, context: Context
         there = {name for entry in met.blocking or () for name in ((entry,) if isinstance(entry, str) else entry)}
         put = (n for n, v in context.bindings.items() if isinstance(v, Place) and v.thing in there and LEAVES & set(v.values))
         ways = led_by(location, context) if drives else ()  # else moving what is in the way is all that helps
-        raise Unresolvable(met.reason, (location.of or "", *put, *ways), blocking=met.blocking, collision=met.collision)
+        raise Unresolvable(met.reason, (location.of or "", *put, *ways), blocking=met.blocking, collision=met.collision, remedy=met.remedy)
 
 
 def _held(name: str, place: Place, cost: float) -> Grounding:

@@ -7,8 +7,10 @@ from collections.abc import Iterator
 
 from msgspec.structs import replace
 
-from cramlite.model import Belief, EntityName, Late, Object, Thing
+from cramlite.model import Belief, EntityName, Late, Object, Remedy, Thing
 from cramlite.plugin import Answers, Context, Grounding, Refused, hookimpl
+
+from ..motion_planning.too_far import too_far
 
 SUBSTITUTE = 10.0  # cost of a thing of another class: after every thing of the class itself
 EMPTY = 5.0  # cost of what has no contents where contents matter: after every thing that has some, before substitutes
@@ -44,7 +46,8 @@ def _judge(entity: str, wanted: Object, belief: Belief, context: Context) -> Gro
     gap, reach = _gap(belief.thing(entity), belief), context.robot.reach + math.hypot(*context.robot.gripper.tcp.position)
     if gap > reach:
         reason = f"nearest point at {gap:.2f} m > {reach:.2f} m reach of arm '{context.robot.type}' with gripper"
-        return Refused(entity, reason, 4, numbers={"gap_m": gap, "limit_m": reach})
+        numbers = {"gap_m": gap, "limit_m": reach}
+        return Refused(entity, reason, 4, numbers=numbers, remedy=too_far(entity, gap - reach, context.robot))
     return fit
 
 
@@ -54,8 +57,9 @@ def _fit(entity: str, wanted: Object, belief: Belief, context: Context) -> Groun
     own = feature.type if feature else thing.type
     taken = next((k for k, v in context.bindings.items() if k != wanted.name and v == entity), None)
     if taken is not None:
-        reason = f"already plays another role: it is {taken}{_too_few(wanted, belief, context)}"
-        return Refused(entity, reason, because=(taken,))
+        few = _too_few(wanted, belief, context)
+        remedy = Remedy(f"few {wanted.name}", f"'{wanted.name}' has nothing left{few}") if few else None
+        return Refused(entity, f"already plays another role: it is {taken}{few}", because=(taken,), remedy=remedy)
     has = [own] if feature else [f.type for f in thing.features]
     for need in wanted.features:
         if not any(classes.is_a(f, need) for f in has):
@@ -102,7 +106,9 @@ def _classed(entity: str, own: str, wanted: Object, belief: Belief, context: Con
         reason = f"{own} is a {fitting}" if fitting else f"'{entity}' has what is needed"
         return Grounding(entity, reason, cost=float(types.index(fitting)) if fitting else 0.0)
     if not (wanted.features or wanted.affords) or part:
-        return Refused(entity, f"{own} is no {' or '.join(types)}", 3)
+        kinds = " or ".join(types)
+        say = f"nothing in the world is a {kinds} for '{wanted.name}': add one, name one of other things, or correct its class ('type')"
+        return Refused(entity, f"{own} is no {kinds}", 3, remedy=Remedy(f"kind {wanted.name}", say))
     needs = ", ".join((*wanted.features, *wanted.affords))
     return Grounding(entity, f"substitute: {own} is no {types[0]}, but has the {needs} that the tasks need", SUBSTITUTE)
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import Belief, Floats, Location, Place, Pose, Value, Vector3
+from cramlite.model import Belief, Floats, Location, Place, Pose, Remedy, Value, Vector3
 from cramlite.plugin import Answers, Context, Grounding, Refused, Unresolvable, hookimpl
 
 from ..shapes.peg_fit import PLAY, aligned, play, stands
@@ -125,7 +125,7 @@ def _insert(location: Location, belief: Belief, context: Context) -> Iterator[Gr
     if refused and refused[-1] is no:
         said = f"the hole cannot be led onto the peg: {no.reason}"
         because = causes(location, context) if any(r.blocking for r in refused) else _held_so(location, belief, context)
-        raise Unresolvable(said, because, blocking=no.blocking, collision=no.collision)
+        raise Unresolvable(said, because, blocking=no.blocking, collision=no.collision, remedy=no.remedy)
 
 
 def _held_so(location: Location, belief: Belief, context: Context) -> tuple[str, ...]:
@@ -224,7 +224,12 @@ def find_peg(location: Location, belief: Belief, context: Context) -> Peg:
     if radial <= PLAY:
         diameter, thickness = hole.size["diameter"], 2 * peg.size["radius"]
         reason = f"a hole of {1000 * diameter:.1f} mm does not move on a peg of {1000 * thickness:.1f} mm"
-        raise Unresolvable(reason, causes(location, context), {"hole_m": diameter, "peg_m": thickness})
+        short = thickness + 2 * PLAY - diameter
+        wider = Remedy(
+            f"hole {held.name}", f"the hole of '{held.name}' lacks {1000 * short:.1f} mm for the peg of '{owner.name}': take a wider "
+            f"hole or a thinner peg", short,
+        )  # fmt: skip
+        raise Unresolvable(reason, causes(location, context), {"hole_m": diameter, "peg_m": thickness}, remedy=wider)
     base, length = belief.pose(owner.name), peg.size["length"]
     root = base * peg.pose
     end = root.apply((0, 0, length))

@@ -17,6 +17,7 @@ from cramlite.plugin import Context, Refused
 
 from ..shapes import ray_casting as rays
 from ..shapes.bounds import box_around, centre_of_mass, support
+from .too_little_room import taken_by, too_narrow
 
 if TYPE_CHECKING:
     from ..motion_planning.space import Refusal
@@ -145,7 +146,7 @@ def _sunk(spot: Spot, wanted: Wanted) -> bool:
     return bool(z < 0 and abs(x) < half[0] / 2 and abs(y) < half[1] / 2)
 
 
-def clear(spot: Spot, wanted: Wanted) -> str:
+def clear(spot: Spot, wanted: Wanted) -> str | Refusal:
     """Check that its outline, seen from above, is apart from those of what stands there, as far up as that reaches."""
     from ..shapes.surfaces import footprint
 
@@ -154,11 +155,12 @@ def clear(spot: Spot, wanted: Wanted) -> str:
     for found in wanted.obstacles:
         outline = footprint(wanted.thing, there, high=foot + found.top)
         if (overlap := float(outline.intersection(found.area).area)) > 0:
-            return f"its outline would overlap that of '{found.name}' and the gap around it by {1e4 * overlap:.1f} cm2"
+            said = f"its outline would overlap that of '{found.name}' and the gap around it by {1e4 * overlap:.1f} cm2"
+            return taken_by(said, wanted.thing.name, wanted.entity, found.name, overlap, standing_there(wanted))
     return ""
 
 
-def inside(spot: Spot, wanted: Wanted) -> str:
+def inside(spot: Spot, wanted: Wanted) -> str | Refusal:
     """Check that all of it is over the container's opening, and apart from its walls as far as there is room: what meets one on its way
     down leans."""
     from ..shapes.surfaces import footprint
@@ -176,9 +178,8 @@ def inside(spot: Spot, wanted: Wanted) -> str:
     )
     if out <= 0:
         return f"{1e4 * float(outline.difference(wanted.target.area).area):.1f} cm2 of it would be beside the opening of '{wanted.entity}'"
-    return (
-        f"{1000 * across:.0f} mm of it would stick out by {1000 * out:.0f} mm over the {1000 * room:.0f} mm {side} of '{wanted.entity}'"
-    )
+    said = f"{1000 * across:.0f} mm of it would stick out by {1000 * out:.0f} mm over the {1000 * room:.0f} mm {side} of '{wanted.entity}'"
+    return too_narrow(said, wanted.thing.name, wanted.entity, out, standing_there(wanted))
 
 
 def falls(spot: Spot, wanted: Wanted) -> str:
@@ -266,13 +267,17 @@ def room(spot: Spot, wanted: Wanted) -> str | Refusal:
     return ""
 
 
-def reachable(spot: Spot, wanted: Wanted) -> str:
+def reachable(spot: Spot, wanted: Wanted) -> str | Refusal:
     """Check that inverse kinematics has solutions for the placement and its approach, whatever is in the way."""
     from ..kinematics.kinematics import inverse, why_no_inverse
+    from ..motion_planning.space import Refusal
+    from ..motion_planning.too_far import no_inverse
 
+    robot = wanted.context.robot
     for pose, where in ((spot.before, ABOVE_IT), (spot.pose, "at it")):
-        if not inverse(wanted.context.robot, pose, seed=wanted.belief.joints):
-            return f"{where}: {why_no_inverse(wanted.context.robot, pose)}"
+        if not inverse(robot, pose, seed=wanted.belief.joints):
+            said = f"{where}: {why_no_inverse(robot, pose)}"
+            return Refusal(said, blocking=standing_there(wanted), remedy=no_inverse(robot, pose))
     return ""
 
 

@@ -316,7 +316,7 @@ def _beyond(location: Location, belief: Belief, context: Context) -> Iterator[Gr
     there = collision_free_ik(make_scene(belief, context, [entity]), context, end, belief.joints)
     if isinstance(there, Refusal):
         said = f"after {1000 * distance:.0f} mm: {there.reason}"
-        raise Unresolvable(said, causes(location, context), blocking=there.blocking, collision=there.collision)
+        raise Unresolvable(said, causes(location, context), blocking=there.blocking, collision=there.collision, remedy=there.remedy)
     yield Grounding(Place(end, end, thing=entity), f"{1000 * distance:.0f} mm on", key="on")
 
 

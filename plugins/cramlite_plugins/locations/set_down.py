@@ -222,7 +222,8 @@ def _no_room(kept: list[Refused], targets: list[Wanted], location: Location, con
     turned = any(r.reason.startswith("not falls") for r in kept)  # another grip turns the hand another way
     grips = (n for n, v in context.bindings.items() if turned and isinstance(v, Place) and v.thing == targets[0].thing.name)
     because = (location.of or "", *put, *about, *grips, *brought_there_by(location, targets[0].belief, context))
-    return Unresolvable(f"none of {len(kept)} placements fits; {said}", because, blocking=tuple(sorted(there)))
+    lacks = min((r.remedy for r in kept if r.remedy is not None), key=lambda r: r.missing, default=None)
+    return Unresolvable(f"none of {len(kept)} placements fits; {said}", because, blocking=tuple(sorted(there)), remedy=lacks)
 
 
 def _at_rest(wanted: Wanted, now: Pose) -> Iterator[Grounding | Refused]:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import Action, Belief, EntityName, Floats, Location, Place, Pose
+from cramlite.model import Action, Belief, EntityName, Floats, Location, Place, Pose, Remedy
 from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 
 from ..motions.gripping import release_opening
@@ -90,18 +90,28 @@ def _ways(location: Location, belief: Belief, context: Context) -> Iterator[tupl
     Raises:
         Unresolvable: it is too high for each of them, or no side is open.
     """
-    now, low, none = held_now(belief, context), math.inf, True
+    now, low, none, higher = held_now(belief, context), math.inf, True, None
     for wanted, room in _targets(location, belief, context):
         tall = height(wanted.thing, now)
         thing = belief.thing(wanted.entity)
         for out in open_sides(thing, belief.pose(thing.name), wanted.target, tall / 2) if tall + 2 * HIGH <= room else ():
             yield wanted, out, now
             none = False
+        higher = _higher(wanted, room, tall + 2 * HIGH) if room < tall + 2 * HIGH else higher
         low = min(low, room - tall)
     if none:
         more = f"{1000 * low:.0f} mm higher than '{belief.held.thing if belief.held else ''}', {2000 * HIGH:.0f} mm is needed"
         said = f"the room under the roof of '{location.of}' is {more}" if low < 2 * HIGH else f"no side of '{location.of}' is open"
-        raise Unresolvable(said, (location.of or "", *brought_there_by(location, belief, context)), blocking=())
+        raise Unresolvable(said, (location.of or "", *brought_there_by(location, belief, context)), blocking=(), remedy=higher)
+
+
+def _higher(wanted: Wanted, room: float, needed: float) -> Remedy:
+    """What to try where a thing is too high for the room under a roof."""
+    says = (
+        f"the opening of '{wanted.entity}' is {1000 * room:.0f} mm high, '{wanted.thing.name}' needs {1000 * needed:.0f} mm with the gap "
+        f"around it: take a lower thing, lay it down, or name another place"
+    )
+    return Remedy(f"room {wanted.entity}", says, needed - room)
 
 
 def _place(spot: Spot, wanted: Wanted, out: Floats) -> Place:

@@ -82,12 +82,12 @@ def _refused(said: str, motion: Motion, belief: Belief, context: Context, no: Re
     how the arm was moved there is not to blame; where a door or a drawer does, whatever moves it there, nor is where the hand is on it."""
     pair = no.collision.pair if no.collision else ()
     if motion.to is None or no.collision is None or any(thing_of(n) == no.collision.robot for n in pair):
-        return Unresolvable(said, blocking=no.blocking, collision=no.collision)
+        return Unresolvable(said, blocking=no.blocking, collision=no.collision, remedy=no.remedy)
     things = {thing_of(n) for n in pair}
     on_joint = {t.name for t in belief.world.things if t.joint is not None} & things if HAND not in things else set()
     places = (n for n, v in context.bindings.items() if isinstance(v, Place) and (n == motion.to.name or v.thing not in on_joint))
     objects = (n for n, v in context.bindings.items() if isinstance(v, str))
-    return Unresolvable.because_of_earlier_tasks(said, (*places, *objects), blocking=no.blocking, collision=no.collision)
+    return Unresolvable.because_of_earlier_tasks(said, (*places, *objects), blocking=no.blocking, collision=no.collision, remedy=no.remedy)
 
 
 def near(a: Pose, b: Pose) -> bool:

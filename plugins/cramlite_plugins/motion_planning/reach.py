@@ -17,6 +17,7 @@ from ..shapes.mounts import mounts
 from .planner import in_the_way
 from .planning_scene import PlanningScene, scene
 from .space import Refusal
+from .too_far import no_inverse
 
 Joints = tuple[float, ...]
 SIGMAS = 2.0
@@ -113,7 +114,7 @@ def collision_free_ik(place: PlanningScene, context: Context, pose: Pose, seed: 
     """
     solutions = inverse(context.robot, pose, seed=seed)
     if not solutions:
-        return Refusal(why_no_inverse(context.robot, pose))
+        return Refusal(why_no_inverse(context.robot, pose), remedy=no_inverse(context.robot, pose))
     free = next((q for q in solutions[:TRIED] if place.free(q)), None)
     nearest = solutions[0]
     return free or Refusal(
@@ -160,7 +161,7 @@ def traverse(
         there = collision_free_ik(place, context, pose, seed)
         if isinstance(there, Refusal):
             said = f"corner {k} of {len(path)} of '{name}': {there.reason}"
-            raise Unresolvable(said, causes(location, context), blocking=there.blocking, collision=there.collision)
+            raise Unresolvable(said, causes(location, context), blocking=there.blocking, collision=there.collision, remedy=there.remedy)
         seed = there
     return Grounding(Place(path[0], path[0], path=path, thing=bound(context, location.of)), name, cost, key=name)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Protocol
 
-from cramlite.model import Collision, Floats, Value
+from cramlite.model import Collision, Floats, Remedy, Value
 from cramlite.plugin import InTheWay, Refused
 
 Joints = tuple[float, ...]
@@ -56,6 +56,7 @@ class Refusal(Value):
         fraction: of a straight motion, how much of it was reached.
         blocking: the movable things that are in the way; None where that is not known.
         collision: the state that the reason speaks of, where that is a collision.
+        remedy: what is missing and what to try.
     """
 
     reason: str
@@ -64,7 +65,8 @@ class Refusal(Value):
     fraction: float = 0.0
     blocking: InTheWay = ()
     collision: Collision | None = None
+    remedy: Remedy | None = None
 
     def refused(self, value: str, passed: int = 0) -> Refused:
         """Return the answer that an alternative is refused for this reason."""
-        return Refused(value, self.reason, passed, blocking=self.blocking, collision=self.collision)
+        return Refused(value, self.reason, passed, blocking=self.blocking, collision=self.collision, remedy=self.remedy)

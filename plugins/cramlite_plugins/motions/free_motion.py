@@ -16,6 +16,7 @@ from cramlite.plugin import Answers, Context, Grounding, Unresolvable, hookimpl
 from ..kinematics.timing import STEADY, steady_speed
 from ..kinematics.tool_speed import KEPT
 from ..motion_planning.cartesian import line, near, why_no_straight_line
+from ..motion_planning.too_far import no_inverse
 from ..shapes.carried_along import pushed_along
 from .motion_kinds import value
 from .ontology_limits import adapted, noted
@@ -106,13 +107,15 @@ def _goals(motion: Motion, place: Place, belief: Belief, context: Context, scene
     if not goals:
         lines = [no for q in free if (no := why_no_straight_line(q, place, context, around)) is not None]
         if not solutions:
-            miss = Refusal(why_no_inverse(context.robot, place.before))
+            miss = Refusal(why_no_inverse(context.robot, place.before), remedy=no_inverse(context.robot, place.before))
         else:
             miss = lines[0] if lines else Refusal(scene.why(solutions[0]), collision=scene.collision(solutions[0]))
         count = f"{len(solutions)} inverse solutions at the stand-off of {motion.to}, {len(free)} of them free"
         blocking = (*in_the_way(scene, [q for q in solutions if q not in free]), *(b for no in lines for b in no.blocking or ()))
         said = f"{count}, none leads straight on to it; the nearest: {miss.reason}"
-        raise Unresolvable(said, because(motion, context), blocking=tuple(dict.fromkeys(blocking)), collision=miss.collision)
+        raise Unresolvable(
+            said, because(motion, context), blocking=tuple(dict.fromkeys(blocking)), collision=miss.collision, remedy=miss.remedy
+        )
     return goals
 
 

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import math
 
-from cramlite.model import Gripper, Held, Pose, Thing, Value, World, pair_friction
+from cramlite.model import Gripper, Held, Pose, Remedy, Thing, Value, World, pair_friction
 from cramlite.plugin import Context, Unresolvable
 
 from ..shapes.bounds import centre_of_mass
@@ -142,9 +142,23 @@ def most_borne(thing: Thing, context: Knowing) -> tuple[float, str] | None:
 def _too_weak(grip: Grip, limit: float, why: str, because: tuple[str, ...]) -> Unresolvable:
     numbers = {"weight_N": GRAVITY * grip.mass, "friction": grip.friction, "limit_N": limit}
     if math.isinf(grip.least):
-        return Unresolvable(f"no grip force holds {grip}; {limit:g} N is {why}", because, numbers, blocking=())
+        said = f"no grip force holds {grip}; {limit:g} N is {why}"
+        return Unresolvable(said, because, numbers, blocking=(), remedy=_rougher(grip, limit))
     reason = (
         f"{grip} needs {grip.least:.0f} N on each pad, with a margin of {MARGIN:g} and {ACCELERATION:g} m/s2 of the arm,"
         f" > {limit:g} N, {why}"
     )
-    return Unresolvable(reason, because, {**numbers, "needed_N": grip.least}, blocking=())
+    return Unresolvable(reason, because, {**numbers, "needed_N": grip.least}, blocking=(), remedy=_rougher(grip, limit))
+
+
+def _rougher(grip: Grip, limit: float) -> Remedy:
+    """What to try where pads that press so hard as they may do not carry the weight."""
+    weight = MARGIN * grip.mass * (GRAVITY + ACCELERATION)
+    enough, mass = weight / (2 * limit), 2 * grip.friction * limit / (MARGIN * (GRAVITY + ACCELERATION))
+    lighter = f", or make it lighter than {mass:.2g} kg" if mass > 0 else ""
+    says = (
+        f"the grip on '{grip.thing.name}' slips: friction {grip.friction:.2g} between pads and thing, {enough:.2g} is needed for "
+        f"{grip.mass:.3g} kg at {limit:g} N: give thing ('friction') or pads ('physics: {{pad_friction: ...}}') more{lighter}, or take a "
+        f"gripper that presses harder"
+    )
+    return Remedy(f"grip {grip.thing.name}", says, enough - grip.friction)

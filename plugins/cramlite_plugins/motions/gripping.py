@@ -16,6 +16,7 @@ from cramlite.model import (
     Motion,
     Place,
     Pose,
+    Remedy,
     Robot,
     SetGripper,
     SetPayload,
@@ -181,7 +182,17 @@ def _payload(motion: Motion, belief: Belief, context: Context) -> Found:
         load_of = [n for n, v in context.bindings.items() if belief.held and v == belief.held.thing]
         reason = f"{mass:.2f} kg on the flange, gripper included, > {context.robot.payload:g} kg that '{context.robot.type}' carries"
         because = (*load_of, *enclosing_names(motion.name)) if load_of else ()  # places and grasps change no mass
-        raise Unresolvable(reason, because, {"load_kg": mass, "payload_kg": context.robot.payload}, blocking=())
+        numbers = {"load_kg": mass, "payload_kg": context.robot.payload}
+        raise Unresolvable(reason, because, numbers, blocking=(), remedy=_lighter(belief, mass, context.robot))
     center = (float(moment[0] / mass), float(moment[1] / mass), float(moment[2] / mass))
     step = SetPayload(mass, center, origin=motion.name, comment=motion.reason)
     yield Grounding((step,), f"{mass:.2f} kg on the flange", key=f"{mass:.3f}")
+
+
+def _lighter(belief: Belief, mass: float, robot: Robot) -> Remedy:
+    """What to try where the flange carries too much."""
+    what, over = f"'{belief.held.thing}' with the gripper" if belief.held else "the gripper", mass - robot.payload
+    return Remedy(
+        f"payload {what}", f"{what} is {over:.2f} kg too heavy for '{robot.type}': make it lighter ('mass'), or take an arm that "
+        f"carries {mass:.2f} kg", over,
+    )  # fmt: skip

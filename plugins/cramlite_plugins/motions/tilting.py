@@ -35,7 +35,7 @@ def _tilt(motion: Motion, belief: Belief, context: Context) -> Iterator[Groundin
         part = plan_straight_line(scene, context.robot, points[-1], pose)
         if isinstance(part, Refusal):
             said, about = f"'{motion.name}' about the rim: {part.reason}", (motion.to.name if motion.to else "",)
-            raise Unresolvable(said, about, blocking=part.blocking, collision=part.collision)
+            raise Unresolvable(said, about, blocking=part.blocking, collision=part.collision, remedy=part.remedy)
         points.append(part.points[-1])
     angle = sum(a.distance(b)[1] for a, b in pairwise(path))
     turned = sum(leading(a, b) for a, b in pairwise(points))

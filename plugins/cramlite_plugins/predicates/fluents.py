@@ -370,7 +370,7 @@ def _outline(thing: Thing) -> tuple[Floats, Floats]:
 
 GRASPS = Fluent(in_hand=True, implies=("touches",), contrary=_two_in_hand, phrases=(GoalPhrase("THING held", _held),))
 SUPPORTS = Fluent(
-    implies=("touches",), undoes=("touches",), contrary=_two_places, initial=_supporting,
+    implies=("touches",), undoes=("touches",), carrier=0, contrary=_two_places, initial=_supporting,
     phrases=(GoalPhrase("THING on PLACE", _on, STANDS), GoalPhrase("THING off PLACE", _off, STANDS)),
 )  # fmt: skip
 TOUCHES = Fluent(
@@ -383,7 +383,7 @@ COLLIDES = Fluent(denial=(("touches", EFFECTOR, None),))
 CONTAINS = Fluent(
     of_contents=True, initial=_holding, phrases=(GoalPhrase("VESSEL poured into VESSEL", _poured_into),)
 )
-IN_OR_ABOVE = Fluent(initial=_lying_in, contrary=_two_places, phrases=(GoalPhrase("THING in PLACE", _in, STANDS),))
+IN_OR_ABOVE = Fluent(initial=_lying_in, carrier=1, contrary=_two_places, phrases=(GoalPhrase("THING in PLACE", _in, STANDS),))
 JOINT_OPEN = Fluent(
     excludes=("joint_closed",), initial=_open,
     phrases=(

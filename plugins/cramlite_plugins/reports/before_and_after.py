@@ -1,4 +1,4 @@
-"""Pictures of the start and the end of a proven run, fitted to the things that its tasks name."""
+"""Pictures of a proven run, fitted to the things that its tasks name: its start and its end, and all of it in a few seconds."""
 
 from __future__ import annotations
 
@@ -9,13 +9,14 @@ from cramlite.model import thing_of
 from cramlite.plugin import ReportSection, hookimpl
 
 from .filmstrip import as_uri
+from .moment import run_in_short
 from .shared import fill
 
 if TYPE_CHECKING:
     from cramlite import Finished, Solution
 
 SIZE = (480, 360)
-"""Width and height [pixel]: two beside each other are as wide as the page; 0.07 s of CPU time each."""
+"""Width and height [pixel]: three beside each other are as wide as the page; 0.07 s of CPU time each."""
 QUALITY = 85
 """WebP quality: about 8 kB a picture."""
 
@@ -32,7 +33,8 @@ def render(done: Finished) -> str:
         return ""
     about, last = things_named(done.solution), len(rollout.times) - 1
     pictures = [(title, as_uri(done.picture(k, SIZE, about), QUALITY)) for title, k in (("Before", 0), ("After", last))]
-    return fill("before_and_after", pictures=pictures, seconds=float(rollout.times[-1]), size=SIZE)
+    run = run_in_short(done, "The run", about)
+    return fill("before_and_after", pictures=pictures, run=run, seconds=float(rollout.times[-1]), size=SIZE)
 
 
 def things_named(solution: Solution) -> tuple[str, ...]:

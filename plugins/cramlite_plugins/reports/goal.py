@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING
 
-from cramlite import goal_answers
+from cramlite import goal_answers, nearest_miss
 from cramlite.model import Value
 from cramlite.plugin import ReportSection, hookimpl
 
@@ -49,7 +49,9 @@ def report_sections() -> Iterable[ReportSection]:
 def render(done: Finished) -> str:
     """Render the section as HTML; nothing where there was no goal."""
     rows = tuple(_rows(done))
-    return fill("goal", done=done, rows=rows, known=targets(done)) if rows else ""
+    nearest = None if done.proven else nearest_miss(done.trace.entries)
+    miss = f"{nearest.designator}: {nearest.reason}" if nearest is not None else ""
+    return fill("goal", done=done, rows=rows, known=targets(done), miss=miss) if rows else ""
 
 
 def _rows(done: Finished) -> Iterator[Row]:

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
-from cramlite import how_it_ended, nearest_miss
+from cramlite import how_it_ended, nearest_miss, what_to_try
 from cramlite.plugin import ReportSection, hookimpl
 
 from .decisions import attempts, path
+from .moment import moment
 from .readings import number_of
 from .shared import fill
 
@@ -39,6 +40,8 @@ def render(done: Finished) -> str:
         ended=how_it_ended(done.trace.entries),
         doubts=_doubts(done.setting.world),
         miss=None if done.proven else nearest_miss(done.trace.entries),
+        tries=() if done.proven else what_to_try(done.trace.entries),
+        moment=None if done.proven or not done.drawn else moment(done),
     )
 
 

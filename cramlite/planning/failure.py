@@ -1,0 +1,59 @@
+"""Text for a person on a search that found nothing: how it ended, the nearest miss, what each goal came to, and what to try."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+
+from .diagnosis import how_it_ended, nearest_miss, without_numbers
+from .goal_parts import GoalAnswer, goal_answers
+from .trace import Entry, Trace
+from .what_to_try import what_to_try
+
+CAUSES = 3
+"""So many misses are told beside the nearest."""
+
+
+def failure_text(trace: Trace, faults: Iterable[object]) -> str:
+    """Return why nothing was found: the nearest miss of all, those of other candidates, each cause once, and what to try."""
+    lines = [f"No solution: {how_it_ended(trace.entries)}."]
+    lines += [f"  Fault: {f}" for f in dict.fromkeys(str(f) for f in faults)]
+    nearest, *others = misses(trace.entries) or [()]
+    lines += [f"  Nearest miss: {_miss(nearest)}"] if nearest else []
+    lines += [f"  Also {_miss(same)}" for same in others[:CAUSES]]
+    lines += [f"  Also {len(others) - CAUSES} other causes"] if len(others) > CAUSES else []
+    lines += [f"  Goal: {answer}" for answer in _once(goal_answers(trace), nearest)]
+    lines += [f"  To try: {said}." for said in what_to_try(trace.entries)]
+    return "\n".join(lines)
+
+
+def misses(entries: Sequence[Entry]) -> list[tuple[Entry, ...]]:
+    """Return the nearest misses of the candidates, those of one cause together, the nearest of all first."""
+    nearest, alike = nearest_miss(entries), dict[tuple[str, str], list[Entry]]()
+    for number in dict.fromkeys(e.candidate for e in entries):
+        if (miss := nearest_miss([e for e in entries if e.candidate == number])) is not None:
+            alike.setdefault(_cause(miss), []).append(miss)
+    return sorted((tuple(same) for same in alike.values()), key=lambda same: (nearest not in same, same[0].number))
+
+
+def _cause(entry: Entry) -> tuple[str, str]:
+    """What two misses have in common that differ in numbers only."""
+    return without_numbers(entry.designator) if entry.kind != "proof" else "", without_numbers(entry.reason)
+
+
+def _miss(same: Sequence[Entry]) -> str:
+    first, numbers = same[0], [e.candidate for e in same]
+    which = f"candidate {numbers[0]}" if len(numbers) == 1 else f"candidates {_listed(numbers)}"
+    return f"{which}, {first.designator}: {first.reason} [{first.plugin}]"
+
+
+def _listed(numbers: Sequence[int]) -> str:
+    """Numbers in words: "1 to 4", "1, 3 and 4"."""
+    if len(numbers) > 2 and numbers[-1] - numbers[0] == len(numbers) - 1:
+        return f"{numbers[0]} to {numbers[-1]}"
+    return f"{', '.join(map(str, numbers[:-1]))} and {numbers[-1]}"
+
+
+def _once(answers: Iterable[GoalAnswer], told: Sequence[Entry]) -> Iterator[GoalAnswer]:
+    """Answers without the reason that was told with the nearest miss."""
+    said = f"{told[0].designator}: {told[0].reason}" if told else ""
+    yield from (a.without_reason() if a.reason == said else a for a in answers)

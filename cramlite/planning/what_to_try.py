@@ -1,0 +1,88 @@
+"""What a person may try after a search that found nothing, from what its refusals say is missing."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
+
+from ..model.collision import Collision
+from ..model.remedy import Remedy
+from .diagnosis import nearest_miss, task_of, without_numbers
+from .trace import Entry
+
+MOST = 3
+"""So many things to try are told."""
+REFUSED = ("refused", "impossible")
+ROUNDED = 0.0005  # depth of a collision that is told in whole millimetres [m]
+
+
+def what_to_try(entries: Sequence[Entry], most: int = MOST) -> tuple[str, ...]:
+    """Return what to try, the cause that refused most first, each cause once with the least that is missing.
+
+    Only refusals in the task that a candidate failed in count. Where none of them knows a remedy, the most frequent reasons are told.
+    """
+    refusals = list(_distinct(e for own in _candidates(entries) for e in decisive(own)))
+    given = [(e, e.remedy) for e in refusals if e.remedy is not None]
+    seen = [(e, _room(e.collision)) for e in refusals if e.remedy is None and e.collision is not None]
+    found = [*_told(given), *_told(seen)]
+    return tuple(found[:most]) or tuple(_reasons(refusals, most))
+
+
+def _first_objection(proof: Entry) -> str:
+    """The first of what judges said of a program that ran: what came later may follow from it."""
+    return f"mend the first objection, others may follow from it: {proof.reason.split('; ')[0]}"
+
+
+def decisive(entries: Sequence[Entry]) -> list[Entry]:
+    """Return the refusals of one candidate in the last task that it came to; of one whose programs ran, what was said of these."""
+    known = {e.number: e for e in entries}
+    if ran := [e for e in entries if e.kind == "proof" and e.outcome == "failed"]:
+        return ran
+    refused = [(task_of(e, known), e) for e in entries if e.outcome in REFUSED]
+    last = max((task for task, _ in refused), default=0)
+    return [e for task, e in refused if task == last]
+
+
+def _candidates(entries: Sequence[Entry]) -> Iterator[list[Entry]]:
+    for number in dict.fromkeys(e.candidate for e in entries):
+        yield [e for e in entries if e.candidate == number]
+
+
+def _distinct(entries: Iterable[Entry]) -> Iterator[Entry]:
+    """Each refusal once: the search asks the same in several rounds and candidates."""
+    found: dict[tuple[str, str, str], Entry] = {}
+    for e in entries:
+        found.setdefault((e.designator, e.text, e.reason), e)
+    yield from found.values()
+
+
+def _told(found: Sequence[tuple[Entry, Remedy]]) -> Iterator[str]:
+    """Of each cause the remedy that lacks least; the most frequent cause first."""
+    least: dict[str, tuple[float, str]] = {}
+    causes = [(_about(e, remedy), remedy.missing, f"{'' if remedy.about else f'{e.designator}: '}{remedy}") for e, remedy in found]
+    for about, missing, says in causes:
+        least[about] = min(least.get(about, (math.inf, "")), (missing, says), key=lambda told: told[0])
+    for about, _ in Counter(about for about, _, _ in causes).most_common():
+        yield least[about][1]
+
+
+def _about(entry: Entry, remedy: Remedy) -> str:
+    return remedy.about or f"{entry.designator.partition('#')[0]}: {without_numbers(remedy.says)}"
+
+
+def _room(collision: Collision) -> Remedy:
+    """What a collision says: two bodies need more room."""
+    more = f"at least {1000 * collision.depth:.0f} mm more room" if collision.depth >= ROUNDED else "more room"
+    return Remedy("", f"{collision}: make {more} between them", collision.depth)
+
+
+def _reasons(refusals: Sequence[Entry], most: int) -> Iterator[str]:
+    """The reasons that refused most, where nothing knows a remedy; of one refusal the nearest miss has said all."""
+    proofs = dict.fromkeys(_first_objection(e) for e in refusals if e.kind == "proof")
+    yield from list(proofs)[:most]
+    counted = Counter((e.designator, e.reason) for e in refusals if e.kind != "proof")
+    nearest = nearest_miss(refusals)
+    for (designator, reason), count in counted.most_common(most) if len(counted) > 1 else ():
+        if nearest is None or (designator, reason) != (nearest.designator, nearest.reason):
+            yield f"{designator}: {reason}" + (f" ({count} times)" if count > 1 else "")

@@ -1,0 +1,34 @@
+"""Refusals of places that have too little room for what is put there, with remedies."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from cramlite.model import Remedy
+
+if TYPE_CHECKING:
+    from ..motion_planning.space import Refusal
+
+
+def taken_by(said: str, thing: str, place: str, other: str, overlap: float, there: tuple[str, ...]) -> Refusal:
+    """Return the refusal of a place that another thing takes.
+
+    Args:
+        overlap: of the outlines [m2].
+        there: names of what stands there.
+    """
+    more = f"there is no room for '{thing}' beside '{other}' on or in '{place}', {1e4 * overlap:.1f} cm2 are lacking"
+    return _refusal(said, Remedy(f"room {place}", f"{more}: have '{other}' put elsewhere, or name another place", overlap), there)
+
+
+def too_narrow(said: str, thing: str, place: str, out: float, there: tuple[str, ...]) -> Refusal:
+    """Return the refusal of an opening that is too narrow by a length [m]."""
+    more = f"the opening of '{place}' lacks {1000 * out:.0f} mm for '{thing}'"
+    says = f"{more}: take a smaller thing, have it put down otherwise, or name another container"
+    return _refusal(said, Remedy(f"opening {place}", says, out), there)
+
+
+def _refusal(said: str, remedy: Remedy, there: tuple[str, ...]) -> Refusal:
+    from ..motion_planning.space import Refusal
+
+    return Refusal(said, blocking=there, remedy=remedy)

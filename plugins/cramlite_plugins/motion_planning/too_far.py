@@ -1,0 +1,25 @@
+"""Remedies of what is out of an arm's reach."""
+
+from __future__ import annotations
+
+from cramlite.model import Pose, Remedy, Robot
+
+from ..kinematics.kinematics import reach_gap
+
+NEARER = "or the robot ('robot: {at: ...}')"
+
+
+def too_far(thing: str, gap: float, robot: Robot) -> Remedy:
+    """Return the remedy for a thing that is out of reach by a distance [m]."""
+    return Remedy(f"reach {thing}", f"'{thing}' {_says(gap, robot)}", gap)
+
+
+def no_inverse(robot: Robot, pose: Pose) -> Remedy | None:
+    """Return the remedy for a pose of the TCP that has no inverse solution; None where it is within reach."""
+    gap, _ = reach_gap(robot, pose)
+    return Remedy("", f"the place {_says(gap, robot)}", abs(gap)) if gap else None
+
+
+def _says(gap: float, robot: Robot) -> str:
+    how, to = (f"{gap:.2f} m out of reach of", "nearer") if gap > 0 else (f"{-gap:.2f} m too near to the base of", "farther away")
+    return f"is {how} arm '{robot.type}': move it at least so much {to}, {NEARER}"

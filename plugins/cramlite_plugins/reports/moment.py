@@ -1,0 +1,70 @@
+"""Picture of a failure: the run of a program that was refused, the state that was refused most, or the scene as it is at first."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
+from cramlite import nearest_miss
+from cramlite.model import Value
+
+from .filmstrip import QUALITY, as_animation, as_uri
+
+if TYPE_CHECKING:
+    from cramlite import Entry, Finished
+    from cramlite.model import Collision
+
+SIZE = (480, 360)
+"""Width and height [pixel]."""
+
+
+class Moment(Value):
+    """Picture as a data URI, and what it shows; ``still`` is its first picture where it moves."""
+
+    uri: str
+    says: str
+    still: str = ""
+
+
+def moment(done: Finished) -> Moment:
+    """Return the picture that says most of a failure."""
+    if done.shown is not None and done.shown.candidate.rollout is not None:
+        return run_in_short(done, f"The run of candidate {done.shown.number} that was refused")
+    if (worst := _worst(done.trace.entries)) is not None and worst.collision is not None:
+        pixels = done.collision_picture(worst.collision, SIZE)
+        return Moment(as_uri(pixels, QUALITY), f"Refused for {worst.designator}: {worst.collision}")
+    things = _things(done)
+    said = f" with {', '.join(things)}" if things else ""
+    return Moment(as_uri(done.start_picture(SIZE, things), QUALITY), f"The scene at the start{said}")
+
+
+def run_in_short(done: Finished, says: str, about: Iterable[str] = ()) -> Moment:
+    """Return a moving picture of the shown run, fitted to some things."""
+    moving, still, faster = as_animation(done, SIZE, tuple(about))
+    return Moment(moving, f"{says}, {faster:.0f} times as fast" if faster >= 1.5 else says, still)
+
+
+def _worst(entries: Iterable[Entry]) -> Entry | None:
+    """The least collision of the bodies that most alternatives were refused for, of the candidate that came nearest."""
+    known = list(entries)
+    nearest = nearest_miss(known)
+    if nearest is None or nearest.collision is not None:
+        return nearest
+    of = [e for e in known if e.candidate == nearest.candidate and e.designator == nearest.designator and e.collision is not None]
+    most = [pair for pair, _ in Counter(_seen(e.collision).pair for e in of).most_common(1)]
+    return min((e for e in of if _seen(e.collision).pair in most), key=lambda e: _seen(e.collision).depth, default=None)
+
+
+def _seen(collision: Collision | None) -> Collision:
+    assert collision is not None
+    return collision
+
+
+def _things(done: Finished) -> tuple[str, ...]:
+    """The things that goals and refusals name, in the order of the world; none where all are meant."""
+    nearest = nearest_miss(done.trace.entries)
+    texts = [e.text for e in done.trace.entries if e.kind == "goal"] + ([nearest.designator, nearest.reason] if nearest else [])
+    named = set(re.findall(r"\w+", " ".join(texts)))
+    return tuple(t.name for t in done.setting.world.things if t.name in named)
