@@ -24,6 +24,7 @@ from cramlite_plugins.locations import place_filters, set_down
 from cramlite_plugins.locations.place_filters import Wanted
 from cramlite_plugins.motion_planning.reach import make_scene
 from cramlite_plugins.motion_planning.space import Refusal
+from cramlite_plugins.motion_planning.too_far import too_far
 from cramlite_plugins.motions.gripping import OPEN, release_opening
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.shapes import ray_casting as rays
@@ -69,6 +70,11 @@ def test_reachable_asks_the_arm_alone() -> None:
     refused = place_filters.reachable(spot_at((1.2, -0.35, 0.25)), wanted)
     assert isinstance(refused, Refusal) and "wrist centre at 1.316 m > 0.917 m" in refused.reason
     assert refused.remedy is not None and "0.40 m out of reach" in refused.remedy.says
+
+
+def test_what_is_hardly_out_of_reach_says_so_in_millimetres() -> None:
+    far, near = (too_far("tin", gap, UR5E).says for gap in (0.2, 0.0011))
+    assert "'tin' is 0.20 m out of reach" in far and "'tin' is 2 mm out of reach" in near
 
 
 def test_collision_free_names_what_is_in_the_way() -> None:
