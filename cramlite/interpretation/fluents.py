@@ -194,8 +194,6 @@ class Fluent(Value):
         implies_when_carried: predicates that begin with it where the last argument is in the hand and no other is the hand.
         undoes: predicates that end with it, of the same arguments.
         excludes: predicates that cannot hold of the same arguments while it does: they end when it begins.
-        carrier: place of the carrier among its two arguments, counted from 0, where it says that one thing carries or encloses the
-            other: nothing comes, over any number of such facts, to carry itself. None where it says no such thing.
         contrary: ``contrary(scene, fact, other)``: whether a fact of it and another fact of any predicate cannot hold at one
             time in a world, beyond what ``excludes`` says, e.g. a thing on two tables that stand apart.
         in_hand: its last argument is in the hand; it must be something that can be moved.
@@ -205,6 +203,8 @@ class Fluent(Value):
         denial: patterns that its denial means, if not its own.
         initial: ``initial(scene)`` gives the rows of arguments that hold at the start.
         phrases: goals that ask for it.
+        carrier: place of the carrier among its two arguments, counted from 0, where it says that one thing carries or encloses the
+            other: nothing comes, over any number of such facts, to carry itself. None where it says no such thing.
     """
 
     symmetric: bool = False
@@ -213,7 +213,6 @@ class Fluent(Value):
     implies_when_carried: tuple[str, ...] = ()
     undoes: tuple[str, ...] = ()
     excludes: tuple[str, ...] = ()
-    carrier: int | None = None
     contrary: Callable[[SymbolicWorld, Fact, Fact], bool] | None = None
     in_hand: bool = False
     by_moving: bool = False
@@ -221,6 +220,7 @@ class Fluent(Value):
     denial: tuple[Pattern, ...] = ()
     initial: Callable[[SymbolicWorld], Iterable[tuple[str, ...]]] | None = None
     phrases: tuple[GoalPhrase, ...] = ()
+    carrier: int | None = None
 
 
 PLAIN = Fluent()

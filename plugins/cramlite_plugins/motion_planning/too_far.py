@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import math
+
 from cramlite.model import Pose, Remedy, Robot
 
 from ..kinematics.kinematics import reach_gap
 
+NEAR = 0.01  # what lacks less is told in whole millimetres [m]
 NEARER = "or the robot ('robot: {at: ...}')"
 
 
@@ -21,5 +24,6 @@ def no_inverse(robot: Robot, pose: Pose) -> Remedy | None:
 
 
 def _says(gap: float, robot: Robot) -> str:
-    how, to = (f"{gap:.2f} m out of reach of", "nearer") if gap > 0 else (f"{-gap:.2f} m too near to the base of", "farther away")
+    far = f"{abs(gap):.2f} m" if abs(gap) >= NEAR else f"{math.ceil(1000 * abs(gap))} mm"
+    how, to = (f"{far} out of reach of", "nearer") if gap > 0 else (f"{far} too near to the base of", "farther away")
     return f"is {how} arm '{robot.type}': move it at least so much {to}, {NEARER}"

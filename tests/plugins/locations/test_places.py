@@ -24,6 +24,7 @@ from cramlite_plugins.locations import place_filters, set_down
 from cramlite_plugins.locations.place_filters import Wanted
 from cramlite_plugins.motion_planning.reach import make_scene
 from cramlite_plugins.motion_planning.space import Refusal
+from cramlite_plugins.motion_planning.too_far import too_far
 from cramlite_plugins.motions.gripping import OPEN, release_opening
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.shapes import ray_casting as rays
@@ -45,7 +46,8 @@ def test_inside_means_all_of_it_is_over_the_opening() -> None:
     wanted = wanted_on(believed(box), "box")
     assert not place_filters.inside(spot_at((0.4, -0.4, 0.1)), wanted)
     said = place_filters.inside(spot_at((0.44, -0.4, 0.1)), wanted)
-    assert "40 mm of it would stick out by 10 mm over the 100 mm width of 'box'" in said
+    assert isinstance(said, Refusal) and "40 mm of it would stick out by 10 mm over the 100 mm width of 'box'" in said.reason
+    assert said.remedy is not None and "lacks 10 mm" in said.remedy.says
 
 
 def test_near_and_beside_are_measured_from_middle_to_middle() -> None:
@@ -65,7 +67,14 @@ def test_near_and_beside_are_measured_from_middle_to_middle() -> None:
 def test_reachable_asks_the_arm_alone() -> None:
     wanted = wanted_on(believed())
     assert not place_filters.reachable(spot_at((0.45, -0.35, 0.25)), wanted)
-    assert "wrist centre at 1.316 m > 0.917 m" in place_filters.reachable(spot_at((1.2, -0.35, 0.25)), wanted)
+    refused = place_filters.reachable(spot_at((1.2, -0.35, 0.25)), wanted)
+    assert isinstance(refused, Refusal) and "wrist centre at 1.316 m > 0.917 m" in refused.reason
+    assert refused.remedy is not None and "0.40 m out of reach" in refused.remedy.says
+
+
+def test_what_is_hardly_out_of_reach_says_so_in_millimetres() -> None:
+    far, near = (too_far("tin", gap, UR5E).says for gap in (0.2, 0.0011))
+    assert "'tin' is 0.20 m out of reach" in far and "'tin' is 2 mm out of reach" in near
 
 
 def test_collision_free_names_what_is_in_the_way() -> None:
