@@ -24,7 +24,8 @@ FUNCTIONS = {
     "sched_getaffinity", "setpgid", "setsid", "sysconf", "uname", "wait", "wait3", "wait4", "getloadavg", "openpty", "ttyname",
 }  # fmt: skip
 """Functions of ``os`` that Windows does not have (Python's documentation)."""
-GUARDED = {"cramlite/base/file_lock.py", "cramlite/base/process_group.py", "cramlite/base/stopwatch.py", "cramlite/cli/doctor.py"}
+GUARDED = {"cramlite/base/file_lock.py", "cramlite/base/process_group.py", "cramlite/base/stopwatch.py", "cramlite/cli/doctor.py",
+           "cramlite/experiment/measured.py"}  # fmt: skip
 """Modules that ask what the system has, and have another way."""
 
 

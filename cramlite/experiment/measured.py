@@ -22,7 +22,7 @@ SIGNIFICANT = 4
 
 def rate(what: str, hits: int, of: int, part: str = "", *, x: float | None = None, note: str = "") -> Number:
     """Return the number of a rate, with its interval."""
-    return Number.model_validate({"what": what, "part": part, "hits": hits, "of": of, "x": x, "note": note})
+    return Number(what=what, part=part, hits=hits, of=of, x=x, note=note)
 
 
 def rates(what: str, columns: dict[str, Rate]) -> list[Number]:

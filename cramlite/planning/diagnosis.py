@@ -48,7 +48,7 @@ def nearest_miss(entries: Sequence[Entry]) -> Entry | None:
     ]
     return max(
         reasons,
-        key=lambda e: (e.kind == "proof", _depth(known, e), _says_more(e), e.outcome == "impossible", e.passed, -e.number),
+        key=lambda e: (e.kind == "proof", _depth(known, e), e.outcome == "impossible", e.passed, _says_more(e), -e.number),
         default=None,
     )
 

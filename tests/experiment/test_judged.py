@@ -406,7 +406,7 @@ def test_a_figure_is_written_of_the_episodes_that_there_are(run: Run, tmp_path: 
     rates = {(n.what, n.part): (n.hits, n.of) for n in found.numbers if n.of}
     assert rates["table", "proven"] == rates["table", "true at rest"] == (1, 2) and rates["a passing verdict was right", ""] == (1, 1)
     assert (found.title, found.given, found.seeds, found.seen) == (small.spec.title, small.spec.given, "states 0", "partly")
-    assert found.cpu_s == 4 and found.command.startswith("cramlite ")
+    assert found.cpu_s == 4 and found.command.startswith("cramlite")
     file.write_text("title: nothing else\n")
     done = run("experiment", SMALL, "--out", tmp_path / "out", "--figure", file)
     assert done.code == 2 and "table.yaml:1: 'command' is missing" in done.err and "Traceback" not in done.err
