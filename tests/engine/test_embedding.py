@@ -35,9 +35,11 @@ def small(proven: Proven) -> Solution:
     return proven("grasp_one_thing")
 
 
-def test_two_engines_in_two_threads(alone: Solution) -> None:
+@pytest.mark.parametrize("scenario", [SMALL, pytest.param(SCENARIO, marks=pytest.mark.heavy)], ids=["one task", "several"])
+def test_two_engines_in_two_threads(scenario: Scenario, proven: Proven) -> None:
+    alone = proven(Path(scenario.path).stem)
     with ThreadPoolExecutor(2) as pool:
-        found = list(pool.map(_first, (Engine(), Engine())))
+        found = list(pool.map(_first, (Engine(), Engine()), (scenario, scenario)))
     for solution in found:
         assert solution.code == alone.code
         assert solution.verdict == alone.verdict
