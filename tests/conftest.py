@@ -28,6 +28,10 @@ os.environ["CRAMLITE_TWINS"] = "0"  # programs are proven by the nominal run alo
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)  # processes that tests start share compiled modules: else each compiles all again
 sys.dont_write_bytecode = False
 TASKS = ROOT / "scenarios" / "take_off_hanger_tasks.yaml"
+SMALL = ROOT / "scenarios" / "grasp_one_thing.yaml"
+"""A scenario of one task: for what does not depend on which tasks are resolved."""
+PLANNED = "tasks/transporting"
+"""A small scenario whose paths are sampled: another seed gives another text."""
 
 
 def pytest_configure(config: pytest.Config) -> None:

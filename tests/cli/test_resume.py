@@ -9,6 +9,7 @@ import sys
 import time
 from pathlib import Path
 
+import pytest
 from conftest import Run
 
 from cramlite import find_scenario
@@ -27,6 +28,7 @@ things:
 """
 
 
+@pytest.mark.heavy
 def test_a_killed_run_keeps_what_it_refused(tmp_path: Path) -> None:
     """The peg jams, so every candidate is refused; the run is killed as soon as the first one is."""
     scenario, run = tmp_path / "two_ways.yaml", tmp_path / "run"

@@ -69,8 +69,11 @@ def runs(block: Block) -> bool:
 
 
 WITH_CODE = [p for p in PAGES if any(runs(b) for b in blocks(p))]
-HEAVY = {"docs/how-to/before_a_real_arm.md", "docs/how-to/behaviour_tree.md"}
-"""Pages whose commands take as long as those of all others together: they prove several programs each."""
+HEAVY = {
+    "docs/how-to/before_a_real_arm.md", "docs/how-to/behaviour_tree.md", "docs/how-to/embed.md", "docs/how-to/planner.md",
+    "docs/how-to/mcp.md", "docs/tutorial/wiping.md",
+}  # fmt: skip
+"""Pages whose commands take longer than those of all others together: they prove several programs each."""
 
 
 def named(page: Path) -> Any:

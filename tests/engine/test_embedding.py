@@ -9,7 +9,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
-from conftest import Proven
+from conftest import PLANNED, Proven
 from msgspec.structs import replace
 
 from cramlite import Engine, Scenario, Solution, Trace, find_scenario, read_scenario
@@ -35,9 +35,11 @@ def small(proven: Proven) -> Solution:
     return proven("grasp_one_thing")
 
 
-def test_two_engines_in_two_threads(alone: Solution) -> None:
+@pytest.mark.parametrize("name", [PLANNED, pytest.param("take_off_hanger_tasks", marks=pytest.mark.heavy)])
+def test_two_engines_in_two_threads(name: str, proven: Proven) -> None:
+    scenario, alone = read_scenario(find_scenario(name)), proven(name)
     with ThreadPoolExecutor(2) as pool:
-        found = list(pool.map(_first, (Engine(), Engine())))
+        found = list(pool.map(_first, (Engine(), Engine()), (scenario, scenario)))
     for solution in found:
         assert solution.code == alone.code
         assert solution.verdict == alone.verdict

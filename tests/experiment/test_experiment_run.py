@@ -130,7 +130,7 @@ def children(parent: int) -> list[int]:
 
 
 @pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="looks for processes in /proc")
-@pytest.mark.parametrize(("how", "code"), [(signal.SIGINT, 130), (signal.SIGKILL, -9)])
+@pytest.mark.parametrize(("how", "code"), [(signal.SIGINT, 130), pytest.param(signal.SIGKILL, -9, marks=pytest.mark.heavy)])
 def test_ctrl_c_and_kill_lose_nothing(experiment: Path, tmp_path: Path, how: int, code: int) -> None:
     out, mark, plugin = tmp_path / "out", tmp_path / "mark", tmp_path / "waits.py"
     plugin.write_text(WAITS.format(mark=str(mark)))

@@ -216,7 +216,7 @@ def descendants(process: int) -> set[int]:
 
 
 @pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="looks for processes in /proc")
-@pytest.mark.parametrize(("how", "code"), [(signal.SIGINT, 130), (signal.SIGKILL, -9)])
+@pytest.mark.parametrize(("how", "code"), [pytest.param(signal.SIGINT, 130, marks=pytest.mark.heavy), (signal.SIGKILL, -9)])
 def test_ctrl_c_and_kill_end_workers_and_judges_and_keep_what_is_done(how: int, code: int, tmp_path: Path, small: JudgedExperiment) -> None:
     """The first episode has no words and takes no time, its judge hangs in the second one's reset, its sixth request."""
     out = tmp_path / "out"

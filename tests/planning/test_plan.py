@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from conftest import ROOT, TASKS, Proven, Run
+from conftest import PLANNED, ROOT, TASKS, Proven, Run
 
-from cramlite import Engine, read_scenario
+from cramlite import Engine, find_scenario, read_scenario
 from cramlite.base.json_text import as_json
 from cramlite.model import Episode, Object, Plan
 from cramlite.planning.plan import TaskCall, plan_from_episode
@@ -62,9 +62,10 @@ def test_the_look_would_see_an_instance(plan: Plan, episode: Episode) -> None:
     assert _survivors(posed, episode)
 
 
-def test_the_same_seed_gives_the_same_text(process: Run, proven: Proven, tmp_path: Path) -> None:
+@pytest.mark.parametrize("scenario", [PLANNED, pytest.param(TASKS.stem, marks=pytest.mark.heavy)])
+def test_the_same_seed_gives_the_same_text(scenario: str, process: Run, proven: Proven, tmp_path: Path) -> None:
     """In this process and in another (twice in one: test_embedding.py); another seed gives another text."""
-    here = next(Engine().resolve(read_scenario(TASKS), seed=3)).code
-    assert process("resolve", TASKS, "--seed", 3, "--no-report", "--out", tmp_path / "run").code == 0
+    here = next(Engine().resolve(read_scenario(find_scenario(scenario)), seed=3)).code
+    assert process("resolve", scenario, "--seed", 3, "--no-report", "--out", tmp_path / "run").code == 0
     assert here == (tmp_path / "run" / "program.script").read_text()
-    assert here != proven(TASKS.stem).code
+    assert here != proven(scenario).code

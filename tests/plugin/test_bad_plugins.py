@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-from conftest import COMMANDS, TASKS, Run
+from conftest import COMMANDS, ROOT, Run
 
 from cramlite import Engine
 from cramlite.plugin import UserError
@@ -17,6 +17,7 @@ from cramlite.plugin.registry import Registry
 
 Plugin = Callable[[str, str], Path]
 Install = Callable[..., None]
+PARKING = ROOT / "scenarios" / "tasks" / "parking_arms.yaml"
 OBJECTS = "@hookimpl\ndef resolve_object(designator, belief, context):\n    return None\n"
 THING = "@hookimpl\ndef {hook}():\n    return [{thing}]\n"
 
@@ -156,7 +157,7 @@ def test_a_bad_installed_plugin_does_not_keep_others_from_a_program(install: Ins
     bodies = [body for body, _ in (*BAD_AT_LOAD.values(), BAD_DECLARATIONS["something else"])]
     for k, body in enumerate(bodies):
         install(f"pack-{k}", f"bad_{k}", body=body)
-    ran = run("resolve", TASKS, "--no-report", "--out", tmp_path / "run")
+    ran = run("resolve", PARKING, "--no-report", "--out", tmp_path / "run")
     assert ran.code == 0, ran.err
     for k in range(len(bodies)):
         assert f"warning: plugin 'bad_{k}' 2.5" in ran.err
@@ -331,7 +332,7 @@ NO_FINDINGS = {
 def test_a_validator_that_answers_nonsense_is_named(what: str, plugin: Plugin, run: Run, tmp_path: Path) -> None:
     body, says = NO_FINDINGS[what]
     file = plugin("broken", JUDGE.format(**JUDGED | {"body": body}))
-    ran = run("resolve", TASKS, "--plugin", file, "--no-report", "--out", tmp_path / "run")
+    ran = run("resolve", PARKING, "--plugin", file, "--no-report", "--out", tmp_path / "run")
     assert (ran.code, ran.out) == (3, "")
     assert f"Fault: plugin 'broken', hook validators, at b: {says}" in ran.err
     assert "defect" not in ran.err and "proof.py" not in ran.err
@@ -339,7 +340,7 @@ def test_a_validator_that_answers_nonsense_is_named(what: str, plugin: Plugin, r
 
 def test_an_installed_validator_is_named_with_its_version(install: Install, run: Run, tmp_path: Path) -> None:
     install("pack-judge", "calm", body=JUDGE.format(**JUDGED | {"body": "return True"}))
-    ran = run("resolve", TASKS, "--no-report", "--out", tmp_path / "run")
+    ran = run("resolve", PARKING, "--no-report", "--out", tmp_path / "run")
     assert ran.code == 3
     assert "Fault: plugin 'calm' 2.5, hook validators, at b: check gives Findings" in ran.err
     assert run("plugins", "--block", "calm").code == 0
@@ -348,7 +349,7 @@ def test_an_installed_validator_is_named_with_its_version(install: Install, run:
 def test_a_backend_that_breaks_is_named_by_its_plugin(plugin: Plugin, run: Run, tmp_path: Path) -> None:
     broken = "class E:\n    name, executable = 'e', True\n    def emit(self, p, r):\n        1 / 0\n"
     file = plugin("writer", broken + declared("backends", "E()"))
-    ran = run("resolve", TASKS, "--plugin", file, "--backend", "e", "--no-report", "--out", tmp_path / "run")
+    ran = run("resolve", PARKING, "--plugin", file, "--backend", "e", "--no-report", "--out", tmp_path / "run")
     assert ran.code == 3
     assert "Fault: plugin 'writer', hook backends, at " in ran.err and "(writer.py:" in ran.err
 

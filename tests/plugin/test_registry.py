@@ -6,7 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from conftest import TASKS, Run
+from conftest import SMALL, TASKS, Run
 from msgspec.structs import replace
 
 from cramlite import Engine, PluginError, read_scenario
@@ -29,17 +29,17 @@ BROKEN = {
 @pytest.mark.parametrize("when", BROKEN)
 def test_a_broken_plugin_does_not_stop_the_others(when: str, plugin: Plugin, run: Run, tmp_path: Path) -> None:
     body, said = BROKEN[when]
-    ran = run("resolve", TASKS, "--no-report", "--out", tmp_path / "run", "--plugin", plugin("camera", body))
+    ran = run("resolve", SMALL, "--no-report", "--out", tmp_path / "run", "--plugin", plugin("camera", body))
     assert ran.code == 0, ran.err
     assert "Solved" in ran.out
     assert "warning: plugin 'camera'" in ran.err
-    assert f"hook resolve_object, at tea: {said}" in ran.err
+    assert f"hook resolve_object, at something: {said}" in ran.err
     assert "Traceback" not in ran.err
     assert "camera.py:" in ran.err
 
 
 NO_LIST = {
-    "resolve_object(designator, belief, context)": "warning: plugin 'camera', hook resolve_object, at tea: resolve_object gave 5",
+    "resolve_object(designator, belief, context)": "warning: plugin 'camera', hook resolve_object, at something: resolve_object gave 5",
     "validators()": "'{file}' cannot be used: hook validators: validators gave 5",
 }
 
@@ -47,22 +47,22 @@ NO_LIST = {
 @pytest.mark.parametrize("hook", NO_LIST)
 def test_who_answers_with_no_list_is_told_so(hook: str, plugin: Plugin, run: Run, tmp_path: Path) -> None:
     file = plugin("camera", f"@hookimpl\ndef {hook}:\n    return 5\n")
-    ran = run("resolve", TASKS, "--no-report", "--out", tmp_path / "run", "--plugin", file)
+    ran = run("resolve", SMALL, "--no-report", "--out", tmp_path / "run", "--plugin", file)
     assert f"{NO_LIST[hook].format(file=file)}; it gives a list, empty where there is nothing, or yields" in ran.err
 
 
 def test_who_ends_the_process_when_asked_what_it_declares_is_named(plugin: Plugin, run: Run) -> None:
     file = plugin("camera", "@hookimpl\ndef object_models():\n    raise SystemExit(0)\n")
-    ran = run("check", TASKS, "--plugin", file)
+    ran = run("check", SMALL, "--plugin", file)
     assert ran.code == 2
     assert "hook object_models: SystemExit: 0 (camera.py:6)" in ran.err
 
 
 def test_who_breaks_when_told_of_a_step_is_named_with_the_program(plugin: Plugin, run: Run, tmp_path: Path) -> None:
     file = plugin("camera", "@hookimpl\ndef on_step(step, candidate):\n    raise SystemExit(0)\n")
-    ran = run("resolve", TASKS, "--no-report", "--out", tmp_path / "run", "--plugin", file)
+    ran = run("resolve", SMALL, "--no-report", "--out", tmp_path / "run", "--plugin", file)
     assert ran.code == 0
-    assert "plugin 'camera', hook on_step, at take_off_hanger_tasks: SystemExit: 0" in ran.err
+    assert "plugin 'camera', hook on_step, at grasp_one_thing: SystemExit: 0" in ran.err
 
 
 def test_a_broken_plugin_without_a_solution_is_exit_3(

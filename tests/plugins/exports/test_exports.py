@@ -218,6 +218,7 @@ def test_a_gif_shows_the_whole_run_at_its_own_speed(exported: Any, record: RunRe
     assert np.abs(last - record.picture(len(record.rollout.times) - 1)).mean() < 4, "the end is not the run's end"
 
 
+@pytest.mark.heavy  # a GIF shows the same, beside its own format
 def test_an_mp4_shows_the_whole_run_at_its_own_speed(exported: Any, record: RunRecord) -> None:
     av = pytest.importorskip("av")
     with av.open(str(exported("mp4"))) as file:

@@ -40,11 +40,12 @@ def _behind(opened: float) -> tuple[list[Grounding], list[Refused], Belief]:
     return [a for a in found if isinstance(a, Grounding)], [a for a in found if isinstance(a, Refused)], belief
 
 
-def test_the_arm_follows_each_hand_behind_a_door_until_that_is_open() -> None:
+@pytest.mark.parametrize("every", [32, pytest.param(8, marks=pytest.mark.heavy)])
+def test_the_arm_follows_each_hand_behind_a_door_until_that_is_open(every: int) -> None:
     found, refused, belief = _behind(0.6)
     thing = belief.world.thing("door")
     assert found and refused
-    for place in (a.value for a in found[::8]):
+    for place in (a.value for a in found[::every]):
         path = along_joint(thing, belief, place.pose, LEAST)
         lines = [
             plan_straight_line(None, UR5E, q, path, step_m=COARSE[0], step_rad=COARSE[1])

@@ -7,6 +7,7 @@ file's base, and frame n elsewhere on the last axis than its flange. What is lef
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
@@ -51,6 +52,7 @@ def table_of(axes: tuple[tuple[Floats, Floats], ...], flange: Pose) -> Table:
     return Table(rows, zeros, base, last, last.inverse() * flange)
 
 
+@lru_cache(maxsize=32)  # a model, its servos and the robot ask for the same table's
 def reach_of(table: Table, limits: tuple[tuple[float, float], ...]) -> float:
     """Return the largest distance of the flange from the base's z axis within the joints' limits [m], as the file counts them."""
     from scipy.optimize import minimize
