@@ -78,8 +78,9 @@ def test_a_folder_that_is_stated_may_be_read(run: Run, tmp_path: Path) -> None:
     assert "tin" in run("import", path, "--package", f"more={tmp_path}").out
 
 
-def test_comments_with_hyphens_and_a_ros_package_are_let_pass(run: Run, tmp_path: Path) -> None:
-    (tmp_path / "package.xml").write_text("<package/>")
+@pytest.mark.parametrize("marker", ["package.xml", "__init__.py", ".git"])
+def test_comments_with_hyphens_and_a_package_around_are_let_pass(run: Run, tmp_path: Path, marker: str) -> None:
+    (tmp_path / marker).write_text("")
     (tmp_path / "more.xml").write_text("<mujoco><worldbody><body name='tin'><freejoint/><geom size='.1'/></body></worldbody></mujoco>")
     (tmp_path / "worlds").mkdir()
     path = tmp_path / "worlds" / "scene.xml"

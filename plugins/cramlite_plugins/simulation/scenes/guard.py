@@ -90,8 +90,12 @@ def check_scene(path: Path, text: str, packages: Iterable[Path]) -> None:
     _weight(path, text, Roots(path, tuple(packages)), (path.resolve(),), {})
 
 
+PACKAGES = ("package.xml", "__init__.py", ".git")
+"""Names in the top folder of a ROS package, of a Python package such as a wheel of scenes, and of a repository."""
+
+
 class Roots(Struct):
-    """Folders that a scene file may read: its own, that of the ROS package that it is in, and stated ones.
+    """Folders that a scene file may read: its own, those of the packages that it is in (``PACKAGES``), and stated ones.
 
     Args:
         path: of the scene file.
@@ -104,14 +108,17 @@ class Roots(Struct):
     def folders(self) -> Iterator[Path]:
         """List them, links resolved."""
         yield from (self.path.parent.resolve(), self.path.resolve().parent)
-        yield from [f for f in self.path.resolve().parents if (f / "package.xml").is_file()][:1]
+        around = self.path.resolve().parents
+        for marker in PACKAGES:
+            yield from [folder for folder in around if (folder / marker).exists()][:1]
         yield from (folder.resolve() for folder in self.stated)
 
     def check(self, where: str, file: Path) -> None:
         """Refuse a file that is in none of them, is no file, or is too large."""
         if not any(file.resolve().is_relative_to(folder) for folder in self.folders()):
             raise UserError(
-                f"{where}: '{file}' is outside of the scene's folder '{self.path.parent}', and a scene may name files in it only. "
+                f"{where}: '{file}' is outside of the scene's folder '{self.path.parent}', and of a package or repository around it. "
+                "A scene may name files in these only. "
                 "If this one should be read, say so: 'packages: {assets: FOLDER}' beside the scene's 'file', or --package assets=FOLDER."
             )
         try:
