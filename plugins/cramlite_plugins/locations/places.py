@@ -41,15 +41,23 @@ def _home(location: Location, belief: Belief, context: Context) -> Found:
 
 
 def _retreat(location: Location, belief: Belief, context: Context) -> Found:
-    from ..motion_planning.reach import shift, tcp
+    from ..motion_planning.reach import tcp
 
-    here = tcp(belief, context)
+    yield from _reachable(ways_back(tcp(belief, context), bool(location.parameters.get("straight"))), belief, context)
+
+
+def ways_back(here: Pose, straight: bool = False) -> list[tuple[str, Pose]]:
+    """Return the poses to which a hand comes back from a pose of the TCP, each with its name, best first.
+
+    Args:
+        straight: only against the direction in which the hand points, as fingers come off a bar.
+    """
+    from ..motion_planning.reach import shift
+
     ways = [("back", here.rotate((0, 0, -1)))]
-    if not location.parameters.get("straight"):  # fingers around a bar come off it in no other way
+    if not straight:
         ways.append(("up", np.array([0.0, 0.0, 1.0])))
-    yield from _reachable(
-        [(f"{d * 1000:.0f} mm {way}", shift(here, v * d)) for way, v in ways for d in BACK], belief, context
-    )
+    return [(f"{d * 1000:.0f} mm {way}", shift(here, v * d)) for way, v in ways for d in BACK]
 
 
 def _lift(location: Location, belief: Belief, context: Context) -> Found:

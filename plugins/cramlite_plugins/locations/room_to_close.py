@@ -45,7 +45,7 @@ def _tight(spot: Itself[Spot], wanted: Itself[Wanted]) -> bool:
 
 
 def _stopped(spot: Spot, wanted: Wanted, clearance: float | None) -> Refusal | None:
-    return first_met(wanted.thing.name, _let_go(spot, wanted), wanted.context, clearance)
+    return first_met(wanted.thing.name, let_go(spot, wanted), wanted.context, clearance)
 
 
 def first_met(put: str, after: Belief, context: Context, clearance: float | None) -> Refusal | None:
@@ -59,8 +59,8 @@ def first_met(put: str, after: Belief, context: Context, clearance: float | None
     return None
 
 
-def _let_go(spot: Spot, wanted: Wanted) -> Belief:
-    """The belief once the thing is let go of there."""
+def let_go(spot: Spot, wanted: Wanted) -> Belief:
+    """Return the belief once the thing is let go of there."""
     belief, name = wanted.belief, wanted.thing.name
     pose = fallen(belief, belief.base() * spot.thing)
     opening = belief.held.opening if belief.held else 0.0

@@ -49,6 +49,7 @@ from .put_aside import beside_where_it_stood
 from .resting_poses import DROPS, is_uneven, lowered_onto, resting_poses, spot_at_rest
 from .room_for_more import corner, roomiest, to_come
 from .room_to_close import TIGHT, is_tight, room_to_close
+from .room_to_leave import room_to_leave
 from .through_side import brought_there_by, places_through_a_side
 from .tipped import places_tipped
 
@@ -71,7 +72,7 @@ OFF_FLOOR, RISE = 0.01, 0.03  # lowest point above a container's floor when let 
 ABOVE = 0.06  # stand-off above a rim [m]
 BETWEEN = (1.0, 0.67, 0.33)  # parts of a way down from aside that are looked at first
 OUT = 1.0  # from the middle of a surface to the outside of what it is in, at most [m]
-LAST: Mapping[str, Filter] = {"free to be closed": room_to_close}  # asked after ``DEAR``
+LAST: Mapping[str, Filter] = {"free to be closed": room_to_close, "free to leave": room_to_leave}  # asked after ``DEAR``
 TURNED = "turned"
 """Value of a place: 1 where it asks for an attitude, so that what is brought there need not be kept as it is held."""
 FACING = (0.0, 6.0, -6.0)
