@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import importlib.metadata
 import importlib.util
+import os
 import sys
 from collections.abc import Callable, Iterable
+from functools import lru_cache
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -49,7 +51,23 @@ class Point(Value):
 
 
 def entry_points() -> list[Point]:
-    """List the entry points of all plugins, third parties first; sorted, because a file system lists distributions in no order."""
+    """List the entry points of all plugins, third parties first; sorted, because a file system lists distributions in no order.
+
+    They are read again once a folder of ``sys.path`` has changed, as an installation changes it.
+    """
+    return list(_installed(tuple((folder, _changed_at(folder)) for folder in sys.path)))
+
+
+def _changed_at(folder: str) -> int:
+    """When a folder was changed [ns]; 0 where there is none."""
+    try:
+        return os.stat(folder or ".").st_mtime_ns
+    except OSError:
+        return 0
+
+
+@lru_cache(maxsize=4)
+def _installed(_folders: tuple[tuple[str, int], ...]) -> list[Point]:
     known: dict[int, tuple[str, str]] = {}
     found: dict[tuple[str, str], Point] = {}
     for point in importlib.metadata.entry_points(group=GROUP):
@@ -62,7 +80,7 @@ def entry_points() -> list[Point]:
 
 def plugin_names(files: Iterable[Path] = ()) -> set[str]:
     """Return the names of all plugins: installed ones, and files."""
-    return {p.name for p in importlib.metadata.entry_points(group=GROUP)} | {f.stem for f in files}
+    return {p.name for p in entry_points()} | {f.stem for f in files}
 
 
 def module_from(file: Path) -> ModuleType:
