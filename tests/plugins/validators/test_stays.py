@@ -13,7 +13,7 @@ from test_bystanders import carried, hanging, moving, ran, swinging
 from cramlite.model import Floats, Pose, Rollout, Touch
 from cramlite_plugins.validators.bystanders import Bystanders, stays
 from cramlite_plugins.validators.movers import moved_by
-from cramlite_plugins.validators.rest import borne_by, restless
+from cramlite_plugins.validators.rest import at_the_end, borne_by, restless
 
 
 def touching_at(rollout: Rollout, samples: set[int]) -> Rollout:
@@ -329,3 +329,11 @@ def test_what_hangs_may_swing_by_forty(way: float, says: str) -> None:
 def test_two_samples_in_the_last_half_second_are_enough_to_see_it_turn() -> None:
     assert restless(replace(spinning(2, 0.099), times=np.arange(COUNT) * 0.4), "cup", hanging=False) == ""
     assert "still turns" in restless(replace(spinning(2, 2.0), times=np.arange(COUNT) * 0.4), "cup", hanging=False)
+
+
+def test_a_thing_at_the_end_stands_where_the_last_sample_has_it() -> None:
+    rollout = ran(good())
+    rows = rollout.poses["cup"].copy()
+    rows[-1] = [0.1, 0.2, 0.3, 0.5, -0.5, 0.5, -0.5]
+    left = at_the_end(replace(rollout, poses={**rollout.poses, "cup": rows}), "cup")
+    assert left.name == "cup" and left.pose == Pose((0.1, 0.2, 0.3), (0.5, -0.5, 0.5, -0.5))
