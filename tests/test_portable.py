@@ -63,11 +63,13 @@ def parsed(path: Path) -> ast.AST:
     return ast.parse(path.read_text(encoding="utf-8"))
 
 
+@pytest.mark.heavy
 def test_what_not_every_system_has_is_asked_for_first() -> None:
     found = {p.relative_to(ROOT).as_posix(): list(posix_only(parsed(p))) for p in SOURCES}
     assert {path for path, names in found.items() if names} == GUARDED
 
 
+@pytest.mark.heavy
 def test_texts_are_read_and_written_in_one_encoding() -> None:
     found = {p.relative_to(ROOT).as_posix(): list(without_encoding(parsed(p))) for p in SOURCES}
     assert {path: calls for path, calls in found.items() if calls} == {}

@@ -42,6 +42,7 @@ def test_time_of_ended_children_counts() -> None:
     assert spent() - before >= 0.2
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("workers", ["0", "1"])
 def test_a_run_prints_and_keeps_the_times_of_its_tests(workers: str, tmp_path: Path) -> None:
     folder, kept = tmp_path / "tests" / "made", tmp_path / "times.txt"

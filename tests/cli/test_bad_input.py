@@ -182,6 +182,7 @@ def test_an_episode_with_no_events(run: Run, tmp_path: Path, plugin: Callable[[s
     _is_clear(run("interpret", tmp_path / "hello.none", "--plugin", plugin("empty", EMPTY)), 2, "no events")
 
 
+@pytest.mark.heavy
 def test_a_page_is_written_over_pages_only(run: Run, tmp_path: Path) -> None:
     (tmp_path / "notes.txt").write_text("mine")
     episode = find_scenario("fetch_from_hanger").parent / "fetch_from_hanger" / "demonstration"

@@ -97,6 +97,7 @@ def test_a_missing_mesh(run: Run, tmp_path: Path) -> None:
     _says(_resolve(run, tmp_path, MESH % "mass: 300 g"), 2, "no such file", "did you mean 'itt.stl'")
 
 
+@pytest.mark.heavy
 def test_an_open_mesh_is_repaired_and_said_so(run: Run, tmp_path: Path) -> None:
     made.opened(made.tagged(), 1).export(tmp_path / "it.stl")
     ran = _resolve(run, tmp_path, MESH.replace("30 mm", "56 mm") % "mass: 300 g")

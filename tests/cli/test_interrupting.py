@@ -46,6 +46,7 @@ def test_trace_report_and_nearest_miss_are_left(tmp_path: Path, number: signal.S
     assert json.loads((tmp_path / "manifest.json").read_text())["refused"] == [], "what was not tried to its end is tried again"
 
 
+@pytest.mark.heavy
 def test_the_same_command_goes_on(tmp_path: Path, run: Run) -> None:
     assert interrupted(tmp_path / "run", "grasp_one_thing", signal.SIGTERM)[0] == 143
     done = run("resolve", "grasp_one_thing", "--out", tmp_path / "run")

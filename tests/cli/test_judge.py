@@ -69,6 +69,7 @@ def test_a_comment_that_moved_changes_no_finding(run: Run, shelf: Path, tmp_path
         assert done.code == 0 and "nothing says which task" not in done.out, of
 
 
+@pytest.mark.heavy
 def test_a_typed_program_on_one_line_is_judged_a_step_a_line(run: Run, shelf: Path, tmp_path: Path) -> None:
     flat = tmp_path / "flat.json"
     flat.write_text(json.dumps(json.loads((shelf / "program.json").read_text())))
@@ -99,6 +100,7 @@ def test_a_text_without_the_code_of_a_task_is_refused(
     assert done.code == 1 and said in done.err and "Refused:" in done.out
 
 
+@pytest.mark.heavy
 def test_execute_fails_where_the_goal_was_not_reached(run: Run, shelf: Path, edited: Callable[..., Path]) -> None:
     stays = edited(without=("---- 2.PickingUp", "---- 3.Placing"))
     held = edited(without=("---- 3.Placing", "---- 4.ParkingArms"))

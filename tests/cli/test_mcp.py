@@ -162,6 +162,7 @@ def test_what_there_is_can_be_asked(proven: Proven) -> None:
     assert picture.mime_type == "image/png" and len(picture.data) > 5000
 
 
+@pytest.mark.heavy
 def test_a_goal_is_proven_in_the_world_of_a_scenario_and_runs(proven: Proven) -> None:
     """The world is that of a scenario that grasps something else; the goal has a run of its own, and may be run."""
     (proven.folder / "table.yaml").write_text(TABLE)
@@ -173,6 +174,7 @@ def test_a_goal_is_proven_in_the_world_of_a_scenario_and_runs(proven: Proven) ->
     assert not ran.is_error and ran.structured_content["succeeded"], told(ran)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("given", [TABLE, yaml.safe_load(TABLE)], ids=["text", "data"])
 def test_a_world_that_is_given_with_the_call_is_proven_and_runs(given: Any, proven: Proven) -> None:
     things = call(proven.server, "list_things", scenario=given).structured_content["things"]
@@ -183,6 +185,7 @@ def test_a_world_that_is_given_with_the_call_is_proven_and_runs(given: Any, prov
     assert not ran.is_error and ran.structured_content["succeeded"], told(ran)
 
 
+@pytest.mark.heavy
 def test_another_world_that_is_given_has_a_run_of_its_own(proven: Proven) -> None:
     moved = yaml.safe_load(TABLE)
     moved["things"][-1]["at"]["position"][0] += 0.01
@@ -446,6 +449,7 @@ def http(tmp_path: Path) -> Iterator[str]:
         started.communicate(timeout=30)
 
 
+@pytest.mark.heavy
 def test_over_http(http: str) -> None:
     async def use(client: Client) -> None:
         with small():

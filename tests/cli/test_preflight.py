@@ -20,6 +20,7 @@ def taken(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+@pytest.mark.heavy
 def test_the_page_of_a_run_has_all_its_parts(run: Run, taken: Path) -> None:
     done = run("preflight", taken)
     assert done.code == 0, done.err

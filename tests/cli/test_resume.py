@@ -64,6 +64,7 @@ def test_a_finished_run_is_not_done_again(run: Run, tmp_path: Path) -> None:
     assert json.loads(again.out)["plan"] == json.loads(first.out)["plan"]
 
 
+@pytest.mark.heavy
 def test_wider_rounds_are_tried_and_not_again(run: Run, tmp_path: Path) -> None:
     """A post hangs in the way of hands, not of the drawer: more of them than the first round tries take the handle, and none gets far."""
     text = find_scenario("tasks/opening_blocked").read_text()

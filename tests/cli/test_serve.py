@@ -166,6 +166,7 @@ def test_cancel(process: subprocess.Popen[str]) -> None:
     assert said[-1]["error"] == {"code": 1, "message": "cancelled"}
 
 
+@pytest.mark.heavy
 def test_cancel_within_a_run_and_the_next_request(process: subprocess.Popen[str]) -> None:
     """The program would run for 30 s of simulated time, and be proven then."""
     assert process.stdin is not None and process.stdout is not None

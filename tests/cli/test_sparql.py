@@ -89,6 +89,7 @@ def test_the_command_compares_with_a_small_soma(text: str, code: int, words: str
     assert words in done.stdout
 
 
+@pytest.mark.heavy
 @pytest.mark.skipif(not ORIGINALS.is_dir(), reason="SOMA and DUL are not here")
 @pytest.mark.parametrize(("text", "code", "words"), [(None, 0, "sound"), *CLAIMS])
 def test_the_command_compares_with_soma(

@@ -162,6 +162,7 @@ def test_a_process_is_ended_with_those_that_it_started() -> None:
         assert process.returncode == -signal.SIGKILL
 
 
+@pytest.mark.heavy
 def test_a_resolution_ends_within_the_proof_of_its_program(proven: Proven) -> None:
     trace, asked = Trace(), threading.Event()
     lines: list[str] = []

@@ -102,6 +102,7 @@ def test_readings_that_one_program_did_without_objection_keep_their_rank(touched
     assert first.doubted == [] and [first.sequence, *(c.sequence for c in found)] == listed
 
 
+@pytest.mark.heavy
 def test_a_person_who_touched_the_basket_is_understood_as_one_who_let_go(touched: Episode, setting: Setting) -> None:
     trace = Trace()
     solution = next(ENGINE.resolve(touched, setting=setting, seed=1007, budget=Budget(proofs=1), trace=trace))

@@ -53,6 +53,7 @@ def test_two_engines_take_turns(small: Solution) -> None:
     assert next(first).code == next(second).code != small.code
 
 
+@pytest.mark.heavy
 def test_different_plugins_in_one_process(small: Solution) -> None:
     other = Engine(blocked=["antipodal"] if "antipodal" in {i.name for i in Engine().registry.infos} else ["touch"])
     assert _first(other, SMALL).verdict.passed
@@ -118,6 +119,7 @@ def test_stop_before_it_begins_and_an_iterator_that_is_dropped() -> None:
     assert threading.active_count() == threads  # nothing runs on
 
 
+@pytest.mark.heavy
 def test_where_a_run_ended_is_where_the_next_begins(alone: Solution) -> None:
     after = alone.setting_after()
     tea = after.world.thing("tea")

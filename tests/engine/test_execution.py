@@ -69,6 +69,7 @@ def lift(folder: Path, error: str) -> Path:
     return path
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("refused", [0, 2])
 def test_the_real_world_is_entered_exactly_once(refused: int, tmp_path: Path, plugin: Plugin, run: Run) -> None:
     witness = plugin("witness", WITNESS.replace("REFUSED", str(refused)))
@@ -77,6 +78,7 @@ def test_the_real_world_is_entered_exactly_once(refused: int, tmp_path: Path, pl
     assert witness.with_suffix(".log").read_text().split() == ["believed"] * (refused + 1) + ["real"]
 
 
+@pytest.mark.heavy
 def test_a_failed_execution_ends_it_with_the_reason(tmp_path: Path, plugin: Plugin, run: Run) -> None:
     """Nothing else is tried in the real world, though the search has more to offer."""
     witness = plugin("witness", WITNESS.replace("REFUSED", "0"))
@@ -94,6 +96,7 @@ def test_a_failed_execution_ends_it_with_the_reason(tmp_path: Path, plugin: Plug
     assert again.code == 1, "a run that failed is not complete"
 
 
+@pytest.mark.heavy
 def test_what_succeeded_at_the_first_execution_says_so(tmp_path: Path, run: Run) -> None:
     out = tmp_path / "run"
     done = run("resolve", lift(tmp_path, "2 mm"), "--out", out)
@@ -123,6 +126,7 @@ def programs(folder: Path, wise: Path, *, executed: bool) -> list[str]:
     return found
 
 
+@pytest.mark.heavy
 def test_the_search_goes_on_as_if_nothing_had_been_executed(tmp_path: Path, plugin: Plugin) -> None:
     """Not even a validator that knows the truth when it is shown it can tell the search."""
     wise = plugin("wise", WISE)

@@ -18,6 +18,7 @@ def of_steps(solution: Solution, *steps: AnyStep) -> float:
     return about(replace(solution.program, steps=steps), solution.setting.robot)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("name", ["grasp_one_thing", "take_off_hanger_tasks"])
 def test_of_programs_that_ran(proven: Proven, name: str) -> None:
     solution = proven(name)

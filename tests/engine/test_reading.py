@@ -42,6 +42,7 @@ def seen(folder: Path) -> Path:
     return path
 
 
+@pytest.mark.heavy
 def test_a_command_reads_a_demonstration_once(tmp_path: Path, run: Run, counter: Path) -> None:
     """What to look for, what to plan, and the page about the refusal are all about the same reading."""
     done = run("resolve", seen(tmp_path), "--plugin", counter, "--out", tmp_path / "run")
@@ -50,6 +51,7 @@ def test_a_command_reads_a_demonstration_once(tmp_path: Path, run: Run, counter:
     assert reads(counter) == 1
 
 
+@pytest.mark.heavy
 def test_who_hands_nothing_on_reads_again(tmp_path: Path, counter: Path) -> None:
     engine, scenario = Engine(files=[counter]), read_scenario(seen(tmp_path))
     setting = engine.setting(scenario)

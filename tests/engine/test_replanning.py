@@ -59,6 +59,7 @@ def moved(run: Path, to: Path, thing: str, *way: float, yaw: float = 0.0) -> Pat
     return to
 
 
+@pytest.mark.heavy
 def test_where_the_box_was_moved_too_far_the_program_stops_and_says_why(parametric: Path, tmp_path: Path, run: Run) -> None:
     world = moved(parametric, tmp_path / "w.json", "teabox_1", 0.06, -0.05, 0.0, yaw=0.4)
     done = run("execute", parametric / "program.script", "--world", world)
@@ -66,6 +67,7 @@ def test_where_the_box_was_moved_too_far_the_program_stops_and_says_why(parametr
     assert "teabox_1 is 0.07" in done.err and "m from where it was planned, more than 0.016 m" in done.err
 
 
+@pytest.mark.heavy
 def test_looking_again_and_resolving_the_rest_succeeds(parametric: Path, tmp_path: Path, run: Run) -> None:
     world = moved(parametric, tmp_path / "w.json", "teabox_1", 0.06, -0.05, 0.0, yaw=0.4)
     out = tmp_path / "out"
@@ -101,6 +103,7 @@ def test_rounds_are_bounded(parametric: Path, tmp_path: Path, run: Run) -> None:
     assert done.code == 1 and "Given up after 1 rounds. The last one: halted before the first step" in done.err
 
 
+@pytest.mark.heavy
 def test_a_program_that_grasped_nothing_goes_back_the_way_it_came_and_on_with_a_closed_hand(
     snapshot: tuple[Path, Path], tmp_path: Path, run: Run
 ) -> None:
@@ -160,6 +163,7 @@ def test_the_tolerance_is_around_what_was_planned(parametric: Path) -> None:
         assert pose.distance(late.pose)[1] == pytest.approx(late.tolerance[1], abs=1e-6)
 
 
+@pytest.mark.heavy
 def test_a_setting_of_now_shows_the_camera_the_world_as_it_is() -> None:
     scenario, engine = read_scenario(SCENARIO), Engine()
     before = engine.setting(scenario)

@@ -18,6 +18,7 @@ def solution(proven: Proven) -> Solution:
     return proven("grasp_one_thing")
 
 
+@pytest.mark.heavy
 def test_its_report_is_a_page_that_needs_no_other_file(solution: Solution, tmp_path: Path) -> None:
     page = solution.report(tmp_path / "deep" / "page.html").read_text("utf-8")
     assert faults(page) == [] and "The run" in page and "data:image/webp" in page
@@ -32,6 +33,7 @@ def test_its_pictures_are_of_the_moment_that_is_asked_for(solution: Solution) ->
         solution.picture(1.5)
 
 
+@pytest.mark.heavy
 def test_its_animation_is_written_in_the_format_of_the_suffix(solution: Solution, tmp_path: Path) -> None:
     from PIL import Image
 

@@ -97,6 +97,7 @@ def test_small_errors_break_nothing_and_a_large_one_is_named(picked: Candidate, 
     assert [f.validator for f in bad.objections] == ["twins"] and bad.objections[0].origin.startswith("1.Grasping")
 
 
+@pytest.mark.heavy
 def test_the_verdict_is_the_same_for_any_number_of_processes(picked: Candidate, pair: ExecutorGroup) -> None:
     errors = replace(ErrorModel(), things={"block": PoseError(0.03)})
     with closing(ExecutorGroup(INSTALLED, 1)) as one:
@@ -204,6 +205,7 @@ def test_what_a_scenario_changes_and_what_it_leaves() -> None:
     assert errors.sensor == replace(sensor, noise=1.0) and errors.hand_eye == PoseError(0.001)
 
 
+@pytest.mark.heavy
 def test_the_command_line_says_it(run: Run, tmp_path: Path) -> None:
     said = run("resolve", PICK, "--twins", "1", "--out", tmp_path / "run")
     assert said.code == 0 and "ok  twins: 2 of 2, interval .34 to 1.00; .85 of 2 asked for" in said.out
@@ -219,6 +221,7 @@ def test_the_command_line_says_it(run: Run, tmp_path: Path) -> None:
     assert run("resolve", PICK, "--twins", "-1", "--out", tmp_path / "other").err.startswith("cramlite: The number of twins is -1")
 
 
+@pytest.mark.heavy
 def test_a_program_that_a_doubt_breaks_is_refused_with_the_reason(tmp_path: Path) -> None:
     path = tmp_path / "doubtful.yaml"
     path.write_text(PICK.read_text() + "budget: {proofs: 1}\nproof: {twins: 2, errors: {things: [{thing: block, position: 100 mm}]}}\n")

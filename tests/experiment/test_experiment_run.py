@@ -158,6 +158,7 @@ def test_ctrl_c_and_kill_lose_nothing(experiment: Path, tmp_path: Path, how: int
     assert (out / "results" / "O1-01" / "result.json").stat().st_mtime_ns == before
 
 
+@pytest.mark.heavy
 def test_what_is_changed_foreign_or_damaged_is_said(experiment: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
     found = run_experiment(order(experiment, out), lambda _: None)
@@ -178,6 +179,7 @@ def test_what_is_changed_foreign_or_damaged_is_said(experiment: Path, tmp_path: 
         run_experiment(order(experiment, tmp_path / "mine"), lambda _: None)
 
 
+@pytest.mark.heavy
 def test_two_runs_in_one_directory_are_told_apart(experiment: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
     run_experiment(order(experiment, out), lambda _: None)

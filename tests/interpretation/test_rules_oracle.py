@@ -71,6 +71,7 @@ def episodes(draw: st.DrawFn) -> Episode:
     return episode(THINGS, events, {"hand": hand, "lid": lid}, opening)
 
 
+@pytest.mark.heavy
 @examples(40)
 @given(episodes())
 def test_clingo_finds_the_same_matches(sample: Episode) -> None:

@@ -60,6 +60,7 @@ def _files() -> dict[str, str]:
     return {f.relative_to(ROOT).as_posix(): f.read_text() for f in found}
 
 
+@pytest.mark.heavy
 def test_nobody_else_reads_or_writes_the_notation() -> None:
     found = {f: [*by_hand(text)] for f, text in _files().items() if f not in HOMES}
     assert {f: hits for f, hits in found.items() if hits and f not in OTHERS} == {}

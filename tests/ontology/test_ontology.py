@@ -227,6 +227,7 @@ def test_the_closure_is_transitive_reflexive_and_ends(parents: dict[str, list[st
             assert taxonomy.ancestors(b) <= taxonomy.ancestors(a)
 
 
+@pytest.mark.heavy
 def test_shipped_ontologies_agree_with_owl_rl_and_the_originals(tmp_path: Path) -> None:
     against = [ORIGINALS] if ORIGINALS.is_dir() else None
     report = check_ontology([OURS], against, tmp_path)

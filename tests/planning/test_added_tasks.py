@@ -42,6 +42,7 @@ def test_a_task_with_further_effects_changes_no_plan(name: str, box: Path, tmp_p
     assert _plans(box, Engine(files=[stranger(name, tmp_path)])) == [SHIPPED]
 
 
+@pytest.mark.heavy
 def test_its_sequences_come_later_and_first_where_it_is_preferred(box: Path, tmp_path: Path) -> None:
     file = stranger("dipping", tmp_path)
     assert "Grasping -> Dipping -> Placing" in _plans(box, Engine(files=[file]), most=8)
@@ -62,6 +63,7 @@ def test_a_shorter_plan_without_further_effects_comes_first_and_is_told(box: Pat
     assert [t.partition("(")[0] for t in change.with_it] == ["Grasping", "Tossing"]
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("name", NUISANCES)
 def test_plans_of_shipped_goals_stay(name: str, tmp_path: Path) -> None:
     assert plan_changes(imported(stranger(name, tmp_path)), tuple(map(find_scenario, SOME))) == ()

@@ -142,6 +142,7 @@ def test_the_part_is_that_of_the_last_refused_task_if_there_is_but_one() -> None
         assert refutation({InTask(3, PUT_DOWN), other}).part is None
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(("size", "part"), [(0.25, None), (0.01, PUT_DOWN)])
 def test_the_search_tells_in_which_part_a_task_was_refused(tmp_path: Path, size: float, part: Part | None) -> None:
     """In putting down, on a tray that is too small; of a thing that is too wide for the hand, in none."""

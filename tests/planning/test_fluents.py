@@ -116,6 +116,7 @@ def test_a_plugin_s_symmetric_predicate_with_a_goal_phrase_is_planned(goal: str,
     assert "Linking(Patient=block, Other=shelf)" in [e.text for e in trace.entries]
 
 
+@pytest.mark.heavy
 def test_without_symmetry_nobody_links_what_cannot_be_grasped(plugin: Plugin) -> None:
     assert _plans(plugin, False, "block linked with shelf")[0][0] == "Grasping -> Linking"
     plans, trace = _plans(plugin, False, "shelf linked with block")

@@ -126,6 +126,7 @@ def test_things_that_no_rule_joins_have_no_plan(tmp_path: Path) -> None:
     assert "no task's rule makes" in trace.entries[-1].reason
 
 
+@pytest.mark.heavy
 def test_goals_about_classes_of_things(tmp_path: Path) -> None:
     setting = _room(tmp_path, ON_TRAY + STACK)
     each = [s for s in _first(setting, "each Product on floor") if s.startswith("Placing")]
@@ -136,6 +137,7 @@ def test_goals_about_classes_of_things(tmp_path: Path) -> None:
     assert goals[0] == ("tin held",) and {g[0] for g in goals} == {f"{n} held" for n in ("tin", "lowest", "middle", "top")}
 
 
+@pytest.mark.heavy
 def test_some_things_of_a_class_but_not_a_certain_one(tmp_path: Path) -> None:
     """The goal of a scenario is about more things than it has words: a meaning that contradicts itself is passed over."""
     path = tmp_path / "room.yaml"

@@ -24,6 +24,7 @@ STRICT = (
 )
 
 
+@pytest.mark.heavy
 def test_a_blocked_file_is_not_loaded(plugin: Plugin, run: Run, spoiled: Callable[..., Path], tmp_path: Path) -> None:
     file = plugin("strict", STRICT)
     assert "strict" not in {i.name for i in Engine(files=[file], blocked=["strict"]).registry.infos}
@@ -51,6 +52,7 @@ def test_to_name_a_file_and_block_it_is_a_contradiction(command: str, plugin: Pl
 # Shipped judges that are blocked
 
 
+@pytest.mark.heavy
 def test_checks_that_are_left_out_are_said(run: Run, tmp_path: Path) -> None:
     out = tmp_path / "run"
     ran = run("resolve", TASKS, "--block", "physics", "--block", "near", "--out", out)
@@ -91,6 +93,7 @@ def test_what_stands_for_a_blocked_judge_is_not_left_out(plugin: Plugin) -> None
 # Installed packages
 
 
+@pytest.mark.heavy
 def test_prefer_on_the_command_line(plugin: Plugin, run: Run, tmp_path: Path) -> None:
     body = (
         "@hookimpl\ndef resolve_object(designator, belief, context):\n"

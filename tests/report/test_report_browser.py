@@ -64,6 +64,7 @@ def page(browser: Browser, report: Path) -> Browser:
     return browser
 
 
+@pytest.mark.heavy
 def test_a_page_is_whole_without_a_browser_too(report: Path) -> None:
     text = report.read_text("utf-8")
     assert faults(text) == []

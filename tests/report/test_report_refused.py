@@ -58,6 +58,7 @@ def test_without_any_program_the_refusals_are_the_page(tmp_path: Path, run: Run)
     assert count == 1 and "1 alternative was refused since two bodies" in page
 
 
+@pytest.mark.heavy
 def test_a_run_that_was_refused_is_shown(tmp_path: Path, run: Run) -> None:
     plugins = [tmp_path / "never.py", tmp_path / "one_line.py"]
     for path, text in zip(plugins, (NEVER, ONLY_PROVEN), strict=True):

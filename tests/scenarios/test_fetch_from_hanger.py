@@ -107,6 +107,7 @@ def test_a_gripper_that_never_closes_is_seen(tmp_path: Path) -> None:
     assert "after 1.Grasping 'grasps(Gripper, Patient)' does not hold" in run.stderr
 
 
+@pytest.mark.heavy
 def test_a_peg_that_jams_stops_the_program(tmp_path: Path) -> None:
     """Peg and product as rough as saw blades: friction needs both, 30 on the peg alone is 1.2 and lets go."""
     jam = ((HOOK, HOOK + "    with: {friction: 30}\n"), ("mass: 300 g}", "mass: 300 g, friction: 30}"))
@@ -125,6 +126,7 @@ def test_a_basket_out_of_reach_is_refused_without_trying_grasps(tmp_path: Path) 
     assert len(refusals(tmp_path / "run")) < 200, "candidates that hold on are given up without trying every grasp"
 
 
+@pytest.mark.heavy
 def test_a_grasp_from_the_side_of_the_wall_is_refused(tmp_path: Path) -> None:
     """Nearer to the robot the wrist reaches behind the product, where the wall is."""
     near = (HOOK, HOOK.replace("0.87", "0.60"))

@@ -16,6 +16,7 @@ def engine() -> Engine:
     return Engine()
 
 
+@pytest.mark.heavy
 def test_it_is_fetched(engine: Engine) -> None:
     solution = next(engine.resolve(read_scenario(find_scenario("fetch_from_table"))))
     rollout = solution.candidate.rollout
@@ -36,6 +37,7 @@ def test_an_arm_that_is_bolted_down_cannot(engine: Engine) -> None:
     assert any("m > 1.01 m reach of arm 'ur5e'" in e.reason for e in trace.entries)
 
 
+@pytest.mark.heavy
 def test_who_may_not_drive_cannot(engine: Engine) -> None:
     """Without the two drives the block is out of reach from where the robot starts."""
     scenario = read_scenario(find_scenario("fetch_from_table"))

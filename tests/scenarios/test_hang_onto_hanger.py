@@ -114,6 +114,7 @@ def resolve_motion(motion, belief, context):
 """
 
 
+@pytest.mark.heavy
 def test_without_force_control_nothing_is_felt_and_it_is_refused(tmp_path: Path) -> None:
     (tmp_path / "no_force.py").write_text(NO_FORCE)
     run = resolve(variant(tmp_path, ONCE), tmp_path / "run", "--seed", FAR, "--plugin", tmp_path / "no_force.py")

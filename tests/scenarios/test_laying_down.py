@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pytest
 from helpers.task_scenarios import attempted
 from msgspec.structs import replace
 
@@ -20,6 +21,7 @@ def _declaring(candidate: Candidate, name: str) -> Candidate:
     return replace(candidate, program=replace(candidate.program, steps=tuple(map(kept, candidate.program.steps))))  # type: ignore[arg-type]
 
 
+@pytest.mark.heavy
 def test_the_declared_turn_is_no_slip_and_one_that_is_not_declared_is() -> None:
     candidate, verdict, reasons = attempted("laying_down")
     assert candidate is not None and verdict is not None and verdict.passed, reasons

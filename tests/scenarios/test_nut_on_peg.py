@@ -22,6 +22,7 @@ def _resolve(folder: Path, capsys: pytest.CaptureFixture[str], old: str = "", ne
     return code, said.out + said.err
 
 
+@pytest.mark.heavy
 def test_a_nut_comes_onto_a_peg(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     code, said = _resolve(tmp_path, capsys)
     assert code == 0 and "Solved: Grasping -> PickingUp -> InsertHoleOntoPeg -> Releasing -> Retracting" in said, said

@@ -56,6 +56,7 @@ def _pushed(engine: Engine, folder: Path, plate: str, scenario: str = SCENARIO) 
     return (reasons, "") if found else ("", failure_text(trace, engine.registry.faults))
 
 
+@pytest.mark.heavy
 def test_fingers_in_it_push_a_plate_away_from_a_wall(engine: Engine, tmp_path: Path) -> None:
     ways, reasons = _pushed(engine, tmp_path, BASE + RIM)
     assert ways.endswith("at its rim from inside, straight"), reasons
@@ -69,6 +70,7 @@ def test_fingers_press_on_a_light_plate_and_slip_out_of_it_where_they_hardly_do(
     assert not ways and "'touches(Gripper, Patient)' does not hold" in reasons
 
 
+@pytest.mark.heavy
 def test_a_board_without_a_rim_is_refused_there(engine: Engine, tmp_path: Path) -> None:
     ways, reasons = _pushed(engine, tmp_path, BASE)
     assert not ways

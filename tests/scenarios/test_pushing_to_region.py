@@ -42,11 +42,13 @@ def test_what_is_flat_is_carried_there_before_it_is_pushed(engine: Engine, tmp_p
     assert [s.task for s in first] == ["soma:Grasping", "soma:PickingUp", "soma:Placing"]
 
 
+@pytest.mark.heavy
 def test_it_is_pushed_there(engine: Engine, tmp_path: Path) -> None:
     tasks, reasons = _pushed(engine, tmp_path)
     assert tasks == "Pushing -> Retracting", reasons
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(("mass", "rest", "says"), [(0.3, POST, "mm from 'post'"), (30.0, "", "force")])
 def test_what_is_blocked_or_too_heavy_is_refused(engine: Engine, tmp_path: Path, mass: float, rest: str, says: str) -> None:
     tasks, reasons = _pushed(engine, tmp_path, mass, rest)

@@ -37,6 +37,7 @@ def resolved(path: Path, seed: int = 0) -> tuple[Rollout | None, str]:
     return (execution.candidate.rollout if execution.verdict.passed else None), execution.verdict.reason
 
 
+@pytest.mark.heavy
 def test_the_second_attempt_finds_what_the_first_one_did_not() -> None:
     rollout, _ = resolved(SHIPPED, TOO_FAR)
     assert rollout is not None
@@ -45,6 +46,7 @@ def test_the_second_attempt_finds_what_the_first_one_did_not() -> None:
     assert "4.InsertHoleOntoPeg/attempt_2/push: inserted" in log
 
 
+@pytest.mark.heavy
 def test_without_the_retry_the_small_search_ends_the_program(tmp_path: Path) -> None:
     text, once = SHIPPED.read_text(), "  - {task: InsertHoleOntoPeg,"
     begin, end = text.index("  - retry:"), text.index("  - {task: Releasing")
@@ -69,6 +71,7 @@ def test_a_thing_slides_until_the_force_is_too_much(limit: float, slides: str, t
         assert slides in said and f"{limit} N" in said
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(("times", "searches"), [(None, 5), (1, 1), (3, 3)])
 def test_the_task_itself_begins_again_as_often_as_it_is_told(times: int | None, searches: int, tmp_path: Path) -> None:
     """What the run cannot do three times ends it: a hole of 7 mm jams on the bent tip each time (test_hang_onto_hanger.py)."""

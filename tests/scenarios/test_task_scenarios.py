@@ -15,16 +15,17 @@ from cramlite.plugin.task_type import task_type
 from cramlite.scenario.scenario import PoseSpec, RobotSpec
 from cramlite.testing.task_checks import check_task_type
 
-LONG = {
-    "set_table", "pour_and_put_back", "placing_deep", "opening_turned_away", "pouring_fails", "insert_hole_onto_peg_fails",
-    "placing_deep_fails",
+USUAL = {
+    "closing", "extract_hole_from_peg", "grasping", "looking_at", "navigating", "opening", "parking_arms", "placing", "pushing",
+    "sliding_gripper", "turning_on", "ungrasping",
 }  # fmt: skip
-"""Scenarios that take more than ten seconds each, where shorter ones show that a task type can be proven, and refused."""
+"""Scenarios of the usual run, with their siblings: one of each kind of motion, of those that take two seconds at most."""
 
 
 def named(name: str, *more: str) -> Any:
     """A scenario as a parameter of tests."""
-    return pytest.param(name, *more, marks=pytest.mark.heavy if name in LONG else (), id="-".join((name, *more)))
+    marks = () if name.removesuffix("_fails") in USUAL else pytest.mark.heavy
+    return pytest.param(name, *more, marks=marks, id="-".join((name, *more)))
 
 
 @pytest.fixture(scope="module")
@@ -53,6 +54,7 @@ def test_its_sibling_is_refused(name: str, says: str) -> None:
     assert says in reasons
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("name", [named(n) for n in sorted(COMPOUND)])
 def test_several_tasks_are_proven_together_and_their_sibling_is_refused(name: str) -> None:
     _, verdict, reasons = attempted(name, "compound")
@@ -72,7 +74,7 @@ def test_a_push_moves_the_block_as_far_as_asked_and_away_from_the_robot() -> Non
     assert candidate.belief.poses["block"].sigma >= 0.06
 
 
-@pytest.mark.parametrize("name", ["parking_arms_fails", "reaching"])
+@pytest.mark.parametrize("name", ["parking_arms_fails", pytest.param("reaching", marks=pytest.mark.heavy)])
 def test_one_line_makes_it_a_seven_axis_arm(engine: Engine, name: str) -> None:
     """All of them: tests/benchmarks/seven_axis.py."""
     arm = RobotSpec(type="fr3_2f85", at=PoseSpec.model_validate({"position": [0.1, 0, 0]}))

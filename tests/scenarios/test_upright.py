@@ -87,6 +87,7 @@ def under_a_bar(*more: Thing) -> list[Grounding]:
     return [a for a in answers or () if isinstance(a, Grounding)]
 
 
+@pytest.mark.heavy
 def test_a_load_comes_down_nearer_to_the_robot_where_something_hangs_over_its_place() -> None:
     ways = under_a_bar()
     assert ways and str(ways[-1].key).endswith(f" {BEFORE[1]}")

@@ -87,6 +87,7 @@ def searched(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Trace]
     return search
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("name", FAILING)
 def test_a_failure_says_what_is_missing_and_what_to_try(name: str, searched: Callable[[str], Trace]) -> None:
     text, said = FAILING[name]
@@ -122,6 +123,7 @@ def test_goals_in_a_ring_contradict_each_other(goals: tuple[str, ...], one: str,
     assert not trace.entries
 
 
+@pytest.mark.heavy
 def test_a_stack_is_no_ring(tmp_path: Path) -> None:
     path, trace = tmp_path / "stack.yaml", Trace()
     path.write_text(_with("goal: [red on blue, blue on green]", RED, BLUE, GREEN).replace("sequences: 4", "sequences: 1, proofs: 1"))
@@ -129,6 +131,7 @@ def test_a_stack_is_no_ring(tmp_path: Path) -> None:
     assert any(e.designator == "goal part" for e in trace.entries)
 
 
+@pytest.mark.heavy
 def test_what_to_try_in_terminal_json_and_report(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "far.yaml"
     path.write_text(FAR)

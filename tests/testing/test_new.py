@@ -155,6 +155,7 @@ def task_words() -> list[str]:
     return sorted({re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", w).lower() for w in words})
 
 
+@pytest.mark.heavy
 def test_a_task_of_every_name_that_is_accepted_works(tmp_path: Path) -> None:
     made: list[Path] = []
     refused = 0

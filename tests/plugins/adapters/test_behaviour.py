@@ -31,6 +31,7 @@ def _tick(tree: object, seconds: float = 300.0) -> object:
     return root.status  # type: ignore[attr-defined]
 
 
+@pytest.mark.heavy
 def test_a_sequence_goes_on_where_the_run_before_ended() -> None:
     place = _place("place_on_shelf")
     before = place.now().world.thing("block").pose

@@ -49,6 +49,7 @@ def test_a_refusal_is_a_fact_for_the_planner(tmp_path: Path) -> None:
     assert "fits the gripper's" in planned.refused["Grasping(Patient=block)"]
 
 
+@pytest.mark.heavy
 def test_facts_of_refusals_change_the_plan() -> None:
     problem = problem_of(ENGINE, _setting(SHELF), GOAL)
     other = with_engine()(_text(problem, "Placing", "PuttingDown"))

@@ -141,6 +141,7 @@ def run(*steps: AnyStep, things: tuple[Thing, ...] = (), **changes: object) -> R
     return execute_client(code.text, World(things, (RobotMount("arm", "ur5e"),)), {"ur5e": UR5E}, mount="arm")
 
 
+@pytest.mark.heavy
 @CLIENT
 def test_the_unmodified_client_carries_out_every_kind_of_step() -> None:
     """On a flat block the small search finds nothing; the attempt after it goes on, and all comes to its end."""
@@ -165,6 +166,7 @@ def test_the_unmodified_client_carries_out_every_kind_of_step() -> None:
     assert max(done.wrench[:, 2] ** 2) ** 0.5 < 25
 
 
+@pytest.mark.heavy
 @CLIENT
 @pytest.mark.parametrize(
     ("steps", "changes", "said"),
@@ -183,6 +185,7 @@ def test_what_goes_wrong_ends_at_rest_and_says_why(
     assert done.joints[-1] == pytest.approx(done.joints[-10], abs=2e-3)
 
 
+@pytest.mark.heavy
 @CLIENT
 def test_a_program_that_breaks_is_an_error_and_the_robot_is_left_at_rest() -> None:
     code = emit(typed(AWAY), UR5E)

@@ -65,12 +65,14 @@ def run(monkeypatch: pytest.MonkeyPatch, *changes: tuple[str, str]) -> Rollout:
     return client_program.execute_client(text, world, {"ur5e": UR5E}, mount="arm")
 
 
+@pytest.mark.heavy
 @CLIENT
 def test_a_command_of_force_mode_is_taken_before_the_next_one_is_given(monkeypatch: pytest.MonkeyPatch) -> None:
     done = run(monkeypatch)
     assert done.outcome == "finished", (done.reason, [m.text for m in done.messages])
 
 
+@pytest.mark.heavy
 @CLIENT
 def test_without_waiting_it_is_lost(monkeypatch: pytest.MonkeyPatch) -> None:
     """A client that its machine keeps from its next command for longer than the delay loses nothing, so it may take more

@@ -115,6 +115,7 @@ def test_monitors_watch_what_they_were_told_to() -> None:
     assert not list(root.iter(SLIP))
 
 
+@pytest.mark.heavy
 def test_a_proven_program_runs_as_a_tree(proven: Proven) -> None:
     made = proven("retry_on_hanger").program
     text = tree_xml(made)

@@ -94,6 +94,7 @@ def _messages(folder: Path, topic: str) -> Iterator[tuple[float, Any]]:
             yield message.log_time * NS, read
 
 
+@pytest.mark.heavy
 def test_mcap_is_read_back_equal_by_foxgloves_reader(exported: Any, record: RunRecord) -> None:
     folder, rollout = exported("mcap"), record.rollout
     states = list(_messages(folder, "/joint_states"))
@@ -207,6 +208,7 @@ def test_a_run_without_its_program_has_no_tree(ran: Path, tmp_path: Path) -> Non
     assert sorted(p.name for p in bare.iterdir()) == ["rollout.npz", "world.json"]
 
 
+@pytest.mark.heavy
 def test_a_gif_shows_the_whole_run_at_its_own_speed(exported: Any, record: RunRecord) -> None:
     from PIL import Image, ImageSequence
 

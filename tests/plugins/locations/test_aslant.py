@@ -83,6 +83,7 @@ def _first_place() -> tuple[Belief, Context, Place]:
     raise AssertionError("no grip does")
 
 
+@pytest.mark.heavy
 def test_a_bowl_comes_in_leaning_and_is_let_go_of_where_it_stands_up() -> None:
     belief, _, place = _first_place()
     assert belief.held is not None

@@ -46,6 +46,7 @@ def test_the_arm_follows_each_front_that_is_offered_until_it_is_all_but_shut(eve
     assert any(r.reason.startswith("straight motion stops after") for r in refused)
 
 
+@pytest.mark.heavy
 def test_over_the_upper_edge_of_a_wide_open_door_the_hand_points_down() -> None:
     """Beside a robot that is led by its tool: no hand that points at the front comes along."""
     led = replace(FR3, conditioning=0.08, posture=(0.0, -0.161, 0.0, -2.445, 0.0, 2.227, 0.785))
@@ -56,6 +57,7 @@ def test_over_the_upper_edge_of_a_wide_open_door_the_hand_points_down() -> None:
     assert far and 0.15 - abs(first.position[1]) > 0.039, "fingers slid 30 mm along a door, over its edge, and caught on that"
 
 
+@pytest.mark.heavy
 def test_where_the_arm_is_folded_too_far_before_a_front_it_comes_from_nearer_last_of_all() -> None:
     """A door that is open towards the robot: its elbow has room 20 mm before it, and not 50 mm."""
     led = replace(FR3, conditioning=0.08, posture=(0.0, -0.161, 0.0, -2.445, 0.0, 2.227, 0.785))
@@ -64,6 +66,7 @@ def test_where_the_arm_is_folded_too_far_before_a_front_it_comes_from_nearer_las
     assert {BEHIND, NEARER} == set(off) and off == sorted(off, reverse=True)
 
 
+@pytest.mark.heavy
 def test_fingers_come_at_a_door_along_the_arc_that_it_turns_on() -> None:
     """And not into its front: at a bar before it the two are 14 deg apart, and fingers that friction holds press along the door."""
     found, _, belief = _fronts(UR5E, Pose.from_rotvec((0.75, 0.1, 0.35), (0, 0, math.pi)), 1.3)
@@ -77,6 +80,7 @@ def test_fingers_come_at_a_door_along_the_arc_that_it_turns_on() -> None:
     assert place.approach @ into < math.cos(math.radians(5.0)), "else it tells nothing"
 
 
+@pytest.mark.heavy
 def test_no_finger_begins_inside_a_bar_beside_the_spot_that_it_points_at() -> None:
     found, _, belief = _fronts(UR5E, Pose.from_rotvec((0.75, 0.1, 0.35), (0, 0, math.pi)), 1.3)
     shape = body(belief.world.thing("door").geoms)
@@ -88,6 +92,7 @@ def test_no_finger_begins_inside_a_bar_beside_the_spot_that_it_points_at() -> No
         assert not ((low < -0.001) & (high > 0.001)).any(), place
 
 
+@pytest.mark.heavy
 def test_a_door_is_pushed_near_its_hinge_last() -> None:
     found, _, belief = _fronts(UR5E, Pose.from_rotvec((0.75, 0.1, 0.35), (0, 0, math.pi)), 1.3)
     thing, handle = belief.world.thing("door"), belief.feature("door", "cram:Handle")
@@ -96,6 +101,7 @@ def test_a_door_is_pushed_near_its_hinge_last() -> None:
     assert any(near) and near == sorted(near)
 
 
+@pytest.mark.heavy
 def test_fingers_that_may_slip_off_the_end_of_a_bar_come_after_those_that_meet_it_whole() -> None:
     found, _, _ = _fronts(UR5E, Pose.from_rotvec((0.75, 0.1, 0.35), (0, 0, math.pi)), 1.3)
     keys = [a.key for a in found]

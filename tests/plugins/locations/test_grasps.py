@@ -31,6 +31,7 @@ GRIPPER = UR5E.gripper
 
 
 # one development seed of each: block, bowl, mug, mesh carton, mesh bowl, mesh bracket
+@pytest.mark.heavy
 @pytest.mark.parametrize("seed", [10005, 10008, 10009, 10012, 10013, 10015])
 def test_one_of_the_first_five_holds(seed: int) -> None:
     item = grasp_objects.thing(seed)
@@ -134,6 +135,7 @@ def test_a_flat_box_is_also_taken_by_a_hand_that_leans_but_upright_first() -> No
     assert {g.lean for g in grips.ranked(Thing("can", "cram:Product", Pose(), (Geom("cylinder", (0.03, 0.05)),)), GRIPPER, 0.9)} == {0.0}
 
 
+@pytest.mark.heavy
 def test_grasps_of_a_hand_that_leans_come_after_all_others_whatever_they_cost(monkeypatch: pytest.MonkeyPatch) -> None:
     """Of a flat box before a wall, which leaves an upright hand no room on two of its sides."""
     monkeypatch.setattr(grips, "PER_LEAN", 0.0)
@@ -188,6 +190,7 @@ def between_walls(above: float) -> list[str]:
     return [f.key for f in found if isinstance(f, Grounding) and f.key.startswith("from +z")]
 
 
+@pytest.mark.heavy
 def test_where_walls_leave_the_palm_too_little_room_a_thing_is_taken_by_the_ends_of_the_pads() -> None:
     free, narrow = between_walls(0.050), between_walls(0.056)
     ends = ["by their ends" in name for name in free]

@@ -108,6 +108,7 @@ def test_neighbours_leave_a_narrow_opening_or_another_side() -> None:
     assert abs(first.value.pose.rotate((0, 1, 0))[1]) > 0.9, "across the other way, where fingers have room"
 
 
+@pytest.mark.heavy
 def test_a_box_under_a_roof_has_no_grasp_with_room() -> None:
     it = block("it", Pose((0.5, 0.1, 0.03)), (0.05, 0.05, 0.06))
     roof = Thing("roof", "cram:Product", Pose((0.5, 0.1, 0.075)), (Geom("box", (0.3, 0.3, 0.005)),))

@@ -54,6 +54,7 @@ def test_the_arm_follows_each_hand_behind_a_door_until_that_is_open(every: int) 
         assert any(isinstance(line, JointPath) for line in lines), place
 
 
+@pytest.mark.heavy
 def test_a_hand_comes_from_behind_along_the_arc_and_is_in_nothing_of_the_door() -> None:
     found, _, belief = _behind(0.6)
     thing, pose = belief.world.thing("door"), belief.pose("door")
@@ -69,6 +70,7 @@ def test_a_hand_comes_from_behind_along_the_arc_and_is_in_nothing_of_the_door() 
         assert way @ arc > 0.999 * np.linalg.norm(way) * np.linalg.norm(arc) and np.linalg.norm(way) < INSIDE + 1e-6
 
 
+@pytest.mark.heavy
 def test_near_the_hinge_it_is_pushed_last() -> None:
     found, _, belief = _behind(1.2)
     thing, handle = belief.world.thing("door"), belief.feature("door", "cram:Handle")
@@ -77,6 +79,7 @@ def test_near_the_hinge_it_is_pushed_last() -> None:
     assert any(near) and near == sorted(near)
 
 
+@pytest.mark.heavy
 def test_behind_a_door_that_is_shut_there_is_no_hand() -> None:
     found, refused, _ = _behind(0.0)
     assert not found and any("'cabinet'" in r.reason for r in refused)

@@ -63,6 +63,7 @@ def test_what_stands_in_the_way_of_a_drawer_is_named_before_any_hand_is_tried(re
     assert ended.value.blocking == (("it",),) and ended.value.because == ("drawer",)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(("metres", "least"), [(0.19, 0.8), (0.13, None), (0.13, 0.5)])
 def test_what_it_does_not_come_to_is_not_in_its_way(metres: float, least: float | None) -> None:
     """The hand comes to the handle as it does where nothing stands there."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pytest
 from msgspec.structs import replace
 
 from cramlite import Engine, find_scenario, read_scenario
@@ -23,12 +24,14 @@ def _names(lifted: float) -> list[str]:
     return [str(a.key) if isinstance(a, Grounding) else str(a.value) for a in found]
 
 
+@pytest.mark.heavy
 def test_where_it_lies_its_rim_comes_before_all_that_has_no_room() -> None:
     names = _names(0.0)
     rim = [k for k, name in enumerate(names) if name.startswith("across its rim")]
     assert rim == list(range(len(rim))) and len(names) > 3 * len(rim)  # what is left is tried last
 
 
+@pytest.mark.heavy
 def test_where_a_hand_has_room_beside_it_its_rim_comes_later() -> None:
     names = _names(0.3)
     assert not names[0].startswith("across its rim") and any(name.startswith("across its rim") for name in names)

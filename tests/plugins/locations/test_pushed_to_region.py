@@ -25,6 +25,7 @@ def _asked(location: Location, scenario: str, begin: Place | None = None) -> lis
     return list(push_to.resolve_location(location, belief, Context(UR5E, world.robots[0], bindings, engine.knowledge.taxonomy)) or ())
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("around", [False, True])
 def test_where_a_fence_is_no_hand_is_asked_for_and_no_task_before_is_to_blame(around: bool) -> None:
     (no,) = _asked(Location(BEGIN, "behind", "plate", {**WHERE, "around": around}), "tasks/pushing_around_fails")

@@ -100,6 +100,7 @@ def test_what_a_later_task_takes_away_again_stands_in_no_way() -> None:
     assert not is_closed_later("other", "it", Context(UR5E, MOUNT, context.bindings, context.taxonomy, (PLACING, CLOSING)))
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(("high", "fits"), [(0.05, True), (0.16, False)])
 def test_what_sticks_out_of_a_drawer_meets_the_board_over_it(high: float, fits: bool) -> None:
     at = Pose.from_rotvec((0.62, 0.0, 0.15), (0, 0, np.pi))

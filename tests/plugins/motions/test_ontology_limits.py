@@ -72,6 +72,7 @@ GLASS = (TEA, "    model: boxed_product\n    type: cram:GlassBottle\n    with:")
 FIFTY = ("{task: Grasping, Patient: tea}", "{task: Grasping, Patient: tea, parameters: {force_n: 50}}")
 
 
+@pytest.mark.heavy
 def test_a_fragile_product_lowers_forces_and_the_source_is_named(tmp_path: Path) -> None:
     usual, fragile = (Resolved(tmp_path, "take_off_hanger_tasks", FIFTY, *g) for g in ((), (GLASS,)))
     assert (usual.called("force_extract")[-2], fragile.called("force_extract")[-2]) == (25.0, 15.0)

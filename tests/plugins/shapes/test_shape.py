@@ -72,6 +72,7 @@ def test_parts_fill_what_the_mesh_fills_and_little_more(mesh: trimesh.Trimesh, m
     assert _covered(found, inner[0] + 0.002 * normals).mean() < 0.01
 
 
+@pytest.mark.heavy
 def test_a_cavity_is_not_a_hole_and_a_handle_is_found() -> None:
     assert not shape.from_mesh(made.bowl()).features
     handle = shape.from_mesh(made.mug()).features

@@ -218,6 +218,7 @@ SAID = {
 }
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("gripper", SAID)
 def test_a_program_is_proven(gripper: str, run: Callable[..., Any], tmp_path: Path) -> None:
     scenario = tmp_path / "place.yaml"

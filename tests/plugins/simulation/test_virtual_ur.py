@@ -63,6 +63,7 @@ def wait_for(log: Path, text: str) -> bool:
     return until(lambda: text in log.read_text())
 
 
+@pytest.mark.heavy
 @pytest.mark.skipif(sys.version_info >= (3, 13), reason="ur_rtde has wheels for 3.11 and 3.12")
 def test_the_unmodified_client_drives_it(controller: Path) -> None:
     """Connect, receive, moveJ, moveL, forceMode, zeroFtSensor, setPayload, custom script, servoJ, stop.

@@ -55,6 +55,7 @@ def test_an_arm_pose_whose_code_is_gone_was_not_assumed() -> None:
     assert "2.ParkingArms was not executed: none of the code of its 1 steps ran" in said["task_rules"]
 
 
+@pytest.mark.heavy
 def test_an_extraction_without_its_pull_is_not_one() -> None:
     good = proven("extract_hole_from_peg")
     said = against(good, without(good, "2.ExtractHoleFromPeg/pull"))
@@ -116,6 +117,7 @@ LOADED = "set_target_payload(1.125,"
 LOWER, MOVE = "0.03, 0.01, 3.0, 9.0", "movej(placing_3_putting_down_transfer_joints, a=1.4, v=1.05)"
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(
     ("judge", "old", "inside", "outside", "says"),
     [
@@ -151,6 +153,7 @@ def test_no_thing_is_gripped_harder_than_it_bears(register: int, passes: bool) -
     assert passes or "limit 60 N (the max_grip_force of 'block')" in said["grip_limits"]
 
 
+@pytest.mark.heavy
 def test_what_was_put_down_is_not_pressed_from_above() -> None:
     good = proven("placing")
     assert good.code is not None

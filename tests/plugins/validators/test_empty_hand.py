@@ -37,6 +37,7 @@ def written(path: Path, tcp: str = "", physics: str = "") -> Path:
     return path
 
 
+@pytest.mark.heavy
 def test_a_hand_that_closes_on_nothing_names_the_keys_that_may_be_wrong(scenario: Path, run: Run, tmp_path: Path) -> None:
     ran = run("resolve", written(scenario, ", tcp: ahead"), "--twins", "0", "--out", tmp_path / "run")
     assert ran.code == 1 and "the hand closed to " in ran.err and "without 'block'" in ran.err, ran.err

@@ -111,6 +111,7 @@ def test_a_comparison_says_what_the_value_is(condition: str, says: str, tmp_path
     assert re.match(says, said_values(clause, [bound], where.instant(1.0)))
 
 
+@pytest.mark.heavy
 def test_a_refused_run_says_when_it_held(tmp_path: Path) -> None:
     """Grasping is asked to hold the thing all through, which it does only from its end on."""
     for rule in (ROOT / "task_rules").glob("*.yaml"):

@@ -54,6 +54,7 @@ LOWER_POSE = "placing_3_putting_down_lower_pose"
 # Left out
 
 
+@pytest.mark.heavy
 def test_the_last_step_of_a_drawers_closing_may_not_be_deleted() -> None:
     good = proven("closing_drawer")
     assert said(good, "\n".join(lines_of(good))) == []
@@ -131,6 +132,7 @@ def test_what_only_sets_a_payload_may_change_places_with_its_neighbour() -> None
 # Not carried out
 
 
+@pytest.mark.heavy
 def test_a_retreat_of_7_mm_is_none_and_a_longer_or_a_shorter_one_is() -> None:
     good = proven("placing")
     low, high = height_of(good, LOWER_POSE), height_of(good, BACK_POSE)

@@ -50,6 +50,7 @@ def test_a_text_that_waits_or_places_aside_passes() -> None:
     assert against(candidate, text, with_tin(candidate)) == {}
 
 
+@pytest.mark.heavy
 def test_a_lid_beside_its_pot_is_refused() -> None:
     candidate = proven("lid_on_pot", folder="kitchen")
     assert candidate.code is not None
