@@ -1,0 +1,122 @@
+"""Goals that are drawn: which literals a scene offers, and the rules that need no simulator.
+
+A literal is a tuple as LIBERO's parser has it: ("on", "plate_1", "flat_stove_1_cook_region"). Nothing of cramlite or LIBERO is imported.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any
+
+Literal = tuple[str, ...]
+Offers = Mapping[str, tuple[Literal, ...]]
+"""Literals of a scene by predicate."""
+OPPOSITE = {"open": "close", "close": "open", "turnon": "turnoff", "turnoff": "turnon"}
+PLACES = ("on", "in")
+MOST = 3
+"""Parts of a goal."""
+
+
+def offered(movables: Iterable[str], targets: Mapping[str, str], joints: Mapping[str, Sequence[str]]) -> Offers:
+    """Return the literals that a scene offers, by predicate.
+
+    Args:
+        movables: names of things that can be carried; each is also a target of "on".
+        targets: region -> "on" or "in".
+        joints: what has a joint -> the predicates that the judge has about it.
+    """
+    things = sorted(movables)
+    wheres = {**dict.fromkeys(things, "on"), **targets}
+    found: dict[str, list[Literal]] = {}
+    for where, predicate in sorted(wheres.items()):
+        found.setdefault(predicate, []).extend((predicate, what, where) for what in things if what != where)
+    for what, predicates in sorted(joints.items()):
+        for predicate in predicates:
+            found.setdefault(predicate, []).append((predicate, what))
+    return {p: tuple(literals) for p, literals in sorted(found.items())}
+
+
+def drawn_goal(rng: Any, offers: Offers, parts: int) -> tuple[Literal, ...]:
+    """Draw a goal: of each part first the predicate, then one of its literals.
+
+    Args:
+        rng: ``numpy.random.Generator``.
+    """
+    predicates = list(offers)
+    picked = (offers[predicates[rng.integers(len(predicates))]] for _ in range(parts))
+    return tuple(sorted(literals[rng.integers(len(literals))] for literals in picked))
+
+
+def contradiction(goal: Sequence[Literal], owner: Mapping[str, str]) -> str:
+    """Return why the parts of a goal cannot hold together, by their meaning alone; "" if nothing says so.
+
+    Args:
+        owner: region -> the thing that it belongs to, where that can be carried.
+    """
+    if len(set(goal)) < len(goal):
+        return "a part is said twice"
+    if any((OPPOSITE[p[0]], p[1]) in goal for p in goal if p[0] in OPPOSITE):
+        return "a joint shall be in two states"
+    places = [p for p in goal if p[0] in PLACES]
+    if len({p[1] for p in places}) < len(places):
+        return "a thing shall be in two places"
+    return "things shall bear each other" if _circle({p[1]: owner.get(p[2], p[2]) for p in places}) else ""
+
+
+def _circle(on: Mapping[str, str]) -> bool:
+    return any(_reaches(on, start) for start in on)
+
+
+def _reaches(on: Mapping[str, str], start: str) -> bool:
+    at = on[start]
+    for _ in on:
+        if at == start:
+            return True
+        at = on.get(at, "")
+    return False
+
+
+def in_order(goal: Sequence[Literal], owner: Mapping[str, str]) -> list[Literal]:
+    """Return the parts that place things, what bears others first."""
+    places = {p[1]: p for p in goal if p[0] in PLACES}
+    found: list[Literal] = []
+    while len(found) < len(places):
+        ready = [
+            p for p in places.values() if p not in found and (owner.get(p[2], p[2]) not in places or places[owner.get(p[2], p[2])] in found)
+        ]
+        found += ready
+    return found
+
+
+def signature(goal: Iterable[Literal], kind: Callable[[str], str]) -> frozenset[Literal]:
+    """Return a goal by the kinds of its things, so that goals of different scenes can be compared.
+
+    Args:
+        kind: of a thing or region: its name without the number of the instance.
+    """
+    return frozenset((p[0].lower(), *map(kind, p[1:])) for p in goal)
+
+
+def fits(thing: Sequence[float], target: Sequence[float]) -> bool:
+    """Return whether a thing is not larger than its target in every attitude.
+
+    Args:
+        thing: its three extents [m].
+        target: the two horizontal extents of what it is to be put on or in [m].
+    """
+    small, middle, _ = sorted(thing)
+    narrow, wide = sorted(target)
+    return small <= narrow and middle <= wide
+
+
+def kind_of(goal: Iterable[Literal]) -> str:
+    """Return the kind of a goal: "In + Open", say."""
+    names = {"on": "On", "in": "In", "open": "Open", "close": "Close", "turnon": "TurnOn", "turnoff": "TurnOff"}
+    return " + ".join(sorted(names[p[0]] for p in goal))
+
+
+def words(goal: Iterable[Literal]) -> str:
+    """Return a goal in words, as the language of the problem."""
+    said = {"on": "put the {} on the {}", "in": "put the {} in the {}", "open": "open the {}", "close": "close the {}",
+            "turnon": "turn on the {}", "turnoff": "turn off the {}"}  # fmt: skip
+    return " and ".join(said[p[0]].format(*(n.replace("_", " ") for n in p[1:])) for p in goal)
