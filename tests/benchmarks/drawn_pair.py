@@ -80,15 +80,17 @@ def numbers(pairs: Iterable[Pair]) -> list[Number]:
     """Print the table, and return what a figure has of it."""
     kept = [p for p in pairs if not any(r.apart for r in p)]
     found = list[Number]()
-    for kind, among in {"all": kept, **{k: [p for p in kept if kind_of(p[1]) == k] for k in sorted(map(kind_of, (p[1] for p in kept)))}}.items():
+    kinds = sorted({kind_of(new) for _, new in kept})
+    groups = [("all", kept), *((k, [p for p in kept if kind_of(p[1]) == k]) for k in kinds)]
+    for kind, among in groups:
         for version, place in (("old", 0), ("new", 1)):
             hits = sum(p[place].rest() for p in among)
             low, high = wilson_interval(hits, len(among))
             print(f"| {kind} | {version} | {hits} of {len(among)} | {low:.3f} to {high:.3f} |")
             found.append(rate(kind, hits, len(among), f"true at rest, {version}"))
     for version, place in (("old", 0), ("new", 1)):
-        passed = [p[place] for p in kept if p[place].proven]
-        found.append(rate("a passing verdict was right", sum(r.rest(unlimited=True) for r in passed), len(passed), version))
+        if passed := [p[place] for p in kept if p[place].proven]:
+            found.append(rate("a passing verdict was right", sum(r.rest(unlimited=True) for r in passed), len(passed), version))
     both = Counter((old.rest(), new.rest()) for old, new in kept)
     print(f"both {both[True, True]}, only old {both[True, False]}, only new {both[False, True]}, neither {both[False, False]}; "
           f"McNemar, exact: p = {chance(both[True, False], both[False, True]):.3g}")  # fmt: skip

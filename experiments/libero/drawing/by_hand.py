@@ -12,7 +12,7 @@ from typing import Any
 
 import mujoco
 import numpy as np
-from goals import PLACES, Literal, in_order
+from drawn_goals import PLACES, Literal, in_order
 from world import World, joint_value
 
 ROUNDS = 3

@@ -21,13 +21,14 @@ from typing import Any
 
 os.environ.setdefault("MUJOCO_GL", "egl")
 sys.path.insert(0, str(Path(__file__).resolve().parent))
+sys.path.insert(1, str(Path(__file__).resolve().parents[2]))
 
 import numpy as np
 from by_hand import Hand
 from environment import STATE, TEXT, make_environment
-from goals import PLACES, Literal, contradiction, drawn_goal, fits, kind_of, offered, signature, words
+from drawn_goals import PLACES, Literal, contradiction, drawn_goal, fits, kind_of, offered, signature, words
 from library import known_goals, library, name_of_kind, parsed, predicates_of_sites, region_names, scenes
-from ranges import Seeds, seeds_of
+from seed_ranges import seeds_of
 from robosuite.utils.errors import RandomizationError
 from variants import CHANCE, Problem, kinds, movables, pinned, replaced, swapped, text, with_sites
 from world import World
@@ -178,7 +179,7 @@ def main() -> None:
     parser.add_argument("--measure", action="store_true", help="the seeds are those of a measurement, and are opened for it")
     order = parser.parse_args()
     try:
-        seeds: Seeds = seeds_of(order.seeds, measure=order.measure)
+        seeds = seeds_of(order.seeds, measure=order.measure)
     except ValueError as error:
         sys.exit(str(error))
     make_environment(order.out)

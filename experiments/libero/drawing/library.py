@@ -11,7 +11,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from goals import Literal, signature
+from drawn_goals import Literal, signature
 from libero.libero import get_libero_path
 from libero.libero.envs import bddl_utils
 from libero.libero.envs.objects import OBJECTS_DICT

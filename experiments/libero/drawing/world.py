@@ -10,7 +10,7 @@ from typing import Any
 
 import mujoco
 import numpy as np
-from goals import OPPOSITE, PLACES, Literal
+from drawn_goals import OPPOSITE, PLACES, Literal
 from libero.libero.envs.env_wrapper import ControlEnv
 from variants import Problem, movables
 

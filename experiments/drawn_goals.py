@@ -1,6 +1,7 @@
 """Goals that are drawn: which literals a scene offers, and the rules that need no simulator.
 
-A literal is a tuple as LIBERO's parser has it: ("on", "plate_1", "flat_stove_1_cook_region"). Nothing of cramlite or LIBERO is imported.
+A literal is a tuple as LIBERO's parser has it: ("on", "plate_1", "flat_stove_1_cook_region"). Nothing of cramlite or LIBERO is imported:
+the generators of LIBERO's problems and of kitchens share it.
 """
 
 from __future__ import annotations
@@ -11,7 +12,13 @@ from typing import Any
 Literal = tuple[str, ...]
 Offers = Mapping[str, tuple[Literal, ...]]
 """Literals of a scene by predicate."""
-OPPOSITE = {"open": "close", "close": "open", "turnon": "turnoff", "turnoff": "turnon"}
+OPPOSITE = {
+    "open": "close", "close": "open", "turnon": "turnoff", "turnoff": "turnon", "upright": "upside_down", "upside_down": "upright",
+}  # fmt: skip
+NAMES = {
+    "on": "On", "in": "In", "open": "Open", "close": "Close", "turnon": "TurnOn", "turnoff": "TurnOff", "upright": "Upright",
+    "upside_down": "UpsideDown",
+}  # fmt: skip
 PLACES = ("on", "in")
 MOST = 3
 """Parts of a goal."""
@@ -23,7 +30,7 @@ def offered(movables: Iterable[str], targets: Mapping[str, str], joints: Mapping
     Args:
         movables: names of things that can be carried; each is also a target of "on".
         targets: region -> "on" or "in".
-        joints: what has a joint -> the predicates that the judge has about it.
+        joints: what has a joint, or stands -> the predicates that the judge has about that.
     """
     things = sorted(movables)
     wheres = {**dict.fromkeys(things, "on"), **targets}
@@ -56,7 +63,7 @@ def contradiction(goal: Sequence[Literal], owner: Mapping[str, str]) -> str:
     if len(set(goal)) < len(goal):
         return "a part is said twice"
     if any((OPPOSITE[p[0]], p[1]) in goal for p in goal if p[0] in OPPOSITE):
-        return "a joint shall be in two states"
+        return "a thing or a joint shall be in two states"
     places = [p for p in goal if p[0] in PLACES]
     if len({p[1] for p in places}) < len(places):
         return "a thing shall be in two places"
@@ -111,8 +118,7 @@ def fits(thing: Sequence[float], target: Sequence[float]) -> bool:
 
 def kind_of(goal: Iterable[Literal]) -> str:
     """Return the kind of a goal: "In + Open", say."""
-    names = {"on": "On", "in": "In", "open": "Open", "close": "Close", "turnon": "TurnOn", "turnoff": "TurnOff"}
-    return " + ".join(sorted(names[p[0]] for p in goal))
+    return " + ".join(sorted(NAMES[p[0]] for p in goal))
 
 
 def words(goal: Iterable[Literal]) -> str:

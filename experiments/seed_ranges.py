@@ -1,15 +1,14 @@
-"""Which seeds are for what. Nothing of cramlite or LIBERO is imported."""
+"""Which seeds of drawn problems are for what. Nothing of cramlite or LIBERO is imported."""
 
 from __future__ import annotations
 
-Seeds = range
 DEVELOPMENT = range(0, 200)
 """Seeds that may be drawn, looked at and developed on."""
 MEASURED = (range(1000, 1100), range(1100, 1160))
 """Seeds that are opened once, for a measurement."""
 
 
-def seeds_of(text: str, *, measure: bool = False) -> Seeds:
+def seeds_of(text: str, *, measure: bool = False) -> range:
     """Return the seeds of "0:10", which ends with 9, or of "7".
 
     Args:
