@@ -10,8 +10,10 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 Literal = tuple[str, ...]
-Offers = Mapping[str, tuple[Literal, ...]]
-"""Literals of a scene by predicate."""
+Offers = Mapping[str, tuple[tuple[Literal, ...], ...]]
+"""Literals of a scene by predicate, and by the sort of target: things, their regions and compartments, regions of a table."""
+THING, PART, TABLE = "thing", "part", "table"
+"""Sorts of targets."""
 OPPOSITE = {
     "open": "close", "close": "open", "turnon": "turnoff", "turnoff": "turnon", "upright": "upside_down", "upside_down": "upright",
 }  # fmt: skip
@@ -24,34 +26,39 @@ MOST = 3
 """Parts of a goal."""
 
 
-def offered(movables: Iterable[str], targets: Mapping[str, str], joints: Mapping[str, Sequence[str]]) -> Offers:
-    """Return the literals that a scene offers, by predicate.
+def offered(
+    movables: Iterable[str], targets: Mapping[str, tuple[str, str]], joints: Mapping[str, Sequence[str]]
+) -> Offers:
+    """Return the literals that a scene offers.
 
     Args:
         movables: names of things that can be carried; each is also a target of "on".
-        targets: region -> "on" or "in".
+        targets: what else things can be put on or in -> "on" or "in", and its sort.
         joints: what has a joint, or stands -> the predicates that the judge has about that.
     """
     things = sorted(movables)
-    wheres = {**dict.fromkeys(things, "on"), **targets}
-    found: dict[str, list[Literal]] = {}
-    for where, predicate in sorted(wheres.items()):
-        found.setdefault(predicate, []).extend((predicate, what, where) for what in things if what != where)
+    wheres = {**dict.fromkeys(things, ("on", THING)), **targets}
+    found: dict[str, dict[str, list[Literal]]] = {}
+    for where, (predicate, sort) in sorted(wheres.items()):
+        put = [(predicate, what, where) for what in things if what != where]
+        found.setdefault(predicate, {}).setdefault(sort, []).extend(put)
     for what, predicates in sorted(joints.items()):
         for predicate in predicates:
-            found.setdefault(predicate, []).append((predicate, what))
-    return {p: tuple(literals) for p, literals in sorted(found.items())}
+            found.setdefault(predicate, {}).setdefault(PART, []).append((predicate, what))
+    return {p: tuple(tuple(found[p][sort]) for sort in sorted(found[p]) if found[p][sort]) for p in sorted(found) if any(found[p].values())}
 
 
 def drawn_goal(rng: Any, offers: Offers, parts: int) -> tuple[Literal, ...]:
-    """Draw a goal: of each part first the predicate, then one of its literals.
+    """Draw a goal: of each part first the predicate, then the sort of target, then one of its literals.
 
     Args:
         rng: ``numpy.random.Generator``.
     """
-    predicates = list(offers)
-    picked = (offers[predicates[rng.integers(len(predicates))]] for _ in range(parts))
-    return tuple(sorted(literals[rng.integers(len(literals))] for literals in picked))
+    return tuple(sorted(_one(rng, _one(rng, offers[_one(rng, list(offers))])) for _ in range(parts)))
+
+
+def _one(rng: Any, among: Sequence[Any]) -> Any:
+    return among[rng.integers(len(among))]
 
 
 def contradiction(goal: Sequence[Literal], owner: Mapping[str, str]) -> str:

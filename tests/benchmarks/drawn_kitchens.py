@@ -74,7 +74,8 @@ def played(cramlite: str, problems: Path, out: Path) -> list[dict[str, Any]]:
         facts = json.loads(path.read_text(encoding="utf-8"))
         found.append(facts | json.loads((place / RESULT).read_text(encoding="utf-8")))
         one = found[-1]
-        print(f"{one['seed']} {one['robot']}: {', '.join(one['goal'])}: {'solved' if one['solved'] else ' '.join(one['said'])[:200]}", flush=True)
+        came = "solved" if one["solved"] else " ".join(one["said"])[:200]
+        print(f"{one['seed']} {one['robot']}: {', '.join(one['goal'])}: {came}; {one['cpu_s']:.0f} s", flush=True)
     return found
 
 

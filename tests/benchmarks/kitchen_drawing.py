@@ -1,7 +1,7 @@
 """Kitchens that are drawn by a seed: furniture, vessels, blocks, a drawer, a shelf, a box, and a goal of one to three parts.
 
-A problem is a scenario as data. Goals are left out by the rules of ``experiments/drawn_goals.py``, and where our judges' predicates do not hold
-once things and joints were put so by hand and left alone. No planner is asked.
+A problem is a scenario as data. Goals are left out by the rules of ``experiments/drawn_goals.py``, and where our judges' predicates do
+not hold once things and joints were put so by hand and left alone. No planner is asked.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from cramlite.planning.task_goals import Goal
 from cramlite_plugins.simulation.model.compile import Compiled, compile_world
 
 sys.path.insert(0, str(data_folder("experiments")))
-from drawn_goals import PLACES, Literal, contradiction, drawn_goal, fits, in_order, offered
+from drawn_goals import PART, PLACES, Literal, Offers, contradiction, drawn_goal, fits, in_order, offered
 
 GOALS = 200
 """Goals that are drawn in a kitchen before another kitchen is."""
@@ -38,7 +38,9 @@ NEAR, FAR = 0.32, 0.68
 """How far from the base things stand [m]."""
 APART = 0.02
 """Between what stands beside each other at first [m]."""
-SENTENCE = {"on": "{} on {}", "in": "{} in {}", "open": "{} open", "close": "{} closed", "upright": "{} upright", "upside_down": "{} upside down"}
+SENTENCE = {
+    "on": "{} on {}", "in": "{} in {}", "open": "{} open", "close": "{} closed", "upright": "{} upright", "upside_down": "{} upside down",
+}  # fmt: skip
 VESSELS = ("bowl", "mug")
 LYING = 0.3
 """How often a can or a bottle lies at first."""
@@ -194,14 +196,14 @@ class Rules:
         self.engine, self.kitchen = engine, kitchen
         self.setting = engine.setting(read_scenario(kitchen.spec()), twins=0)
 
-    def offers(self) -> Mapping[str, tuple[Literal, ...]]:
+    def offers(self) -> Offers:
         """Return the literals that the kitchen offers."""
         movable = self.kitchen.extents
-        targets = {name: how for name, (how, _) in self.kitchen.tops.items()}
+        targets = {name: (how, PART) for name, (how, _) in self.kitchen.tops.items()}
         states = {n: ("upside_down",) if n.startswith(VESSELS) else ("upright",) for n in movable if not n.startswith("block")}
-        vessels = tuple(("in", what, n) for n in sorted(movable) if n.startswith(VESSELS) for what in sorted(movable) if what != n)
-        found = dict(offered(movable, targets, states | {n: ("open", "close") for n in targets if n == "drawer"}))
-        return found | {"in": (*found.get("in", ()), *vessels)} if vessels else found
+        found = offered(movable, targets, states | {n: ("open", "close") for n in targets if n == "drawer"})
+        into = tuple(("in", what, n) for n in sorted(movable) if n.startswith(VESSELS) for what in sorted(movable) if what != n)
+        return {**found, "in": (*found.get("in", ()), into)} if into else found
 
     def left_out(self, goal: Sequence[Literal]) -> str:
         """Return the first rule that leaves a goal out; "" for none."""
@@ -277,8 +279,8 @@ class Rules:
         steps = sorted(product((-0.6, -0.3, 0.0, 0.3, 0.6), repeat=2), key=lambda s: s[0] ** 2 + s[1] ** 2)
         for (roll, pitch), yaw, (u, v), lift in product(allowed, (0.0, math.pi / 2, math.pi / 4), steps, LIFTS):
             turn = Pose.from_rotvec((0.0, 0.0, 0.0), (0.0, 0.0, yaw)) * Pose.from_rotvec((0.0, 0.0, 0.0), (roll, pitch, 0.0))
-            lying = pitch and size[0] / 2 or (math.pi / 4 < roll < 3 and size[1] / 2) or size[2] / 2
-            where = middle * Pose((u * half[0], v * half[1], lift + float(lying)))
+            upwards = 0 if pitch else 1 if math.isclose(roll, math.pi / 2) else 2
+            where = middle * Pose((u * half[0], v * half[1], lift + size[upwards] / 2))
             yield Pose(where.position) * Pose((0.0, 0.0, 0.0), middle.quaternion) * turn
 
     def _target(self, literal: Literal, world: World) -> tuple[Pose, tuple[float, float]]:

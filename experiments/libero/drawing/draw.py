@@ -25,11 +25,23 @@ sys.path.insert(1, str(Path(__file__).resolve().parents[2]))
 
 import numpy as np
 from by_hand import Hand
+from drawn_goals import (
+    PART,
+    PLACES,
+    TABLE,
+    Literal,
+    contradiction,
+    drawn_goal,
+    fits,
+    kind_of,
+    offered,
+    signature,
+    words,
+)
 from environment import STATE, TEXT, make_environment
-from drawn_goals import PLACES, Literal, contradiction, drawn_goal, fits, kind_of, offered, signature, words
 from library import known_goals, library, name_of_kind, parsed, predicates_of_sites, region_names, scenes
-from seed_ranges import seeds_of
 from robosuite.utils.errors import RandomizationError
+from seed_ranges import seeds_of
 from variants import CHANCE, Problem, kinds, movables, pinned, replaced, swapped, text, with_sites
 from world import World
 
@@ -99,20 +111,18 @@ def _goal(world: World, rng: Any, parts: int, told: Counter[str]) -> tuple[Liter
     return ()
 
 
-def targets(world: World) -> dict[str, str]:
-    """Return the regions that things can be put on or in -> "on" or "in"; not those that fixtures stand in."""
-    known, problem, found = predicates_of_sites(), world.problem, dict[str, str]()
+def targets(world: World) -> dict[str, tuple[str, str]]:
+    """Return the regions that things can be put on or in -> "on" or "in", and of what sort they are; not those that fixtures stand in."""
+    problem = world.problem
     stands = {row[2] for row in problem["initial_state"] if len(row) == 3 and row[1] not in world.things}
-    for name, region in problem["regions"].items():
-        if name in world.env.env.object_sites_dict and name not in stands:
-            usual = "on" if region["ranges"] or not world.joints(name) else "in"
-            found[name] = "on" if region["ranges"] else known.get(name_of_kind(problem, name), _as_named(name, usual))
-    return found
+    known = (name for name in problem["regions"] if name in world.env.env.object_sites_dict and name not in stands)
+    return {name: ("on", TABLE) if problem["regions"][name]["ranges"] else (_put(world, name), PART) for name in known}
 
 
-def _as_named(name: str, usual: str) -> str:
-    """Of a region that no problem file of the 130 mentions: what contains is "in"."""
-    return "in" if name.endswith("contain_region") else usual
+def _put(world: World, name: str) -> str:
+    """Whether things are put on or in a region of a thing: as in the 130 problem files; of one that none of them mentions by its model."""
+    contains = bool(world.joints(name)) or name.endswith("contain_region")
+    return predicates_of_sites().get(name_of_kind(world.problem, name), "in" if contains else "on")
 
 
 def left_out(goal: tuple[Literal, ...], world: World, owner: dict[str, str]) -> str:
@@ -188,7 +198,8 @@ def main() -> None:
         if not (folder / FACTS).exists():
             facts = draw(seed, folder)
             (folder / FACTS).write_text(json.dumps(facts, indent=1) + "\n", encoding="utf-8")
-            print(f"{seed}: {facts['scene']}{' swapped' if facts['swapped'] else ''} {' '.join(facts['replaced'])}: {facts['words']}", flush=True)
+            varied = " ".join([*(["swapped"] if facts["swapped"] else []), *facts["replaced"]])
+            print(f"{seed}: {facts['scene']} {varied}: {facts['words']}", flush=True)
     print(told_of([json.loads(p.read_text(encoding="utf-8")) for p in sorted(order.out.glob(f"*/{FACTS}"))]))
 
 
