@@ -61,6 +61,12 @@ def _one(rng: Any, among: Sequence[Any]) -> Any:
     return among[rng.integers(len(among))]
 
 
+def most_parts(offers: Offers) -> int:
+    """Return how many parts a goal without contradiction can have: no two are about the same thing or joint, but for where and how it stands."""
+    subjects = {(p[1], p[0] in PLACES) for sorts in offers.values() for sort in sorts for p in sort}
+    return len(subjects)
+
+
 def contradiction(goal: Sequence[Literal], owner: Mapping[str, str]) -> str:
     """Return why the parts of a goal cannot hold together, by their meaning alone; "" if nothing says so.
 

@@ -25,7 +25,7 @@ from cramlite.planning.task_goals import Goal
 from cramlite_plugins.simulation.model.compile import Compiled, compile_world
 
 sys.path.insert(0, str(data_folder("experiments")))
-from drawn_goals import PART, PLACES, Literal, Offers, contradiction, drawn_goal, fits, in_order, offered
+from drawn_goals import PART, PLACES, Literal, Offers, contradiction, drawn_goal, fits, in_order, most_parts, offered
 
 GOALS = 200
 """Goals that are drawn in a kitchen before another kitchen is."""
@@ -352,7 +352,7 @@ def drawn_kitchen(engine: Engine, seed: int, told: Counter[str]) -> tuple[Kitche
             told["kitchens left out: things stand in one another"] += 1
             continue
         offers = rules.offers()
-        for _ in range(GOALS):
+        for _ in range(GOALS if parts <= most_parts(offers) else 0):
             goal = drawn_goal(rng, offers, parts)
             told["goals drawn"] += 1
             why = rules.left_out(goal)

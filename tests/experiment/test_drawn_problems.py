@@ -70,6 +70,13 @@ def test_a_scene_offers_each_thing_at_each_other_one_and_each_state_of_a_joint()
     assert OFFERS["in"] == (tuple(("in", what, "bowl_1_contain_region") for what in ("bowl_1", "mug_1", "plate_1")),)
 
 
+def test_no_goal_has_more_parts_than_there_is_something_to_say_them_of() -> None:
+    assert goals.most_parts(OFFERS) == 3 + 1  # where three things are, and a door
+    two = goals.offered(["plate_1", "bowl_1"], {}, {})
+    drawn = (goals.drawn_goal(np.random.default_rng(seed), two, 3) for seed in range(50))
+    assert goals.most_parts(two) == 2 and all(goals.contradiction(g, {}) for g in drawn)
+
+
 @given(seeds, st.integers(1, 3))
 @examples(60)
 def test_a_drawn_goal_is_of_what_is_offered_and_the_same_for_the_same_seed(seed: int, parts: int) -> None:

@@ -34,6 +34,7 @@ from drawn_goals import (
     drawn_goal,
     fits,
     kind_of,
+    most_parts,
     offered,
     signature,
     words,
@@ -101,7 +102,7 @@ def in_state(made: Problem, rng: Any, told: Counter[str]) -> tuple[tuple[Literal
 def _goal(world: World, rng: Any, parts: int, told: Counter[str]) -> tuple[Literal, ...]:
     owner = {n: r["target"] for n, r in world.problem["regions"].items() if r["target"] in world.things}
     offers = offered(world.things, targets(world), world.articulated())
-    for _ in range(GOALS):
+    for _ in range(GOALS if parts <= most_parts(offers) else 0):
         goal = drawn_goal(rng, offers, parts)
         told["goals drawn"] += 1
         rule = left_out(goal, world, owner)
