@@ -62,7 +62,7 @@ def _one(rng: Any, among: Sequence[Any]) -> Any:
 
 
 def most_parts(offers: Offers) -> int:
-    """Return how many parts a goal without contradiction can have: no two are about the same thing or joint, but for where and how it stands."""
+    """Return how many parts a goal without contradiction can have: of a thing where it is and how it stands, of a joint its state."""
     subjects = {(p[1], p[0] in PLACES) for sorts in offers.values() for sort in sorts for p in sort}
     return len(subjects)
 
