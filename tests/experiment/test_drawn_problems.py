@@ -205,7 +205,7 @@ def test_files_of_a_problem_that_were_changed_are_refused(tmp_path: Path) -> Non
     folder = tmp_path / "0003"
     folder.mkdir()
     (folder / "problem.bddl").write_text("(define)")
-    (folder / "state.npy").write_bytes(b"state")
+    (folder / "state.txt").write_bytes(b"state")
     (folder / "problem.json").write_text(json.dumps({"digest": "0" * 8, "kind": "On", "words": "put"}))
     launch.PROBLEMS = tmp_path
     suite = launch.Drawn()

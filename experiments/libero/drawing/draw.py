@@ -145,7 +145,7 @@ def written(made: Problem, goal: tuple[Literal, ...], state: Any, folder: Path, 
     of_interest = sorted({n for p in goal for n in p[1:]})
     whole = made | {"goal_state": [list(p) for p in goal], "obj_of_interest": of_interest}
     (folder / TEXT).write_text(text(whole, words(goal)), encoding="utf-8")
-    np.save(folder / STATE, state)
+    np.savetxt(folder / STATE, state, fmt="%.17g")
     begun = _begins(folder, goal, state)
     told["states left out: the judge does not begin them so"] += not begun
     return begun

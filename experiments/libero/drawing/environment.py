@@ -8,7 +8,7 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-TEXT, STATE = "problem.bddl", "state.npy"
+TEXT, STATE = "problem.bddl", "state.txt"
 """Files of a problem: as LIBERO has it, and its initial state."""
 COPIED = Path("bin") / "launch.py"
 

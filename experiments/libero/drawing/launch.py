@@ -31,7 +31,7 @@ class Drawn:
 
         folder = self._folder(seed)
         facts = json.loads((folder / "problem.json").read_text(encoding="utf-8"))
-        text, state = folder / "problem.bddl", folder / "state.npy"
+        text, state = folder / "problem.bddl", folder / "state.txt"
         digest = hashlib.blake2b(text.read_bytes() + state.read_bytes(), digest_size=4).hexdigest()
         if digest != facts["digest"]:
             raise ValueError(f"the files of problem {seed} are not those that were drawn")
@@ -42,7 +42,7 @@ class Drawn:
         """Return its only initial state, in a list."""
         import numpy as np
 
-        return [np.load(self._folder(seed) / "state.npy", allow_pickle=False)]
+        return [np.loadtxt(self._folder(seed) / "state.txt")]
 
     def _folder(self, seed: int) -> Path:
         folder = PROBLEMS / f"{seed:04d}"
