@@ -1,0 +1,23 @@
+"""A folder of problems as an environment of the judge: its Python is the judge's, and knows the suite ``drawn``.
+
+So any version of cramlite can be given the same problems: only the path of the environment is another one.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+TEXT, STATE = "problem.bddl", "state.txt"
+"""Files of a problem: as LIBERO has it, and its initial state."""
+COPIED = Path("bin") / "launch.py"
+
+
+def make_environment(folder: Path, python: str = sys.executable) -> None:
+    """Make a folder of problems an environment, ``bin/python``, of the judge that a Python belongs to."""
+    launch = folder.resolve() / COPIED
+    launch.parent.mkdir(parents=True, exist_ok=True)
+    launch.write_bytes((Path(__file__).parent / "launch.py").read_bytes())
+    script = launch.parent / "python"
+    script.write_text(f'#!/bin/sh\nexec "{python}" "{launch}" "$@"\n', encoding="utf-8")
+    script.chmod(0o755)
