@@ -106,7 +106,8 @@ def plots() -> Iterator[tuple[str, str]]:
             yield f"figures/{path.stem}.svg", plot(figure)
 
 
-WIDTH, HEIGHT, LEFT, RIGHT, TOP, BOTTOM = 640, 320, 64, 190, 16, 48
+ACROSS, HEIGHT, LEFT, TOP, BOTTOM = 386, 320, 64, 16, 48
+LETTER = 7.5  # width of a letter of 12 pixels, at most
 COLOURS = ("#1f77b4", "#d62728", "#2ca02c", "#9467bd", "#ff7f0e", "#17becf", "#8c564b", "#7f7f7f")
 
 
@@ -118,10 +119,12 @@ def plot(figure: Figure) -> str:
 
     def at(x: float, y: float) -> tuple[float, float]:
         across = (x - xs[0]) / ((xs[-1] - xs[0]) or 1.0)
-        return LEFT + across * (WIDTH - LEFT - RIGHT), HEIGHT - BOTTOM - y / top * (HEIGHT - TOP - BOTTOM)
+        return LEFT + across * ACROSS, HEIGHT - BOTTOM - y / top * (HEIGHT - TOP - BOTTOM)
 
     end, low = at(xs[-1], 0.0)
-    parts = [f'<rect width="{WIDTH}" height="{HEIGHT}" fill="white"/>']
+    names = list(dict.fromkeys(n.what for n in points))
+    width = round(LEFT + ACROSS + 44 + LETTER * max(map(len, names)))
+    parts = [f'<rect width="{width}" height="{HEIGHT}" fill="white"/>']
     for k in range(5):
         _, y = at(xs[0], top * k / 4)
         parts.append(f'<path d="M{LEFT} {y:.1f}H{end:.1f}" stroke="#ddd"/>')
@@ -129,12 +132,12 @@ def plot(figure: Figure) -> str:
     parts += [text(at(x, 0)[0], low + 18, f"{x:g}", "middle") for x in xs]
     parts.append(text((LEFT + end) / 2, HEIGHT - 8, figure.plot.x, "middle"))
     parts.append(f'<g transform="rotate(-90 16 {HEIGHT / 2:g})">{text(16, HEIGHT / 2, figure.plot.y, "middle")}</g>')
-    for k, name in enumerate(dict.fromkeys(n.what for n in points)):
+    for k, name in enumerate(names):
         own, colour = [n for n in points if n.what == name], COLOURS[k % len(COLOURS)]
         parts += curve(own, colour, at)
         parts.append(f'<path d="M{end + 14:.1f} {TOP + 12 + 20 * k}h16" stroke="{colour}" stroke-width="2"/>')
         parts.append(text(end + 36, TOP + 16 + 20 * k, name, "start"))
-    size = f'viewBox="0 0 {WIDTH} {HEIGHT}" width="{WIDTH}" height="{HEIGHT}"'
+    size = f'viewBox="0 0 {width} {HEIGHT}" width="{width}" height="{HEIGHT}"'
     return f'<svg xmlns="http://www.w3.org/2000/svg" {size} font-family="sans-serif" font-size="12">\n' + "\n".join(parts) + "\n</svg>\n"
 
 
