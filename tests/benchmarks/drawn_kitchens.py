@@ -115,28 +115,28 @@ def main() -> None:
     playing.add_argument("--out", type=Path, required=True)
     playing.add_argument("--cramlite", default=str(Path(sys.executable).parent / "cramlite"), help="of the version that is asked")
     add_figure(playing)
-    order = parser.parse_args()
-    if order.asked == "draw":
-        _draw(order)
+    asked = parser.parse_args()
+    if asked.asked == "draw":
+        _draw(asked)
         return
-    order.out.mkdir(parents=True, exist_ok=True)
-    results = played(order.cramlite, order.problems, order.out)
+    asked.out.mkdir(parents=True, exist_ok=True)
+    results = played(asked.cramlite, asked.problems, asked.out)
     seeds = [r["seed"] for r in results]
-    write(order, numbers(results), f"{seeds[0]} to {seeds[-1]}", sum(r["cpu_s"] for r in results))
+    write(asked, numbers(results), f"{seeds[0]} to {seeds[-1]}", sum(r["cpu_s"] for r in results))
 
 
-def _draw(order: argparse.Namespace) -> None:
+def _draw(asked: argparse.Namespace) -> None:
     try:
-        seeds = seeds_of(order.seeds, measure=order.measure)
+        seeds = seeds_of(asked.seeds, measure=asked.measure)
     except ValueError as error:
         sys.exit(str(error))
     engine = Engine()
     for seed in seeds:
-        folder = order.out / f"{seed:04d}"
+        folder = asked.out / f"{seed:04d}"
         if not (folder / FACTS).exists():
             facts = draw(engine, seed, folder)
             print(f"{seed} {facts['robot']}: {', '.join(facts['goal'])}", flush=True)
-    print(told_of([json.loads(p.read_text(encoding="utf-8")) for p in sorted(order.out.glob(f"*/{FACTS}"))]))
+    print(told_of([json.loads(p.read_text(encoding="utf-8")) for p in sorted(asked.out.glob(f"*/{FACTS}"))]))
 
 
 if __name__ == "__main__":

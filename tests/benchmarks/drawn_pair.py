@@ -108,16 +108,16 @@ def main() -> None:
     compare.add_argument("old", type=Path)
     compare.add_argument("new", type=Path)
     add_figure(compare)
-    order = parser.parse_args()
-    if order.asked == "file":
-        order.out.write_text(experiment_for(order.checkout), encoding="utf-8")
+    asked = parser.parse_args()
+    if asked.asked == "file":
+        asked.out.write_text(experiment_for(asked.checkout), encoding="utf-8")
         return
-    pairs = paired(results(order.old), results(order.new))
+    pairs = paired(results(asked.old), results(asked.new))
     apart = [p[0].task for p in pairs if any(r.apart for r in p)]
     print(f"{len(pairs)} problems; the judge died in {apart}" if apart else f"{len(pairs)} problems")
     cpu = sum(sum(r.seconds.values()) for pair in pairs for r in pair)
     seeds = [p[0].task for p in pairs]
-    write(order, numbers(pairs), f"{seeds[0]} to {seeds[-1]}", cpu)
+    write(asked, numbers(pairs), f"{seeds[0]} to {seeds[-1]}", cpu)
 
 
 if __name__ == "__main__":
