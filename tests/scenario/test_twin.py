@@ -13,7 +13,8 @@ from msgspec import json
 from msgspec.structs import replace
 
 from cramlite import Engine, find_scenario, read_scenario
-from cramlite.experiment.spec import find_experiment, read_experiment
+from cramlite.experiment.demonstrations.spec import read_experiment
+from cramlite.experiment.experiment_file import find_experiment
 from cramlite.model import ErrorModel, Pose, PoseError, SensorErrors, World
 from cramlite.model.error_model import NO_ERRORS, SOURCES
 from cramlite.plugin import UserError
