@@ -1,4 +1,7 @@
-"""JSON text of values: structs, arrays and mappings; null for infinite numbers and NaN."""
+"""JSON text of values: structs, arrays and mappings; null for infinite numbers and NaN.
+
+A struct has its fields, and beside them the properties that its class lists as ``TOLD``.
+"""
 
 from __future__ import annotations
 
@@ -44,7 +47,7 @@ def _finite(value: Any) -> Any:
 
 def _plain(value: Any) -> Any:
     if isinstance(value, Struct):
-        return asdict(value)
+        return asdict(value) | {name: getattr(value, name) for name in getattr(value, "TOLD", ())}
     if hasattr(value, "tolist"):
         return value.tolist()
     if isinstance(value, Mapping):

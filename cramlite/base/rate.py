@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 from .value import Value
 from .wilson import wilson_interval
 
 
 class Rate(Value):
     """Rate: so many of so many, with the 95 % Wilson score interval (Wilson, JASA 22, 1927)."""
+
+    TOLD: ClassVar[tuple[str, ...]] = ("rate", "interval")
+    """Properties that its JSON has beside the fields (``json_text``)."""
 
     hits: int
     total: int

@@ -4,9 +4,16 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from ..base.errors import UserError
+from msgspec.structs import replace
+
+from ..base.errors import UserError, nearest
 from .arguments import Add, plugin_choice
+
+if TYPE_CHECKING:
+    from ..experiment.order import Order, Trials
+    from ..plugin.selection import PluginChoice
 
 JUDGED = ("suite", "tasks", "states", "twins", "judge", "attempt_refused", "fail")
 """Options of experiments that somebody else judges; the others have ``OWN``, and both the rest."""
@@ -14,15 +21,17 @@ OWN = ("set", "short", "without", "executor", "keep_baseline")
 
 
 def _experiment(arguments: argparse.Namespace) -> int:
-    from ..experiment.judged.spec import is_judged
-    from ..experiment.spec import find_experiment
+    from ..experiment.command import experiment_command
+    from ..experiment.experiment_file import find_experiment, is_judged
 
     path = find_experiment(arguments.experiment)
     if is_judged(path):
         _refuse(arguments, OWN, "somebody else judges its episodes; choose them by --suite, --tasks and --states")
-        return _judged(path, arguments)
-    _refuse(arguments, JUDGED, "its demonstrations are recorded and judged here; choose them by --set")
-    return _own(arguments)
+        order = _episodes(path, arguments)
+    else:
+        _refuse(arguments, JUDGED, "its demonstrations are recorded and judged here; choose them by --set")
+        order = _demonstrations(path, arguments)
+    return experiment_command(order, json_output=arguments.json, figure=arguments.figure, seen=arguments.seen)
 
 
 def _refuse(arguments: argparse.Namespace, options: tuple[str, ...], why: str) -> None:
@@ -32,46 +41,42 @@ def _refuse(arguments: argparse.Namespace, options: tuple[str, ...], why: str) -
         raise UserError(f"--{given[0].replace('_', '-')} does not suit the experiment '{arguments.experiment}': {why}.")
 
 
-def _judged(path: Path, arguments: argparse.Namespace) -> int:
-    from ..experiment.judged.command import judged_command
+def _episodes(path: Path, arguments: argparse.Namespace) -> Order:
+    from ..experiment.judged.spec import read_judged
+    from ..experiment.judged.trials import Episodes
 
-    return judged_command(
-        path,
-        arguments.suite,
-        arguments.tasks,
-        arguments.states or "0",
-        out=arguments.out,
-        workers=arguments.workers,
-        twins=arguments.twins,
-        environment=arguments.judge,
-        attempt_refused=arguments.attempt_refused,
-        pictures=not arguments.no_pictures,
-        json_output=arguments.json,
-        plugins=plugin_choice(arguments),
-        fail=arguments.fail,
-        figure=arguments.figure,
-        seen=arguments.seen,
-    )
+    experiment = read_judged(path)
+    if not arguments.suite and (arguments.out is None or not arguments.out.is_dir()):
+        raise UserError(f"Which suite is to be played is not said; add --suite NAME: {nearest('', experiment.spec.suites)}.")
+    asked = tuple(e for suite in arguments.suite for e in experiment.episodes(suite, arguments.tasks, arguments.states or "0"))
+    trials = Episodes(
+        experiment, asked, arguments.judge, arguments.twins, arguments.attempt_refused, not arguments.no_pictures, _plugins(arguments),
+        arguments.fail,
+    )  # fmt: skip
+    return _order(arguments, trials, experiment.spec.experiment)
 
 
-def _own(arguments: argparse.Namespace) -> int:
-    from ..experiment.command import experiment_command
+def _demonstrations(path: Path, arguments: argparse.Namespace) -> Order:
+    from ..experiment.demonstrations.trials import Demonstrations
 
-    return experiment_command(
-        arguments.experiment,
-        set_name=arguments.set or "main",
-        short=arguments.short,
-        without=arguments.without,
-        workers=arguments.workers,
-        out=arguments.out,
-        pictures=not arguments.no_pictures,
-        keep_baseline=arguments.keep_baseline,
-        json_output=arguments.json,
-        plugins=plugin_choice(arguments),
-        executor=arguments.executor or "local",
-        figure=arguments.figure,
-        seen=arguments.seen,
-    )
+    trials = Demonstrations(
+        path, arguments.set or "main", arguments.short, arguments.without, not arguments.no_pictures, _plugins(arguments),
+        arguments.keep_baseline,
+    )  # fmt: skip
+    return _order(arguments, trials, f"{trials.experiment.spec.experiment}-{trials.what}")
+
+
+def _order(arguments: argparse.Namespace, trials: Trials, name: str) -> Order:
+    from ..experiment.cluster import check_executor
+    from ..experiment.order import Order
+
+    return Order(trials, arguments.out or Path("runs") / name, arguments.workers, check_executor(arguments.executor or "local"))
+
+
+def _plugins(arguments: argparse.Namespace) -> PluginChoice:
+    """Plugins, wherever a worker runs."""
+    chosen = plugin_choice(arguments)
+    return replace(chosen, files=tuple(p.resolve() for p in chosen.files))
 
 
 def add_commands(add: Add) -> None:

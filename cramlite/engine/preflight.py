@@ -19,7 +19,7 @@ from ..model.run_limits import Reached, reached
 from ..model.run_peaks import RunPeaks, peaks_of
 from ..model.slowed import slowed
 from ..model.steps import SetGripper, SetPayload, walk
-from ..model.twin_verdict import Draw
+from ..model.twin_drawing import Draw
 from ..model.verdict import Verdict
 from ..model.world import World
 from ..plugin.catalogue import Knowledge, pick

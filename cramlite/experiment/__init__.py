@@ -1,4 +1,5 @@
-"""Experiments: many demonstrations, all candidates of each planned, proven and executed in twins, and their tables.
+"""Experiments: many trials, each planned, proven and executed, and their tables. One harness for two kinds of trials:
 
-It knows no task: what is demonstrated, where, and when it has succeeded is said by files in ``experiments/``.
+demonstrations that we record and judge (``demonstrations``), and episodes that others defined and judge (``judged``). It knows no task:
+what is demonstrated or played, where, and when it has succeeded is said by files in ``experiments/``.
 """

@@ -12,20 +12,15 @@ from collections.abc import Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, wait
 from contextlib import contextmanager
 from importlib.util import find_spec
-from typing import TYPE_CHECKING, Any
-
-from msgspec.structs import replace
+from typing import Any
 
 from ..base.errors import UserError
-from .results import DemonstrationResult
+from .cluster_tasks import Arrived, trial_task
+from .order import LOCAL, Order, Twins
+from .progress import Progress
+from .store import Store
 
-if TYPE_CHECKING:
-    from .bench import Trial
-    from .cluster_tasks import Arrived
-    from .progress import Progress
-    from .store import Store
-
-LOCAL, OWN = "local", "dask"
+OWN = "dask"
 CONNECT = 10
 """A scheduler answers within this time [s], or it is not there."""
 RESTART = 60
@@ -54,41 +49,35 @@ def check_executor(executor: str) -> str:
     return executor
 
 
-def run_on_cluster(
-    executor: str, workers: int, trials: Sequence[Trial], short: bool, key: dict[str, Any], store: Store, progress: Progress
-) -> dict[str, DemonstrationResult]:
+def run_on_cluster(order: Order, left: Sequence[str], key: dict[str, Any], store: Store, progress: Progress) -> None:
     """Run trials on a cluster until all have arrived.
 
     Args:
-        executor: as ``check_executor`` has it.
-        workers: processes of a cluster of its own.
-        short, key: of the run.
+        left: names of the trials.
+        key: of the run.
         store: where what arrives is written.
-
-    Returns:
-        Each result by the name of its demonstration.
 
     Raises:
         UserError: there is no scheduler at the address, or a worker would give other results.
     """
-    found: dict[str, DemonstrationResult] = {}
+    found = set[str]()
     losses, patience = 0, CONNECT
-    while left := [t for t in trials if t.demonstration.name not in found]:
-        before = len(found)
+    while left := [name for name in left if name not in found]:
+        found.clear()
         try:
-            with connected(executor, workers, patience) as client:
+            with connected(order.executor, order.workers, patience) as client:
                 if client.dashboard_link and find_spec("bokeh"):
                     progress.say(f"live progress: {client.dashboard_link}")
-                for result in _handed_out(client, left, short, key, store):
-                    found[result.name] = result
-                    progress.one(result)
+                for name, result in _handed_out(client, order, left, key, store):
+                    found.add(name)
+                    progress.one(order.trials.line(name, result))
         except (CancelledError, OSError) as error:
-            losses = losses + 1 if len(found) == before else 1
+            losses = 1 if found else losses + 1
             if losses >= LOSSES:
-                raise UserError(f"The scheduler of '{executor}' was lost {losses} times in a row; what has arrived is kept.") from error
-            progress.say(f"the scheduler was lost; {len(trials) - len(found)} trials are handed out again when it is back")
+                lost = f"The scheduler of '{order.executor}' was lost {losses} times in a row"
+                raise UserError(f"{lost}; what has arrived is kept.") from error
+            progress.say(f"the scheduler was lost; {len(left) - len(found)} trials are handed out again when it is back")
             patience = RESTART
-    return found
 
 
 @contextmanager
@@ -128,39 +117,37 @@ def connected(executor: str, workers: int, patience: float = CONNECT) -> Iterato
         yield client
 
 
-def _handed_out(client: Any, left: Sequence[Trial], short: bool, key: dict[str, Any], store: Store) -> Iterator[DemonstrationResult]:
+def _handed_out(client: Any, order: Order, left: Sequence[str], key: dict[str, Any], store: Store) -> Iterator[tuple[str, Any]]:
     """A trial for each place, and none that waits there: Dask blames a death on all that a worker was given.
 
     Where there are fewer trials than places, these give their twins away.
     """
-    from .cluster_tasks import trial_task
-
     pool, todo = client.get_executor(pure=False), deque(left)
-    waiting: dict[Future[Arrived], Trial] = {}
+    waiting: dict[Future[Arrived], str] = {}
     try:
         while todo or waiting:
             places = max(1, sum(client.nthreads().values()))
             while todo and len(waiting) < places:
-                one = replace(todo[0], twins="tasks" if len(todo) + len(waiting) < places else "itself")
-                waiting[pool.submit(trial_task, one, short, key)] = todo.popleft()
+                twins: Twins = "tasks" if len(todo) + len(waiting) < places else "itself"
+                name = todo.popleft()
+                waiting[pool.submit(trial_task, order, name, key, twins)] = name
             for future in wait(waiting, ASK_AGAIN, FIRST_COMPLETED).done:
-                yield _received(future, waiting.pop(future), store)
+                name = waiting.pop(future)
+                yield name, _received(future, order, name, store)
     finally:
         for future in waiting:
             future.cancel()
 
 
-def _received(future: Future[Arrived], trial: Trial, store: Store) -> DemonstrationResult:
+def _received(future: Future[Arrived], order: Order, name: str, store: Store) -> Any:
     """The result of a trial, once its files are written; one whose workers died again and again counts as failed."""
     from distributed.scheduler import KilledWorker
 
     try:
         arrived = future.result()
     except KilledWorker as error:
-        one = trial.demonstration
-        reason = f"worker: the process died {error.allowed_failures + 1} times (out of memory, or killed)"
-        lost = DemonstrationResult(one.name, one.object, one.seed, 0, 0, 0, (), reason)
-        store.save(one.name, "result", lost)
+        lost = order.trials.lost(name, f"the process died {error.allowed_failures + 1} times (out of memory, or killed)")
+        store.save(name, lost)
         return lost
-    store.receive(arrived.result.name, arrived.files)
+    store.receive(name, arrived.files)
     return arrived.result

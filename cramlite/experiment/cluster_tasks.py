@@ -1,4 +1,4 @@
-"""Trials of an experiment as tasks of a Dask cluster. What stands here happens on a worker."""
+"""A trial where it happens: in a worker process, or as a task of a Dask cluster."""
 
 from __future__ import annotations
 
@@ -11,54 +11,68 @@ from msgspec.structs import replace
 
 from ..base.errors import UserError
 from ..base.value import Value
-from ..plugin.selection import PluginChoice
-from .bench import Trial
-from .results import DemonstrationResult
-from .results_key import results_key
-from .trial import run_trial
+from .order import Order, Trials, Twins
+from .store import BEGUN, MOVED
 
 
 class Arrived(Value):
     """Trial that ran on a worker: its result, and its files by their names in the directory of a run."""
 
-    result: DemonstrationResult
+    result: Any
     files: dict[str, bytes]
 
 
-def trial_task(trial: Trial, short: bool, key: dict[str, Any]) -> Arrived:
+def run_trial(order: Order, name: str, twins: Twins = "processes") -> Any:
+    """Run a trial, or what is left of it; whatever is finished is written at once, so that this process may die at any time.
+
+    Raises:
+        UserError: it could not begin, or a file cannot be read or written.
+    """
+    store = order.store
+    if (done := store.read(name, "result", store.result)) is not None:
+        return done
+    store.mark(name)  # it stays if this process dies
+    try:
+        store.save(name, result := order.trials.run(name, store, twins))
+        store.unmark(name, MOVED)
+    finally:
+        store.unmark(name, BEGUN)
+    return result
+
+
+def trial_task(order: Order, name: str, key: dict[str, Any], twins: Twins = "itself") -> Arrived:
     """Run a trial in a folder of the worker's own, and send back what it wrote.
 
     Args:
-        short: whether the run is a short one.
         key: of the run, as whoever asks for it has it.
 
     Raises:
         UserError: this worker has other files or another code.
     """
-    _require_same(trial, short, key)
+    _require_same(order.trials, key)
     with tempfile.TemporaryDirectory(prefix="cramlite-trial-") as folder:
         place = Path(folder)
-        result = run_trial(replace(trial, directory=place))
+        result = run_trial(replace(order, out=place), name, twins)
         paths = (p for p in place.rglob("*") if p.is_file())
         return Arrived(result, {p.relative_to(place).as_posix(): p.read_bytes() for p in paths})
 
 
 @lru_cache(maxsize=64)
-def _own_key(path: Path, set_name: str, short: bool, without: str | None, plugins: PluginChoice) -> dict[str, Any]:
-    return results_key(path, set_name, short=short, without=without, plugins=plugins)
+def _own_key(trials: Trials) -> dict[str, Any]:
+    return trials.key()
 
 
-def _require_same(trial: Trial, short: bool, key: dict[str, Any]) -> None:
+def _require_same(trials: Trials, key: dict[str, Any]) -> None:
     """Refuse a trial whose results would be those of other files or another code; once a process, for each run."""
     import socket
 
     try:
-        own = _own_key(trial.experiment, trial.set_name, short, trial.without, trial.plugins)
+        own = _own_key(trials)
     except (UserError, OSError) as error:
-        raise UserError(f"The worker on '{socket.gethostname()}' cannot use the experiment '{trial.experiment}': {error}") from error
+        raise UserError(f"The worker on '{socket.gethostname()}' cannot use the experiment: {error}") from error
     if own != key:
         other = ", ".join(k for k in key if own.get(k) != key[k])
         raise UserError(
             f"The worker on '{socket.gethostname()}' would give other results than this machine (different: {other}): every machine needs "
-            f"the same version of cramlite, its plugins, and '{trial.experiment.parent}' with the same files. Nothing of it was counted."
+            "the same version of cramlite, its plugins, and the experiment's folder with the same files. Nothing of it was counted."
         )

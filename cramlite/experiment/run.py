@@ -1,172 +1,134 @@
-"""Parallel run of an experiment: demonstrations spread over processes, nothing done twice or lost."""
+"""Parallel run of an experiment: trials spread over processes, nothing done twice or lost."""
 
 from __future__ import annotations
 
 import sys
+from collections import Counter
 from collections.abc import Callable, Sequence
-from concurrent.futures import Executor, Future, as_completed
+from concurrent.futures import Future, as_completed
 from concurrent.futures.process import BrokenProcessPool
-from pathlib import Path
 from typing import Any
 
 from ..base.errors import UserError
 from ..base.run_directory import RunDirectory
-from ..base.value import Value
-from ..plugin.selection import INSTALLED, PluginChoice
-from .bench import Trial
-from .cluster import LOCAL, run_on_cluster
+from .cluster import run_on_cluster
+from .cluster_tasks import run_trial
+from .order import LOCAL, Order
 from .progress import Progress
-from .results import DemonstrationResult
-from .results_key import results_key
-from .spec import Demonstration, Experiment
-from .store import LOCK, Store, locked
-from .trial import run_trial
+from .store import BEGUN, MOVED, Store, locked
 from .worker_pool import stop_workers, worker_pool
 
 DEATHS = 2
-"""A demonstration whose worker died this often is given up, and counts as failed."""
+"""A trial whose worker died this often is given up, and counts as failed."""
+STOPPED = "the process that played it ended after the robot had moved (killed, out of memory, or stopped by hand); it is not played again"
+MOST_LOST = 3
+"""Trials that could not begin, after which the others are not tried."""
 
 
-class Order(Value):
-    """Order for a run: which demonstrations of an experiment, where to, and with how many processes of whom.
-
-    Args:
-        set_name, short, without: which demonstrations, only the first of each object, what is taken away.
-        out: the run directory.
-        workers: processes.
-        pictures: draw how each execution ended.
-        plugins: of the engine.
-        executor: "local" for processes of this machine, "dask" or "dask://HOST:PORT" for a cluster (``cluster.connected``).
-    """
-
-    experiment: Experiment
-    set_name: str
-    out: Path
-    workers: int
-    short: bool = False
-    without: str | None = None
-    pictures: bool = True
-    plugins: PluginChoice = INSTALLED
-    executor: str = LOCAL
-
-    @property
-    def demonstrations(self) -> tuple[Demonstration, ...]:
-        """Demonstrations of the run, in order."""
-        return self.experiment.demonstrations(self.set_name, short=self.short)
-
-    def trial(self, one: Demonstration) -> Trial:
-        """Return the trial of a demonstration."""
-        path = self.experiment.path.resolve()
-        return Trial(
-            path,
-            self.set_name,
-            one,
-            self.out.resolve(),
-            self.without,
-            self.pictures,
-            self.plugins,
-        )
-
-
-def run_experiment(order: Order, say: Callable[[str], None]) -> tuple[DemonstrationResult, ...]:
-    """Run the demonstrations of an experiment that have no result yet.
+def run_experiment(order: Order, say: Callable[[str], None]) -> dict[str, Any]:
+    """Run the trials of an order that have no result yet.
 
     Args:
-        say: is told a line for each demonstration.
+        say: is told a line for each trial.
 
     Returns:
-        The results of all demonstrations, in order, those of earlier runs among them; the same for any number of workers.
+        All results that the directory holds by the names of their trials, those of earlier runs among them; the same for any number of
+        workers.
 
     Raises:
-        UserError: the directory holds something else, is in use or damaged, or cannot be written; or there is no such cluster.
+        UserError: a trial could not begin; the directory holds something else, is in use or damaged, or cannot be written; or there is
+            no such cluster. What is finished is kept.
         KeyboardInterrupt: the workers were stopped; what is finished is kept.
     """
-    key = run_key(order)
+    key = order.trials.key()
     directory = RunDirectory(order.out, key)
     lock = locked(order.out)
     try:
-        store = Store(order.out)
-        found = {d.name: r for d in order.demonstrations if (r := store.demonstration(d.name)) is not None}
-        left = [d for d in order.demonstrations if d.name not in found]
-        if order.executor != LOCAL and left:
-            progress = Progress(len(order.demonstrations), len(left), say)
-            trials = [order.trial(d) for d in left]
-            found |= run_on_cluster(order.executor, order.workers, trials, order.short, key, store, progress)
-        deaths: dict[str, int] = {}
-        while left := [d for d in order.demonstrations if d.name not in found]:
-            found |= _round(order, store, left, deaths, say)
+        store = order.store
+        _settle(order, store, say)
+        if left := _left(order, store):
+            order.trials.prepare()
+            if order.executor != LOCAL:
+                run_on_cluster(order, left, key, store, Progress(len(order.trials.names), len(left), say))
+            _run_all(order, store, say)
         directory.finish()
-        return tuple(found[d.name] for d in order.demonstrations)
+        return store.results()
     finally:
         lock.close()
 
 
-def run_key(order: Order) -> dict[str, Any]:
-    """Return what the results depend on: files, seeds, code. How many workers there are, and where, is none of it."""
-    path = order.experiment.path.resolve()
-    return results_key(path, order.set_name, short=order.short, without=order.without, plugins=order.plugins)
+def _left(order: Order, store: Store) -> list[str]:
+    """Trials that have no result.
+
+    Raises:
+        UserError: a result is damaged.
+    """
+    found = store.results()
+    return [name for name in order.trials.names if name not in found]
 
 
-def _round(
-    order: Order, store: Store, left: Sequence[Demonstration], deaths: dict[str, int], say: Callable[[str], None]
-) -> dict[str, DemonstrationResult]:
-    """Hand out what is left, until it is done or a worker dies."""
-    for name in store.unfinished():  # of a run that was killed
-        store.unmark(name)
-    progress = Progress(len(order.demonstrations), len(left), say)
-    found: dict[str, DemonstrationResult] = {}
+def _settle(order: Order, store: Store, say: Callable[[str], None]) -> None:
+    """Give a result to the trials whose robot was moved by a process that ended before it had one: one attempt each."""
+    for name in store.marked(MOVED):
+        _give_up(order, store, name, STOPPED, say)
+
+
+def _give_up(order: Order, store: Store, name: str, reason: str, say: Callable[[str], None]) -> None:
+    result = order.trials.lost(name, reason)
+    store.save(name, result)
+    store.unmark(name, BEGUN, MOVED)
+    say(order.trials.line(name, result))
+
+
+def _run_all(order: Order, store: Store, say: Callable[[str], None]) -> None:
+    """Hand out the trials until each has a result; those that kill their worker get one, too.
+
+    Raises:
+        UserError: some could not begin.
+    """
+    deaths = Counter[str]()
+    while left := _left(order, store):
+        for name in store.marked(BEGUN):  # of a run that was killed
+            store.unmark(name)
+        if lost := _round(order, left, say):
+            raise UserError(f"{len(lost)} of {len(left)} trials could not begin, the first one: {lost[0]} What is finished is kept in "
+                            f"'{order.out}'; start the same command again for the rest.")  # fmt: skip
+        for name in store.marked(BEGUN):
+            deaths[name] += 1
+            say(f"a worker died at or beside {name} ({deaths[name]} of {DEATHS}); it is begun anew, unless a robot had moved")
+            if deaths[name] >= DEATHS:
+                _give_up(order, store, name, f"the process died {DEATHS} times (out of memory, or killed)", say)
+        _settle(order, store, say)
+
+
+def _round(order: Order, left: Sequence[str], say: Callable[[str], None]) -> list[str]:
+    """Hand out what is left, until all have ended or a worker dies; gives why some could not begin."""
+    progress, lost = Progress(len(order.trials.names), len(left), say), list[str]()
     pool = worker_pool(min(order.workers, len(left)))
     try:
-        for result in _results(pool, [order.trial(d) for d in left]):
-            found[result.name] = result
-            progress.one(result)
+        waiting = {pool.submit(run_trial, order, name): name for name in left}
+        for future in as_completed(waiting):
+            progress.one(_line(order, waiting[future], future, lost))
+            if len(lost) == MOST_LOST:
+                break
+        else:
+            pool.shutdown()
     except BrokenProcessPool:
-        found |= _buried(order, store, deaths, say)
-    except BaseException:
+        pass
+    finally:
         stop_workers(pool)
-        raise
-    pool.shutdown()
-    return found
+    return lost
 
 
-def _results(pool: Executor, trials: Sequence[Trial]) -> Any:
-    waiting: list[Future[DemonstrationResult]] = [pool.submit(run_trial, t) for t in trials]
-    for done in as_completed(waiting):
-        yield done.result()
-
-
-def _buried(
-    order: Order, store: Store, deaths: dict[str, int], say: Callable[[str], None]
-) -> dict[str, DemonstrationResult]:
-    """A worker died, and the pool with it: what it was at is tried again, or given up."""
-    given_up = {}
-    by_name = {d.name: d for d in order.demonstrations}
-    for name in store.unfinished():
-        deaths[name] = deaths.get(name, 0) + 1
-        say(f"a worker died at or beside {name} ({deaths[name]} of {DEATHS}); finished pieces are kept")
-        if deaths[name] >= DEATHS:
-            one = by_name[name]
-            reason = f"worker: the process died {DEATHS} times (out of memory, or killed)"
-            given_up[name] = DemonstrationResult(name, one.object, one.seed, 0, 0, 0, (), reason)
-            store.save(name, "result", given_up[name])
-        store.unmark(name)
-    return given_up
+def _line(order: Order, name: str, future: Future[Any], lost: list[str]) -> str:
+    """A trial that has ended, in a line for people."""
+    try:
+        return order.trials.line(name, future.result())
+    except UserError as error:
+        lost.append(str(error))
+        return f"{name}: not begun: {error}"
 
 
 def speak(text: str) -> None:
     """Print a line for people on standard error."""
     print(text, file=sys.stderr, flush=True)
-
-
-def check_workers(workers: int) -> int:
-    """Check the number of worker processes, and return it.
-
-    Raises:
-        UserError: less than one.
-    """
-    if workers < 1:
-        raise UserError(f"--workers is {workers}; it takes at least 1 process.")
-    return workers
-
-
-__all__ = ["LOCK", "Order", "run_experiment"]

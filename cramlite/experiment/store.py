@@ -1,4 +1,4 @@
-"""Result store of an experiment: one run, one process that writes, every finished piece whole."""
+"""Result store of a run: one run, every finished piece whole."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import shutil
 import tempfile
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import IO, TypeVar
+from typing import IO, Any, TypeVar
 
 from msgspec import DecodeError, json
 
@@ -16,81 +16,94 @@ from ..base.errors import UserError
 from ..base.file_lock import lock
 from ..base.json_text import as_json
 from ..base.run_directory import write_whole
-from .results import CandidateResult, DemonstrationResult
 
-LOCK = "lock"
-T = TypeVar("T", CandidateResult, DemonstrationResult)
+LOCK, BEGUN, MOVED = "lock", "begun", "moved"
+"""File of a run that is under way; of a trial that is, in its folder; of one that must not be done again, since a robot was moved."""
+RECORDED = "demonstrations"
+T = TypeVar("T")
 
 
 class Store:
-    """Result store: results by demonstration and candidate, as files.
-
-    ``DEMONSTRATION/result.json`` is written when all its candidates are, ``DEMONSTRATION/K.json`` when the K-th is;
-    beside it are ``K.script``, the text that was executed, and ``K.jpg``, how that ended.
+    """Result store: a folder for each trial, whose ``result.json`` is written when the trial has ended.
 
     Args:
-        path: of the directory, which belongs to the run already.
+        path: run directory, which belongs to the run already.
+        trials: name of the folder in it that holds those of the trials.
+        result: type of a result.
     """
 
-    def __init__(self, path: Path) -> None:
-        self.path = path
+    def __init__(self, path: Path, trials: str, result: type[Any]) -> None:
+        self.path, self.trials, self.result = path, path / trials, result
 
-    def folder(self, demonstration: str) -> Path:
-        """Return the folder of a demonstration."""
-        return self.path / "results" / demonstration
+    def folder(self, trial: str) -> Path:
+        """Return the folder of a trial."""
+        return self.trials / trial
 
-    def write(self, name: str, content: str | bytes) -> Path:
-        """Write a file of the run atomically, and return its path."""
-        return write_whole(self.path / name, content)
+    def write(self, trial: str, name: str, content: str | bytes) -> Path:
+        """Write a file of a trial atomically, and return its path."""
+        return write_whole(self.folder(trial) / name, content)
 
-    def save(self, demonstration: str, name: str, result: CandidateResult | DemonstrationResult) -> None:
-        """Write a result of a demonstration as JSON."""
-        self.write(f"results/{demonstration}/{name}.json", as_json(result))
+    def save(self, trial: str, value: Any, piece: str = "result") -> None:
+        """Write a value of a trial, its result in the end, as JSON."""
+        self.write(trial, f"{piece}.json", as_json(value))
 
-    def save_failure(self, demonstration: str, failure: str) -> None:
-        """Write what a demonstration did not bring about."""
-        self.write(f"results/{demonstration}/recorded", failure)
+    def read(self, trial: str, piece: str, kind: type[T]) -> T | None:
+        """Read a value of a trial; None if it is not there.
 
-    def failure(self, demonstration: str) -> str:
-        """Read what a demonstration did not bring about; "" where it came off."""
-        return (self.folder(demonstration) / "recorded").read_text(encoding="utf-8")
+        Raises:
+            UserError: it is damaged.
+        """
+        path = self.folder(trial) / f"{piece}.json"
+        try:
+            return json.decode(path.read_bytes(), type=kind)
+        except FileNotFoundError:
+            return None
+        except (OSError, DecodeError) as error:
+            said = str(error).splitlines()[0]
+            raise UserError(
+                f"'{path}' is damaged ({said}). Delete this one file and start the experiment again: only that piece is done "
+                "anew, and everything else is kept."
+            ) from error
 
-    def candidate(self, demonstration: str, number: int) -> CandidateResult | None:
-        """Read the result of a candidate; None if it is not finished."""
-        return _read(self.folder(demonstration) / f"{number}.json", CandidateResult)
+    def results(self) -> dict[str, Any]:
+        """Read all results that there are, by the names of their trials.
 
-    def demonstration(self, demonstration: str) -> DemonstrationResult | None:
-        """Read the result of a demonstration; None if it is not finished."""
-        return _read(self.folder(demonstration) / "result.json", DemonstrationResult)
+        Raises:
+            UserError: one is damaged.
+        """
+        names = sorted(p.parent.name for p in self.trials.glob("*/result.json"))
+        return {name: self.read(name, "result", self.result) for name in names}
 
-    def mark(self, demonstration: str) -> None:
-        """Mark a demonstration as taken on by this worker process."""
-        self.write(f"results/{demonstration}/worker", str(os.getpid()))
+    def mark(self, trial: str, how: str = BEGUN) -> None:
+        """Mark a trial with this process."""
+        self.write(trial, how, str(os.getpid()))
 
-    def unmark(self, demonstration: str) -> None:
-        """Remove the mark of a worker."""
-        (self.folder(demonstration) / "worker").unlink(missing_ok=True)
+    def unmark(self, trial: str, *marks: str) -> None:
+        """Remove marks of a trial."""
+        for mark in marks or (BEGUN,):
+            (self.folder(trial) / mark).unlink(missing_ok=True)
 
-    def unfinished(self) -> list[str]:
-        """Return the names of demonstrations that a worker took on and did not finish."""
-        return sorted(p.parent.name for p in (self.path / "results").glob("*/worker"))
+    def marked(self, how: str) -> list[str]:
+        """Return the trials with a mark and without a result."""
+        found = sorted(p.parent for p in self.trials.glob(f"*/{how}"))
+        return [folder.name for folder in found if not (folder / "result.json").exists()]
 
-    def receive(self, demonstration: str, files: Mapping[str, bytes]) -> None:
+    def receive(self, trial: str, files: Mapping[str, bytes]) -> None:
         """Take over the files of a trial that ran elsewhere; its result is written last, so that half of them count for nothing.
 
         Args:
             files: by their names in the directory of the run.
         """
-        recorded, whole = f"demonstrations/{demonstration}", f"results/{demonstration}/result.json"
-        own = [n for n in files if n.startswith(f"results/{demonstration}/") and n != whole]
-        for name in own:
-            self.write(name, files[name])
+        place = f"{self.trials.name}/{trial}"
+        recorded, whole = f"{RECORDED}/{trial}", f"{place}/result.json"
+        for name in (n for n in files if n.startswith(f"{place}/") and n != whole):
+            write_whole(self.path / name, files[name])
         with tempfile.TemporaryDirectory(dir=self.path, prefix=".arriving-") as folder:
             for name in (n for n in files if n.startswith(f"{recorded}/")):
                 write_whole(Path(folder) / name, files[name])
             if (Path(folder) / recorded).is_dir():
                 self.adopt(Path(folder) / recorded, recorded)
-        self.write(whole, files[whole])
+        write_whole(self.path / whole, files[whole])
 
     def adopt(self, folder: Path, name: str) -> Path:
         """Move a complete folder to its place in the run, and return its path."""
@@ -99,24 +112,6 @@ class Store:
         shutil.rmtree(target, ignore_errors=True)
         folder.replace(target)
         return target
-
-
-def _read(path: Path, kind: type[T]) -> T | None:
-    """A result; None if it is not there.
-
-    Raises:
-        UserError: it is damaged.
-    """
-    try:
-        return json.decode(path.read_bytes(), type=kind)
-    except FileNotFoundError:
-        return None
-    except (OSError, DecodeError) as error:
-        said = str(error).split("\n")[0]
-        raise UserError(
-            f"'{path}' is damaged ({said}). Delete this one file and start the experiment again: only that piece is done "
-            "anew, and everything else is kept."
-        ) from error
 
 
 def locked(path: Path) -> IO[str]:

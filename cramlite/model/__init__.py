@@ -66,7 +66,8 @@ if TYPE_CHECKING:
         walk,
     )
     from .swing import Swing
-    from .twin_verdict import Draw, TwinRun, TwinVerdict
+    from .twin_drawing import Draw
+    from .twin_verdict import TwinRun, TwinVerdict
     from .verdict import Cost, Finding, Verdict
     from .view import D435, Depth, Image, Intrinsics, Mask, Points, View
     from .world import (
@@ -119,7 +120,8 @@ _HOMES = {
     " Monitor MoveJoints MoveLinear MoveUntilContact Parallel Repeat SetGripper SetPayload"
     " SpiralSearch Step Wait ZeroSensor branch_conflict uses_arm walk",
     ".swing": "Swing",
-    ".twin_verdict": "Draw TwinRun TwinVerdict",
+    ".twin_drawing": "Draw",
+    ".twin_verdict": "TwinRun TwinVerdict",
     ".verdict": "Cost Finding Verdict",
     ".view": "D435 Depth Image Intrinsics Mask Points View",
     ".world": "Camera Contact Disturbance Feature Filling Geom Inertia Joint MeshFile Physics RobotMount Thing World",

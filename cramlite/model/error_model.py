@@ -4,13 +4,34 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Any
+from functools import cache
+from typing import Annotated, Any, TypeVar, get_type_hints
 
 from msgspec import field
-from msgspec.structs import replace
+from msgspec.structs import fields, replace
 
 from ..base.value import Value
+from .error_sources import (
+    FURTHEST,
+    LATEST,
+    STEEPEST,
+    WIDEST,
+    ErrorSource,
+    Size,
+    rubbing,
+    rubbing_pads,
+    weighing,
+    with_backlash,
+    with_centres,
+    with_grip,
+    with_latency,
+    with_links,
+    with_sensor,
+    with_zeros,
+)
 from .sensor_errors import SensorErrors
+
+M = TypeVar("M", bound="ErrorModel")
 
 
 class PoseError(Value):
@@ -22,6 +43,9 @@ class PoseError(Value):
 
 class ErrorModel(Value):
     """Declared errors of a cell; worlds that are drawn from it are twins.
+
+    A field declares its source (``ErrorSource``): how files write it, how it is drawn and applied. Where things are, and how large, is
+    drawn for all of them at once (``cramlite.scenario.twin_places``).
 
     Each number is the half-width of a uniform distribution, but for the noise of the sensor, a standard deviation. The defaults are
     choices, with the measured numbers that they were made from; a scenario changes any of them.
@@ -50,20 +74,29 @@ class ErrorModel(Value):
         scale: multiplies every number.
     """
 
-    pose: PoseError = PoseError(0.002, math.radians(1.0))
-    things: Mapping[str, PoseError] = field(default_factory=dict)
-    friction: float = 0.5
-    mass: float = 0.2
-    size: float = 0.01
-    centre: float = 0.05
-    lean: float = math.radians(1.0)
-    gripper_force: float = 0.1
-    sensor: SensorErrors | None = None
-    latency: tuple[float, float] = (0.008, 0.024)
-    kinematics: float = 0.0003
-    calibration: float = math.radians(0.02)
-    backlash: float = math.radians(1 / 60)
-    hand_eye: PoseError = PoseError(0.003, math.radians(0.5))
+    pose: Annotated[PoseError, ErrorSource(
+        "poses", 1, nothing=PoseError(),
+        keys={"position": ("position", Size("length", FURTHEST)), "angle": ("angle", Size("angle", WIDEST))},
+    )] = PoseError(0.002, math.radians(1.0))  # fmt: skip
+    things: Annotated[Mapping[str, PoseError], ErrorSource("poses", 1, nothing={})] = field(default_factory=dict)
+    friction: Annotated[float, ErrorSource("friction", 2, Size("share", 1), thing=rubbing, world=rubbing_pads)] = 0.5
+    mass: Annotated[float, ErrorSource("mass", 6, Size("share", 1), thing=weighing)] = 0.2
+    size: Annotated[float, ErrorSource("size", 9, Size("share", 0.5))] = 0.01
+    centre: Annotated[float, ErrorSource("centre", 10, Size("share", 0.5), world=with_centres)] = 0.05
+    lean: Annotated[float, ErrorSource("lean", 11, Size("angle", STEEPEST))] = math.radians(1.0)
+    gripper_force: Annotated[float, ErrorSource("gripper force", 7, Size("share", 1), world=with_grip)] = 0.1
+    sensor: Annotated[SensorErrors | None, ErrorSource(
+        "force sensor", 4, nothing=SensorErrors(0.0, 0.0, 0.0), world=with_sensor,
+        keys={"force_noise": ("noise", Size("force")), "force_precision": ("precision", Size("force")),
+              "force_drift": ("drift", Size("rate", 1000))},
+    )] = None  # fmt: skip
+    latency: Annotated[
+        tuple[float, float], ErrorSource("latency", 5, Size("time", LATEST), nothing=(0.0, 0.0), world=with_latency)
+    ] = (0.008, 0.024)
+    kinematics: Annotated[float, ErrorSource("arm", 3, Size("length", FURTHEST), world=with_links)] = 0.0003
+    calibration: Annotated[float, ErrorSource("arm", 3, Size("angle", WIDEST), world=with_zeros)] = math.radians(0.02)
+    backlash: Annotated[float, ErrorSource("arm", 3, Size("angle", WIDEST), world=with_backlash)] = math.radians(1 / 60)
+    hand_eye: Annotated[PoseError, ErrorSource("hand-eye", 8, nothing=PoseError())] = PoseError(0.003, math.radians(0.5))
     scale: float = 1.0
 
     def scaled(self, factor: float) -> ErrorModel:
@@ -80,19 +113,33 @@ class ErrorModel(Value):
         Raises:
             KeyError: ``SOURCES`` has no such source.
         """
-        kept: dict[str, Any] = {name: getattr(self, name) for name in SOURCES[source]}
-        return replace(NO_ERRORS, scale=self.scale, **kept)
+        kept: dict[str, Any] = {name: getattr(self, name) for name in sources(type(self))[source]}
+        return replace(without_errors(type(self)), scale=self.scale, **kept)
 
 
-NO_ERRORS = ErrorModel(
-    pose=PoseError(), friction=0.0, mass=0.0, size=0.0, centre=0.0, lean=0.0, gripper_force=0.0, sensor=SensorErrors(0.0, 0.0, 0.0),
-    latency=(0.0, 0.0), kinematics=0.0, calibration=0.0, backlash=0.0, hand_eye=PoseError(),
-)  # fmt: skip
-"""What is drawn from it is the believed world itself."""
+@cache
+def declared(model: type[ErrorModel]) -> Mapping[str, ErrorSource]:
+    """Return the declarations of a model by field, in the order in which they are drawn: by rank, then by field."""
+    hints = get_type_hints(model, include_extras=True)
+    found = {f.name: source for f in fields(model) for source in getattr(hints[f.name], "__metadata__", ())}
+    return dict(sorted(found.items(), key=lambda kv: kv[1].rank))
 
-SOURCES: Mapping[str, tuple[str, ...]] = {
-    "poses": ("pose", "things"), "friction": ("friction",), "arm": ("kinematics", "calibration", "backlash"),
-    "force sensor": ("sensor",), "latency": ("latency",), "mass": ("mass",), "gripper force": ("gripper_force",),
-    "hand-eye": ("hand_eye",), "size": ("size",), "centre": ("centre",), "lean": ("lean",),
-}  # fmt: skip
+
+def sources(model: type[ErrorModel]) -> Mapping[str, tuple[str, ...]]:
+    """Return the sources of error of a model, each with its fields."""
+    found: dict[str, tuple[str, ...]] = {}
+    for name, source in declared(model).items():
+        found[source.name] = (*found.get(source.name, ()), name)
+    return found
+
+
+def without_errors(model: type[M]) -> M:
+    """Return a model of a type in which nothing is off."""
+    nothing: dict[str, Any] = {name: source.nothing for name, source in declared(model).items()}
+    return model(**nothing)
+
+
+SOURCES = sources(ErrorModel)
 """Sources of error -> the fields of ``ErrorModel`` that belong to each; those that break programs most often stand first."""
+NO_ERRORS = without_errors(ErrorModel)
+"""What is drawn from it is the believed world itself."""

@@ -8,31 +8,7 @@ from ..base.value import Value
 from ..base.wilson import wilson_interval
 from .proof_doubts import ProofDoubts
 from .run_peaks import RunPeaks
-
-
-class Draw(Value):
-    """Number that was drawn for a twin.
-
-    Args:
-        source: of error, a key of ``SOURCES``.
-        name: for people: of what, and which.
-        value: in ``unit``.
-        size: the largest that could have been drawn, in ``unit``.
-    """
-
-    source: str
-    name: str
-    value: float
-    size: float
-    unit: str
-
-    @property
-    def share(self) -> float:
-        """Value as a share of the largest possible, -1 to 1."""
-        return self.value / self.size if self.size else 0.0
-
-    def __str__(self) -> str:
-        return f"{self.name} {self.value:+.3g} {self.unit}"
+from .twin_drawing import Draw
 
 
 class TwinRun(Value):

@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-from typing import Any
+import math
+from collections.abc import Mapping
+from typing import Annotated, Any
 
-from msgspec.structs import replace
-from pydantic import Field, model_validator
+from msgspec.structs import fields, replace
+from pydantic import AfterValidator, Field, create_model
 
 from ..base.quantities import Angle, Force, Length, Time
 from ..base.spec import Spec
-from ..model.error_model import ErrorModel, PoseError
+from ..model.error_model import ErrorModel, PoseError, declared
+from ..model.error_sources import FURTHEST, WIDEST, ErrorSource, Size
 from ..model.proof_doubts import MOST_TWINS, ProofDoubts
 from ..model.sensor_errors import SensorErrors
-
-FURTHEST, WIDEST, LATEST = 0.5, 3.2, 1.0
-"""Errors of lengths [m], angles [rad] and times [s] beyond these are none: nothing would be where it is believed to be."""
-
-STEEPEST = 0.2
-"""Lean of furniture beyond this is none [rad]: what stands on it would slide at a friction of .2."""
 
 
 class PoseErrorSpec(Spec):
@@ -37,33 +34,39 @@ class ThingErrorSpec(PoseErrorSpec):
     thing: str
 
 
-class ErrorSpec(Spec):
+TYPES: dict[str, Any] = {"share": float, "rate": float, "length": Length, "angle": Angle, "force": Force, "time": Time}
+"""Kind of a ``Size`` -> type of a key."""
+
+
+def keys_of(model: type[ErrorModel]) -> dict[str, Any]:
+    """Return the keys of files for an error model as fields of a specification, none of them required."""
+    keys: dict[str, Any] = {}
+    declarations = declared(model)
+    for name, source in ((f.name, declarations[f.name]) for f in fields(model) if f.name in declarations):
+        sizes = {key: size for key, (_, size) in source.keys.items()} or ({name: source.size} if source.size is not None else {})
+        pair = isinstance(source.nothing, tuple)
+        keys |= {key: _pair(size) if pair else _key(size) for key, size in sizes.items()}
+        if not sizes:
+            keys[name] = (tuple[ThingErrorSpec, ...], ()) if isinstance(source.nothing, Mapping) else (PoseErrorSpec | None, None)
+    return keys | {"scale": _key(Size("rate", 100))}
+
+
+def _key(size: Size) -> Any:
+    most: dict[str, Any] = {"lt" if size.kind == "share" else "le": size.most} if size.most < math.inf else {}
+    return TYPES[size.kind] | None, Field(default=None, ge=0, **most)
+
+
+def _pair(size: Size) -> Any:
+    def in_order(ends: tuple[float, float]) -> tuple[float, float]:
+        if not 0 <= ends[0] <= ends[1] <= size.most:
+            raise ValueError(f"write the lowest and the highest {size.kind}, in this order, from 0 to {size.most:g}")
+        return ends
+
+    return Annotated[tuple.__class_getitem__((TYPES[size.kind],) * 2), AfterValidator(in_order)] | None, None
+
+
+class ErrorSpec(create_model("ErrorKeys", __base__=Spec, **keys_of(ErrorModel))):  # type: ignore[misc]
     """Keys of an error model (``cramlite.model.ErrorModel``); what is not written is as it was before."""
-
-    position: Length | None = Field(default=None, ge=0, le=FURTHEST)
-    angle: Angle | None = Field(default=None, ge=0, le=WIDEST)
-    things: tuple[ThingErrorSpec, ...] = ()
-    friction: float | None = Field(default=None, ge=0, lt=1)
-    mass: float | None = Field(default=None, ge=0, lt=1)
-    size: float | None = Field(default=None, ge=0, lt=0.5)
-    centre: float | None = Field(default=None, ge=0, lt=0.5)
-    lean: Angle | None = Field(default=None, ge=0, le=STEEPEST)
-    gripper_force: float | None = Field(default=None, ge=0, lt=1)
-    force_noise: Force | None = Field(default=None, ge=0)
-    force_precision: Force | None = Field(default=None, ge=0)
-    force_drift: float | None = Field(default=None, ge=0, le=1000)
-    latency: tuple[Time, Time] | None = None
-    kinematics: Length | None = Field(default=None, ge=0, le=FURTHEST)
-    calibration: Angle | None = Field(default=None, ge=0, le=WIDEST)
-    backlash: Angle | None = Field(default=None, ge=0, le=WIDEST)
-    hand_eye: PoseErrorSpec | None = None
-    scale: float | None = Field(default=None, ge=0, le=100)
-
-    @model_validator(mode="after")
-    def _in_order(self) -> ErrorSpec:
-        if self.latency is not None and not 0 <= self.latency[0] <= self.latency[1] <= LATEST:
-            raise ValueError(f"'latency' is the lowest and the highest delay, in this order, from 0 to {LATEST:g} s")
-        return self
 
     def errors(self, before: ErrorModel, sensor: SensorErrors) -> ErrorModel:
         """Return an error model with what is written here changed.
@@ -72,16 +75,18 @@ class ErrorSpec(Spec):
             before: what is not written.
             sensor: of the robot; what is not written of the sensor, unless ``before`` says it.
         """
-        same = ("friction", "mass", "size", "centre", "lean", "gripper_force", "latency", "kinematics", "calibration", "backlash", "scale")
-        changes: dict[str, Any] = {n: getattr(self, n) for n in same if getattr(self, n) is not None}
-        pose = {n: v for n in ("position", "angle") if (v := getattr(self, n)) is not None}
-        of_sensor = {n: v for n in ("noise", "precision", "drift") if (v := getattr(self, f"force_{n}")) is not None}
-        if self.hand_eye is not None:
-            changes["hand_eye"] = self.hand_eye.error()
-        things = {**before.things, **{t.thing: t.error() for t in self.things}}
-        return replace(
-            before, pose=replace(before.pose, **pose), things=things, sensor=replace(before.sensor or sensor, **of_sensor), **changes
-        )
+        before = replace(before, sensor=before.sensor or sensor)
+        changes = {name: self._said(name, source, getattr(before, name)) for name, source in declared(type(before)).items()}
+        return replace(before, **changes, scale=before.scale if self.scale is None else self.scale)
+
+    def _said(self, name: str, source: ErrorSource, before: Any) -> Any:
+        """A field of the model, with what is written here of it."""
+        if source.keys:
+            return replace(before, **{a: v for key, (a, _) in source.keys.items() if (v := getattr(self, key)) is not None})
+        said = getattr(self, name)
+        if isinstance(said, PoseErrorSpec):
+            return said.error()
+        return {**before, **{t.thing: t.error() for t in said}} if isinstance(before, Mapping) else before if said is None else said
 
 
 class ProofSpec(Spec):

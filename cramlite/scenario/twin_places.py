@@ -14,11 +14,12 @@ from collections.abc import Callable, Mapping
 from msgspec.structs import replace
 
 from ..base.value import Value
+from ..model.error_model import ErrorModel
 from ..model.geometry import Pose, Vector3
+from ..model.thing_boxes import bottom, boxes
+from ..model.twin_drawing import DEG, MM, Drawing
 from ..model.world import Feature, Thing, World
 from .scaled_thing import scaled
-from .thing_boxes import bottom, boxes
-from .twin_drawing import DEG, MM, Drawing
 
 INSIDE = 0.01
 """What stands may be this far inside what it stands on when the world is written [m]; it settles."""
@@ -41,12 +42,12 @@ class Sight(Value):
 class _Placing:
     """The errors of all things, drawn in their order, and the things that have been placed."""
 
-    def __init__(self, world: World, hangers: Mapping[str, str], draw: Drawing, sight: Sight | None) -> None:
+    def __init__(self, world: World, hangers: Mapping[str, str], errors: ErrorModel, draw: Drawing, sight: Sight | None) -> None:
         self.world, self.hangers = world, hangers
-        self.offs = _offsets(world, draw, sight)
+        self.offs = _offsets(world, errors, draw, sight)
         self.waiting = {t.name for t in world.things}
-        self.factors = {t.name: draw.share("size", f"{t.name}: size", draw.errors.size) for t in world.things if _free(t)}
-        self.leans = {t.name: _lean(t, draw) for t in world.things if not t.movable and t.geoms}
+        self.factors = {t.name: draw.share("size", f"{t.name}: size", errors.size) for t in world.things if _free(t)}
+        self.leans = {t.name: _lean(t, errors, draw) for t in world.things if not t.movable and t.geoms}
         self.found = dict[str, Thing]()
 
     def put(self, thing: Thing) -> None:
@@ -113,14 +114,14 @@ class _Placing:
         return after.position[2] - before.position[2] + round(float(there), NANOMETRE)
 
 
-def place(world: World, hangers: Mapping[str, str], draw: Drawing, sight: Sight | None) -> tuple[Thing, ...]:
+def place(world: World, hangers: Mapping[str, str], errors: ErrorModel, draw: Drawing, sight: Sight | None) -> tuple[Thing, ...]:
     """Draw how large things are and where, and place them.
 
     Args:
         hangers: thing -> what it hangs on.
         sight: of the camera that the poses come from; None where they are known.
     """
-    placing = _Placing(world, hangers, draw, sight)
+    placing = _Placing(world, hangers, errors, draw, sight)
     for thing in world.things:
         if thing.name in placing.waiting:
             placing.put(thing)
@@ -131,32 +132,32 @@ def _free(thing: Thing) -> bool:
     return not thing.furniture and bool(thing.geoms)
 
 
-def _lean(thing: Thing, draw: Drawing) -> Pose:
+def _lean(thing: Thing, errors: ErrorModel, draw: Drawing) -> Pose:
     """How far a fixed thing leans: a turn about a horizontal axis."""
-    x, y = draw.disc("lean", f"{thing.name}: leans about", draw.errors.lean, "deg", DEG)
+    x, y = draw.disc("lean", f"{thing.name}: leans about", errors.lean, "deg", DEG)
     return Pose.from_rotvec((0.0, 0.0, 0.0), (x, y, 0.0))
 
 
-def _offsets(world: World, draw: Drawing, sight: Sight | None) -> dict[str, Pose]:
+def _offsets(world: World, errors: ErrorModel, draw: Drawing, sight: Sight | None) -> dict[str, Pose]:
     """How far each thing is off by itself, and by what the camera that saw it is off."""
-    seen, offs = _hand_eye(draw, sight) if sight is not None else None, dict[str, Pose]()
+    seen, offs = _hand_eye(errors, draw, sight) if sight is not None else None, dict[str, Pose]()
     for thing in world.things:
-        off = _offset(thing, draw)
+        off = _offset(thing, errors, draw)
         offs[thing.name] = seen(thing.pose) * off if seen and sight and thing.name in sight.things else off
     return offs
 
 
-def _offset(thing: Thing, draw: Drawing) -> Pose:
+def _offset(thing: Thing, errors: ErrorModel, draw: Drawing) -> Pose:
     """How far a thing is off by itself: a shift in world axes, and a turn about the vertical."""
-    error = draw.errors.of(thing.name)
+    error = errors.of(thing.name)
     shift = draw.ball("poses", f"{thing.name}:", error.position, "mm", MM)
     turn = draw.number("poses", f"{thing.name}: turned", error.angle, "deg", DEG)
     return Pose.from_rotvec(shift, (0.0, 0.0, turn))
 
 
-def _hand_eye(draw: Drawing, sight: Sight) -> Callable[[Pose], Pose]:
+def _hand_eye(errors: ErrorModel, draw: Drawing, sight: Sight) -> Callable[[Pose], Pose]:
     """What an error of the camera's mounting does at a place: a shift, and a turn about the vertical."""
-    error = draw.errors.hand_eye
+    error = errors.hand_eye
     shift = draw.ball("hand-eye", "camera:", error.position, "mm", MM)
     turn = draw.ball("hand-eye", "camera: turned about", error.angle, "deg", DEG)
     moved = sight.camera * Pose.from_rotvec(shift, turn) * sight.camera.inverse()

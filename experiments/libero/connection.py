@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from cramlite import Engine, Setting
-from cramlite_plugins.backends.stream.judge import PATIENCE, JudgeEnvironment, JudgeProcess
+from cramlite_plugins.judges.judge_process import PATIENCE, JudgeEnvironment, JudgeProcess
 
 from .episode import prepare
 

@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import Any
 
 from cramlite import Engine, Setting, UserError
-from cramlite_plugins.backends.stream.judged_scene import scene_setting
 from cramlite_plugins.backends.stream.messages import Hello
+from cramlite_plugins.judges.judged_scene import scene_setting
 
 from .goals import goal_sentences
 

@@ -6,9 +6,9 @@ from pathlib import Path
 from typing import Any
 
 from cramlite import Engine, Setting
-from cramlite_plugins.backends.stream.judge import PATIENCE, JudgeEnvironment, JudgeProcess
-from cramlite_plugins.backends.stream.judged_scene import scene_setting
 from cramlite_plugins.backends.stream.process import RobotProcess
+from cramlite_plugins.judges.judge_process import PATIENCE, JudgeEnvironment, JudgeProcess
+from cramlite_plugins.judges.judged_scene import scene_setting
 
 SCRIPT = Path(__file__).parent / "judge.py"
 ENVIRONMENT = JudgeEnvironment(

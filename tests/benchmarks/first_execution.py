@@ -31,8 +31,9 @@ from cramlite.base.wilson import wilson_interval
 from cramlite.engine.setting import Setting
 from cramlite.engine.solution import Solution
 from cramlite.engine.twin_proof import sight_of
+from cramlite.experiment.demonstrations.spec import read_experiment
+from cramlite.experiment.experiment_file import find_experiment
 from cramlite.experiment.figure import Number
-from cramlite.experiment.spec import find_experiment, read_experiment
 from cramlite.model import ErrorModel, PoseError, ProofDoubts, World
 from cramlite.model.error_model import NO_ERRORS
 from cramlite.scenario.twin import draw_twin

@@ -19,11 +19,11 @@ from pathlib import Path
 import msgspec
 from figure import add_figure, write
 
+from cramlite.experiment.demonstrations.report import against_nominal, area, share
+from cramlite.experiment.demonstrations.results import DemonstrationResult
+from cramlite.experiment.demonstrations.tables import tables
 from cramlite.experiment.figure import Number
 from cramlite.experiment.measured import rates
-from cramlite.experiment.report import against_nominal, area, share
-from cramlite.experiment.results import DemonstrationResult
-from cramlite.experiment.tables import tables
 
 HEAD = ("programs of", "errors", "accepted", "of these failed", "refused", "of these succeeded", "area under the curve",
         "twins refuse what the nominal run accepts")  # fmt: skip

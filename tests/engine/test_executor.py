@@ -18,7 +18,7 @@ import pytest
 from cramlite import Engine
 from cramlite.base.stopwatch import Stopwatch
 from cramlite.engine.executor import Executor, ExecutorDied
-from cramlite.experiment import twins
+from cramlite.experiment.demonstrations import twins
 from cramlite.model import RobotMount, World
 from cramlite.plugin import UserError
 

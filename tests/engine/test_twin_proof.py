@@ -174,7 +174,7 @@ def test_who_says_how_many(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> N
         ("proof: {at_least: 85}", r"'proof.at_least': Input should be less than or equal to 1"),
         ("proof: {errors: {friction: 1.5}}", r"'proof.errors.friction'"),
         ("proof: {errors: {frictoin: 0.5}}", r"unknown key 'frictoin'; did you mean 'friction'"),
-        ("proof: {errors: {latency: [24 ms, 8 ms]}}", r"lowest and the highest delay"),
+        ("proof: {errors: {latency: [24 ms, 8 ms]}}", r"'proof.errors.latency'.*lowest and the highest time, in this order, from 0 to 1"),
         ("proof: {errors: {latency: 8 ms}}", r"it should be a list"),
         ("proof: {errors: {position: 3 N}}", r"'N' is not a unit of length"),
         ("proof: {errors: {things: [{thing: block, positoin: 1}]}}", r"unknown key 'positoin'; did you mean 'position'"),

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 import pytest
 
 from cramlite import Budget, CandidateSequence, Trace, find_scenario
-from cramlite.experiment.bench import bench
-from cramlite.experiment.spec import find_experiment
+from cramlite.experiment.demonstrations.bench import bench
+from cramlite.experiment.experiment_file import find_experiment
 from cramlite.model import MoveLinear, walk
 from cramlite_plugins.motions.motion_kinds import KINDS
 

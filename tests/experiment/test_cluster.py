@@ -24,15 +24,18 @@ from helpers.on_cluster import run_in_twins
 from helpers.quick_experiment import order, quick_experiment, solved_experiment, told
 
 from cramlite import Engine, UserError, find_scenario, read_scenario
+from cramlite.base.json_text import as_json
 from cramlite.cli.main import main
 from cramlite.engine.executor_group import ExecutorGroup
 from cramlite.experiment.cluster import check_executor, connected
 from cramlite.experiment.cluster_tasks import trial_task
 from cramlite.experiment.cluster_twins import OwnRuns
-from cramlite.experiment.report import to_json
-from cramlite.experiment.run import run_experiment, run_key
+from cramlite.experiment.demonstrations.report import to_json
+from cramlite.experiment.demonstrations.results import DemonstrationResult
+from cramlite.experiment.demonstrations.tables import tables
+from cramlite.experiment.demonstrations.trials import Demonstrations
+from cramlite.experiment.run import run_experiment
 from cramlite.experiment.store import Store
-from cramlite.experiment.tables import tables
 from cramlite.model import Pose, replace
 from cramlite.plugin.selection import INSTALLED
 
@@ -71,8 +74,8 @@ def test_tables_are_those_of_one_process_to_the_bit(tmp_path: Path) -> None:
     """Of a trial that gives its twins away, since it is one and there are two places."""
     experiment, found = solved_experiment(tmp_path / "solved"), {}
     for executor in ("local", "dask"):
-        results = run_experiment(order(experiment, tmp_path / executor, 2, executor=executor), lambda _: None)
-        data = to_json(tables(results, None), results, {})
+        results = list(run_experiment(order(experiment, tmp_path / executor, 2, executor=executor), lambda _: None).values())
+        data = json.loads(as_json(to_json(tables(results, None), results, {})))
         spent = [data.pop("seconds"), *(c.pop("seconds") for d in data["demonstrations"] for c in (d, *d["results"]))]
         spent += [row.pop("planning") for row in data["rows"]]
         texts = {p.name: p.read_bytes() for p in (tmp_path / executor / "results").rglob("*.script")}
@@ -106,12 +109,12 @@ def test_a_cluster_finds_the_same_and_a_lost_worker_is_replaced(tmp_path: Path) 
     assert many["results/O3-01/result.json"]["reason"] == "worker: the process died 4 times (out of memory, or killed)"
     same = [name for name in one if "O3-01" not in name]
     assert len(same) == 4 and {n: one[n] for n in same} == {n: many[n] for n in same}
-    assert [r.name for r in found] == ["O1-01", "O2-01", "O3-01"]
+    assert list(found) == [r.name for r in found.values()] == ["O1-01", "O2-01", "O3-01"]
     assert sum("O2-01" in line for line in said) == 1 and "[3/3]" in said[-1]
     for name in ("O1-01", "O2-01"):
         texts = [p.relative_to(tmp_path / "one") for p in (tmp_path / "one" / "demonstrations" / name).rglob("*.bson")]
         assert texts and all((tmp_path / "one" / t).read_bytes() == (tmp_path / "many" / t).read_bytes() for t in texts)
-    assert not list((tmp_path / "many").rglob("worker")) and not list((tmp_path / "many").glob(".arriving*"))
+    assert not list((tmp_path / "many").rglob("begun")) and not list((tmp_path / "many").glob(".arriving*"))
 
 
 WAITS = """
@@ -189,7 +192,7 @@ def test_a_killed_client_and_a_restarted_scheduler_lose_nothing(tmp_path: Path) 
 
 def test_files_that_arrive_count_when_the_result_does(tmp_path: Path) -> None:
     (tmp_path / "results").mkdir()
-    store = Store(tmp_path)
+    store = Store(tmp_path, "results", DemonstrationResult)
     files = {"demonstrations/O1-01/tf/a.bson": b"1", "results/O1-01/1.script": b"text", "results/O1-01/result.json": b"{}"}
     with pytest.raises(KeyError):  # one whose result is missing
         store.receive("O1-01", {n: t for n, t in files.items() if not n.endswith("result.json")})
@@ -201,12 +204,12 @@ def test_files_that_arrive_count_when_the_result_does(tmp_path: Path) -> None:
 
 def test_a_worker_with_other_files_is_refused(tmp_path: Path) -> None:
     asked = order(quick_experiment(tmp_path / "quick"), tmp_path / "out")
-    trial, key = asked.trial(asked.demonstrations[0]), run_key(asked)
+    name, key = asked.trials.names[0], asked.trials.key()
     with pytest.raises(UserError, match=r"would give other results than this machine \(different: code\).*Nothing of it was counted"):
-        trial_task(trial, asked.short, key | {"code": "another"})
-    elsewhere = replace(trial, experiment=tmp_path / "nowhere" / "experiment.yaml")
+        trial_task(asked, name, key | {"code": "another"})
+    elsewhere = replace(asked, trials=Demonstrations(tmp_path / "nowhere" / "experiment.yaml"))
     with pytest.raises(UserError, match="cannot use the experiment"):
-        trial_task(elsewhere, asked.short, key)
+        trial_task(elsewhere, name, key)
 
 
 @pytest.mark.parametrize("executor", ["dusk", "dask:", "dask://", "dask://host", "dask://host:port", "tcp://host:1", "dask://a b:1"])

@@ -10,9 +10,9 @@ import pytest
 from conftest import ROOT
 
 from cramlite import UserError
+from cramlite.experiment.demonstrations.spec import read_experiment
 from cramlite.experiment.judged.judge import module_of
 from cramlite.experiment.judged.spec import read_judged
-from cramlite.experiment.spec import read_experiment
 
 EXPERIMENTS = ROOT / "experiments"
 

@@ -23,13 +23,16 @@ from cramlite import UserError
 from cramlite.base.rate import Rate
 from cramlite.experiment.figure import read_figure
 from cramlite.experiment.judged.judge import connect
-from cramlite.experiment.judged.page import explained, page, why
+from cramlite.experiment.judged.outcomes import explained, outcomes_page, why
 from cramlite.experiment.judged.play import Trial, play
 from cramlite.experiment.judged.report import markdown
 from cramlite.experiment.judged.results import Attempt, EpisodeResult, plain_reason
-from cramlite.experiment.judged.run import STOPPED, Order, results_in, run_judged
 from cramlite.experiment.judged.spec import Episode, JudgedExperiment, chosen, read_judged
 from cramlite.experiment.judged.tables import tables
+from cramlite.experiment.judged.trials import Episodes
+from cramlite.experiment.order import Order
+from cramlite.experiment.run import STOPPED, run_experiment
+from cramlite.experiment.store import Store
 
 SMALL = ROOT / "tests" / "helpers" / "small_judge" / "experiment.yaml"
 
@@ -58,6 +61,16 @@ def connect(environment):
 """
 
 
+def played(order: Order, say: Callable[[str], None]) -> tuple[EpisodeResult, ...]:
+    """The results of a run, by the names of the episodes."""
+    return tuple(run_experiment(order, say).values())
+
+
+def results_in(out: Path) -> tuple[EpisodeResult, ...]:
+    """The results that a directory holds."""
+    return tuple(Store(out, "episodes", EpisodeResult).results().values())
+
+
 @pytest.fixture(scope="module")
 def small() -> JudgedExperiment:
     return read_judged(SMALL)
@@ -82,7 +95,7 @@ def test_episodes_are_proven_played_and_judged_once(run: Run, tmp_path: Path, sm
     asked = ["experiment", SMALL, "--suite", "table", "--out", out]
     done = run(*asked, "--tasks", "0:3", "--workers", "1")
     assert done.code == 0, done.err
-    true, never, wordless = results_in(out, small)
+    true, never, wordless = results_in(out)
     assert true.proven and true.attempt is not None and true.attempt.outcome == "finished" and true.rest() and not true.failure
     assert {"planning", "proof", "planning, until the first program"} <= true.seconds.keys() and true.wall > 0
     assert true.goal == ("block_1_main in tray_1_main/contain_region",) and 0 < (true.attempt.first or 0) < true.attempt.steps < 400
@@ -99,7 +112,7 @@ def test_episodes_are_proven_played_and_judged_once(run: Run, tmp_path: Path, sm
     before = {p: p.stat().st_mtime_ns for p in out.glob("episodes/*/result.json")}
     (out / "episodes" / "table-2-0" / "result.json").unlink()
     done = run(*asked, "--tasks", "0,2,3", "--workers", "1")
-    assert done.code == 2 and "task 3 of 'table' is broken" in done.err and "1 of 2 episodes could not begin" in done.err
+    assert done.code == 2 and "task 3 of 'table' is broken" in done.err and "1 of 2 trials could not begin" in done.err
     after = {p: p.stat().st_mtime_ns for p in out.glob("episodes/*/result.json")}
     assert len(after) == 3 and {p for p in before if before[p] == after[p]} == {p for p in before if p.parent.name != "table-2-0"}
     done = run(*asked, "--tasks", "1", "--fail")
@@ -146,11 +159,11 @@ def test_a_judge_that_dies_while_the_robot_moves_is_counted_apart(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, small: JudgedExperiment
 ) -> None:
     monkeypatch.setenv("SMALL_JUDGE", "die 60")
-    order = Order(small, small.episodes("table", "0", "1"), tmp_path, workers=1, pictures=False)
-    (found,) = run_judged(order, lambda _: None)
+    order = Order(Episodes(small, small.episodes("table", "0", "1"), pictures=False), tmp_path, workers=1)
+    (found,) = played(order, lambda _: None)
     assert found.apart and found.failure == "judge died" and found.attempt is not None and "exit code 1" in found.attempt.reason
     monkeypatch.delenv("SMALL_JUDGE")
-    assert run_judged(order, lambda _: None) == (found,)  # it is not played again
+    assert played(order, lambda _: None) == (found,)  # it is not played again
 
 
 @pytest.mark.heavy
@@ -161,27 +174,27 @@ def test_a_worker_that_dies_after_the_robot_moved_has_failed_at_once(tmp_path: P
     dies = "    def play(self, program, setting):\n        os._exit(1)\n\ndef connect"
     (folder / "connection.py").write_text(DEADLY.format(beside=SMALL.parent).replace("def connect", dies))
     deadly = read_judged(folder / "experiment.yaml")
-    order = Order(deadly, deadly.episodes("table", "0", "0"), tmp_path / "out", workers=1, pictures=False)
-    (found,) = run_judged(order, told.append)
+    order = Order(Episodes(deadly, deadly.episodes("table", "0", "0"), pictures=False), tmp_path / "out", workers=1)
+    (found,) = played(order, told.append)
     assert found.failure == "defect" and found.reason == STOPPED and not found.apart
-    assert sum("a worker process died" in line for line in told) == 1
+    assert sum("a worker died" in line for line in told) == 1
 
 
 def test_an_episode_that_was_stopped_after_the_robot_moved_is_a_failure_and_not_played_again(
     tmp_path: Path, small: JudgedExperiment
 ) -> None:
     """Two were under way when a run was stopped by hand; the robot of one had moved. Nothing is asked for now but the tables."""
-    assert run_judged(Order(small, (), tmp_path), lambda _: None) == ()
+    assert played(Order(Episodes(small, ()), tmp_path), lambda _: None) == ()
     for state, marks in ((0, ("begun", "moved")), (1, ("begun",))):
         (tmp_path / "episodes" / f"table-0-{state}").mkdir(parents=True)
         for mark in marks:
             (tmp_path / "episodes" / f"table-0-{state}" / mark).write_text("1")
-    (found,) = run_judged(Order(small, (), tmp_path), lambda _: None)
+    (found,) = played(Order(Episodes(small, ()), tmp_path), lambda _: None)
     assert (found.state, found.failure, found.reason, found.budget) == (0, "defect", STOPPED, 400)
     assert not found.rest(unlimited=True) and not (tmp_path / "episodes" / "table-0-0" / "moved").exists()
     assert tables([found], small).whole.rest == Rate(0, 1)
     (tmp_path / "episodes" / "table-0-0" / "moved").write_text("1")  # a mark beside a result says nothing
-    assert run_judged(Order(small, (), tmp_path), lambda _: None) == (found,)
+    assert played(Order(Episodes(small, ()), tmp_path), lambda _: None) == (found,)
 
 
 @pytest.mark.heavy
@@ -194,9 +207,9 @@ def test_what_kills_its_worker_or_breaks_here_is_a_failure_and_the_others_go_on(
     (folder / "experiment.yaml").write_text(SMALL.read_text().replace("plugins: [../../../", f"plugins: [{ROOT}/"))
     (folder / "connection.py").write_text(DEADLY.format(beside=SMALL.parent))
     deadly = read_judged(folder / "experiment.yaml")
-    order = Order(deadly, deadly.episodes("table", "1:3", "0:2"), tmp_path / "out", workers=1)
-    kinds = {(r.task, r.state): (r.failure, r.reason) for r in run_judged(order, said.append)}
-    assert kinds[1, 0] == ("defect", "the process that played it died 2 times (out of memory, or killed)")
+    order = Order(Episodes(deadly, deadly.episodes("table", "1:3", "0:2")), tmp_path / "out", workers=1)
+    kinds = {(r.task, r.state): (r.failure, r.reason) for r in played(order, said.append)}
+    assert kinds[1, 0] == ("defect", "the process died 2 times (out of memory, or killed)")
     assert kinds[1, 1] == ("defect", "ValueError: a bug (defect.txt has the traceback)")
     assert kinds[2, 0][0] == kinds[2, 1][0] == "goal" and sum("begun anew" in line for line in said) == 2
     assert "raise ValueError" in (tmp_path / "out" / "episodes" / "table-1-1" / "defect.txt").read_text()
@@ -235,7 +248,7 @@ def test_ctrl_c_and_kill_end_workers_and_judges_and_keep_what_is_done(how: int, 
         running.kill()
     assert running.returncode == code
     assert wait_until(lambda: not any(is_running(p) for p in left))
-    (done,) = results_in(out, small)
+    (done,) = results_in(out)
     assert (done.task, done.state, done.failure) == (2, 0, "goal")
 
 
@@ -346,7 +359,7 @@ def test_within_the_budget_and_in_unlimited_time(small: JudgedExperiment) -> Non
         "the check was true at action 101, beyond the budget of 100", "the check was true at action 60, and no longer is at rest",
         "the program ran to its end, and the judge's check was never true",
     ]  # fmt: skip
-    html = page(found, results, small, Path("nowhere"))
+    html = outcomes_page(found, results, small, Path("nowhere"))
     assert html.index("A passing verdict was right") < html.index("<h2>Suites") and "too far" in html
 
 
@@ -359,7 +372,7 @@ def test_episodes_whose_judge_died_count_in_no_rate(small: JudgedExperiment) -> 
     assert found.passing_was_right == Rate(1, 2) and found.failures == {"judge": 1} and found.published[0].ours == Rate(1, 2)
     assert [r.total for r in (found.suites[0].rest, *(t.rest for t in found.tasks))] == [2, 1, 1]
     assert "counted in no rate: 1." in markdown(found, small) and "counted in no rate" not in markdown(tables([good], small), small)
-    html = page(found, [good, lost, failed], small, Path("nowhere"))
+    html = outcomes_page(found, [good, lost, failed], small, Path("nowhere"))
     assert "judge died, counted in no rate" in html and [kind for kind, _, _ in explained([good, lost, failed])] == ["judge"]
 
 
@@ -371,7 +384,7 @@ def test_a_refusal_is_shown_by_what_the_judge_saw_and_the_state_that_was_refused
     (folder / "scene.png").write_bytes(b"seen")
     (folder / "miss.jpg").write_bytes(b"met")
     assert explained([bare, shown]) == [("grasp", 2, [shown, bare])]
-    html = page(tables([bare, shown], small), [bare, shown], small, tmp_path)
+    html = outcomes_page(tables([bare, shown], small), [bare, shown], small, tmp_path / "episodes")
     failures = html[html.index("<h2>Failures") : html.index("<h2>Time")]
     assert failures.count("data:image/png") == failures.count("data:image/jpeg") == 1 and failures.count("no picture") == 1
     assert "the nearest state that was refused" in failures
@@ -386,8 +399,8 @@ def test_a_damaged_result_is_named(tmp_path: Path, small: JudgedExperiment) -> N
     path = tmp_path / "episodes" / "table-0-0" / "result.json"
     path.parent.mkdir(parents=True)
     path.write_text("{}")
-    with pytest.raises(UserError, match=r"result.json' is damaged .* only that episode is played anew"):
-        results_in(tmp_path, small)
+    with pytest.raises(UserError, match=r"result.json' is damaged .* only that piece is done anew"):
+        results_in(tmp_path)
 
 
 def test_a_figure_is_written_of_the_episodes_that_there_are(run: Run, tmp_path: Path, small: JudgedExperiment) -> None:

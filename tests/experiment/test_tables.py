@@ -12,11 +12,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import binomtest
 
-from cramlite.experiment.candidates_table import to_csv, to_parquet
-from cramlite.experiment.page import page
-from cramlite.experiment.report import (
+from cramlite.base.json_text import as_json
+from cramlite.experiment.demonstrations.candidates_table import to_csv, to_parquet
+from cramlite.experiment.demonstrations.report import (
     against_baseline,
     baseline,
+    html,
     missed_thresholds,
     numbers,
     of_filter,
@@ -24,9 +25,9 @@ from cramlite.experiment.report import (
     text,
     to_json,
 )
-from cramlite.experiment.results import Attempt, CandidateResult, DemonstrationResult, Execution
-from cramlite.experiment.spec import PublishedSpec, ThresholdSpec
-from cramlite.experiment.tables import Share, area_under_curve, tables
+from cramlite.experiment.demonstrations.results import CandidateResult, DemonstrationResult, Execution, Program
+from cramlite.experiment.demonstrations.spec import PublishedSpec, ThresholdSpec
+from cramlite.experiment.demonstrations.tables import Share, area_under_curve, tables
 from cramlite.plugin import UserError
 
 OFF = "end_state: 'coffee' is 0.12 m off"
@@ -39,7 +40,7 @@ def executions(*succeeded: bool) -> tuple[Execution, ...]:
 GOOD, BAD = executions(True, False), executions(False, False)
 
 
-def candidate(number: int, *attempts: Attempt, reason: str = "") -> CandidateResult:
+def candidate(number: int, *attempts: Program, reason: str = "") -> CandidateResult:
     accepted = next((a for a in attempts if a.accepted), None)
     executed = tuple(e.succeeded for e in accepted.executions) if accepted else ()
     planned = any(a.executions for a in attempts)
@@ -53,10 +54,10 @@ def demonstration(name: str, *results: CandidateResult, reason: str = "", failur
 
 
 RESULTS = (
-    demonstration("O1-01", candidate(1, Attempt(True, "", GOOD, confidence=1.0)),
-                  candidate(2, Attempt(True, "", BAD, confidence=8 / 9), reason="execution: 0.1 m")),
-    demonstration("O1-02", candidate(1, Attempt(False, "slip 13 mm", GOOD), reason="simulation: slip 13 mm")),
-    demonstration("O2-01", candidate(1, reason="plan: reach 0.9 m"), candidate(2, Attempt(True, "", GOOD, confidence=1.0))),
+    demonstration("O1-01", candidate(1, Program(True, "", GOOD, confidence=1.0)),
+                  candidate(2, Program(True, "", BAD, confidence=8 / 9), reason="execution: 0.1 m")),
+    demonstration("O1-02", candidate(1, Program(False, "slip 13 mm", GOOD), reason="simulation: slip 13 mm")),
+    demonstration("O2-01", candidate(1, reason="plan: reach 0.9 m"), candidate(2, Program(True, "", GOOD, confidence=1.0))),
     demonstration("O2-02", reason="interpret: nothing", failure="'tea' is not in 'basket' at the end"),
 )  # fmt: skip
 PUBLISHED = PublishedSpec(
@@ -87,13 +88,13 @@ def test_what_the_filter_got_right() -> None:
     c, harder = tables(RESULTS).confusions
     assert (c.accepted_succeeded, c.accepted_failed, c.refused_succeeded, c.refused_failed) == (2, 1, 1, 0)
     assert (c.wrongly_accepted.hits, c.wrongly_accepted.total, c.wrongly_refused.hits, c.wrongly_refused.total) == (1, 3, 1, 1)
-    assert (harder.scale, harder.accepted_failed, harder.refused_failed, harder.area) == (2, 3, 1, None)
-    assert c.area is not None and c.area[0] == pytest.approx(2 / 3)
+    assert (harder.scale, harder.accepted_failed, harder.refused_failed, harder.area_under_curve) == (2, 3, 1, None)
+    assert c.area_under_curve is not None and c.area_under_curve[0] == pytest.approx(2 / 3)
     assert Share(0, 0).interval == (0.0, 1.0)
 
 
 def test_twins_are_compared_with_the_nominal_run_where_they_disagree() -> None:
-    doubted = [Attempt(False, "twins: 4 of 6", executions(k == 0, False), confidence=4 / 6) for k in range(7)]
+    doubted = [Program(False, "twins: 4 of 6", executions(k == 0, False), confidence=4 / 6) for k in range(7)]
     c, harder = tables([demonstration("O1-01", *(candidate(k, a, reason="simulation: 4 of 6") for k, a in enumerate(doubted)))]).confusions
     assert (c.doubted_succeeded, c.doubted_failed) == (1, 6) and (harder.doubted_succeeded, harder.doubted_failed) == (0, 7)
     assert c.mcnemar == pytest.approx(0.125) and harder.mcnemar == pytest.approx(2 / 2**7)  # both tails of a fair coin
@@ -102,13 +103,13 @@ def test_twins_are_compared_with_the_nominal_run_where_they_disagree() -> None:
 
 
 def test_what_misses_the_goal_where_it_is_believed_to_reach_it_is_refused() -> None:
-    short = Attempt(True, "", GOOD, confidence=0.0, reached=False)
+    short = Program(True, "", GOOD, confidence=0.0, reached=False)
     c = tables([demonstration("O1-01", candidate(1, short))]).confusions[0]
     assert (c.wrongly_accepted.total, c.wrongly_refused.hits, c.doubted_succeeded) == (0, 1, 0)
 
 
 def test_an_object_of_which_nothing_was_accepted_has_all_columns() -> None:
-    refused = demonstration("O2-01", candidate(1, Attempt(False, "slip 13 mm", BAD), reason="simulation: slip 13 mm"))
+    refused = demonstration("O2-01", candidate(1, Program(False, "slip 13 mm", BAD), reason="simulation: slip 13 mm"))
     found = tables([RESULTS[0], refused, demonstration("O3-01", reason="interpret: nothing")])
     assert [(len(r.harder), r.harder[0].hits) for r in found.rows] == [(1, 0)] * 4
     assert "O2" in text(found, "Title")
@@ -144,7 +145,7 @@ def test_text_csv_and_json_say_the_same(tmp_path: Path) -> None:
     )
     lines = to_csv(RESULTS).splitlines()
     assert len(lines) == 7 and lines[-1].endswith("interpret: nothing")
-    data = json.loads(json.dumps(to_json(found, RESULTS, {})))
+    data = json.loads(as_json(to_json(found, RESULTS, {})))
     assert data["rows"][-1]["executed"]["hits"] == 2 and len(data["demonstrations"]) == 4
 
 
@@ -160,9 +161,9 @@ def test_parquet_has_the_rows_of_the_csv() -> None:
 
 def test_the_page_stands_alone_and_escapes(tmp_path: Path) -> None:
     odd = (*RESULTS, demonstration("O9-01", reason="<script>alert(1)</script>"))
-    html = page("Title", ["about"], tables(odd, PUBLISHED), odd, ["as before"], tmp_path)
-    assert "<script>alert" not in html and 'src="http' not in html and "O1-02" in html
-    assert html.count("no program") >= 3
+    page = html("Title", ["about"], tables(odd, PUBLISHED), odd, ["as before"], tmp_path)
+    assert "<script>alert" not in page and 'src="http' not in page and "O1-02" in page
+    assert page.count("no program") >= 3
 
 
 def test_thresholds(tmp_path: Path) -> None:

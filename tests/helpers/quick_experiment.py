@@ -7,8 +7,9 @@ from pathlib import Path
 
 import yaml
 
-from cramlite.experiment.run import Order
-from cramlite.experiment.spec import find_experiment, read_experiment
+from cramlite.experiment.demonstrations.trials import Demonstrations
+from cramlite.experiment.experiment_file import find_experiment
+from cramlite.experiment.order import Order
 from cramlite.plugin.selection import PluginChoice
 
 FOLDER = find_experiment("fetch_from_hanger").parent
@@ -40,8 +41,7 @@ def solved_experiment(folder: Path) -> Path:
 
 
 def order(experiment: Path, out: Path, workers: int = 1, *plugins: Path, executor: str = "local") -> Order:
-    read = read_experiment(experiment / "experiment.yaml")
-    return Order(read, "main", out, workers, plugins=PluginChoice(plugins), pictures=False, executor=executor)
+    return Order(Demonstrations(experiment / "experiment.yaml", plugins=PluginChoice(plugins), pictures=False), out, workers, executor)
 
 
 def told(out: Path) -> dict[str, object]:

@@ -8,7 +8,7 @@ import pytest
 from conftest import ROOT, Run
 
 from cramlite import Engine, read_scenario
-from cramlite.experiment.spec import read_experiment
+from cramlite.experiment.demonstrations.spec import read_experiment
 from cramlite.model import Fallback, Program, Wait, write_program
 from cramlite.plugin import UserError
 from cramlite_plugins.robots.ur5e import UR5E

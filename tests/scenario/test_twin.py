@@ -13,12 +13,13 @@ from msgspec import json
 from msgspec.structs import replace
 
 from cramlite import Engine, find_scenario, read_scenario
-from cramlite.experiment.spec import find_experiment, read_experiment
+from cramlite.experiment.demonstrations.spec import read_experiment
+from cramlite.experiment.experiment_file import find_experiment
 from cramlite.model import ErrorModel, Pose, PoseError, SensorErrors, World
 from cramlite.model.error_model import NO_ERRORS, SOURCES
+from cramlite.model.twin_drawing import LEAST
 from cramlite.plugin import UserError
 from cramlite.scenario.twin import Twin, draw_twin
-from cramlite.scenario.twin_drawing import LEAST
 from cramlite.scenario.twin_places import Sight
 
 EXPERIMENT = read_experiment(find_experiment("fetch_from_hanger"))

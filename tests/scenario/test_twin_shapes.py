@@ -12,8 +12,8 @@ from test_twin_worlds import FIXED, HELD_BY, SIGHT, WORLD, draw, reaches, shift,
 
 from cramlite.model import Geom, MeshFile, Pose, PoseError, RobotMount, Thing, World
 from cramlite.model.error_model import NO_ERRORS
+from cramlite.model.thing_boxes import bottom, boxes, extents
 from cramlite.scenario.scaled_thing import scaled
-from cramlite.scenario.thing_boxes import bottom, boxes, extents
 from cramlite.scenario.twin import draw_twin
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.simulation.model.centres import of_shape

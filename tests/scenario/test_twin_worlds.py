@@ -12,9 +12,9 @@ from msgspec.structs import replace
 
 from cramlite.model import ErrorModel, Geom, Inertia, Pose, PoseError, RobotMount, SensorErrors, Thing, World
 from cramlite.model.error_model import NO_ERRORS, SOURCES
+from cramlite.model.twin_drawing import LEAST
 from cramlite.plugin import UserError
 from cramlite.scenario.twin import Twin, draw_twin
-from cramlite.scenario.twin_drawing import LEAST
 from cramlite.scenario.twin_places import INSIDE, Sight
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.simulation.objects.furniture import cabinet, door, drawer

@@ -37,7 +37,7 @@ class Judgement(Protocol):
 class Judge(Protocol):
     """Process that simulates episodes and judges them.
 
-    ``cramlite_plugins.backends.stream.judge.JudgeProcess`` has all of it but ``setting``. Whatever is not as it must be is a
+    ``cramlite_plugins.judges.judge_process.JudgeProcess`` has all of it but ``setting``. Whatever is not as it must be is a
     ``UserError``.
     """
 

@@ -10,7 +10,6 @@ import time
 import traceback
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
 
 from msgspec.structs import replace
 
@@ -29,14 +28,14 @@ from ...planning.task_goals import Goal
 from ...planning.trace import Trace
 from ...plugin.selection import INSTALLED, PluginChoice
 from ...scenario.scenario import read_scenario
+from ..page import jpeg
+from ..store import MOVED
 from .judge import Judge, connect
 from .results import JUDGE_DIED, Attempt, EpisodeResult, plain_reason
 from .spec import Episode, JudgedExperiment
 
-BEGUN, DEFECT = "begun", "defect"
-"""File of an episode that is under way, and the class of failures that are defects of cramlite."""
-MOVED = "moved"
-"""File of an episode whose robot was moved, and which has no result yet: whatever ends this process, it is not played again."""
+DEFECT = "defect"
+"""Class of failures that are defects of cramlite."""
 BROKEN_OFF = "broken off"
 SEEN, MISS = "scene.png", "miss.jpg"
 """Files of what the judge's camera sees where nothing is played, and of the state that the nearest miss was refused for."""
@@ -45,7 +44,7 @@ PICTURE = (320, 320)
 
 
 class Trial(Value):
-    """Episode that a worker is given: plain values, so that any process can play it.
+    """Trial of one episode.
 
     Args:
         experiment: that the episode is of.
@@ -67,19 +66,6 @@ class Trial(Value):
     plugins: PluginChoice = INSTALLED
 
 
-def play(trial: Trial) -> EpisodeResult:
-    """Play an episode.
-
-    Raises:
-        UserError: it could not begin: the judge is not installed, refuses it, or does not answer as it must.
-    """
-    write_whole(trial.folder / BEGUN, str(os.getpid()))  # it stays if this process dies
-    try:
-        return _played(trial)
-    finally:
-        (trial.folder / BEGUN).unlink(missing_ok=True)
-
-
 def died(episode: Episode, budget: int, reason: str) -> EpisodeResult:
     """Return the result of an episode that a defect of ours ended."""
     return EpisodeResult(
@@ -87,7 +73,12 @@ def died(episode: Episode, budget: int, reason: str) -> EpisodeResult:
     )
 
 
-def _played(trial: Trial) -> EpisodeResult:
+def play(trial: Trial) -> EpisodeResult:
+    """Play an episode.
+
+    Raises:
+        UserError: it could not begin: the judge is not installed, refuses it, or does not answer as it must.
+    """
     judge, episode = _judge(trial.experiment.beside(trial.experiment.spec.judge), trial.environment), trial.episode
     budget = trial.experiment.suite(episode.suite).budget
     try:
@@ -210,7 +201,7 @@ def _believed(engine: Engine, solution: Solution) -> bytes:
     rollout, knowledge = solution.candidate.rollout, engine.knowledge
     if rollout is None:
         return b""
-    return _jpeg(knowledge.simulator.picture(rollout, len(rollout.times) - 1, knowledge.robots_of(rollout.world), PICTURE))
+    return jpeg(knowledge.simulator.picture(rollout, len(rollout.times) - 1, knowledge.robots_of(rollout.world), PICTURE))
 
 
 def _refused_state(engine: Engine, setting: Setting, trace: Trace) -> bytes:
@@ -219,18 +210,7 @@ def _refused_state(engine: Engine, setting: Setting, trace: Trace) -> bytes:
     if missed is None or missed.collision is None:
         return b""
     knowledge = engine.knowledge
-    return _jpeg(knowledge.simulator.collision_picture(setting.world, knowledge.robots_of(setting.world), missed.collision, PICTURE))
-
-
-def _jpeg(pixels: Any) -> bytes:
-    """A picture (height, width, 3) uint8 as the bytes of a file."""
-    from io import BytesIO
-
-    from PIL import Image
-
-    buffer = BytesIO()
-    Image.fromarray(pixels).save(buffer, "JPEG", quality=70)
-    return buffer.getvalue()
+    return jpeg(knowledge.simulator.collision_picture(setting.world, knowledge.robots_of(setting.world), missed.collision, PICTURE))
 
 
 def _failure(result: EpisodeResult, experiment: JudgedExperiment) -> str:

@@ -8,7 +8,7 @@ from ...base.rate import Rate, digits
 from ..figure import Number
 from ..measured import rates, value
 from .spec import JudgedExperiment
-from .tables import Difference, Row, Spread, Tables
+from .tables import Difference, EpisodeRow, EpisodeTables, Spread
 
 WITHIN = (
     "Within the budget means that the judge's check was true for the first time within it; unlimited, at any time. At rest: still true "
@@ -19,7 +19,7 @@ PUBLISHED = ("system", "given", "published", "ours, at rest", "suites", "source"
 MOST_REASONS = 10
 
 
-def markdown(tables: Tables, experiment: JudgedExperiment) -> str:
+def markdown(tables: EpisodeTables, experiment: JudgedExperiment) -> str:
     """Return the tables as a page of Markdown."""
     spec = experiment.spec
     return "\n".join([
@@ -34,7 +34,7 @@ def markdown(tables: Tables, experiment: JudgedExperiment) -> str:
     ])  # fmt: skip
 
 
-def worth(tables: Tables) -> list[str]:
+def worth(tables: EpisodeTables) -> list[str]:
     """Return what a proof was worth, in lines."""
     known = tables.refusal_was_wrong
     lines = [f"- A passing verdict was right, in the judge's physics and at rest: {tables.passing_was_right.text}."]
@@ -44,7 +44,7 @@ def worth(tables: Tables) -> list[str]:
     return [*lines, f"- A refusal was wrong: {said}."]
 
 
-def suite_rows(tables: Tables, experiment: JudgedExperiment) -> list[list[str]]:
+def suite_rows(tables: EpisodeTables, experiment: JudgedExperiment) -> list[list[str]]:
     """Return a row for each suite, and one for all."""
     rows = [[r.suite, experiment.spec.suites[r.suite].about, str(r.budget), *_counts(r)] for r in tables.suites]
     return [*rows, ["all", "", "", *_counts(tables.whole)]] if len(rows) > 1 else rows
@@ -64,12 +64,12 @@ def signed(value: float) -> str:
     return f"{'-' if round(value, 2) < 0 else '+'}{digits(abs(value))}"
 
 
-def task_rows(tables: Tables) -> list[list[str]]:
+def task_rows(tables: EpisodeTables) -> list[list[str]]:
     """Return a row for each task."""
     return [[r.suite, str(r.task), r.name, *_counts(r, short=True)] for r in tables.tasks]
 
 
-def failures(tables: Tables) -> list[str]:
+def failures(tables: EpisodeTables) -> list[str]:
     """Return how many failures there are of each class, and what refusals say."""
     if not tables.failures:
         return ["None."]
@@ -83,7 +83,7 @@ def times(seconds: dict[str, Spread]) -> list[list[str]]:
     return [[n, f"{s.median:.1f}", f"{s.most:.1f}", f"{s.longest:.1f}", str(s.count)] for n, s in seconds.items()]
 
 
-def beside(tables: Tables) -> list[list[str]]:
+def beside(tables: EpisodeTables) -> list[list[str]]:
     """Return a row for each published figure."""
     return [[p.system, p.given, p.rate, p.ours.text, ", ".join(p.suites), p.source] for p in tables.published]
 
@@ -94,7 +94,7 @@ def grid(head: Sequence[str], rows: Iterable[Sequence[str]]) -> list[str]:
     return [f"| {' | '.join(cell.replace('|', '/') for cell in line)} |" for line in lines]
 
 
-def numbers(tables: Tables) -> list[Number]:
+def numbers(tables: EpisodeTables) -> list[Number]:
     """Return the numbers of a figure: rates by suite, what a verdict was worth, and CPU times."""
     rows = [(r.suite, r) for r in tables.suites] + ([("all", tables.whole)] if len(tables.suites) > 1 else [])
     found = [number for name, row in rows for number in rates(name, _columns(row))]
@@ -102,11 +102,11 @@ def numbers(tables: Tables) -> list[Number]:
     return found + [value(stage, s.median, "s", "CPU, median") for stage, s in tables.seconds.items()]
 
 
-def _columns(row: Row) -> dict[str, Rate]:
+def _columns(row: EpisodeRow) -> dict[str, Rate]:
     return {"proven": row.proven, "true at rest": row.rest, "at rest, unlimited": row.rest_unlimited}
 
 
-def _counts(row: Row, *, short: bool = False) -> list[str]:
+def _counts(row: EpisodeRow, *, short: bool = False) -> list[str]:
     def text(value: Rate) -> str:
         return f"{value.hits} of {value.total}" if short else value.text
 

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from pathlib import Path
-from typing import Any
 
-from pydantic import Field, ValidationError, field_validator, model_validator
+from pydantic import Field, field_validator, model_validator
 
 from ...base.errors import UserError
 from ...base.spec import Spec
 from ...base.value import Value
-from ...base.yaml_file import explain_validation, load_yaml
-from ..named_file import ExperimentFile
+from ..experiment_file import ExperimentFile, read_spec
 
 
 class SuiteSpec(Spec):
@@ -89,6 +87,12 @@ class Episode(Value):
         """Name of its folder."""
         return f"{self.suite}-{self.task}-{self.state}"
 
+    @staticmethod
+    def named(name: str) -> Episode:
+        """Return the episode of a folder's name."""
+        suite, task, state = name.rsplit("-", 2)
+        return Episode(suite, int(task), int(state))
+
 
 class JudgedExperiment(ExperimentFile):
     """File of a judged experiment that was read and checked."""
@@ -151,24 +155,10 @@ def _span(part: str) -> Iterable[int]:
     return range(int(first), int(end) if colon else int(first) + 1)
 
 
-def is_judged(path: Path) -> bool:
-    """Return whether an experiment's file says that somebody else judges.
-
-    Raises:
-        UserError: it cannot be read, or is no YAML.
-    """
-    data = load_yaml(path)
-    return isinstance(data, Mapping) and "judge" in data
-
-
 def read_judged(path: Path) -> JudgedExperiment:
     """Read the file of a judged experiment.
 
     Raises:
         UserError: not YAML, an unknown key, or a wrong value: with file and line.
     """
-    data: Any = load_yaml(path)
-    try:
-        return JudgedExperiment(path, JudgedSpec.model_validate(data))
-    except ValidationError as error:
-        raise explain_validation(path, data, error, list(JudgedSpec.model_fields)) from error
+    return JudgedExperiment(path, read_spec(path, JudgedSpec)[0])

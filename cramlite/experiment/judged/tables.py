@@ -5,9 +5,6 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from statistics import median, quantiles
-from typing import Any
-
-from msgspec.structs import asdict
 
 from ...base.rate import Rate
 from ...base.value import Value
@@ -18,7 +15,7 @@ from .spec import JudgedExperiment, PublishedSpec
 Episodes = Sequence[EpisodeResult]
 
 
-class Row(Value):
+class EpisodeRow(Value):
     """Episodes of a suite, a task, or all of them.
 
     Args:
@@ -83,7 +80,7 @@ class Difference(Value):
     interval: tuple[float, float]
 
 
-class Tables(Value):
+class EpisodeTables(Value):
     """Tables of a judged experiment.
 
     Args:
@@ -102,9 +99,9 @@ class Tables(Value):
     passing_was_right: Rate
     refusal_was_wrong: Rate
     refusals: int
-    whole: Row
-    suites: tuple[Row, ...]
-    tasks: tuple[Row, ...]
+    whole: EpisodeRow
+    suites: tuple[EpisodeRow, ...]
+    tasks: tuple[EpisodeRow, ...]
     seconds: dict[str, Spread]
     failures: dict[str, int]
     apart: int
@@ -113,13 +110,13 @@ class Tables(Value):
     published: tuple[PublishedRate, ...]
 
 
-def tables(results: Episodes, experiment: JudgedExperiment) -> Tables:
+def tables(results: Episodes, experiment: JudgedExperiment) -> EpisodeTables:
     """Count the results of a run."""
     apart, results = sum(r.apart for r in results), [r for r in results if not r.apart]
     suites = list(dict.fromkeys(r.suite for r in results))
     tasks = list(dict.fromkeys((r.suite, r.task) for r in results))
     played = [r.refused for r in results if r.refused is not None]
-    return Tables(
+    return EpisodeTables(
         passing_was_right=rate((r for r in results if r.proven), lambda r: r.rest(unlimited=True)),
         refusal_was_wrong=Rate(sum(in_time(a, 0, unlimited=True) and a.rest for a in played), len(played)),
         refusals=sum(not r.proven for r in results),
@@ -135,32 +132,17 @@ def tables(results: Episodes, experiment: JudgedExperiment) -> Tables:
     )
 
 
-def with_rates(found: Tables) -> Any:
-    """Return the tables as plain data, each rate with its share and interval."""
-    return _plain(found)
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, Rate):
-        return {"hits": value.hits, "total": value.total, "rate": value.rate, "interval": value.interval}
-    if isinstance(value, Value):
-        return {name: _plain(one) for name, one in asdict(value).items()}
-    if isinstance(value, tuple):
-        return [_plain(one) for one in value]
-    return {name: _plain(one) for name, one in value.items()} if isinstance(value, dict) else value
-
-
 def rate(episodes: Iterable[EpisodeResult], hit: Callable[[EpisodeResult], bool]) -> Rate:
     """Return in how many of the episodes something is so."""
     hits = [hit(r) for r in episodes]
     return Rate(sum(hits), len(hits))
 
 
-def row(results: Episodes, suite: str = "", task: int | None = None) -> Row:
+def row(results: Episodes, suite: str = "", task: int | None = None) -> EpisodeRow:
     """Count episodes in one row."""
     steps = [r.attempt.first for r in results if r.attempt is not None and r.attempt.first is not None]
     budgets = {r.budget for r in results}
-    return Row(
+    return EpisodeRow(
         suite, task, results[0].name if task is not None else "",
         proven=rate(results, lambda r: r.proven),
         first=rate(results, lambda r: r.first()), rest=rate(results, lambda r: r.rest()),

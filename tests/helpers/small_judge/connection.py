@@ -10,7 +10,7 @@ import sys
 from pathlib import Path
 
 from cramlite.experiment.judged.judge import module_of
-from cramlite_plugins.backends.stream.judge import JudgeProcess
+from cramlite_plugins.judges.judge_process import JudgeProcess
 
 HERE = Path(__file__).parent
 PATIENCE = 20.0

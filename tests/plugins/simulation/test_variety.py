@@ -10,7 +10,7 @@ from helpers.performances import performed
 from msgspec.structs import replace
 
 from cramlite import Engine, read_scenario
-from cramlite.experiment.spec import find_experiment
+from cramlite.experiment.experiment_file import find_experiment
 from cramlite.model import Rollout, World
 from cramlite.scenario.worlds import build_world
 from cramlite_plugins.episodes.detection.detect import detect

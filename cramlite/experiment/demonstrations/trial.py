@@ -1,6 +1,6 @@
 """Trial of one demonstration: recorded, interpreted, and every candidate planned, proven and executed in a twin.
 
-Runs in a worker process. Whatever is finished is written at once, so that a worker may die at any time.
+Runs in a worker process.
 """
 
 from __future__ import annotations
@@ -12,50 +12,42 @@ from pathlib import Path
 
 from msgspec.structs import replace
 
-from ..base.errors import UserError
-from ..base.seeds import derive_seed
-from ..engine.candidates import CandidateSequence
-from ..engine.executor_group import ExecutorGroup, RunGroup, processes_here
-from ..engine.reading import Reading
-from ..engine.recording import record_episode
-from ..engine.solution import Solution
-from ..planning.trace import Entry, Trace
-from ..plugin.selection import PluginChoice
-from .bench import Bench, Trial, bench, goal_missed
-from .results import Attempt, CandidateResult, DemonstrationResult, Execution
-from .spec import AblationSpec, Demonstration, SetSpec
-from .store import Store
-from .twins import doubts, execute_in_twin
+from ...base.errors import UserError
+from ...base.seeds import derive_seed
+from ...engine.candidates import CandidateSequence
+from ...engine.executor_group import ExecutorGroup, RunGroup, processes_here
+from ...engine.reading import Reading
+from ...engine.recording import record_episode
+from ...engine.solution import Solution
+from ...planning.trace import Entry, Trace
+from ...plugin.selection import PluginChoice
+from ..cluster_twins import ClusterRuns, OwnRuns
+from ..store import RECORDED
+from .bench import Trial, goal_missed
+from .results import CandidateResult, DemonstrationResult, Execution, Program
+from .spec import SetSpec
+from .twins import doubts, execute_in_twin, peak_force
 
 
-def run_trial(trial: Trial) -> DemonstrationResult:
+def run_demonstration(trial: Trial) -> DemonstrationResult:
     """Run the trial of one demonstration, or what is left of it.
 
     Raises:
         UserError: a file that cannot be read or written.
     """
-    store = Store(trial.directory)
-    done = store.demonstration(trial.demonstration.name)
-    if done is not None:
-        return done
-    store.mark(trial.demonstration.name)
-    place = bench(trial.experiment, trial.set_name, trial.without, trial.plugins)
     try:
-        result = _demonstrated(trial, store, place)
+        return _demonstrated(trial)
     finally:
-        place.executor.close()  # a worker waits for its own processes before it ends
-    store.save(trial.demonstration.name, "result", result)
-    store.unmark(trial.demonstration.name)
-    return result
+        trial.place.executor.close()  # a worker waits for its own processes before it ends
 
 
-def _demonstrated(trial: Trial, store: Store, place: Bench) -> DemonstrationResult:
-    one, watch, engine = trial.demonstration, place.watch, place.engine
+def _demonstrated(trial: Trial) -> DemonstrationResult:
+    one, place, watch = trial.demonstration, trial.place, trial.place.watch
     watch.restart()
     with watch("record"):
-        folder, failure = _recorded(one, store, place)
+        folder, failure = _recorded(trial)
         scenario = place.scenario.demonstrated_by(folder)
-    reading = engine.read(scenario)
+    reading = place.engine.read(scenario)
     with watch("interpret"):
         try:
             found = reading.interpretation
@@ -64,7 +56,7 @@ def _demonstrated(trial: Trial, store: Store, place: Bench) -> DemonstrationResu
         except UserError as error:
             return DemonstrationResult(one.name, one.object, one.seed, 0, 0, 0, (), f"interpret: {error}", watch.read(), failure)
     seconds, trace = watch.read(), Trace()
-    results = tuple(_until_solved(_results(trial, store, place, reading, trace), place.experiment.choose(trial.set_name)))
+    results = tuple(_until_solved(_results(trial, reading, trace), place.chosen))
     reason = "" if results else "interpret: " + "; ".join(e.reason for e in trace.entries)
     counts = (found.count(), listed, len(results))
     return DemonstrationResult(one.name, one.object, one.seed, *counts, results, reason, seconds, failure)
@@ -78,23 +70,21 @@ def _until_solved(results: Iterable[CandidateResult], chosen: SetSpec) -> Iterat
             return
 
 
-def _results(
-    trial: Trial, store: Store, place: Bench, reading: Reading, trace: Trace
-) -> Iterator[CandidateResult]:
+def _results(trial: Trial, reading: Reading, trace: Trace) -> Iterator[CandidateResult]:
     """What became of each candidate; one that is finished is read."""
-    one = trial.demonstration
+    one, place = trial.demonstration, trial.place
     setting = place.engine.setting(reading, twins=0)
     setting = replace(setting, seed=derive_seed(one.seed, (), "resolve"), doubts=doubts(place, setting))
-    budget = place.experiment.budget(trial.set_name, trial.without)
-    for candidate in place.engine.candidates(reading, setting=setting, budget=budget, trace=trace):
-        yield store.candidate(one.name, candidate.number) or _candidate(trial, store, place, candidate)
+    for candidate in place.engine.candidates(reading, setting=setting, budget=place.budget, trace=trace):
+        yield trial.store.read(one.name, str(candidate.number), CandidateResult) or _candidate(trial, candidate)
 
 
-def _recorded(one: Demonstration, store: Store, place: Bench) -> tuple[Path, str]:
+def _recorded(trial: Trial) -> tuple[Path, str]:
     """The folder of the demonstration, recorded once, and what the person did not bring about."""
-    name = f"demonstrations/{one.name}"
+    one, store, place = trial.demonstration, trial.store, trial.place
+    name = f"{RECORDED}/{one.name}"
     if (store.path / name).is_dir():
-        return store.path / name, store.failure(one.name)
+        return store.path / name, (store.folder(one.name) / "recorded").read_text(encoding="utf-8")
     recipe = place.scenario.spec.record
     if recipe is None:
         raise UserError(f"{place.scenario.path}: has no 'record' section, so nothing can be demonstrated.")
@@ -107,22 +97,22 @@ def _recorded(one: Demonstration, store: Store, place: Bench) -> tuple[Path, str
         place.scenario,
         spec=place.scenario.spec.model_copy(update={"record": recipe.model_copy(update={"things": things})}),
     )
-    store.path.joinpath("demonstrations").mkdir(parents=True, exist_ok=True)
+    store.path.joinpath(RECORDED).mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=store.path, prefix=".recording-") as folder:
         part = Path(folder) / one.name
         recorded = record_episode(scenario, place.engine, seed=one.seed, out=part)
-        store.save_failure(one.name, recorded.failure)
+        trial.write("recorded", recorded.failure)
         return store.adopt(part, name), recorded.failure
 
 
-def _candidate(trial: Trial, store: Store, place: Bench, candidate: CandidateSequence) -> CandidateResult:
+def _candidate(trial: Trial, candidate: CandidateSequence) -> CandidateResult:
     """Plan, prove, execute; written as soon as it is known."""
-    sequence, watch = candidate.sequence, place.watch
+    sequence, watch = candidate.sequence, trial.place.watch
     assert sequence is not None  # a demonstration was read as it
     watch.restart()
     tasks = tuple(f"{m.task.split(':')[-1]}({', '.join(m.roles.values())})" for m in sequence.matches)
-    made: list[Attempt] = []
-    for attempt in _attempts(trial, store, place, candidate):
+    made: list[Program] = []
+    for attempt in _attempts(trial, candidate):
         made.append(attempt)
         if attempt.accepted:
             break
@@ -134,11 +124,11 @@ def _candidate(trial: Trial, store: Store, place: Bench, candidate: CandidateSeq
         candidate.number, tasks, sequence.score, planned, best is not None, executed,
         _reason(made, best, said), tuple(made), watch.read(),
     )  # fmt: skip
-    store.save(trial.demonstration.name, str(candidate.number), result)
+    trial.store.save(trial.demonstration.name, result, str(candidate.number))
     return result
 
 
-def _reason(made: list[Attempt], best: Attempt | None, entries: Iterable[Entry]) -> str:
+def _reason(made: list[Program], best: Program | None, entries: Iterable[Entry]) -> str:
     """Where a candidate failed, and why; empty if it did not."""
     if best is not None:
         return "" if best.execution and best.execution.succeeded else f"execution: {_of(best.execution)}"
@@ -163,43 +153,39 @@ def _of(execution: Execution | None) -> str:
     return execution.reason if execution is not None else "the text did not run"
 
 
-def _attempts(trial: Trial, store: Store, place: Bench, candidate: CandidateSequence) -> Iterator[Attempt]:
+def _attempts(trial: Trial, candidate: CandidateSequence) -> Iterator[Program]:
     """Each complete program with what became of it in the believed world and in the twin."""
-    with closing(_twin_runs(trial, place)) as group:
+    watch = trial.place.watch
+    with closing(_twin_runs(trial)) as group:
         attempts, spent = candidate.attempts(group), 0.0
         while True:
-            with place.watch("plan"):  # what is simulated and detected in it is told apart
+            with watch("plan"):  # what is simulated and detected in it is told apart
                 judged = next(attempts, None)
-            place.watch.add("twins", group.seconds - spent)
+            watch.add("twins", group.seconds - spent)
             spent = group.seconds
             if judged is None:
                 return
-            yield _attempt(trial, store, place, judged)
+            yield _program(trial, judged)
 
 
-def _twin_runs(trial: Trial, place: Bench) -> RunGroup:
+def _twin_runs(trial: Trial) -> RunGroup:
     """Who runs programs in twins."""
-    from .cluster_twins import ClusterRuns, OwnRuns
-
-    registry = place.engine.registry
+    registry = trial.place.engine.registry
     plugins = PluginChoice(tuple(registry.files), tuple(registry.blocked), tuple(registry.preferred))
     if trial.twins != "processes":
         return ClusterRuns(plugins) if trial.twins == "tasks" else OwnRuns(plugins)
-    return ExecutorGroup(plugins, min(processes_here(), place.experiment.spec.proof.twins or 1))
+    return ExecutorGroup(plugins, min(processes_here(), trial.place.experiment.spec.proof.twins or 1))
 
 
-def _attempt(trial: Trial, store: Store, place: Bench, judged: Solution) -> Attempt:
-    candidate, verdict = judged.candidate, judged.verdict
+def _program(trial: Trial, judged: Solution) -> Program:
+    candidate, verdict, place = judged.candidate, judged.verdict, trial.place
     if candidate.code is None or candidate.rollout is None:
-        return Attempt(False, verdict.reason, reached=False)
+        return Program(False, verdict.reason, reached=False)
     with place.watch("judge"):
         reached = not goal_missed(place, candidate)
-    ablation: AblationSpec = place.experiment.ablation(trial.without)
-    name = f"{judged.number}{candidate.code.suffix}"
-    store.write(f"results/{trial.demonstration.name}/{name}", candidate.code.text)
-    scales = place.experiment.spec.scales if ablation.twin else (0.0,)
-    executions = tuple(execute_in_twin(trial, store, place, judged, scale=k) for k in scales)
-    force = (candidate.rollout.wrench[:, :3] ** 2).sum(axis=1).max() ** 0.5
+    trial.write(f"{judged.number}{candidate.code.suffix}", candidate.code.text)
+    scales = place.experiment.spec.scales if place.ablation.twin else (0.0,)
+    executions = tuple(execute_in_twin(trial, judged, scale=k) for k in scales)
     share = verdict.twins.succeeded / verdict.twins.ran if verdict.twins else float(verdict.passed)
     said = "" if verdict.passed else verdict.reason
-    return Attempt(verdict.passed, said, executions, float(force), share if reached else 0.0, reached)
+    return Program(verdict.passed, said, executions, peak_force(candidate.rollout), share if reached else 0.0, reached)

@@ -18,10 +18,10 @@ from msgspec import DecodeError, ValidationError, convert, json
 from cramlite import Setting, UserError, data_folder
 from cramlite.model import Rollout, Value
 
-from ...simulation.typed_program.machine import load_program
-from .messages import Action, Hello, State
-from .process import LineProcess, RobotProcess
-from .run import stream
+from ..backends.stream.messages import Action, Hello, State
+from ..backends.stream.process import LineProcess, RobotProcess
+from ..backends.stream.run import stream
+from ..simulation.typed_program.machine import load_program
 
 PATIENCE = 60.0
 """A judge that does not answer within this time hangs [s]; a reset builds a scene and may take six times as long."""

@@ -2,23 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
-from pydantic import Field, ValidationError, model_validator
+from pydantic import Field, model_validator
 
-from ..base.errors import UserError, nearest
-from ..base.resources import data_folder
-from ..base.spec import Spec
-from ..base.value import Value
-from ..base.yaml_file import explain_validation, line_of, load_yaml
-from ..planning.budget import Budget, budget_from
-from ..scenario.error_spec import ErrorSpec, ProofSpec
-from .named_file import ExperimentFile
-
-FILE = "experiment.yaml"
+from ...base.spec import Spec
+from ...base.value import Value
+from ...base.yaml_file import line_of
+from ...planning.budget import Budget, budget_from
+from ...scenario.error_spec import ErrorSpec, ProofSpec
+from ..experiment_file import ExperimentFile, read_spec
 
 
 class SetSpec(Spec):
@@ -170,33 +165,13 @@ class Experiment(ExperimentFile):
         )
 
 
-def find_experiment(name: str) -> Path:
-    """Find the file of an experiment: a file, a folder that holds one, or the bare name of a shipped one.
-
-    Raises:
-        UserError: there is none; lists the shipped ones, the nearest first.
-    """
-    shipped = {p.parent.name: p for p in data_folder("experiments").glob(f"*/{FILE}")}
-    for path in (Path(name), Path(name) / FILE, shipped.get(Path(name).name)):
-        if path is not None and path.is_file():
-            return path
-    raise UserError(f"There is no experiment '{name}', and none of that name is shipped; {nearest(name, shipped)}.")
-
-
 def read_experiment(path: Path) -> Experiment:
     """Read an experiment file.
 
     Raises:
         UserError: not YAML, an unknown key, or a wrong value: with file and line.
     """
-    data = load_yaml(path)
-    if not isinstance(data, Mapping):
-        raise UserError(f"{path}:1: an experiment is a mapping that begins with 'experiment: NAME'.")
-    try:
-        spec = ExperimentSpec.model_validate(data)
-    except ValidationError as error:
-        raise explain_validation(path, data, error, list(ExperimentSpec.model_fields)) from error
-    budget_from(spec.budget, lambda key: f"{path}:{line_of(data, ('budget', key))}")
-    for name, one in spec.sets.items():
-        budget_from(one.budget, lambda key, name=name: f"{path}:{line_of(data, ('sets', name, 'budget', key))}")  # type: ignore[misc]
+    spec, data = read_spec(path, ExperimentSpec)
+    for where, budget in ((), spec.budget), *((("sets", name), one.budget) for name, one in spec.sets.items()):
+        budget_from(budget, lambda key, where=where: f"{path}:{line_of(data, (*where, 'budget', key))}")  # type: ignore[misc]
     return Experiment(path, spec)

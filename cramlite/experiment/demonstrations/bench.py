@@ -5,53 +5,61 @@ from __future__ import annotations
 import threading
 from functools import lru_cache
 from pathlib import Path
-from typing import Literal
 
 from msgspec import field
 from msgspec.structs import replace
 
-from ..base.stopwatch import Stopwatch
-from ..base.value import Value
-from ..engine.engine import Engine
-from ..engine.executor import Executor
-from ..engine.proof import judge
-from ..plugin.protocols import Candidate
-from ..plugin.selection import INSTALLED, PluginChoice
-from ..scenario.scenario import Scenario, read_scenario
-from .spec import Demonstration, Experiment, read_experiment
-
-
-class Trial(Value):
-    """Trial that a worker is given: plain values, so that any process can do it.
-
-    Args:
-        experiment: path of the file.
-        set_name, without: which demonstrations, and the ablation.
-        directory: of the run.
-        pictures: whether to draw how each execution ended.
-        plugins: of the engine.
-        twins: who runs programs in twins: processes of this machine; the trial itself, where it is a task of a cluster that has no
-            place free; or further tasks of the cluster.
-    """
-
-    experiment: Path
-    set_name: str
-    demonstration: Demonstration
-    directory: Path
-    without: str | None = None
-    pictures: bool = True
-    plugins: PluginChoice = INSTALLED
-    twins: Literal["processes", "itself", "tasks"] = "processes"
+from ...base.stopwatch import Stopwatch
+from ...base.value import Value
+from ...engine.engine import Engine
+from ...engine.executor import Executor
+from ...engine.proof import judge
+from ...planning.budget import Budget
+from ...plugin.protocols import Candidate
+from ...plugin.selection import INSTALLED, PluginChoice
+from ...scenario.scenario import Scenario, read_scenario
+from ..order import Twins
+from ..store import Store
+from .spec import AblationSpec, Demonstration, Experiment, SetSpec, read_experiment
 
 
 class Bench(Value):
     """Test bench: what one thread of a process needs for all its trials of an experiment."""
 
     experiment: Experiment
+    chosen: SetSpec
+    ablation: AblationSpec
+    budget: Budget
     scenario: Scenario
     engine: Engine
     executor: Executor
     watch: Stopwatch = field(default_factory=Stopwatch)
+
+    @property
+    def files(self) -> list[Path]:
+        """Files that the results depend on."""
+        named = [self.experiment.beside(f) for f in (self.ablation.plugin, self.ablation.rules) if f]
+        return [self.experiment.path, self.scenario.path, *named]
+
+
+class Trial(Value):
+    """Trial of one demonstration.
+
+    Args:
+        store: of the run.
+        pictures: whether to draw how each execution ended.
+        twins: who runs programs in twins.
+    """
+
+    demonstration: Demonstration
+    store: Store
+    place: Bench
+    pictures: bool = True
+    twins: Twins = "processes"
+
+    def write(self, name: str, content: str | bytes) -> None:
+        """Write a file of the trial."""
+        self.store.write(self.demonstration.name, name, content)
 
 
 def bench(
@@ -67,16 +75,16 @@ def bench(
 @lru_cache(maxsize=4)
 def _bench(thread: int, path: Path, set_name: str, without: str | None, plugins: PluginChoice) -> Bench:
     experiment = read_experiment(path)
-    ablation, demonstrated = experiment.ablation(without), experiment.choose(set_name)
-    scenario = read_scenario(experiment.beside(demonstrated.scenario or experiment.spec.scenario))
+    ablation, chosen = experiment.ablation(without), experiment.choose(set_name)
+    scenario = read_scenario(experiment.beside(chosen.scenario or experiment.spec.scenario))
     taken = (experiment.beside(ablation.plugin),) if ablation.plugin else ()
-    chosen = scenario.with_plugins(plugins)
+    own = scenario.with_plugins(plugins)
     rules = experiment.beside(ablation.rules) if ablation.rules else None
-    engine = Engine.with_plugins(replace(chosen, files=(*chosen.files, *taken)), scenario.ontologies, rules)
+    engine = Engine.with_plugins(replace(own, files=(*own.files, *taken)), scenario.ontologies, rules)
     watch = Stopwatch()
     engine.knowledge.simulator = watch.around(engine.knowledge.simulator, execute="simulate")
     engine.knowledge.episodes = watch.around(engine.knowledge.episodes, detect="detect")
-    return Bench(experiment, scenario, engine, Executor(chosen), watch)
+    return Bench(experiment, chosen, ablation, experiment.budget(set_name, without), scenario, engine, Executor(own), watch)
 
 
 def goal_missed(place: Bench, candidate: Candidate) -> str:

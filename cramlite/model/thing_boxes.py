@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..model.geometry import Pose, Vector3
-from ..model.world import Geom, Thing
+from .geometry import Pose, Vector3
+from .world import Geom, Thing
 
 Box = tuple[Vector3, Vector3]
 """Lower and upper corner [m]."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from msgspec import field
 
-from ..base.value import Value
+from ...base.value import Value
 
 
 class Execution(Value):
@@ -27,7 +27,7 @@ class Execution(Value):
     picture: str = ""
 
 
-class Attempt(Value):
+class Program(Value):
     """Complete program for a candidate, and how it was judged.
 
     Args:
@@ -79,7 +79,7 @@ class CandidateResult(Value):
     simulated: bool
     executed: tuple[bool, ...]
     reason: str
-    attempts: tuple[Attempt, ...] = ()
+    attempts: tuple[Program, ...] = ()
     seconds: dict[str, float] = field(default_factory=dict)
 
     @property

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import ClassVar
 
-from ..base.rate import Rate
-from ..base.value import Value
-from ..base.wilson import Z
-from .results import Attempt, CandidateResult, DemonstrationResult, Execution
+from ...base.rate import Rate
+from ...base.value import Value
+from ...base.wilson import Z
+from .results import CandidateResult, DemonstrationResult, Execution, Program
 from .spec import PublishedSpec
 
 STAGES = ("planned", "simulated", "executed")
@@ -23,6 +24,8 @@ class Share(Rate):
         published: the same in the paper; None where there is none.
     """
 
+    TOLD: ClassVar[tuple[str, ...]] = (*Rate.TOLD, "reached")
+
     published: tuple[int, int] | None = None
 
     @property
@@ -31,7 +34,7 @@ class Share(Rate):
         return self.published is None or self.hits * self.published[1] >= self.published[0] * self.total
 
 
-class Row(Value):
+class ObjectRow(Value):
     """Row of the table: an object, or all of them.
 
     Args:
@@ -71,6 +74,8 @@ class Confusion(Value):
         confidences: share of the proof's runs that succeeded, and whether the execution did, of each program.
     """
 
+    TOLD: ClassVar[tuple[str, ...]] = ("wrongly_accepted", "wrongly_refused", "area_under_curve", "mcnemar")
+
     scale: float
     accepted_succeeded: int
     accepted_failed: int
@@ -91,7 +96,7 @@ class Confusion(Value):
         return Share(self.refused_succeeded, self.refused_succeeded + self.refused_failed)
 
     @property
-    def area(self) -> tuple[float, float, float] | None:
+    def area_under_curve(self) -> tuple[float, float, float] | None:
         """Area under the ROC curve of the confidence as a predictor of execution, with a 95 % interval
         (``area_under_curve``); None where all executions ended alike, and nothing can be told apart."""
         return area_under_curve(self.confidences)
@@ -106,7 +111,7 @@ class Confusion(Value):
         return float(binomtest(self.doubted_failed, differ).pvalue) if differ else None
 
 
-class Tables(Value):
+class ObjectTables(Value):
     """Tables of a run: everything that is reported about it.
 
     Args:
@@ -117,19 +122,19 @@ class Tables(Value):
         seconds: CPU time by stage.
     """
 
-    rows: tuple[Row, ...]
+    rows: tuple[ObjectRow, ...]
     confusions: tuple[Confusion, ...]
     reasons: tuple[tuple[str, int], ...]
     lost: tuple[tuple[str, str], ...]
     seconds: dict[str, float]
 
     @property
-    def whole(self) -> Row:
+    def whole(self) -> ObjectRow:
         """Row of all objects together."""
         return self.rows[-1]
 
 
-def tables(results: Sequence[DemonstrationResult], published: PublishedSpec | None = None) -> Tables:
+def tables(results: Sequence[DemonstrationResult], published: PublishedSpec | None = None) -> ObjectTables:
     """Compute the tables of a run's results."""
     objects = list(dict.fromkeys(r.object for r in results))
     said = _published(published, objects)
@@ -137,7 +142,7 @@ def tables(results: Sequence[DemonstrationResult], published: PublishedSpec | No
     confusions = _confusions(tried)
     rows = [_row(o, [r for r in results if r.object == o], said.get(o, {}), len(confusions)) for o in objects]
     reasons = Counter(_short(c.reason) for c in tried if c.reason)
-    return Tables(
+    return ObjectTables(
         (*rows, _row(ALL, results, said.get(ALL, {}), len(confusions))),
         confusions,
         tuple(sorted(reasons.items(), key=lambda kv: (-kv[1], kv[0]))),
@@ -160,7 +165,7 @@ def _published(spec: PublishedSpec | None, objects: Sequence[str]) -> Mapping[st
     return found
 
 
-def _row(name: str, results: Sequence[DemonstrationResult], said: Mapping[str, tuple[int, int]], scales: int) -> Row:
+def _row(name: str, results: Sequence[DemonstrationResult], said: Mapping[str, tuple[int, int]], scales: int) -> ObjectRow:
     tried = [c for r in results for c in r.results]
 
     def share(test: Callable[[DemonstrationResult], bool], published: tuple[int, int] | None = None) -> Share:
@@ -170,7 +175,7 @@ def _row(name: str, results: Sequence[DemonstrationResult], said: Mapping[str, t
     executed = Share(sum(c.succeeded for c in tried), len(tried), said.get("executed"))
     harder = tuple(Share(sum(c.executed[k] for c in tried if c.executed), len(tried)) for k in range(1, scales))
     forces = [a.execution.peak_force for c in tried for a in c.attempts if a.execution and a.execution.succeeded]
-    return Row(
+    return ObjectRow(
         name, share(lambda r: not r.failure), share(lambda r: r.candidates > 0, said.get("gave")),
         sum(r.candidates for r in results), len(tried),
         planned, simulated, executed, harder, share(lambda r: r.solved), share(lambda r: r.first_solved),
@@ -184,7 +189,7 @@ def _confusions(tried: Iterable[CandidateResult]) -> tuple[Confusion, ...]:
     return tuple(_confusion(k, [(a, e) for a, e in ran if e.scale == k]) for k in sorted({e.scale for _, e in ran}))
 
 
-def _confusion(scale: float, ran: Sequence[tuple[Attempt, Execution]]) -> Confusion:
+def _confusion(scale: float, ran: Sequence[tuple[Program, Execution]]) -> Confusion:
     pairs = Counter((a.passed, e.succeeded) for a, e in ran)
     doubted = Counter(e.succeeded for a, e in ran if a.confidence and not a.passed)
     cells = (pairs[True, True], pairs[True, False], pairs[False, True], pairs[False, False])

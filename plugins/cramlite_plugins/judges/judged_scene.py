@@ -14,7 +14,7 @@ from msgspec.structs import replace
 from cramlite import Engine, Setting, read_scenario
 from cramlite.model import Thing
 
-from .messages import Hello
+from ..backends.stream.messages import Hello
 
 SEARCH = {"sequences": 3, "proofs": 4, "expansions": 300}
 """Work that an episode's search may take: less than usual (12, 8 and 3000), so that a refusal takes some ten seconds; all of it is counted,

@@ -1,4 +1,4 @@
-"""Report of an experiment: text for the terminal, JSON, CSV, and the comparison with a stored baseline."""
+"""Report of demonstrations: text for the terminal, JSON, HTML, and the comparison with a stored baseline."""
 
 from __future__ import annotations
 
@@ -7,22 +7,22 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from msgspec import to_builtins
 from msgspec.structs import asdict
 
-from ..base.errors import UserError
-from ..base.rate import Rate
-from .figure import Number
-from .measured import rates
+from ...base.errors import UserError
+from ...base.rate import Rate
+from ..figure import Number
+from ..measured import rates
+from ..page import page
 from .results import DemonstrationResult
 from .spec import ThresholdSpec
-from .tables import STAGES, Confusion, Row, Share, Tables
+from .tables import STAGES, Confusion, ObjectRow, ObjectTables, Share
 
 BASELINE = "baseline.json"
 HEADINGS = {"planned": "plan", "simulated": "simulation", "executed": "execution"}
 
 
-def text(tables: Tables, title: str) -> str:
+def text(tables: ObjectTables, title: str) -> str:
     """Return the tables as text for a terminal."""
     scales = [c.scale for c in tables.confusions]
     harder = [f"at {k:g} x errors" for k in scales[1:]]
@@ -46,25 +46,25 @@ def _aligned(rows: list[list[str]]) -> list[str]:
     return ["  ".join(f"{c:<{w}}" for c, w in zip(row, widths, strict=True)).rstrip() for row in rows]
 
 
-def _row(row: Row) -> list[str]:
+def _row(row: ObjectRow) -> list[str]:
     count = str(row.candidates) if row.tried == row.candidates else f"{row.candidates} ({row.tried} tried)"
     shares = [share(s) for s in (*(getattr(row, s) for s in STAGES), *row.harder)]
     return [row.object, plain(row.came_off), plain(row.gave), count, *shares, plain(row.solved), plain(row.first)]
 
 
-def numbers(tables: Tables) -> list[Number]:
+def numbers(tables: ObjectTables) -> list[Number]:
     """Return the rates of a figure, a row for each object."""
     scales = [c.scale for c in tables.confusions]
     return [number for row in tables.rows for number in rates(row.object, _columns(row, scales))]
 
 
-def _columns(row: Row, scales: Sequence[float]) -> dict[str, Rate]:
+def _columns(row: ObjectRow, scales: Sequence[float]) -> dict[str, Rate]:
     stages = {HEADINGS[s]: getattr(row, s) for s in STAGES}
     harder = {f"execution, {k:g} x": s for k, s in zip(scales[1:], row.harder, strict=False)}
     return {"came off": row.came_off, "gave candidates": row.gave, **stages, **harder, "solved": row.solved, "by the first": row.first}
 
 
-def _paper(row: Row) -> list[str | None]:
+def _paper(row: ObjectRow) -> list[str | None]:
     published = [s.published for s in (row.gave, *(getattr(row, s) for s in STAGES))]
     said = [f"{p[0]} of {p[1]} ({p[0] / p[1]:.0%})" if p else None for p in published]
     return [said[0], str(published[1][1]) if published[1] else None, *said[1:]]
@@ -80,7 +80,7 @@ def of_filter(c: Confusion) -> str:
 
 def area(c: Confusion) -> str:
     """Format the area under the ROC curve with its interval."""
-    found = c.area
+    found = c.area_under_curve
     return f"{found[0]:.2f} ({found[1]:.2f} to {found[2]:.2f})" if found else "all ended alike"
 
 
@@ -102,34 +102,34 @@ def share(value: Share) -> str:
     return f"{value.hits} of {value.total} ({100 * value.rate:.0f} %, {100 * low:.0f} to {100 * high:.0f})"
 
 
-def to_json(tables: Tables, results: tuple[DemonstrationResult, ...], key: dict[str, Any]) -> dict[str, Any]:
+def to_json(tables: ObjectTables, results: Sequence[DemonstrationResult], key: dict[str, Any]) -> dict[str, Any]:
     """Return tables, results and run key as JSON values."""
-    rows = [_row_json(r) for r in tables.rows]
-    return {
-        "run": key, "rows": rows, "confusions": [_confusion_json(c) for c in tables.confusions], "reasons": tables.reasons,
-        "lost": tables.lost, "seconds": tables.seconds, "demonstrations": [to_builtins(r) for r in results],
-    }  # fmt: skip
+    return {"run": key, **asdict(tables), "demonstrations": results}
 
 
-def _confusion_json(c: Confusion) -> dict[str, Any]:
-    shares = {n: _share_json(getattr(c, n)) for n in ("wrongly_accepted", "wrongly_refused")}
-    return {**to_builtins(c), **shares, "area_under_curve": c.area, "mcnemar": c.mcnemar}
+def html(
+    title: str, about: list[str], tables: ObjectTables, results: Sequence[DemonstrationResult], changes: list[str], folder: Path
+) -> str:
+    """Render the page as HTML.
+
+    Args:
+        about: what was run, in lines for people.
+        changes: against the baseline.
+        folder: of the demonstrations' files, where the pictures are.
+    """
+    return page(
+        __package__, title, about=about, tables=tables, results=results, changes=changes, stages=STAGES, headings=HEADINGS,
+        share=_share, plain=plain, area=area, nominal=against_nominal, folder=folder,
+    )  # fmt: skip
 
 
-def _share_json(value: Share) -> dict[str, Any]:
-    return {**to_builtins(value), "rate": value.rate, "interval": value.interval, "reached": value.reached}
+def _share(value: Share) -> str:
+    """On two lines at most: a number and its unit, and an interval, stay together."""
+    counts, _, rest = share(value).partition(" (")
+    return counts.replace(" ", "\u00a0") + " (" + rest.replace(" ", "\u00a0")
 
 
-def _row_json(row: Row) -> dict[str, Any]:
-    data: dict[str, Any] = to_builtins(row)
-    for name, value in asdict(row).items():
-        if isinstance(value, Share):
-            data[name] = _share_json(value)
-    data["harder"] = [_share_json(s) for s in row.harder]
-    return data
-
-
-def baseline(tables: Tables) -> dict[str, Any]:
+def baseline(tables: ObjectTables) -> dict[str, Any]:
     """Return the counts of a run that are stored to compare later ones with."""
     rows = {}
     for row in tables.rows:
@@ -139,7 +139,7 @@ def baseline(tables: Tables) -> dict[str, Any]:
     return {"rows": rows, "confusions": cells}
 
 
-def against_baseline(tables: Tables, path: Path, key: str) -> list[str]:
+def against_baseline(tables: ObjectTables, path: Path, key: str) -> list[str]:
     """Return the differences from the stored tables of the same set, in words; a note if there are none.
 
     Raises:
@@ -168,7 +168,7 @@ def _count(value: Any) -> str:
     return f"{value[0]} of {value[1]}" if isinstance(value, list) else str(value)
 
 
-def missed_thresholds(tables: Tables, limits: ThresholdSpec) -> list[str]:
+def missed_thresholds(tables: ObjectTables, limits: ThresholdSpec) -> list[str]:
     """Return the thresholds that are not reached, in words."""
     shares = {name: getattr(tables.whole, name) for name in ("solved", *STAGES)}
     return [

@@ -1,18 +1,16 @@
-"""The page of a judged experiment: one self-contained HTML file with the tables, and a picture of how each episode ended."""
+"""How episodes ended, in words and in pictures."""
 
 from __future__ import annotations
 
-import base64
 from collections import Counter
 from collections.abc import Sequence
-from importlib.resources import files
 from pathlib import Path
 
-from ...base.html_template import html_template
+from ..page import page, picture
 from . import report
 from .results import EpisodeResult, plain_reason
 from .spec import Episode, JudgedExperiment
-from .tables import Tables
+from .tables import EpisodeTables
 
 COMMONEST = 3
 """Classes of failures that are explained by pictures."""
@@ -20,18 +18,19 @@ SHOWN = 4
 """Episodes of each."""
 
 
-def page(tables: Tables, results: Sequence[EpisodeResult], experiment: JudgedExperiment, out: Path) -> str:
+def outcomes_page(tables: EpisodeTables, results: Sequence[EpisodeResult], experiment: JudgedExperiment, folder: Path) -> str:
     """Render the page as HTML.
 
     Args:
-        out: the run directory, where the pictures are.
+        folder: of the episodes' files, where the pictures are.
     """
-    source = (files(__package__) / "page.html.j2").read_text("utf-8")
-    style = (files("cramlite.report") / "page.css").read_text("utf-8")
-    return html_template(source).render(
-        title=experiment.spec.title, given=experiment.spec.given, tables=tables, style=style, report=report, experiment=experiment,
-        episodes=results, explained=explained(results), why=why, said=said,
-        picture=lambda r: _picture(out, r, _name(r)), believed=lambda r: _picture(out, r, r.attempt.believed if r.attempt else r.miss),
+    def shown(result: EpisodeResult, name: str) -> str:
+        return picture(folder / Episode(result.suite, result.task, result.state).name / (name or "none"))
+
+    return page(
+        __package__, experiment.spec.title, given=experiment.spec.given, tables=tables, report=report, experiment=experiment,
+        episodes=results, explained=explained(results), why=why, said=said, seen=lambda r: shown(r, _name(r)),
+        believed=lambda r: shown(r, r.attempt.believed if r.attempt else r.miss),
     )  # fmt: skip
 
 
@@ -66,16 +65,16 @@ def said(result: EpisodeResult) -> str:
     return "true at rest" if result.rest() else f"failed: {result.failure}"
 
 
+def in_a_line(result: EpisodeResult) -> str:
+    """Return an episode's result in a line."""
+    name = f"{result.suite} {result.task} {result.state} {result.name}"
+    if result.attempt is None:
+        return f"{name}: no program ({result.failure}): {plain_reason(result.reason)}"
+    a = result.attempt
+    truth = f"first at {a.first}, {'true' if a.rest else 'not true'} at rest" if a.first is not None else "never true"
+    return f"{name}: {a.outcome} after {a.steps} of {result.budget} steps, {truth}{f' ({result.failure})' if result.failure else ''}"
+
+
 def _name(result: EpisodeResult) -> str:
     shown = result.attempt or result.refused
     return shown.picture if shown is not None else result.picture
-
-
-def _picture(out: Path, result: EpisodeResult, name: str) -> str:
-    """A picture as a data address; empty if there is none."""
-    episode = Episode(result.suite, result.task, result.state)
-    path = out / "episodes" / episode.name / (name or "none")
-    if not path.is_file():
-        return ""
-    kind = "png" if name.endswith(".png") else "jpeg"
-    return f"data:image/{kind};base64," + base64.b64encode(path.read_bytes()).decode()

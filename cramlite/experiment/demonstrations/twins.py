@@ -2,26 +2,22 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from msgspec.structs import replace
 
-from ..base.seeds import derive_seed
-from ..engine.executor import ExecutorDied
-from ..engine.executor_group import DEATHS
-from ..engine.setting import Setting
-from ..engine.solution import Solution
-from ..model.error_model import NO_ERRORS
-from ..model.proof_doubts import ProofDoubts
-from ..model.rollout import Rollout
-from ..model.world import World
-from ..plugin.protocols import Candidate
-from ..scenario.twin import draw_twin
+from ...base.seeds import derive_seed
+from ...engine.executor import ExecutorDied
+from ...engine.executor_group import DEATHS
+from ...engine.setting import Setting
+from ...engine.solution import Solution
+from ...model.error_model import NO_ERRORS
+from ...model.proof_doubts import ProofDoubts
+from ...model.rollout import Rollout
+from ...model.world import World
+from ...plugin.protocols import Candidate
+from ...scenario.twin import draw_twin
+from ..page import jpeg
+from .bench import Bench, Trial, goal_missed
 from .results import Execution
-
-if TYPE_CHECKING:
-    from .bench import Bench, Trial
-    from .store import Store
 
 PICTURE = (320, 240)
 
@@ -34,16 +30,14 @@ def doubts(place: Bench, setting: Setting) -> ProofDoubts:
     return ProofDoubts(spec.proof.twins or 0, spec.proof.at_least, errors)
 
 
-def execute_in_twin(trial: Trial, store: Store, place: Bench, judged: Solution, *, scale: float) -> Execution:
+def execute_in_twin(trial: Trial, judged: Solution, *, scale: float) -> Execution:
     """Run a program's text where things are not quite as believed, and judge how that ended.
 
     Args:
         judged: the program; the number of its candidate names the files, and seeds the twin.
         scale: how many times the errors of the experiment's ``twin`` the world is drawn from; with 0 it is the believed world.
     """
-    from .bench import goal_missed
-
-    candidate, number, setting = judged.candidate, judged.number, judged.setting
+    place, candidate, number, setting = trial.place, judged.candidate, judged.number, judged.setting
     assert candidate.code is not None
     seed = derive_seed(trial.demonstration.seed, (("execution", "unseen"),), f"twin {number}")  # one draw, larger with the scale
     world = setting.world
@@ -60,9 +54,13 @@ def execute_in_twin(trial: Trial, store: Store, place: Bench, judged: Solution, 
     picture = ""
     if trial.pictures and scale == place.experiment.spec.scales[0]:
         with place.watch("picture"):
-            picture = _picture(trial, store, place, number, rollout)
-    force = (rollout.wrench[:, :3] ** 2).sum(axis=1).max() ** 0.5
-    return Execution(scale, not said, said, float(force), float(rollout.times[-1]), picture)
+            picture = _picture(trial, number, rollout)
+    return Execution(scale, not said, said, peak_force(rollout), float(rollout.times[-1]), picture)
+
+
+def peak_force(rollout: Rollout) -> float:
+    """Return the largest force at the wrist [N]."""
+    return float((rollout.wrench[:, :3] ** 2).sum(axis=1).max() ** 0.5)
 
 
 def _run(place: Bench, candidate: Candidate, world: World, seed: int) -> Rollout | None:
@@ -78,16 +76,9 @@ def _run(place: Bench, candidate: Candidate, world: World, seed: int) -> Rollout
     return None
 
 
-def _picture(trial: Trial, store: Store, place: Bench, number: int, rollout: Rollout) -> str:
+def _picture(trial: Trial, number: int, rollout: Rollout) -> str:
     """The last sample, as a file beside the results."""
-    from io import BytesIO
-
-    from PIL import Image
-
-    knowledge = place.engine.knowledge
+    knowledge = trial.place.engine.knowledge
     pixels = knowledge.simulator.picture(rollout, len(rollout.times) - 1, knowledge.robots_of(rollout.world), PICTURE)
-    buffer = BytesIO()
-    Image.fromarray(pixels).save(buffer, "JPEG", quality=70)
-    name = f"{number}.jpg"
-    store.write(f"results/{trial.demonstration.name}/{name}", buffer.getvalue())
+    trial.write(name := f"{number}.jpg", jpeg(pixels))
     return name

@@ -6,25 +6,49 @@ import math
 from typing import Any
 
 from ..base.seeds import derive_seed
-from ..model.error_model import ErrorModel
-from ..model.geometry import Vector3
-from ..model.twin_verdict import Draw
+from ..base.value import Value
+from .geometry import Vector3
 
 LEAST = 0.05
 """A share of friction, mass, size or force is drawn no lower, however large the error model's numbers are."""
 MM, DEG, PERCENT = 1000.0, 180.0 / math.pi, 100.0
 
 
+class Draw(Value):
+    """Number that was drawn for a twin.
+
+    Args:
+        source: of error, a key of ``SOURCES``.
+        name: for people: of what, and which.
+        value: in ``unit``.
+        size: the largest that could have been drawn, in ``unit``.
+    """
+
+    source: str
+    name: str
+    value: float
+    size: float
+    unit: str
+
+    @property
+    def share(self) -> float:
+        """Value as a share of the largest possible, -1 to 1."""
+        return self.value / self.size if self.size else 0.0
+
+    def __str__(self) -> str:
+        return f"{self.name} {self.value:+.3g} {self.unit}"
+
+
 class Drawing:
     """Random numbers of a twin; ``draws`` are those that were drawn, in their order.
 
     Args:
-        errors: that sizes are taken from, and the scale of all of them.
+        scale: multiplies all sizes.
         seed: of the twin.
     """
 
-    def __init__(self, errors: ErrorModel, seed: int) -> None:
-        self.errors, self.seed, self.draws = errors, seed, list[Draw]()
+    def __init__(self, scale: float, seed: int) -> None:
+        self.scale, self.seed, self.draws = scale, seed, list[Draw]()
         self._random: dict[str, Any] = {}
 
     def random(self, source: str) -> Any:
@@ -68,7 +92,7 @@ class Drawing:
         return self._noted(source, name, float(self.random(source).uniform(low, high)) / (high or 1.0), high, unit, per)
 
     def _noted(self, source: str, name: str, share: float, size: float, unit: str, per: float) -> float:
-        size *= self.errors.scale
+        size *= self.scale
         if size:
             self.draws.append(Draw(source, name, round(share * size * per, 6), round(size * per, 6), unit))
         return share * size

@@ -1,0 +1,131 @@
+"""Demonstrations of an experiment as trials of a run."""
+
+from __future__ import annotations
+
+import json
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+from ...base.json_text import as_json
+from ...base.run_directory import content_key
+from ...base.value import Value
+from ...plugin.selection import INSTALLED, PluginChoice
+from ...version import VERSION
+from ..order import Report, Twins
+from ..store import Store, code_key
+from .bench import Bench, Trial, bench
+from .candidates_table import PARQUET, to_csv, to_parquet
+from .report import BASELINE, against_baseline, baseline, html, missed_thresholds, numbers, text, to_json
+from .results import DemonstrationResult
+from .spec import Demonstration, Experiment, read_experiment
+from .tables import ObjectTables, tables
+from .trial import run_demonstration
+
+
+class Demonstrations(Value):
+    """Demonstrations that are asked for.
+
+    Args:
+        path: of the experiment's file.
+        set_name, short, without: which, only the first of each object, what is taken away.
+        pictures: draw how each execution ended.
+        plugins: of the engine.
+        keep_baseline: store the tables to compare later ones with.
+    """
+
+    path: Path
+    set_name: str = "main"
+    short: bool = False
+    without: str | None = None
+    pictures: bool = True
+    plugins: PluginChoice = INSTALLED
+    keep_baseline: bool = False
+
+    folder = "results"
+    result = DemonstrationResult
+
+    @property
+    def experiment(self) -> Experiment:
+        """The experiment, as its file says."""
+        return read_experiment(self.path)
+
+    @property
+    def demonstrations(self) -> dict[str, Demonstration]:
+        """Demonstrations by name, in order."""
+        return {d.name: d for d in self.experiment.demonstrations(self.set_name, short=self.short)}
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the demonstrations, in order."""
+        return tuple(self.demonstrations)
+
+    @property
+    def what(self) -> str:
+        """What of the experiment is run, "main-short-without_search"."""
+        return "-".join([self.set_name, *(["short"] if self.short else []), *([f"without_{self.without}"] if self.without else [])])
+
+    def key(self) -> dict[str, Any]:
+        """Return what the results depend on: files, seeds, code; the same on every machine that would give the same results.
+
+        Raises:
+            UserError: a file that cannot be used.
+        """
+        place = self._bench()
+        folders = (Path(__file__).resolve().parents[2], *(Path(i.file).resolve().parent for i in place.engine.registry.infos))
+        return {
+            "cramlite": VERSION, "experiment": place.experiment.spec.experiment, "set": self.set_name, "short": self.short,
+            "without": self.without, "scenario": content_key(*place.files), "code": code_key(folders),
+        }  # fmt: skip
+
+    def prepare(self) -> None:
+        """Do nothing: what is needed was read for the key."""
+
+    def run(self, name: str, store: Store, twins: Twins) -> DemonstrationResult:
+        """Run the trial of a demonstration, or what is left of it."""
+        return run_demonstration(Trial(self.demonstrations[name], store, self._bench(), self.pictures, twins))
+
+    def lost(self, name: str, reason: str) -> DemonstrationResult:
+        """Return the result of a demonstration that was given up."""
+        one = self.demonstrations[name]
+        return DemonstrationResult(name, one.object, one.seed, 0, 0, 0, (), f"worker: {reason}")
+
+    def line(self, name: str, result: DemonstrationResult) -> str:
+        """Return a result in a line for people."""
+        good = [sum(getattr(r, stage) for r in result.results) for stage in ("planned", "simulated", "succeeded")]
+        why = f"; {result.reason}" if result.reason else ""
+        return f"{name}: {result.candidates} candidates, {'/'.join(map(str, good))} planned/simulated/executed{why}"
+
+    def report(self, results: dict[str, DemonstrationResult], out: Path) -> Report:
+        """Return the report of the results, which are compared with the stored baseline."""
+        experiment, ran = self.experiment, tuple(results[name] for name in self.names)
+        spec, stored, title = experiment.spec, experiment.beside(BASELINE), f"{experiment.spec.title} ({self.what})"
+        found = tables(ran, spec.published if self.set_name == "main" and not self.short else None)
+        changes = against_baseline(found, stored, self.what)
+        parquet: dict[str, str | bytes] = {PARQUET: to_parquet(ran)} if find_spec("pyarrow") else {}  # of the extra 'distributed'
+        page = html(title, self._about(experiment, len(ran)), found, ran, changes, out / self.folder)
+        seeds = [r.seed for r in ran]
+        missed = missed_thresholds(found, spec.thresholds) if self.short and self.without is None else []
+        return Report(
+            to_json(found, ran, self.key()), "\n".join([text(found, title), "baseline:", *changes]),
+            {"candidates.csv": to_csv(ran), **parquet, "report.html": page}, numbers(found), title,
+            f"{min(seeds)} to {max(seeds)}, {len(seeds)} demonstrations", sum(found.seconds.values()),
+            kept={stored: self._kept(stored, found)} if self.keep_baseline else {},
+            failure=f"'{spec.experiment}' --short misses what it must reach: {'; '.join(missed)}. See {out}/report.html." if missed else "",
+        )  # fmt: skip
+
+    def _bench(self) -> Bench:
+        return bench(self.path.resolve(), self.set_name, self.without, self.plugins)
+
+    def _about(self, experiment: Experiment, count: int) -> list[str]:
+        """What was run, in lines for people."""
+        published = experiment.spec.published
+        return [
+            f"{count} demonstrations, set '{self.set_name}': {experiment.choose(self.set_name).about}",
+            f"Taken away: {experiment.ablation(self.without).about}.", *([f"Published figures: {published.source}"] if published else []),
+        ]  # fmt: skip
+
+    def _kept(self, path: Path, found: ObjectTables) -> str:
+        """The stored baselines, with that of this run."""
+        known = json.loads(path.read_text(encoding="utf-8")) if path.is_file() else {}
+        return as_json(known | {self.what: baseline(found)}) + "\n"

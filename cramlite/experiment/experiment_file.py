@@ -1,0 +1,88 @@
+"""Files of experiments: found, read and checked; what they name, and the files beside them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from os.path import normpath
+from pathlib import Path
+from typing import Any, TypeVar
+
+from pydantic import ValidationError
+
+from ..base.errors import UserError, nearest
+from ..base.resources import data_folder
+from ..base.spec import Spec
+from ..base.value import Value
+from ..base.yaml_file import explain_validation, load_yaml
+
+FILE = "experiment.yaml"
+Named = TypeVar("Named")
+S = TypeVar("S", bound=Spec)
+
+
+class ExperimentFile(Value):
+    """File of an experiment that was read and checked."""
+
+    path: Path
+
+    def beside(self, name: str) -> Path:
+        """Return the path of a file that the experiment names relative to its own folder.
+
+        One of a neighbouring folder that is not there is that of the shipped experiments: a copy elsewhere still has it.
+        """
+        folder = self.path.resolve().parent
+        own, shipped = folder / name, Path(normpath(data_folder("experiments") / folder.name / name))
+        neighbour = Path(name).parts[:1] == ("..",)
+        return shipped if neighbour and not own.exists() and shipped.exists() else own
+
+    def named(self, kind: str, name: str, known: Mapping[str, Named]) -> Named:
+        """Return what the file calls so.
+
+        Args:
+            kind: what is looked for, for people, e.g. "set".
+            known: those that the file has.
+
+        Raises:
+            UserError: there is none of the name.
+        """
+        if name not in known:
+            raise UserError(f"{self.path} has no {kind} '{name}'; {nearest(name, known)}.")
+        return known[name]
+
+
+def find_experiment(name: str) -> Path:
+    """Find the file of an experiment: a file, a folder that holds one, or the bare name of a shipped one.
+
+    Raises:
+        UserError: there is none; lists the shipped ones, the nearest first.
+    """
+    shipped = {p.parent.name: p for p in data_folder("experiments").glob(f"*/{FILE}")}
+    for path in (Path(name), Path(name) / FILE, shipped.get(Path(name).name)):
+        if path is not None and path.is_file():
+            return path
+    raise UserError(f"There is no experiment '{name}', and none of that name is shipped; {nearest(name, shipped)}.")
+
+
+def is_judged(path: Path) -> bool:
+    """Return whether an experiment's file says that somebody else judges.
+
+    Raises:
+        UserError: it cannot be read, or is no YAML.
+    """
+    data = load_yaml(path)
+    return isinstance(data, Mapping) and "judge" in data
+
+
+def read_spec(path: Path, kind: type[S]) -> tuple[S, Mapping[str, Any]]:
+    """Read the file of an experiment; return its specification, and its data, which know their lines.
+
+    Raises:
+        UserError: not YAML, an unknown key, or a wrong value: with file and line.
+    """
+    data = load_yaml(path)
+    if not isinstance(data, Mapping):
+        raise UserError(f"{path}:1: an experiment is a mapping that begins with 'experiment: NAME'.")
+    try:
+        return kind.model_validate(data), data
+    except ValidationError as error:
+        raise explain_validation(path, data, error, list(kind.model_fields)) from error
