@@ -128,6 +128,22 @@ def test_refusals_that_differ_in_the_number_of_a_task_are_said_once() -> None:
     assert what_to_try(trace.entries) == ("1.Grasping: the hand of 1.Grasping is full (3 times)",)
 
 
+DRAWER = """  - {name: cabinet, model: cabinet, at: {position: [0.75, 0.1, 0.35], yaw: 180 deg}}
+  - {name: drawer, model: drawer, at: {position: [0.75, 0.1, 0.35], yaw: 180 deg}, with: {parent: cabinet}}
+"""
+
+
+def test_a_part_of_a_goal_is_not_blamed_for_tasks_between_its_own(searched: Callable[[str], Trace]) -> None:
+    """The drawer is opened before the green block is taken, the red one is put into it after that."""
+    things = RED, BLUE.replace("-0.2", "-0.35"), GREEN, TRAY, PLATE, DRAWER
+    trace = searched(_with("goal: [green on tray, blue on plate, red in drawer]", *things))
+    answers = {a.says: a for a in goal_answers(trace)}
+    first, last = answers["red in drawer"].tasks or (0, 0)
+    green = answers["green on tray"].tasks or (0, 0)
+    assert first < green[0] <= green[1] < last
+    assert answers["red in drawer"].answer == "untried" and answers["green on tray"].answer == "missed"
+
+
 @pytest.mark.parametrize(
     ("goals", "one"),
     [
