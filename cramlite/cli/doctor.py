@@ -72,16 +72,16 @@ def python() -> Examined:
 def libraries(wanted: Iterable[Requirement]) -> Examined:
     """Look for the required libraries: there, of a version that fits, and usable."""
     needed = list(wanted)
-    wrong = [said for r in needed if (said := _wrong(r) or _not_importable(r.name))]
+    wrong = [said for r in needed if (said := _wrong(r) or _unusable(r.name))]
     if wrong:
         return Examined("libraries", "lacks", f"{'; '.join(wrong)}. Install {OURS} anew: pip install {OURS}")
     return Examined("libraries", "ok", f"all {len(needed)} that are needed are there, fit and can be used")
 
 
 def extras() -> Examined:
-    """List the optional parts that are installed whole, and those that are not; the planner of goals is run, where it is."""
+    """List the optional parts that are installed whole, and those that are not; none is imported, that is slow."""
     names = [n for n in metadata.metadata(OURS).get_all("Provides-Extra") or () if n not in ("docs", "test")]
-    lacking = {name: [said for r in _requirements(name) if (said := _wrong(r) or _broken(r.name))] for name in names}
+    lacking = {name: [said for r in _requirements(name) if (said := _wrong(r))] for name in names}
     there = ", ".join(name for name in names if not lacking[name]) or "none"
     away = "; ".join(f"{name} ({', '.join(why)})" for name, why in lacking.items() if why)
     if not away:
@@ -172,17 +172,22 @@ def _wrong(wanted: Requirement) -> str:
     return "" if wanted.specifier.contains(version, prereleases=True) else f"{wanted.name} {version} is not {wanted.specifier}"
 
 
-def _broken(name: str) -> str:
-    """Why a package of an extra does not work; "" if it does, or if that is not tried: those are slow to import."""
-    from ..base.errors import CramliteError
-    from ..planning.symbolic_planner import PACKAGE, examine_planner
+def _unusable(name: str) -> str:
+    """Why a library cannot be used; "" if it can. The planner of goals is a program of its own: it is run, its package never imported."""
+    from ..planning.symbolic_planner import PACKAGE
 
-    if name != PACKAGE:
-        return ""
+    return _not_running(name) if name == PACKAGE else _not_importable(name)
+
+
+def _not_running(planner: str) -> str:
+    """Why the planner of goals does not solve a problem of one action; "" if it does."""
+    from ..base.errors import CramliteError
+    from ..planning.symbolic_planner import examine_planner
+
     try:
         examine_planner()
     except (CramliteError, OSError) as error:
-        return f"{PACKAGE} cannot be run: {error}"
+        return f"{planner} cannot be run: {error}"
     return ""
 
 

@@ -167,4 +167,4 @@ def _by_goal(candidate: Candidate, knowledge: Knowledge) -> list[Finding]:
 
 def _ended(rollout: Rollout) -> Sequence[Finding]:
     said = f"the text ended by {rollout.outcome}: {rollout.reason}"
-    return () if rollout.outcome == "finished" else (Finding("execution", False, said),)
+    return () if rollout.outcome == "finished" else (Finding("execution", False, said, stopped=True),)

@@ -68,7 +68,7 @@ class Doubtful(Value):
 
     def _objection(self, rollout: Rollout | str) -> Finding | None:
         if isinstance(rollout, str):
-            return Finding("execution", False, rollout)
+            return Finding("execution", False, rollout, stopped=True)
         _, findings = judge_run(self.candidate, self.text, rollout, self.knowledge)
         return next((f for f in findings if not f.passed), None)
 

@@ -30,6 +30,7 @@ class Finding(Value):
         blocking: of an objection: names of the things that were in the way, so that a task which changes one of them may help;
             () where it does not depend on other things, None where that is not known.
         advice: an objection of a validator that only advises (``JudgingLimits.advisory``).
+        stopped: an objection that says what stopped the run: that other conditions do not hold then may follow from it.
     """
 
     validator: str
@@ -43,6 +44,7 @@ class Finding(Value):
     things: bool = False
     blocking: tuple[str, ...] | None = None
     advice: bool = False
+    stopped: bool = False
 
     def as_advice(self) -> Finding:
         """Return an objection as advice: it is told, and refuses nothing."""
@@ -69,8 +71,8 @@ class Verdict(Value):
 
     @property
     def objections(self) -> tuple[Finding, ...]:
-        """Findings that did not pass."""
-        return tuple(f for f in self.findings if not f.passed)
+        """Findings that did not pass: what stopped the run first, then as validators were asked."""
+        return tuple(sorted((f for f in self.findings if not f.passed), key=lambda f: not f.stopped))
 
     @property
     def advice(self) -> tuple[Finding, ...]:

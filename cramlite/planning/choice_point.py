@@ -21,13 +21,13 @@ from ..model.designators import Action, Designator, Late, Location, Motion, Obje
 from ..model.entity_name import thing_of
 from ..model.remedy import Remedy
 from ..plugin.grounding import Grounding, Refused
-from .refutation import AsItIs, Capped, InTask, Later
+from .refutation import ANY, AsItIs, Capped, InTask, Later, Unfit
 from .state import Effect, State, ground_roles
 from .trace import Kind, Outcome, Trace
 
-Conflict = frozenset[str | InTask | AsItIs | Capped | Later]
+Conflict = frozenset[str | InTask | AsItIs | Capped | Later | Unfit]
 """What a failure depends on: names of choices, by which the search goes back, at once or later; tasks, and things as they are, which
-no choice of this plan changes; and whether alternatives were left out."""
+no choice of this plan changes; whether alternatives were left out; and things that can play no role."""
 
 
 class Nogoods(Struct):
@@ -90,7 +90,7 @@ class ChoicePoint(Struct):
     trace: Trace
     node: int
     breadth: int = 1
-    conflict: set[str | InTask | AsItIs | Capped | Later] = field(default_factory=set)
+    conflict: set[str | InTask | AsItIs | Capped | Later | Unfit] = field(default_factory=set)
 
     def __post_init__(self) -> None:
         self.conflict |= {f.compound.name for f in self.state.frames}  # without them it would not be asked for
@@ -161,6 +161,13 @@ class ChoicePoint(Struct):
     def asked_by(self) -> set[str]:
         """Choices that the designator is part of: made otherwise, it may not be asked for."""
         return {name for name, _ in self.state.choices if is_part_of(self.item.name, name)}
+
+    @property
+    def unfit(self) -> set[Unfit]:
+        """The named thing, where it was refused whatever else was chosen, and not for how anything is."""
+        named = self.item.entity if isinstance(self.item, Object) else None
+        depends = any(isinstance(c, str) or (isinstance(c, AsItIs) and ANY in c.things) for c in self.conflict)
+        return {Unfit(named)} if named and not depends else set()
 
     def say(
         self, outcome: Outcome, plugin: str, reason: str, text: str | None = None, cost: float | None = None, passed: int = 0,

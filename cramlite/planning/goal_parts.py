@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
 from itertools import accumulate
 from typing import TYPE_CHECKING, Literal
 
@@ -20,6 +20,9 @@ if TYPE_CHECKING:
 
 PART = "goal part"
 """Designator of the entries of the trace that are about a part of a goal."""
+
+OTHER = "other_task_"
+"""How the numbers of such an entry are called that are tasks of other parts, between the first and the last of its own."""
 
 Answer = Literal["holds", "achieved", "reached", "missed", "untried"]
 RANKS: Sequence[Answer] = ("holds", "achieved", "reached", "missed", "untried")
@@ -59,22 +62,24 @@ class GoalAnswer(Value):
 def trace_parts(problem: PlanningProblem, plan: TaskPlan, trace: Trace) -> None:
     """Add to a trace which tasks of a plan bring about which part of its goal."""
     for says, wanted in problem.parts():
-        first, last = serving(wanted, problem.facts, plan.steps)
+        tasks = serving(wanted, problem.facts, plan.steps)
+        first, last = (tasks[0], tasks[-1]) if tasks else (0, 0)
         said = f"holds after task {last}, tasks {first} to {last} are for it" if last else "holds at the start"
-        trace.add(0, PART, says, "asked", "engine", said, kind="goal", numbers={"first": first, "last": last})
+        others = {f"{OTHER}{k}": k for k in range(first, last) if k not in tasks}
+        trace.add(0, PART, says, "asked", "engine", said, kind="goal", numbers={"first": first, "last": last, **others})
 
 
-def serving(goal: GoalFacts, facts: frozenset[Fact], steps: Sequence[Operator]) -> tuple[int, int]:
-    """Return the first step that a goal needs, and the one after which it holds for good, from 1; zeros where it holds before."""
+def serving(goal: GoalFacts, facts: frozenset[Fact], steps: Sequence[Operator]) -> tuple[int, ...]:
+    """Return the steps that a goal needs, from 1, up to the one after which it holds for good; none where it holds before."""
     states = list(accumulate(steps, lambda state, step: step.apply(state), initial=facts))
     last = next((k for k in range(len(steps), 0, -1) if not goal.met(states[k - 1])), 0)
-    first = last
+    found: list[int] = []
     later: list[GoalFacts | Operator] = [goal]
     for k in range(last, 0, -1):
         made, gone = states[k] - states[k - 1] - facts, (states[k - 1] - states[k]) & facts  # not what only is as it was again
         if k == last or any(made & one.needs or any(one.barred_by(f, states[k - 1]) for f in gone) for one in later):
-            first, later = k, [*later, steps[k - 1]]
-    return first, last
+            found, later = [k, *found], [*later, steps[k - 1]]
+    return tuple(found)
 
 
 def goal_answers(trace: Trace, proven: int = 0) -> tuple[GoalAnswer, ...]:
@@ -125,18 +130,19 @@ def _unproven(parts: Iterable[Entry], entries: Sequence[Entry]) -> Iterator[Goal
         elif miss is None:
             yield GoalAnswer(part.text, "untried", tasks)
         else:
-            yield _by(part.text, tasks, miss, known)
+            others = {int(k) for name, k in part.numbers.items() if name.startswith(OTHER)}
+            yield _by(part.text, tasks, others, miss, known)
 
 
-def _by(says: str, tasks: tuple[int, int], miss: Entry, known: dict[int, Entry]) -> GoalAnswer:
-    """The answer by the nearest miss of a candidate."""
+def _by(says: str, tasks: tuple[int, int], others: Set[int], miss: Entry, known: dict[int, Entry]) -> GoalAnswer:
+    """The answer by the nearest miss of a candidate, for a part of the goal with its tasks but the others among them."""
     said = f"{miss.designator}: {miss.reason}"
     if miss.kind == "proof":
         own = [c for c in miss.reason.split("; ") if f"'{says}' is not reached" in c]
         elsewhere = not own and "is not reached" in miss.reason
         return GoalAnswer(says, "reached" if elsewhere else "missed", tasks, "; ".join(own) or ("" if elsewhere else said))
     at = _at(miss, known)
-    if any(tasks[0] <= task <= tasks[1] for task in at):
+    if any(tasks[0] <= task <= tasks[1] and task not in others for task in at):
         return GoalAnswer(says, "missed", tasks, said)
     if at and min(at) > tasks[1] and task_of(miss, known):
         return GoalAnswer(says, "reached", tasks, f"what failed came later, in task {at[0]}")

@@ -17,7 +17,9 @@ T = TypeVar("T")
 EVERY = 5.0
 """Seconds between two lines on what is done now."""
 ASKED_FOR = ("action", "compound", "object", "location", "motion")
-REFUSED = ("refused", "impossible", "failed")
+REFUSED = ("refused", "impossible")
+BEHIND = {"proof": "searching: what to do otherwise after the last program", "sequence": "searching: another sequence of tasks"}
+"""What is done before the first question behind a program that was refused, and behind a sequence that ended."""
 
 
 class NowDone(str):
@@ -84,7 +86,8 @@ def searching_text(trace: Trace, tasks: int = 0) -> str:
     recent = _recent(trace.entries)
     asked = next((e for e in reversed(recent) if e.kind in ASKED_FOR), None)
     if asked is None:
-        return "searching: no question was asked yet"
+        ended = trace.entries[-len(recent) - 1].kind if len(trace.entries) > len(recent) else ""
+        return BEHIND.get(ended, "searching: no question was asked yet")
     task = next((e.numbers["task"] for e in reversed(recent) if "task" in e.numbers), 0)
     where = f", task {task:.0f} of {tasks}" if task and tasks else ""
     said = f"searching: {asked.designator}{where}, candidate {asked.candidate}; {len(trace.entries)} decisions"

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 from msgspec.structs import replace
 
 from ..base.pulse import checkpoint
+from ..model.entity_name import thing_of
 from .goal_planner import NEEDLESS, TaskPlan
 from .handling import said
 from .operators import Operator
@@ -38,7 +39,8 @@ def task_plans(
     """Generate task sequences that achieve a goal with the things that it is about, or, where there is none, with all.
 
     No sequence contains an earlier one, and none has a step that nothing asks for. But where the trace says what the failure of
-    one depends on, the next are those in which that is another: what was in the way is moved first.
+    one depends on, the next are those in which that is another: what was in the way is moved first. Where it says that a thing
+    can play no role which the goal needs, there is no next one.
 
     Sequences of shipped and of preferred tasks come first, then those that other plugins' tasks are in (``added_tasks``). One of
     these comes before only where it is shorter, and has no effects beyond the goal and the preconditions of its later steps
@@ -50,7 +52,8 @@ def task_plans(
     """
     given = _Given(problem)
     for added in (False, True) if problem.knowledge.added_tasks else (True,):
-        yield from _stream(given, added, progress, most, trace)
+        if not given.hopeless(trace):
+            yield from _stream(given, added, progress, most, trace)
 
 
 def _stream(
@@ -75,6 +78,8 @@ def _stream(
         missed = 0 if new else missed + 1
         if plan is not None and new:
             yield plan
+            if given.hopeless(trace):
+                return
         if plan is not None and new and given.learn(plan, trace):
             level = 0
         else:
@@ -99,6 +104,12 @@ class _Given:
     def new(self, plan: TaskPlan | None) -> bool:
         """Whether a plan has no needless step and contains no sequence that was given."""
         return plan is not None and NEEDLESS not in plan.reasons and not any(_within(e, plan.steps) for e in self.unexplained)
+
+    def hopeless(self, trace: Trace | None) -> bool:
+        """Whether a thing that can play no role is in what the goal lacks: every sequence needs a task with it."""
+        found = trace.refutation if trace is not None else None
+        lacking = {thing_of(e) for fact in self.problem.wanted.needs - self.problem.facts for e in fact[1:]}
+        return found is not None and any(thing_of(name) in lacking for name in found.unfit)
 
     def learn(self, plan: TaskPlan, trace: Trace | None) -> bool:
         """Whether the failure of a sequence rules something out that was not known."""

@@ -36,6 +36,12 @@ class AsItIs(Value):
     things: frozenset[str]
 
 
+class Unfit(Value):
+    """Part of a conflict set: a thing that is asked for by name can play no role, whatever tasks there are."""
+
+    entity: str
+
+
 class Capped(Value):
     """Part of a conflict set: alternatives were left out, so that a wider round may have more to say."""
 
@@ -55,12 +61,14 @@ class Refutation(Value):
             not said of all refusals what they depend on.
         reason: the refusal that came after the most choices.
         part: of the last of these tasks, in which alone all of it was refused; None where it was in several, or in no part.
+        unfit: things that can play no role in any task sequence.
     """
 
     tasks: tuple[int, ...]
     things: tuple[tuple[str, ...], ...] | None
     reason: str = ""
     part: Part | None = None
+    unfit: tuple[str, ...] = ()
 
 
 def as_they_are(things: InTheWay) -> frozenset[AsItIs]:
@@ -77,4 +85,5 @@ def refutation(conflict: Iterable[object], reason: str = "") -> Refutation:
     tasks = sorted({c.number for c in found if isinstance(c, InTask)})
     parts = {c.part for c in found if isinstance(c, InTask) and c.number == tasks[-1] and c.part is not None}
     part = next(iter(parts)) if len(parts) == 1 and WHOLE not in parts else None
-    return Refutation(tuple(tasks), None if any(ANY in s for s in sets) else tuple(least), reason, part)
+    unfit = tuple(sorted(c.entity for c in found if isinstance(c, Unfit)))
+    return Refutation(tuple(tasks), None if any(ANY in s for s in sets) else tuple(least), reason, part, unfit)

@@ -189,6 +189,7 @@ class Search(Struct, dict=True):
         if isinstance(item, Location) and asked_about(item, state) not in self.answers.unanswered.answered:
             self._conclude(point)
         point.conflict |= {InTask(number, self._part(item, state, tried))} if (number := within.get("task")) else set()
+        point.conflict |= set() if tried else point.unfit
         self._nogoods.remember(frozenset(point.conflict), state.choices)
         point.exhausted(tried)
         return frozenset(point.conflict)

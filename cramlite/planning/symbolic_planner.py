@@ -115,7 +115,7 @@ def examine_planner() -> None:
 
 
 def has_planner() -> bool:
-    """Check whether Fast Downward is installed: it is an extra."""
+    """Check whether Fast Downward is installed: not all platforms have it."""
     return find_spec(PACKAGE.replace("-", "_")) is not None
 
 

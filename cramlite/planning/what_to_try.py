@@ -30,7 +30,7 @@ def what_to_try(entries: Sequence[Entry], most: int = MOST) -> tuple[str, ...]:
 
 
 def _first_objection(proof: Entry) -> str:
-    """The first of what judges said of a program that ran: what came later may follow from it."""
+    """The first of what judges said of a program that ran, which is what stopped it, if anything did: the others may follow from it."""
     return f"mend the first objection, others may follow from it: {proof.reason.split('; ')[0]}"
 
 
@@ -68,7 +68,7 @@ def _told(found: Sequence[tuple[Entry, Remedy]]) -> Iterator[str]:
 
 
 def _about(entry: Entry, remedy: Remedy) -> str:
-    return remedy.about or f"{entry.designator.partition('#')[0]}: {without_numbers(remedy.says)}"
+    return remedy.about or without_numbers(f"{entry.designator.partition('#')[0]}: {remedy.says}")
 
 
 def _room(collision: Collision) -> Remedy:
@@ -78,11 +78,23 @@ def _room(collision: Collision) -> Remedy:
 
 
 def _reasons(refusals: Sequence[Entry], most: int) -> Iterator[str]:
-    """The reasons that refused most, where nothing knows a remedy; of one refusal the nearest miss has said all."""
-    proofs = dict.fromkeys(_first_objection(e) for e in refusals if e.kind == "proof")
-    yield from list(proofs)[:most]
-    counted = Counter((e.designator, e.reason) for e in refusals if e.kind != "proof")
+    """The reasons that refused most, where nothing knows a remedy; of one refusal the nearest miss has said all. Those that differ in
+    numbers only, those of tasks among them, are one."""
+    proofs = _each_once(_first_objection(e) for e in refusals if e.kind == "proof")
+    yield from list(proofs.values())[:most]
+    others = [e for e in refusals if e.kind != "proof"]
+    first = _each_once(f"{e.designator}: {e.reason}" for e in others)
+    counted = Counter(without_numbers(f"{e.designator}: {e.reason}") for e in others)
     nearest = nearest_miss(refusals)
-    for (designator, reason), count in counted.most_common(most) if len(counted) > 1 else ():
-        if nearest is None or (designator, reason) != (nearest.designator, nearest.reason):
-            yield f"{designator}: {reason}" + (f" ({count} times)" if count > 1 else "")
+    told = without_numbers(f"{nearest.designator}: {nearest.reason}") if nearest is not None else ""
+    for cause, count in counted.most_common(most) if len(counted) > 1 else ():
+        if cause != told:
+            yield first[cause] + (f" ({count} times)" if count > 1 else "")
+
+
+def _each_once(said: Iterable[str]) -> dict[str, str]:
+    """The first of the texts that differ in numbers only, by what they have in common."""
+    found: dict[str, str] = {}
+    for text in said:
+        found.setdefault(without_numbers(text), text)
+    return found

@@ -70,8 +70,8 @@ def test_the_planner_needs_nothing_that_only_its_package_imports(monkeypatch: py
     forget_the_planner(monkeypatch)
     with pytest.raises(ImportError):
         importlib.import_module("up_fast_downward")
-    monkeypatch.setattr(doctor, "_requirements", lambda extra: [Requirement("up-fast-downward")] if extra == "planning" else [])
-    assert "not planning" not in doctor.extras().found
+    examined = libraries([Requirement("up-fast-downward")])
+    assert examined.state == "ok", examined.found
 
 
 def test_a_planner_that_does_not_run_is_lacking(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
@@ -81,9 +81,8 @@ def test_a_planner_that_does_not_run_is_lacking(monkeypatch: pytest.MonkeyPatch,
     driver.write_text("raise SystemExit('no translator here')")
     (tmp_path / "up_fast_downward" / "__init__.py").write_text("")
     monkeypatch.syspath_prepend(tmp_path)
-    monkeypatch.setattr(doctor, "_requirements", lambda extra: [Requirement("up-fast-downward")] if extra == "planning" else [])
-    examined = doctor.extras()
-    assert examined.state == "without" and "not planning (up-fast-downward cannot be run: " in examined.found
+    examined = libraries([Requirement("up-fast-downward")])
+    assert examined.state == "lacks" and "up-fast-downward cannot be run: " in examined.found
     assert "no translator here" in examined.found
 
 

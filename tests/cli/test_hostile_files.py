@@ -74,8 +74,13 @@ def test_a_folder_that_is_stated_may_be_read(run: Run, tmp_path: Path) -> None:
     (tmp_path / "more.xml").write_text("<mujoco><worldbody><body name='tin'><freejoint/><geom size='.1'/></body></worldbody></mujoco>")
     path = tmp_path / "scene" / "scene.xml"
     path.write_text('<mujoco><include file="../more.xml"/></mujoco>')
-    assert "outside" in refused(run, "scene.xml", "import", path).err
-    assert "tin" in run("import", path, "--package", f"more={tmp_path}").out
+    said = refused(run, "scene.xml", "import", path).err
+    assert "'packages: {assets: FOLDER}' beside 'file' in a scenario, or 'cramlite import' with --package assets=FOLDER" in said
+    assert "tin" in run("import", path, "--package", f"assets={tmp_path}").out
+    scenario = "scenario: own\ngoal: [tin held]\nrobot: {type: ur5e}\nworld: {file: scene.xml%s}\n"
+    for stated, code in (("", 2), (f", packages: {{assets: {tmp_path}}}", 0)):
+        (tmp_path / "scene" / "own.yaml").write_text(scenario % stated)
+        assert run("check", tmp_path / "scene" / "own.yaml").code == code
 
 
 @pytest.mark.parametrize("marker", ["package.xml", "__init__.py", ".git"])

@@ -160,7 +160,7 @@ def test_without_a_plan_those_judge_who_judge_by_the_goal() -> None:
 def test_without_a_plan_one_that_did_not_end_failed() -> None:
     found = judged("def p():\nend\n", Purpose(goal=("block on shelf",)), ByGoal("goal"), outcome="halted")
     assert words(found) == [("execution", False), ("goal", True)]
-    assert found.verdict.objections[0].reason == "the text ended by halted: as written"
+    assert found.verdict.objections[0].reason == "the text ended by halted: as written" and found.verdict.objections[0].stopped
 
 
 def test_without_anybody_who_judges_it_nothing_passes() -> None:

@@ -20,7 +20,7 @@ def test_one_objection_refuses(findings: tuple[Finding, ...], passes: bool) -> N
 
 
 def test_a_finding_is_about_a_place_that_might_change_it_unless_it_says_else() -> None:
-    assert Finding("a", True, "r") == Finding("a", True, "r", None, None, "", "", True, False, None, False)
+    assert Finding("a", True, "r") == Finding("a", True, "r", None, None, "", "", True, False, None, False, False)
 
 
 def test_no_finding_is_no_success() -> None:
@@ -31,6 +31,13 @@ def test_what_objects_is_told_in_its_order() -> None:
     found = Verdict((OTHER, GOOD, BAD))
     assert found.objections == (OTHER, BAD) and found.reason == "force: 61 N; slip: 0.3 m, limit 0.2 m"
     assert Verdict((GOOD,)).objections == () and Verdict((GOOD,)).reason == "passed"
+
+
+def test_what_stopped_the_run_is_told_first() -> None:
+    """Whatever order validators were asked in: a goal that is not reached may follow from it."""
+    halted = Finding("execution", False, "halted at line 3", stopped=True)
+    found = Verdict((OTHER, GOOD, halted, BAD))
+    assert found.objections == (halted, OTHER, BAD) and found.reason.startswith("execution: halted at line 3; force: ")
 
 
 def test_advice_refuses_nothing_and_is_told() -> None:

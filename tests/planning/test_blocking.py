@@ -16,7 +16,7 @@ from cramlite.planning.blocking import Blocking
 from cramlite.planning.handling import Done, Handling, Track
 from cramlite.planning.plan_stream import few_things, task_plans
 from cramlite.planning.planning_problem import PlanningProblem, Scope
-from cramlite.planning.refutation import InTask, Part, Refutation, as_they_are, refutation
+from cramlite.planning.refutation import InTask, Part, Refutation, Unfit, as_they_are, refutation
 
 ENGINE = Engine()
 SCENE = """
@@ -273,6 +273,32 @@ def test_a_blocking_bars_a_task_only_while_its_things_are_as_they_were(problem: 
     assert blocking.bars((grasp, lift), place) and blocking.bars((grasp,), place)  # how the arm moved makes no difference
     assert not blocking.bars((grasp, lift, place, grasp, lift), place)
     assert not blocking.bars((grasp, lift), lift)
+
+
+@pytest.mark.parametrize(("unfit", "more"), [("tray", False), ("prize", False), ("other", True)])
+def test_a_goal_about_what_can_play_no_role_is_given_up(problem: PlanningProblem, unfit: str, more: bool) -> None:
+    trace = Trace()
+    plans = task_plans(problem, trace=trace)
+    first = next(plans)
+    trace.candidate = 1
+    trace.refuted("first", refutation({Unfit(unfit)}))
+    assert (next(plans, None) is not None) is more and "soma:Placing" in [s.task for s in first.steps]
+
+
+def test_a_thing_out_of_reach_ends_the_search_for_other_tasks(tmp_path: Path) -> None:
+    (tmp_path / "far.yaml").write_text(SCENE.replace("[0.45, -0.35, 0.15]", "[0.45, -1.35, 0.15]"))
+    trace = Trace()
+    assert list(ENGINE.resolve(read_scenario(tmp_path / "far.yaml"), trace=trace)) == []
+    assert {e.candidate for e in trace.entries if e.designator == "tray"} == {1}
+    assert trace.refutation is not None and trace.refutation.unfit == ("tray",)
+
+
+def test_a_thing_whose_features_do_not_suit_the_tasks_may_suit_others(tmp_path: Path) -> None:
+    """What is asked of it comes from the roles that it has in one sequence."""
+    trace, scene = Trace(), SCENE.replace("goal: [prize on tray]", "tasks: [{task: Hang, Locatum: prize, Relatum: tray}]")
+    (tmp_path / "no_peg.yaml").write_text(scene.replace("Hang", "InsertHoleOntoPeg"))
+    assert list(ENGINE.resolve(read_scenario(tmp_path / "no_peg.yaml"), trace=trace)) == []
+    assert "without the" in " ".join(e.reason for e in trace.entries) and trace.refutation is not None and not trace.refutation.unfit
 
 
 def test_a_conflict_set_says_tasks_and_things() -> None:

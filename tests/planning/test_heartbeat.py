@@ -66,11 +66,19 @@ def test_a_stop_ends_the_items_and_the_trace_says_so() -> None:
 def test_of_refusals_those_count_that_came_after_the_last_program() -> None:
     trace = _trace()
     trace.add(0, "proof", "plan", "failed", "urscript", "it fell", kind="proof")
-    assert "no question" in searching_text(trace)
+    assert searching_text(trace) == "searching: what to do otherwise after the last program"
     trace.add(0, "2.Placing", "", "asked", "engine", "", kind="action", numbers={"task": 2, "depth": 0})
     trace.add(0, "on(tray)", "", "refused", "places", "too near", kind="location")
     said = searching_text(trace, tasks=3)
     assert said == "searching: on(tray), task 2 of 3, candidate 1; 8 decisions; refused 1 times, most often (1): too near [places]"
+
+
+def test_what_followed_from_refusals_is_no_reason() -> None:
+    trace = _trace()
+    trace.add(0, "grasp(tin)", "", "failed", "engine", "2 alternatives failed; it depends on 1.Grasping", kind="location")
+    assert "alternatives failed" not in searching_text(trace)
+    trace.add(0, "sequence", "plan", "failed", "engine", "it depends on tasks 1", kind="sequence")
+    assert searching_text(trace) == "searching: another sequence of tasks"
 
 
 def test_what_is_said_of_a_search_that_has_not_begun_or_was_interrupted() -> None:

@@ -11,6 +11,7 @@ import pytest
 
 from cramlite import Engine, Trace, UserError, failure_text, find_scenario, goal_answers, read_scenario, what_to_try
 from cramlite.cli.main import main
+from cramlite.model import Finding, Verdict
 
 HEAD = """scenario: fails
 {wanted}
@@ -101,10 +102,46 @@ def test_a_failure_says_what_is_missing_and_what_to_try(name: str, searched: Cal
 def test_one_cause_is_said_once_and_nobody_is_blamed_for_what_was_not_tried(searched: Callable[[str], Trace]) -> None:
     trace = searched(FAR)
     told = failure_text(trace, ())
-    assert told.count("1.25 m > 1.01 m") == 1 and "candidates 1" in told
+    assert told.count("1.25 m > 1.01 m") == 1 and "candidate 1, " in told
     answers = {a.says: a for a in goal_answers(trace)}
     assert answers["green on tray"].answer == "missed" and "1.25 m" in answers["green on tray"].reason
     assert answers["red on blue"].answer == "untried" and not answers["red on blue"].reason
+
+
+def test_what_stopped_a_program_is_to_be_mended_and_equal_objections_of_tasks_are_one() -> None:
+    trace = Trace()
+    goal, halted = Finding("goal", False, "not reached"), Finding("execution", False, "halted at line 9", stopped=True)
+    trace.add(0, "proof", "plan", "failed", "urscript", Verdict((goal, halted)).reason, kind="proof")
+    assert [one.split(": ", 1)[1] for one in what_to_try(trace.entries)] == ["execution: halted at line 9"]
+    for number in (1, 4):
+        reason = f"task_rules: {number}.Grasping was not executed"
+        trace.add(0, "proof", "plan", "failed", "urscript", reason, kind="proof")
+    assert len(what_to_try(trace.entries)) == 2
+
+
+def test_refusals_that_differ_in_the_number_of_a_task_are_said_once() -> None:
+    trace = Trace()
+    for number in (1, 4, 7):
+        name = f"{number}.Grasping"
+        trace.add(0, name, "", "refused", "tasks", f"the hand of {name} is full", kind="action")
+    trace.add(0, "grasp(tin)", "", "impossible", "grasps", "no face", kind="location")
+    assert what_to_try(trace.entries) == ("1.Grasping: the hand of 1.Grasping is full (3 times)",)
+
+
+DRAWER = """  - {name: cabinet, model: cabinet, at: {position: [0.75, 0.1, 0.35], yaw: 180 deg}}
+  - {name: drawer, model: drawer, at: {position: [0.75, 0.1, 0.35], yaw: 180 deg}, with: {parent: cabinet}}
+"""
+
+
+def test_a_part_of_a_goal_is_not_blamed_for_tasks_between_its_own(searched: Callable[[str], Trace]) -> None:
+    """The drawer is opened before the green block is taken, the red one is put into it after that."""
+    things = RED, BLUE.replace("-0.2", "-0.35"), GREEN, TRAY, PLATE, DRAWER
+    trace = searched(_with("goal: [green on tray, blue on plate, red in drawer]", *things))
+    answers = {a.says: a for a in goal_answers(trace)}
+    first, last = answers["red in drawer"].tasks or (0, 0)
+    green = answers["green on tray"].tasks or (0, 0)
+    assert first < green[0] <= green[1] < last
+    assert answers["red in drawer"].answer == "untried" and answers["green on tray"].answer == "missed"
 
 
 @pytest.mark.parametrize(

@@ -47,7 +47,7 @@ def _judge(entity: str, wanted: Object, belief: Belief, context: Context) -> Gro
     if gap > reach:
         reason = f"nearest point at {gap:.2f} m > {reach:.2f} m reach of arm '{context.robot.type}' with gripper"
         numbers = {"gap_m": gap, "limit_m": reach}
-        return Refused(entity, reason, 4, numbers=numbers, remedy=too_far(entity, gap - reach, context.robot))
+        return Refused(entity, reason, 4, numbers=numbers, blocking=(), remedy=too_far(entity, gap - reach, context.robot))
     return fit
 
 

@@ -17,7 +17,7 @@ from cramlite.plugin import Context, Refused
 
 from ..shapes import ray_casting as rays
 from ..shapes.bounds import box_around, centre_of_mass, support
-from .too_little_room import taken_by, too_narrow
+from .too_little_room import taken_by, too_high, too_narrow
 
 if TYPE_CHECKING:
     from ..motion_planning.space import Refusal
@@ -31,6 +31,7 @@ SIDES: Mapping[str, tuple[int, float]] = {
 OFF_WALLS = 0.008
 """Of an outline from the walls that it is let down between [m]: a streamed arm is up to 5 mm off its path."""
 WELL_IN = 0.01  # of an origin from the edge of its region [m]: a thing that is let go shifts by a few millimetres
+BELOW_TOP = 0.002  # of an origin at rest from the upper end of its region [m]: the judge of goals asks for half of that
 LEVEL = 45.0  # of closing or approach direction from level, up to which something falls out of a hand [deg]: friction of 1 holds on less
 ABOVE_IT = "above it"  # where a refusal says that the stand-off is to blame
 SEEN = 0.5  # share of a thing that others may not hide
@@ -205,19 +206,22 @@ def falls_in(spot: Spot, wanted: Wanted) -> str | Refusal:
     return ""
 
 
-def in_region(spot: Spot, wanted: Wanted) -> str:
-    """Check that its origin is over the region that is asked for, a little inside: what is let go may shift."""
+def in_region(spot: Spot, wanted: Wanted) -> str | Refusal:
+    """Check that its origin is over the region that is asked for, a little inside, since what is let go may shift, and no higher than
+    that reaches."""
     import shapely
 
-    if not wanted.where.get("region"):
+    if not (region := wanted.where.get("region")):
         return ""
-    at = shapely.Point(*(wanted.target.pose.inverse() * spot.thing).position[:2])
-    area = wanted.target.area
+    x, y, z = (wanted.target.pose.inverse() * spot.thing).position
+    at, area = shapely.Point(x, y), wanted.target.area
     by = float(area.boundary.distance(at)) if area.covers(at) else -float(area.distance(at))
-    if by >= WELL_IN:
-        return ""
-    said = f"{-1000 * by:.0f} mm beside" if by < 0 else f"only {1000 * by:.0f} mm from the edge of"
-    return f"its origin would be {said} '{wanted.where['region']}'; {1000 * WELL_IN:.0f} mm inside is needed"
+    if by < WELL_IN:
+        said = f"{-1000 * by:.0f} mm beside" if by < 0 else f"only {1000 * by:.0f} mm from the edge of"
+        return f"its origin would be {said} '{region}'; {1000 * WELL_IN:.0f} mm inside is needed"
+    feature = next(f for f in wanted.belief.thing(thing_of(wanted.entity)).features if f.name == region)
+    over = 0.0 if wanted.depth else z - spot.height - feature.size.get("height", math.inf) + BELOW_TOP
+    return too_high(wanted.thing.name, f"{thing_of(wanted.entity)}/{region}", feature.size["height"], over) if over > 0 else ""
 
 
 def over_region(spot: Spot, wanted: Wanted) -> str:

@@ -28,6 +28,14 @@ def too_narrow(said: str, thing: str, place: str, out: float, there: tuple[str, 
     return _refusal(said, Remedy(f"opening {place}", says, out), there)
 
 
+def too_high(thing: str, region: str, reaches: float, over: float) -> Refusal:
+    """Return the refusal of a place in a region that ends lower, by a length [m], than where the origin of what stands there is."""
+    said = f"its origin would be {1000 * over:.0f} mm too high for '{region}', which reaches {1000 * reaches:.0f} mm above the face in it"
+    more = f"'{region}' reaches {1000 * reaches:.0f} mm above the face in it, {1000 * over:.0f} mm too little for the origin of '{thing}'"
+    says = f"{more}: name the thing itself or a higher region, or make the site of this one higher"
+    return _refusal(said, Remedy(f"region {region}", says, over), ())
+
+
 def _refusal(said: str, remedy: Remedy, there: tuple[str, ...]) -> Refusal:
     from ..motion_planning.space import Refusal
 

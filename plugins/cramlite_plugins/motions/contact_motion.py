@@ -22,9 +22,12 @@ from cramlite.model import (
     MoveLinear,
     MoveUntilContact,
     Pose,
+    Remedy,
     SpiralSearch,
     Wait,
     ZeroSensor,
+    enclosing_names,
+    task_of,
 )
 from cramlite.plugin import Answers, Context, Grounding, Unresolvable, hookimpl
 
@@ -212,10 +215,23 @@ def _in_the_air(motion: Motion, belief: Belief, context: Context, target: Pose, 
 
 def _zero(motion: Motion, belief: Belief, context: Context) -> Found:
     if context.robot.sensor is None:
-        raise Unresolvable(f"robot '{context.robot.type}' has no force-torque sensor, which '{motion.name}' needs", blocking=())
+        raise _blind(motion, context.robot.type)
     yield Grounding(
         (ZeroSensor(origin=motion.name, comment=motion.reason),), "tare the sensor standing still", key="zero"
     )
+
+
+def _blind(motion: Motion, robot: str) -> Unresolvable:
+    """That a robot feels nothing: no grasp, place or path changes it, only another way to do the tasks that ask for the motion."""
+    task = task_of(motion.name)
+    remedy = Remedy(
+        "sensor",
+        f"robot '{robot}' has no force-torque sensor, which {task} needs: if it has one, say where ('sensor: flange' beside the robot's "
+        "'file'), else take a robot with one, or tasks that feel nothing",
+    )
+    because = tuple(n for n in enclosing_names(motion.name) if n != motion.name)
+    reason = f"robot '{robot}' has no force-torque sensor, which '{motion.name}' needs"
+    return Unresolvable(reason, because, blocking=(), remedy=remedy)
 
 
 def _hold(motion: Motion, belief: Belief, context: Context) -> Found:

@@ -38,7 +38,8 @@ class Execution(Value):
             line = int(rollout.lines[last])
             reason = f"{rollout.outcome} at line {line}, {rollout.times[last]:.1f} s: {rollout.reason}"
             empty = closed_on_nothing(candidate, last)
-            yield Finding(self.name, False, f"{reason}; {empty}" if empty else reason, origin=task_at(candidate, last))
+            said = f"{reason}; {empty}" if empty else reason
+            yield Finding(self.name, False, said, origin=task_at(candidate, last), stopped=True)
 
 
 class ForcePeak(Value):

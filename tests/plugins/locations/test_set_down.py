@@ -548,6 +548,21 @@ def test_a_region_that_is_too_small_is_refused() -> None:
     assert "not in its region" in ended.reason and "10 mm inside is needed" in ended.reason
 
 
+@pytest.mark.parametrize(("reaches", "fits"), [(0.06, True), (0.02, False)])
+def test_an_origin_that_would_be_over_the_end_of_its_region_is_refused(reaches: float, fits: bool) -> None:
+    """A judge of goals asks for the origin in the region: a site of 20 mm on a shelf's board does not reach up to that of a product."""
+    desk = table("box", Pose((0.45, -0.35, 0.25)), (0.3, 0.35, 0.02))
+    level = Feature("level", "vrps:SurfaceFeature", Pose((0, 0, 0.0)), {"width": 0.05, "depth": 0.05, "height": reaches})
+    belief = believed(replace(desk, features=(*desk.features, level)))
+    if fits:
+        assert len(first(1, on("box", region="level"), belief)) == 1
+        return
+    found, ended = answers(on("box", region="level"), belief)
+    assert not any(isinstance(a, Grounding) for a in found) and ended is not None
+    assert "mm too high for 'box/level', which reaches 20 mm above the face in it" in ended.reason
+    assert "mm too little for the origin of" in str(ended.remedy)
+
+
 @pytest.mark.parametrize(("x", "asked"), [(0.45, True), (1.5, False)])
 def test_what_is_out_of_reach_is_not_come_at_from_aside(x: float, asked: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     belief, asides = believed(TIN, LARGE), list[object]()

@@ -283,6 +283,16 @@ def test_a_gripper_too_narrow_for_the_block_is_no_solution(run: Callable[..., An
     assert "block" in done.err
 
 
+def test_an_arm_that_feels_nothing_is_told_so_at_once(run: Callable[..., Any], tmp_path: Path) -> None:
+    """No other grasp, place or path gives it a sensor: only another way to do the task is looked for."""
+    blind, scenario = SAID["ours"].replace(", sensor: flange", ""), tmp_path / "place.yaml"
+    scenario.write_text(SCENARIO.read_text().replace(LINE, blind))
+    done = run("resolve", scenario, "--out", tmp_path / "run", "--no-report", "--twins", "0")
+    assert done.code == 1 and "has no force-torque sensor, which 3.Placing needs: if it has one, say where ('sensor: flange'" in done.err
+    asked = [e for e in json.loads((tmp_path / "run" / "trace.json").read_text())["entries"] if e["outcome"] == "asked"]
+    assert len([e for e in asked if e["designator"].endswith("tare")]) == 1 and len(asked) < 40
+
+
 WRONG = {
     "robot: {file: nowhere.xml, payload: 4 kg}": "there is no robot file",
     f"robot: {{file: {SIX}, type: ur5e}}": "exactly one of 'type'",

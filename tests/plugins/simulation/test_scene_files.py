@@ -92,6 +92,7 @@ def test_contact_parameters_and_options_stay_the_files(tmp_path: Path) -> None:
     body = '<body name="box"><freejoint/><geom size=".1" condim="6" solref=".01 2" friction=".3 .02 .003" priority="2"/></body>'
     scene = _scene(tmp_path, body, '<option timestep="0.001" impratio="3"/>')
     assert scene.physics == {"timestep": 0.001, "impratio": 3.0}
+    assert not [n for n in scene.notes if "impratio" in n]  # a note is about what was not taken over
     model = compile_world(World(scene.things), {}).model
     assert model.geom_condim[0] == 6 and model.geom_priority[0] == 2
     assert model.geom_friction[0] == pytest.approx((0.3, 0.02, 0.003)) and model.geom_solref[0] == pytest.approx((0.01, 2))

@@ -119,7 +119,8 @@ class Roots(Struct):
             raise UserError(
                 f"{where}: '{file}' is outside of the scene's folder '{self.path.parent}', and of a package or repository around it. "
                 "A scene may name files in these only. "
-                "If this one should be read, say so: 'packages: {assets: FOLDER}' beside the scene's 'file', or --package assets=FOLDER."
+                "If this one should be read, say so: 'packages: {assets: FOLDER}' beside 'file' in a scenario, or "
+                "'cramlite import' with --package assets=FOLDER."
             )
         try:
             check_file(file, MOST_BYTES)

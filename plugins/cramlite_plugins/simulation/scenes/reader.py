@@ -146,9 +146,9 @@ def _between(model: Any, geoms: Any, group: Group) -> bool:
 
 
 def _physics(model: Any) -> tuple[dict[str, float | int | str], list[str]]:
-    """Options that differ from MuJoCo's defaults, and what is said of the others."""
+    """Options that differ from MuJoCo's defaults, and what is said of those that are not kept."""
     found: dict[str, float | int | str] = {k: getattr(model.opt, k) for k, usual in KEPT.items() if getattr(model.opt, k) != usual}
-    notes = [f"option {k}={v:g} is kept" for k, v in found.items()]
+    notes: list[str] = []
     if int(model.opt.cone) == 1:
         found["cone"] = "elliptic"
     if float(found.get("timestep", 0.0)) > LONGEST_STEP:

@@ -228,8 +228,8 @@ def _package(path: Path, where: str, name: str, packages: Mapping[str, Path]) ->
         if (folder / name).is_dir():
             return folder / name
     raise UserError(
-        f"{where}: the package '{name}' is in no folder above the file; say where it is: 'packages: {{{name}: FOLDER}}' under "
-        f"'world', or --package {name}=FOLDER."
+        f"{where}: the package '{name}' is in no folder above the file; say where it is: 'packages: {{{name}: FOLDER}}' beside 'file' "
+        f"in a scenario, or 'cramlite import' with --package {name}=FOLDER."
     )
 
 
