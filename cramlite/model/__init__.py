@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from .imported_scene import ImportedScene, StatedJoint
     from .judging_limits import JudgingLimits
     from .linkage import Linkage
+    from .motion_words import ExpectedContact, ExpectedGrip, Fingers, Hang, Stage, Tilt, Word
     from .plan import Plan
     from .program import Code, LatePose, Program, Section
     from .program_json import ProgramText, is_program_text, read_program, typed_code, write_program
@@ -103,6 +104,7 @@ _HOMES = {
     ".imported_scene": "ImportedScene StatedJoint",
     ".judging_limits": "JudgingLimits",
     ".linkage": "Linkage",
+    ".motion_words": "ExpectedContact ExpectedGrip Fingers Hang Stage Tilt Word",
     ".plan": "Plan",
     ".program": "Code LatePose Program Section",
     ".program_json": "ProgramText is_program_text read_program typed_code write_program",
@@ -156,10 +158,13 @@ __all__ = [
     "ErrorModel",
     "Estimate",
     "Event",
+    "ExpectedContact",
+    "ExpectedGrip",
     "Fallback",
     "Feature",
     "Filling",
     "Finding",
+    "Fingers",
     "Floats",
     "ForceExtract",
     "ForceInsert",
@@ -168,6 +173,7 @@ __all__ = [
     "Gripper",
     "HandFile",
     "Handover",
+    "Hang",
     "Held",
     "Image",
     "ImportedRobot",
@@ -219,12 +225,14 @@ __all__ = [
     "SetPayload",
     "Solid",
     "SpiralSearch",
+    "Stage",
     "Stand",
     "Stated",
     "StatedJoint",
     "Step",
     "Swing",
     "Thing",
+    "Tilt",
     "TimeSpan",
     "Touch",
     "Track",
@@ -235,6 +243,7 @@ __all__ = [
     "Verdict",
     "View",
     "Wait",
+    "Word",
     "World",
     "ZeroSensor",
     "branch_conflict",

@@ -44,6 +44,8 @@ if TYPE_CHECKING:
     from .expert import RELATIONS, SEGMENTS, UNKNOWN, Expert, Inputs, Judged
     from .grounding import Answers, Context, Grounding, Refused
     from .hookspecs import hookimpl
+    from .location_kind import LocationKind
+    from .motion_kind import MotionKind
     from .protocols import (
         Backend,
         Candidate,
@@ -81,6 +83,8 @@ _HOMES = {
     ".expert": "Expert Inputs Judged RELATIONS SEGMENTS UNKNOWN",
     ".grounding": "Answers Context Grounding Refused",
     ".hookspecs": "hookimpl",
+    ".location_kind": "LocationKind",
+    ".motion_kind": "MotionKind",
     ".protocols": "Backend Candidate Driver EpisodeRepair Exporter ModelMaker ReportSection Simulator Validator",
     ".task_type": "Decomposition Parameter Role TaskType",
 }
@@ -124,10 +128,12 @@ __all__ = [
     "Interpreted",
     "Judged",
     "Length",
+    "LocationKind",
     "Manner",
     "Mass",
     "Match",
     "ModelMaker",
+    "MotionKind",
     "Not",
     "Parameter",
     "Pattern",

@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
+import shapely
 from msgspec.structs import replace
 
 from cramlite.model import Belief, Floats, Held, Pose, Thing
@@ -80,8 +81,6 @@ def driven_along(thing: Thing, value: float, goal: float, belief: Belief, contex
 
 def _tips(name: str, driver: Thing, line: Floats, belief: Belief) -> bool:
     """Whether a thing that is pushed at the lowest point of what drives it turns over about its edge ahead before it slides."""
-    import shapely
-
     it, pose = belief.world.thing(name), belief.pose(name)
     bottom, at = pose.position[2] + lowest(it, pose), belief.pose(driver.name)
     height = max(at.position[2] + lowest(driver, at) - bottom, 0.0)

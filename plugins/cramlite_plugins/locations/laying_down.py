@@ -15,6 +15,8 @@ from msgspec.structs import replace
 from cramlite.model import Belief, Floats, Location, Place, Pose, Swing, Thing
 from cramlite.plugin import Context, Grounding, Refused
 
+from ..motion_planning.reach import bound, collision_free_ik, make_scene, shift
+from ..motion_planning.space import Refusal
 from ..shapes.bounds import corners
 
 PART = math.radians(10.0)  # of the turn on each line: the chord of an arc of 0.13 m is then 0.5 mm from it
@@ -39,9 +41,6 @@ def laid_down(location: Location, belief: Belief, context: Context, spots: Spots
 
 def _led(answer: Grounding, location: Location, belief: Belief, context: Context) -> Grounding | Refused:
     """A placement with its way, or why the arm cannot lead it there."""
-    from ..motion_planning.reach import bound, collision_free_ik, make_scene, shift
-    from ..motion_planning.space import Refusal
-
     held, place = belief.held, answer.value
     assert held is not None and held.swing is not None
     lies = shift(place.pose, (0.0, 0.0, OVER - place.values["height_m"]))

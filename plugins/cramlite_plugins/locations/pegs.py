@@ -4,18 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
 import numpy as np
 from msgspec.structs import replace
 
 from cramlite.model import Belief, Floats, Location, Place, Pose, Remedy, Value, Vector3
-from cramlite.plugin import Answers, Context, Grounding, Refused, Unresolvable, hookimpl
+from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 
+from ..motion_planning.reach import bound, causes, collision_free_ik, held_pose, make_scene, taken_at, traverse
+from ..motion_planning.space import Refusal
 from ..shapes.peg_fit import PLAY, aligned, play, stands
-
-if TYPE_CHECKING:
-    from ..motion_planning.space import Refusal
 
 CLEAR = 0.04  # past the tip before a pull ends, and where a push begins [m]: more than a tab's rim, 8 mm
 DEEPEST = 0.06  # how far onto the peg a thing is pushed at most [m]: 60 mm deep was measured to hang safely
@@ -70,17 +68,8 @@ class Peg(Value):
         return np.array([0.0, 0.0, min(max(sunk, 0.0), self.play)])
 
 
-@hookimpl
-def resolve_location(location: Location, belief: Belief, context: Context) -> Answers:
-    """Resolve locations "extract" and "insert"; None for other relations."""
-    ways = {"extract": _extract, "insert": _insert}
-    way = ways.get(location.relation)
-    return way(location, belief, context) if way else None
-
-
-def _extract(location: Location, belief: Belief, context: Context) -> Iterator[Grounding]:
-    from ..motion_planning.reach import causes, traverse
-
+def extract(location: Location, belief: Belief, context: Context) -> Iterator[Grounding]:
+    """Generate the path of a hole off its peg."""
     peg = find_peg(location, belief, context)
     if not 0 <= peg.along <= peg.length:
         where = f"the hole is {1000 * peg.along:.0f} mm along a peg of {1000 * peg.length:.0f} mm: not on it"
@@ -96,13 +85,11 @@ def _extract(location: Location, belief: Belief, context: Context) -> Iterator[G
     )
 
 
-def _insert(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
+def insert(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
     """The hole before the tip, in all ways round; then at the tip, past its bend, deep, let down.
 
     The path's corners are the last four; ``values`` has the radial play and the way to push from tip to deep.
     """
-    from ..motion_planning.reach import causes
-
     peg = find_peg(location, belief, context)
     steps = peg.onto
     centres = peg.root + peg.axis * peg.length + peg.over_tip + np.cumsum(steps, axis=0)
@@ -131,8 +118,6 @@ def _insert(location: Location, belief: Belief, context: Context) -> Iterator[Gr
 def _held_so(location: Location, belief: Belief, context: Context) -> tuple[str, ...]:
     """Return what it depends on whether the arm reaches a peg with what is held, where nothing that can be moved is in the way: the peg and
     the grasp, but not how high the thing was lifted. All places where nobody knows the grasp."""
-    from ..motion_planning.reach import causes, taken_at
-
     grasps = taken_at(belief, context)
     return (*grasps, location.of or "") if grasps else causes(location, context)
 
@@ -162,8 +147,6 @@ def _ways_round(peg: Peg, belief: Belief, context: Context) -> Iterator[tuple[st
 
 
 def _hole_now(belief: Belief, context: Context) -> Pose:
-    from ..motion_planning.reach import held_pose
-
     assert belief.held is not None
     hole = belief.world.thing(belief.held.thing).feature("vrps:Hole")
     assert hole is not None
@@ -180,9 +163,6 @@ def _hand(belief: Belief, hole: Pose) -> Pose:
 
 def _unreachable(location: Location, belief: Belief, context: Context, corners: list[Pose]) -> Refusal | None:
     """Why the arm cannot stand at all corners, one after the other; None when it can."""
-    from ..motion_planning.reach import bound, collision_free_ik, make_scene
-    from ..motion_planning.space import Refusal
-
     free = make_scene(belief, context)
     near = make_scene(belief, context, [bound(context, location.of)], clearance=0.0, hand=False)
     seed = belief.joints
@@ -198,8 +178,6 @@ def _unreachable(location: Location, belief: Belief, context: Context, corners: 
 def _unmoved(belief: Belief, context: Context) -> bool:
     """Whether the held thing is where it was at the very beginning: then that depends on which things were meant, and on what was
     done, but on no place that the hand was led to, the grasp among them."""
-    from ..motion_planning.reach import held_pose
-
     assert belief.held is not None
     initial = belief.base().inverse() * belief.world.thing(belief.held.thing).pose
     return held_pose(belief, context).distance(initial)[0] <= SAME
@@ -211,8 +189,6 @@ def find_peg(location: Location, belief: Belief, context: Context) -> Peg:
     Raises:
         Unresolvable: one of them is missing, or the peg is too thick for the hole.
     """
-    from ..motion_planning.reach import bound, causes, held_pose
-
     thing = held_pose(belief, context)
     assert belief.held is not None
     owner, held = belief.thing(bound(context, location.of)), belief.world.thing(belief.held.thing)

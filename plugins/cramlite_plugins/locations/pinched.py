@@ -7,6 +7,8 @@ from collections.abc import Iterator
 from cramlite.model import Belief, Place, Pose, Thing, pair_friction
 from cramlite.plugin import Context, Grounding, Refused
 
+from ..motion_planning.reach import collision_free_ik, make_scene, tcp
+from ..motion_planning.space import Refusal
 from .rim_pinches import OPENING, RimPinch, rim_pinches
 
 COST = 1.0  # more than any grasp that holds a thing as it is
@@ -16,8 +18,6 @@ STANDOFF = 0.06  # before it [m]: the thing is lower than the tips are then
 
 def pinches(thing: Thing, belief: Belief, context: Context) -> list[RimPinch]:
     """Return the pinches of a thing where it is believed to be, those first for which the hand turns least."""
-    from ..motion_planning.reach import tcp
-
     friction = pair_friction(belief.world.physics.pad_friction, thing.least_friction)
     here = tcp(belief, context)
     found = rim_pinches(thing, belief.pose(thing.name), context.robot.gripper, friction)
@@ -26,9 +26,6 @@ def pinches(thing: Thing, belief: Belief, context: Context) -> list[RimPinch]:
 
 def places(found: list[RimPinch], thing: Thing, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
     """Yield those that the arm reaches, and from which it can lift the thing."""
-    from ..motion_planning.reach import collision_free_ik, make_scene, tcp
-    from ..motion_planning.space import Refusal
-
     near, free = (make_scene(belief, context, touch, OPENING, clearance) for touch, clearance in (([thing.name], 0.0), ([], None)))
     here = tcp(belief, context)
     for pinch in found:

@@ -7,21 +7,24 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import shapely
 from msgspec.structs import replace
 
 from cramlite.model import Belief, Floats, Pose, Thing, Value, thing_of
 from cramlite.plugin import Context, Refused
 
+from ..kinematics.kinematics import inverse, reach_shortfall, why_no_inverse
+from ..motion_planning.reach import collision_free_ik, shift
+from ..motion_planning.space import Refusal
+from ..motion_planning.too_far import no_inverse
 from ..shapes import ray_casting as rays
 from ..shapes.bounds import box_around, centre_of_mass, support
+from ..shapes.surfaces import FLAT, Surface, footprint, inset, standing
+from .parameters import Where
 from .too_little_room import taken_by, too_high, too_narrow
-
-if TYPE_CHECKING:
-    from ..motion_planning.space import Refusal
-    from ..shapes.surfaces import Surface
 
 ASIDE = 0.02  # what is left of a thing is so by at least this [m]
 SIDES: Mapping[str, tuple[int, float]] = {
@@ -88,7 +91,7 @@ class Wanted(Value):
     belief: Belief
     context: Context
     scene: Any
-    where: Mapping[str, Any]
+    where: Where
     obstacles: tuple[Obstacle, ...] = ()
     depth: float = 0.0
     covers: tuple[Obstacle, ...] = ()
@@ -107,8 +110,6 @@ def first_objection(spot: Spot, wanted: Wanted, filters: Mapping[str, Filter]) -
 
     What stands on the target is blamed whenever nothing else is: it takes away positions that are not even looked at.
     """
-    from ..motion_planning.space import Refusal
-
     for passed, (name, objects) in enumerate(filters.items()):
         no = objects(spot, wanted)
         if no:
@@ -124,8 +125,6 @@ def standing_there(wanted: Wanted) -> tuple[str, ...]:
 
 def supported(spot: Spot, wanted: Wanted) -> str:
     """Check that the thing's centre of mass is above what of the surface it would touch."""
-    from ..shapes.surfaces import inset, standing
-
     local = wanted.target.pose.inverse() * spot.thing
     inside, least = inset(standing(wanted.thing, local), wanted.target.area)
     if inside >= least or _sunk(spot, wanted):
@@ -149,8 +148,6 @@ def _sunk(spot: Spot, wanted: Wanted) -> bool:
 
 def clear(spot: Spot, wanted: Wanted) -> str | Refusal:
     """Check that its outline, seen from above, is apart from those of what stands there, as far up as that reaches."""
-    from ..shapes.surfaces import footprint
-
     there = wanted.target.pose.inverse() * spot.thing
     foot = -support(wanted.thing, there, (0.0, 0.0, -1.0))  # it may still be above where it will stand
     for found in wanted.obstacles:
@@ -164,8 +161,6 @@ def clear(spot: Spot, wanted: Wanted) -> str | Refusal:
 def inside(spot: Spot, wanted: Wanted) -> str | Refusal:
     """Check that all of it is over the container's opening, and apart from its walls as far as there is room: what meets one on its way
     down leans."""
-    from ..shapes.surfaces import footprint
-
     outline = footprint(wanted.thing, wanted.target.pose.inverse() * spot.thing)
     (low, left, high, right), (x, y, x1, y1) = outline.bounds, wanted.target.area.bounds
     gap = min(OFF_WALLS, max(0.0, min(x1 - x - high + low, y1 - y - right + left) / 4))  # with half of the room to choose from
@@ -194,9 +189,6 @@ def falls(spot: Spot, wanted: Wanted) -> str:
 
 def falls_in(spot: Spot, wanted: Wanted) -> str | Refusal:
     """Check that what is let go of falls into the container, and not onto what is between, such as the cabinet of a closed drawer."""
-    from ..motion_planning.space import Refusal
-    from ..shapes.surfaces import FLAT, footprint
-
     belief, to = wanted.belief, wanted.target.pose.inverse()
     for name in (o.name for o in wanted.covers) if spot.height > 0 else ():
         between = footprint(belief.world.thing(name), to * belief.pose(name), 2 * FLAT, spot.height)
@@ -209,9 +201,7 @@ def falls_in(spot: Spot, wanted: Wanted) -> str | Refusal:
 def in_region(spot: Spot, wanted: Wanted) -> str | Refusal:
     """Check that its origin is over the region that is asked for, a little inside, since what is let go may shift, and no higher than
     that reaches."""
-    import shapely
-
-    if not (region := wanted.where.get("region")):
+    if not (region := wanted.where.region):
         return ""
     x, y, z = (wanted.target.pose.inverse() * spot.thing).position
     at, area = shapely.Point(x, y), wanted.target.area
@@ -226,29 +216,27 @@ def in_region(spot: Spot, wanted: Wanted) -> str | Refusal:
 
 def over_region(spot: Spot, wanted: Wanted) -> str:
     """Check that its origin is over the region that is asked for, which may lean: what comes to rest of itself shifts no more."""
-    import shapely
-
     resting = np.asarray(spot.thing.position) - (0.0, 0.0, spot.height)
     at = shapely.Point(*wanted.target.pose.inverse().apply(resting)[:2])
-    if not wanted.where.get("region") or wanted.target.area.covers(at):
+    if not wanted.where.region or wanted.target.area.covers(at):
         return ""
-    return f"its origin would be {1000 * wanted.target.area.distance(at):.0f} mm beside '{wanted.where['region']}'"
+    return f"its origin would be {1000 * wanted.target.area.distance(at):.0f} mm beside '{wanted.where.region}'"
 
 
 def near(spot: Spot, wanted: Wanted) -> str:
     """Check that the placement is near another thing, from middle to middle, seen from above."""
-    other = wanted.where.get("near")
+    other = wanted.where.near
     if not other:
         return ""
     gap = math.dist(spot.thing.position[:2], wanted.belief.pose(other).position[:2])
-    within = float(wanted.where.get("within", 0.2))
+    within = wanted.where.within
     return "" if gap <= within else f"{1000 * gap:.0f} mm from '{other}', up to {1000 * within:.0f} mm are near"
 
 
 def beside(spot: Spot, wanted: Wanted) -> str:
     """Check that the placement is on the right side of other things, as the base looks: x forwards, y to the left."""
     for side, (axis, sign) in SIDES.items():
-        other = wanted.where.get(side)
+        other = getattr(wanted.where, side)
         if not other:
             continue
         by = sign * (spot.thing.position[axis] - wanted.belief.pose(other).position[axis])
@@ -261,8 +249,6 @@ def beside(spot: Spot, wanted: Wanted) -> str:
 def room(spot: Spot, wanted: Wanted) -> str | Refusal:
     """Check that there is room for the hand and the thing at the placement and above it, wherever the arm is; of what is out of reach that
     is left to be said."""
-    from ..kinematics.kinematics import reach_shortfall
-
     base = wanted.belief.base()
     for pose, where in ((spot.before, ABOVE_IT), (spot.pose, "at it")):
         no: Refusal | None = None if reach_shortfall(wanted.context.robot, pose) else wanted.scene.met(base * pose)
@@ -273,10 +259,6 @@ def room(spot: Spot, wanted: Wanted) -> str | Refusal:
 
 def reachable(spot: Spot, wanted: Wanted) -> str | Refusal:
     """Check that inverse kinematics has solutions for the placement and its approach, whatever is in the way."""
-    from ..kinematics.kinematics import inverse, why_no_inverse
-    from ..motion_planning.space import Refusal
-    from ..motion_planning.too_far import no_inverse
-
     robot = wanted.context.robot
     for pose, where in ((spot.before, ABOVE_IT), (spot.pose, "at it")):
         if not inverse(robot, pose, seed=wanted.belief.joints):
@@ -287,9 +269,6 @@ def reachable(spot: Spot, wanted: Wanted) -> str | Refusal:
 
 def collision_free(spot: Spot, wanted: Wanted) -> str | Refusal:
     """Check that arm and thing are free of collision at the placement and above it."""
-    from ..motion_planning.reach import collision_free_ik
-    from ..motion_planning.space import Refusal
-
     above = collision_free_ik(wanted.scene, wanted.context, spot.before, wanted.belief.joints)
     if isinstance(above, Refusal):
         return replace(above, reason=f"{ABOVE_IT}: {above.reason}")
@@ -306,9 +285,6 @@ def room_to_open(spot: Spot, wanted: Wanted) -> str | Refusal:
 
 def opened(spot: Spot, wanted: Wanted) -> tuple[Any, Refusal | None]:
     """Return the first of the scenes with open fingers in which they have room; or None with what is in the way of the last."""
-    from ..motion_planning.reach import collision_free_ik, shift
-    from ..motion_planning.space import Refusal
-
     low, blocked = spot.pose if wanted.depth else shift(spot.pose, (0.0, 0.0, -spot.height)), None
     for scene in wanted.opened:
         there = collision_free_ik(scene, wanted.context, low, wanted.belief.joints)
@@ -321,9 +297,6 @@ def opened(spot: Spot, wanted: Wanted) -> tuple[Any, Refusal | None]:
 def hand_off(spot: Spot, wanted: Wanted) -> str | Refusal:
     """Check that the thing comes to rest on what is not level before the hand meets that: fingers around a bowl's side reach below the rim
     of another one that it is put into."""
-    from ..motion_planning.reach import collision_free_ik, shift
-    from ..motion_planning.space import Refusal
-
     if wanted.lowered is None:
         return ""
     there = collision_free_ik(wanted.lowered, wanted.context, shift(spot.pose, (0.0, 0.0, -spot.height)), wanted.belief.joints)
@@ -332,7 +305,7 @@ def hand_off(spot: Spot, wanted: Wanted) -> str | Refusal:
 
 def visible(spot: Spot, wanted: Wanted) -> str:
     """Check that other things hide no more than half of it, and a camera looks its way."""
-    asked = wanted.where.get("visible_from")
+    asked = wanted.where.visible_from
     if asked is None:
         return ""
     eye, axis, field = _eye(asked, wanted)

@@ -8,9 +8,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
+import shapely
+
 from cramlite.model import Action, thing_of
 from cramlite.plugin import Context
 
+from ..kinematics.kinematics import forward
 from ..shapes.bounds import support
 from .free_area import Offset, around
 from .place_filters import Wanted
@@ -44,10 +47,6 @@ def _shuts_next(put: str, context: Context) -> bool:
 
 def _stood(wanted: Wanted) -> Offset | None:
     """Where on a surface the held thing stood when it was taken; None where that was elsewhere, or the robot drove since."""
-    import shapely
-
-    from ..kinematics.kinematics import forward
-
     held = wanted.belief.held
     if held is None or not held.joints or wanted.belief.at is not None:
         return None

@@ -5,21 +5,19 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from functools import lru_cache
-from typing import TYPE_CHECKING
 
 from msgspec.structs import replace
 
 from cramlite.model import Action, Belief, Estimate, Held, Joint, Pose, Thing, enclosing_names, thing_of
 from cramlite.plugin import Context
 
+from ..motion_planning.reach import make_scene
+from ..motion_planning.space import Refusal
 from ..motions.gripping import LET_GO, fallen
 from ..shapes.carried_along import carried_along
 from ..shapes.itself import Itself
 from .handles import ajar, joint_value
 from .place_filters import Spot, Wanted
-
-if TYPE_CHECKING:
-    from ..motion_planning.space import Refusal
 
 SHUT = 0.05  # share of its range up to which something counts as closed
 STEPS = 0.01, math.radians(2.0)  # between the values of a joint that are looked at [m, rad]: a door's edge goes on by less than it is thick
@@ -71,8 +69,6 @@ def let_go(spot: Spot, wanted: Wanted) -> Belief:
 def _met(closing: Thing, put: str, after: Belief, context: Context, clearance: float | None) -> Refusal | None:
     """What is met first between a thing that was put somewhere and one that closes; or, where it goes along with that, so that it does not
     matter where it shifts, between it and what is fixed."""
-    from ..motion_planning.reach import make_scene
-
     assert closing.joint is not None
     joint, at, here = closing.joint, after.poses[closing.name].pose, after.poses[put].pose
     value, whole = joint_value(after, closing.name, at), joint.upper - joint.lower

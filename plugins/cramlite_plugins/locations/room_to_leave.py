@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 import itertools
-from typing import TYPE_CHECKING
 
 from msgspec.structs import replace
 
 from cramlite.model import Action, Remedy, thing_of
 from cramlite.plugin import Context
 
+from ..motion_planning.reach import collision_free_ik, make_scene, shift
+from ..motion_planning.space import Refusal
 from ..shapes.roofs import roofed
 from .place_filters import Spot, Wanted
 from .places import ways_back
 from .room_to_close import is_tight, let_go
-
-if TYPE_CHECKING:
-    from ..motion_planning.space import Refusal
 
 
 def room_to_leave(spot: Spot, wanted: Wanted) -> str | Refusal:
@@ -46,9 +44,6 @@ def is_retracted_from(put: str, context: Context) -> bool:
 
 def _blocked(spot: Spot, wanted: Wanted) -> Refusal | None:
     """What is in the way of the hand on the way back that lacks least; None where one is free."""
-    from ..motion_planning.reach import collision_free_ik, make_scene, shift
-    from ..motion_planning.space import Refusal
-
     low = spot.pose if wanted.depth else shift(spot.pose, (0.0, 0.0, -spot.height))
     opening = wanted.opened[-1].opening if wanted.opened else None
     scene, found = make_scene(let_go(spot, wanted), wanted.context, (wanted.thing.name,), opening, 0.0), list[Refusal]()

@@ -9,7 +9,6 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING
 
 import numpy as np
 from msgspec.structs import replace
@@ -17,10 +16,15 @@ from msgspec.structs import replace
 from cramlite.model import Action, Belief, EntityName, Floats, Location, Place, Pose, Remedy
 from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 
+from ..motion_planning.cartesian import plan_straight_line
+from ..motion_planning.reach import bound, collision_free_ik, led_by, make_scene, reference_pose, shift, taken_at, tcp
+from ..motion_planning.space import Refusal
 from ..motions.gripping import release_opening
 from ..shapes.bounds import centre_of_mass, height, support
 from ..shapes.roofs import has_a_roof, open_sides, roofed
+from ..shapes.surfaces import surfaces
 from .attitude import held_now
+from .parameters import Where, asked
 from .place_filters import (
     Filter,
     Spot,
@@ -35,9 +39,6 @@ from .place_filters import (
     visible,
 )
 from .room_to_close import TIGHT, is_tight, room_to_close
-
-if TYPE_CHECKING:
-    from ..motion_planning.space import Refusal
 
 HIGH = 0.010  # lowest point above the surface on its way in [m]
 OUT = 0.02  # between what is held and the thing that it goes into, where the way in begins [m]
@@ -55,8 +56,6 @@ def places_through_a_side(location: Location, belief: Belief, context: Context) 
     Raises:
         Unresolvable: there is none. Where what is held has no way in itself, no other grasp helps.
     """
-    from ..motion_planning.reach import taken_at
-
     found, fits, kept, tight, nearest = 0, False, list[Refused](), list[Grounding](), Refused("", "the hand has no way in")
     for wanted, out, now in _ways(location, belief, context):
         for spot in _spots(wanted, out, now):
@@ -123,8 +122,6 @@ def _place(spot: Spot, wanted: Wanted, out: Floats) -> Place:
 def goes_under_a_roof(thing: str, belief: Belief, context: Context) -> bool:
     """Check whether a later task brings a thing onto a surface that nothing is put on from above: a named one, or of what has no other. A
     table's board near the floor is not meant by the table, off which a thing is picked up."""
-    from ..shapes.surfaces import surfaces
-
     if not any(has_a_roof(belief.thing(other), belief.pose(other)) for other in belief.poses if other != thing):
         return False  # later tasks are not looked at, so that what follows from this holds whatever they are
     for onto, region in brought_onto(thing, belief, context):
@@ -147,10 +144,8 @@ def brought_onto(thing: str, belief: Belief, context: Context) -> Iterator[tuple
 
 def brought_there_by(location: Location, belief: Belief, context: Context) -> tuple[str, ...]:
     """Return the names of the tasks that lead to a location under a roof: what refuses one way there may let in another."""
-    from ..motion_planning.reach import led_by
-
     entity = EntityName.parse(str(context.bindings.get(location.of or "", "")))
-    region = str(location.parameters.get("region") or entity.part)
+    region = asked(location, Where).region or entity.part
     if entity.thing not in belief.poses or not any(roofed(belief.thing(entity.thing), belief.pose(entity.thing), region)):
         return ()
     return led_by(location, context)
@@ -162,13 +157,11 @@ def _targets(location: Location, belief: Belief, context: Context) -> list[tuple
     Raises:
         Unresolvable: nothing is held, no surface has a roof, or the hand points downwards.
     """
-    from ..motion_planning.reach import bound, make_scene, reference_pose, taken_at, tcp
-
     entity = bound(context, location.of)
     if belief.held is None:
         raise Unresolvable("nothing is held that could be brought there")
     thing, pose = belief.thing(entity), reference_pose(belief, location, context)
-    region = str(location.parameters.get("region") or EntityName.parse(entity).part)
+    region = asked(location, Where).region or EntityName.parse(entity).part
     found = list(roofed(thing, pose, region))
     if not found:
         raise Unresolvable(f"nothing is over a surface of '{entity}': things are put there from above", (location.of or "",), blocking=())
@@ -178,13 +171,11 @@ def _targets(location: Location, belief: Belief, context: Context) -> list[tuple
         raise Unresolvable(said, (*taken_at(belief, context), *brought_there_by(location, belief, context)), blocking=())
     held, scene = belief.world.thing(belief.held.thing), make_scene(belief, context)
     opened = (make_scene(belief, context, (entity,), release_opening(belief, context), 0.0),)
-    return [(Wanted(held, entity, s, belief, context, scene, location.parameters, opened=opened), h) for s, h in found]
+    return [(Wanted(held, entity, s, belief, context, scene, asked(location, Where), opened=opened), h) for s, h in found]
 
 
 def _spots(wanted: Wanted, out: Floats, now: Pose) -> Iterator[Spot]:
     """Positions from the middle outwards, at each the turns at which the hand points inwards."""
-    from ..motion_planning.reach import shift, tcp
-
     assert wanted.belief.held is not None
     ahead = tcp(wanted.belief, wanted.context).rotate((0.0, 0.0, 1.0))
     facing = math.atan2(-out[1], -out[0]) - math.atan2(ahead[1], ahead[0])
@@ -224,9 +215,6 @@ def _room(spot: Spot, wanted: Wanted) -> str | Refusal:
 
 
 def _met(spot: Spot, wanted: Wanted, hand: bool) -> str | Refusal:
-    from ..motion_planning.reach import shift
-    from ..motion_planning.space import Refusal
-
     base, way = wanted.belief.base(), np.subtract(spot.before.position, spot.pose.position)
     for part in PARTS:
         no: Refusal | None = wanted.scene.met(base * shift(spot.pose, part * way), hand)
@@ -238,10 +226,6 @@ def _met(spot: Spot, wanted: Wanted, hand: bool) -> str | Refusal:
 
 def _way_in(spot: Spot, wanted: Wanted) -> str | Refusal:
     """Check that the arm is free there and leads the hand out of it straight and level."""
-    from ..motion_planning.cartesian import plan_straight_line
-    from ..motion_planning.reach import collision_free_ik
-    from ..motion_planning.space import Refusal
-
     there = collision_free_ik(wanted.scene, wanted.context, spot.pose, wanted.belief.joints)
     if isinstance(there, Refusal):
         return there

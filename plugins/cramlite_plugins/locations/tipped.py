@@ -10,21 +10,27 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from itertools import product
-from typing import TYPE_CHECKING
 
 import numpy as np
+import shapely
 from msgspec.structs import replace
 
 from cramlite.model import Belief, EntityName, Estimate, Floats, Location, Place, Pose, Value, Vector3
 from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 
+from ..kinematics.kinematics import inverse
+from ..motion_planning.cartesian import plan_straight_line
+from ..motion_planning.reach import bound, collision_free_ik, make_scene, reference_pose, shift, taken_at
+from ..motion_planning.space import Refusal
 from ..motions.gripping import OPEN, release_opening
 from ..shapes.bounds import corners, lowest, support
 from ..shapes.roofs import has_own_roof, open_sides
+from ..shapes.surfaces import resting_height
 from ..shapes.tipping_over import tipped_over
 from .attitude import held_now
 from .covers import openings
 from .leaning import along_walls, extent
+from .parameters import Where, asked
 from .place_filters import (
     WELL_IN,
     Filter,
@@ -38,9 +44,6 @@ from .place_filters import (
     visible,
 )
 from .push_in import ways_in
-
-if TYPE_CHECKING:
-    from ..motion_planning.space import Refusal
 
 LEANS = (55.0, 50.0, 45.0, 40.0, 35.0, 30.0)
 """From upright [deg]: the more it leans, the farther in its foot can be and the less it falls; from 58 deg on a Panda's hand that holds a
@@ -75,8 +78,6 @@ def places_tipped(location: Location, belief: Belief, context: Context) -> Itera
     Raises:
         Unresolvable: there is no roof, no side is open, or held so it cannot be brought there.
     """
-    from ..motion_planning.reach import taken_at
-
     wanted = _wanted(location, belief, context)
     found, no = 0, Refused("tipped", "no foot of it is far enough in where it would tip over")
     for tipping in _tippings(wanted, held_now(belief, context)):
@@ -97,12 +98,10 @@ def _wanted(location: Location, belief: Belief, context: Context) -> Wanted:
     Raises:
         Unresolvable: nothing is held, or there is no opening with a roof.
     """
-    from ..motion_planning.reach import bound, make_scene, reference_pose
-
     entity = bound(context, location.of)
     if belief.held is None:
         raise Unresolvable("nothing is held that could be brought there")
-    region = str(location.parameters.get("region") or EntityName.parse(entity).part)
+    region = asked(location, Where).region or EntityName.parse(entity).part
     thing, pose = belief.thing(entity), reference_pose(belief, location, context)
     found = openings(thing, pose, region)
     opened = make_scene(belief, context, (), release_opening(belief, context), 0.0)
@@ -112,7 +111,7 @@ def _wanted(location: Location, belief: Belief, context: Context) -> Wanted:
     if held.filling is not None or belief.held.carries:
         raise Unresolvable(f"'{held.name}' holds something that would fall out as it tips over", (location.of or "",))
     target, depth = found[0]
-    return Wanted(held, entity, target, belief, context, scene, location.parameters, depth=depth, opened=(opened,))
+    return Wanted(held, entity, target, belief, context, scene, asked(location, Where), depth=depth, opened=(opened,))
 
 
 def _tippings(wanted: Wanted, now: Pose) -> Iterator[Tipping]:
@@ -152,8 +151,6 @@ def _hand(tipping: Tipping, wanted: Wanted) -> Pose:
 
 def _floor(wanted: Wanted, lying: Pose) -> float | None:
     """Height of what carries a thing that lies turned so, with its middle in the opening's [m]; None for nothing."""
-    from ..shapes.surfaces import resting_height
-
     points = corners(wanted.thing, lying)
     middle = wanted.target.pose.apply((0.0, 0.0, -wanted.depth / 2)) - (points.min(axis=0) + points.max(axis=0)) / 2
     there = Pose(tuple((np.asarray(lying.position) + middle).tolist()), lying.quaternion)
@@ -174,8 +171,6 @@ def _at(wanted: Wanted, out: Floats, deep: float, share: float) -> Floats:
 
 def _inside(wanted: Wanted, lies: Pose) -> bool:
     """Whether an origin is in the region, well in from its sides."""
-    import shapely
-
     x, y, z = map(float, wanted.target.pose.inverse().apply(lies.position))
     return -wanted.depth <= z <= 0.0 and bool(wanted.target.area.buffer(-WELL_IN).covers(shapely.Point(x, y)))
 
@@ -187,8 +182,6 @@ def _up(pose: Pose, by: float) -> Pose:
 
 def _spot(tipping: Tipping, wanted: Wanted) -> Spot:
     """The placement where it is let go of; its stand-off is level before that."""
-    from ..motion_planning.reach import shift
-
     area = wanted.target.pose.apply(np.insert(np.reshape(wanted.target.area.bounds, (2, 2)), 2, 0.0, axis=1))
     far = OUT + float((area @ tipping.out).max()) + support(wanted.thing, tipping.leaning, -tipping.out)
     pose = _hand(tipping, wanted)
@@ -209,8 +202,6 @@ def _refusal(tipping: Tipping, wanted: Wanted) -> Refused | None:
 
 def _not_pushed_in(tipping: Tipping, spot: Spot, wanted: Wanted) -> Refused | None:
     """Why the arm could not push it in again; None where it can."""
-    from ..motion_planning.space import Refusal
-
     ways = [way for _, way in ways_in(wanted.thing.name, _inwards(tipping), _let_go(tipping, spot, wanted), wanted.context)]
     stuck = [way for way in ways if isinstance(way, Refusal)]
     if len(stuck) < len(ways):
@@ -220,8 +211,6 @@ def _not_pushed_in(tipping: Tipping, spot: Spot, wanted: Wanted) -> Refused | No
 
 def _let_go(tipping: Tipping, spot: Spot, wanted: Wanted) -> Belief:
     """The belief with the hand back from what lies there."""
-    from ..kinematics.kinematics import inverse
-
     belief = wanted.belief
     released = belief.released(Estimate(belief.base() * tipping.lies, 0.0, "tipped over"), wanted.opened[0].opening)
     return released.moved(inverse(wanted.context.robot, _back(spot.pose), seed=belief.joints)[0])
@@ -233,8 +222,6 @@ def _inwards(tipping: Tipping) -> Vector3:
 
 def _room(spot: Spot, wanted: Wanted) -> str | Refusal:
     """Check that hand and thing have room there and on the way out, wherever the arm is."""
-    from ..motion_planning.reach import shift
-
     base, way = wanted.belief.base(), np.subtract(spot.before.position, spot.pose.position)
     found: Iterator[Refusal | None] = (wanted.scene.met(base * shift(spot.pose, part * way)) for part in PARTS)
     return next((no for no in found if no is not None), "")
@@ -262,10 +249,6 @@ def _back(hand: Pose) -> Pose:
 
 def _led(start: Pose, end: Pose, wanted: Wanted) -> Refusal | None:
     """Why the arm cannot lead what it holds from a TCP pose straight on to another; None where it can."""
-    from ..motion_planning.cartesian import plan_straight_line
-    from ..motion_planning.reach import collision_free_ik
-    from ..motion_planning.space import Refusal
-
     there = collision_free_ik(wanted.scene, wanted.context, start, wanted.belief.joints)
     if isinstance(there, Refusal):
         return there

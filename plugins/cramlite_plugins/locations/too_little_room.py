@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from cramlite.model import Remedy
 
-if TYPE_CHECKING:
-    from ..motion_planning.space import Refusal
+from ..motion_planning.space import Refusal
 
 
 def taken_by(said: str, thing: str, place: str, other: str, overlap: float, there: tuple[str, ...]) -> Refusal:
@@ -37,6 +34,4 @@ def too_high(thing: str, region: str, reaches: float, over: float) -> Refusal:
 
 
 def _refusal(said: str, remedy: Remedy, there: tuple[str, ...]) -> Refusal:
-    from ..motion_planning.space import Refusal
-
     return Refusal(said, blocking=there, remedy=remedy)

@@ -13,6 +13,7 @@ from msgspec.structs import replace
 from cramlite.model import (
     Belief,
     CompliantSlide,
+    ExpectedContact,
     Floats,
     ForceExtract,
     ForceInsert,
@@ -33,7 +34,7 @@ from cramlite.plugin import Answers, Context, Grounding, Unresolvable, hookimpl
 
 from ..kinematics.timing import steady_speed
 from ..shapes.carried_along import carried_along, driven, driven_before, pushed_along
-from .motion_kinds import KINDS, value
+from .motion_kinds import KINDS, value, word
 from .ontology_limits import adapted, known, noted
 
 Found = Iterator[Grounding]
@@ -188,9 +189,10 @@ def _until_contact(motion: Motion, belief: Belief, context: Context) -> Found:
     before = _in_the_air(motion, belief, context, target, free * way / long) if free > GUARDED else ()
     distance = long - (free if before else 0.0) + max(value(motion, "beyond_m"), deeper + DEEPER if deeper else 0.0)
     speed, force = value(motion, "speed_m_s") * (context.robot.pace if value(motion, "free_m_s") else 1.0), value(motion, "force_n")
+    expect: Any = word(motion, "expect", ExpectedContact, ExpectedContact.CONTACT).value
     step = MoveUntilContact(
         (float(x), float(y), float(z)), speed, force, distance, timeout(distance, speed),
-        motion.parameters.get("expect", "contact"), points[-1], origin=motion.name, comment=motion.reason,
+        expect, points[-1], origin=motion.name, comment=motion.reason,
     )  # fmt: skip
     reason = f"at most {1000 * distance:.0f} mm at {1000 * speed:.0f} mm/s until {force:.0f} N"
     yield Grounding((*before, step), reason, 0.0, belief.moved(points[-1]), key="until contact")

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import TOOL_SPEED, Belief, Motion, MoveLinear, Place
+from cramlite.model import TOOL_SPEED, Belief, Motion, MoveLinear, Place, Stage
 from cramlite.plugin import Answers, Context, Grounding, Unresolvable, hookimpl
 
 from ..kinematics.timing import STEADY, steady_speed
@@ -18,7 +18,7 @@ from ..kinematics.tool_speed import KEPT
 from ..motion_planning.cartesian import line, near, why_no_straight_line
 from ..motion_planning.too_far import no_inverse
 from ..shapes.carried_along import pushed_along
-from .motion_kinds import value
+from .motion_kinds import value, word
 from .ontology_limits import adapted, noted
 
 Found = Iterator[Grounding]
@@ -123,8 +123,8 @@ def _linear(motion: Motion, belief: Belief, context: Context) -> Found:
     from ..motion_planning.reach import tcp
 
     place, here = place_of(motion, context), tcp(belief, context)
-    stages = {"before": place.before, "end": (place.pose, *place.path)[-1]}
-    target = stages.get(str(motion.parameters.get("stage")), place.pose)
+    stages = {Stage.BEFORE: place.before, Stage.POSE: place.pose, Stage.END: (place.pose, *place.path)[-1]}
+    target = stages[word(motion, "stage", Stage, Stage.POSE)]
     if near(here, target):
         yield Grounding((), "the tool is there already", key="there")
         return

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 from msgspec.structs import replace
@@ -11,6 +12,8 @@ from msgspec.structs import replace
 from cramlite.model import (
     Belief,
     Estimate,
+    ExpectedGrip,
+    Fingers,
     Gripper,
     Held,
     Motion,
@@ -26,7 +29,7 @@ from cramlite.model import (
 from cramlite.plugin import Answers, Context, Grounding, Unresolvable, hookimpl  # fmt: skip
 
 from .grip_force import grip_force, grip_of, load
-from .motion_kinds import value
+from .motion_kinds import value, word
 
 Found = Iterator[Grounding]
 PADS_SPEED = 0.10  # of the gripper's pads [m/s]: mid-range of the 2F-85's 20 to 150 mm/s, the most of a Franka Hand
@@ -41,9 +44,8 @@ def resolve_motion(motion: Motion, belief: Belief, context: Context) -> Answers:
     if motion.kind == "payload":
         return _payload(motion, belief, context)
     if motion.kind == "gripper":
-        return (
-            _close(motion, belief, context) if motion.parameters["to"] == "closed" else _open(motion, belief, context)
-        )
+        closed = word(motion, "to", Fingers) is Fingers.CLOSED
+        return _close(motion, belief, context) if closed else _open(motion, belief, context)
     return None
 
 
@@ -61,7 +63,7 @@ def _close(motion: Motion, belief: Belief, context: Context) -> Found:
     )  # fmt: skip
     grip, is_it = grip_of(held, belief.world, gripper), _names_of(place.thing, context)
     force, why = grip_force(grip, value(motion, "force_n"), context, is_it, tuple(enclosing_names(motion.name)))
-    expect = motion.parameters.get("expect", "any")
+    expect: Any = word(motion, "expect", ExpectedGrip, ExpectedGrip.ANY).value
     comment = "; ".join(filter(None, (motion.reason, why)))
     step = SetGripper(gripper.opening[0], _speed(context.robot), force, expect, origin=motion.name, comment=comment)
     lifted = belief.unrelated("on", place.thing).unrelated("in", place.thing)  # nothing else supports it until that is known
@@ -81,10 +83,11 @@ def _open(motion: Motion, belief: Belief, context: Context) -> Found:
     ("place")."""
     gripper = context.robot.gripper
     opening = _opening(motion, belief, context)
-    if belief.held is None and (abs(belief.opening - opening) < 1e-6 or (motion.parameters["to"] == "open" and _is_open(belief, gripper))):
+    enough = word(motion, "to", Fingers) is Fingers.OPEN and _is_open(belief, gripper)
+    if belief.held is None and (abs(belief.opening - opening) < 1e-6 or enough):
         yield Grounding((), f"{1000 * belief.opening:.0f} mm open already", key="there")
         return
-    expect = motion.parameters.get("expect", "any")
+    expect: Any = word(motion, "expect", ExpectedGrip, ExpectedGrip.ANY).value
     after = _let_go(motion, belief, context, opening) if belief.held else replace(belief, opening=opening)
     step = SetGripper(opening, _speed(context.robot), gripper.force[0], expect, origin=motion.name, comment=motion.reason)
     yield Grounding((step,), f"open to {1000 * opening:.0f} mm", 0.0, after, key="open")
@@ -117,10 +120,14 @@ def release_opening(belief: Belief, context: Context) -> float:
 def _opening(motion: Motion, belief: Belief, context: Context) -> float:
     from .free_motion import place_of
 
-    fixed = {"open": release_opening(belief, context), "shut": context.robot.gripper.opening[0]}
-    high = context.robot.gripper.opening[1]
-    to = motion.parameters["to"]
-    return fixed[to] if to in fixed else place_of(motion, context).opening or high
+    low, high = context.robot.gripper.opening
+    match word(motion, "to", Fingers):
+        case Fingers.OPEN:
+            return release_opening(belief, context)
+        case Fingers.SHUT:
+            return low
+        case _:
+            return place_of(motion, context).opening or high
 
 
 def _let_go(motion: Motion, belief: Belief, context: Context, opening: float) -> Belief:

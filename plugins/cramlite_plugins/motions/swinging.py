@@ -9,11 +9,11 @@ from itertools import pairwise
 import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import Belief, Motion, MoveLinear, Pose
+from cramlite.model import Belief, Hang, Motion, MoveLinear, Pose
 from cramlite.plugin import Answers, Context, Grounding, Unresolvable, hookimpl
 
 from .free_motion import because, place_of
-from .motion_kinds import value
+from .motion_kinds import value, word
 
 RISES = 6  # parts of a lift, on each of which it hangs a little more: 20 mm of height each
 
@@ -28,7 +28,7 @@ def _swing(motion: Motion, belief: Belief, context: Context) -> Iterator[Groundi
     """To the place ("hangs"), the whole turn in one line; or along its path ("lies"), an even part of it on each line."""
     held = belief.held
     assert held is not None and held.swing is not None, f"motion '{motion.name}' needs something that swings in the hand"
-    place, hangs = place_of(motion, context), motion.parameters["to"] == "hangs"
+    place, hangs = place_of(motion, context), word(motion, "to", Hang) is Hang.HANGS
     targets, shares, swing = _raised(place.pose, belief, context) if hangs else place.path, (0.0, 1.0) if hangs else (1.0, 0.0), held.swing
     steps, now = list[MoveLinear](), belief
     speed, acceleration = value(motion, "speed_m_s"), value(motion, "acceleration_m_s2")

@@ -6,10 +6,10 @@ import math
 from collections.abc import Iterator
 from itertools import pairwise
 
-from cramlite.model import Belief, Motion
+from cramlite.model import Belief, Motion, Tilt
 from cramlite.plugin import Answers, Context, Grounding, Unresolvable, hookimpl
 
-from .motion_kinds import value
+from .motion_kinds import value, word
 
 
 @hookimpl
@@ -29,7 +29,7 @@ def _tilt(motion: Motion, belief: Belief, context: Context) -> Iterator[Groundin
     from .free_motion import place_of
 
     path = place_of(motion, context).path
-    poses = path[1:] if motion.parameters["to"] == "tilted" else path[-2::-1]
+    poses = path[1:] if word(motion, "to", Tilt) is Tilt.TILTED else path[-2::-1]
     scene, points = make_scene(belief, context), [belief.joints]
     for pose in poses:
         part = plan_straight_line(scene, context.robot, points[-1], pose)

@@ -28,7 +28,7 @@ from cramlite.plugin import Context, Grounding, Unresolvable
 from cramlite_plugins.kinematics.kinematics import inverse
 from cramlite_plugins.locations.aslant import LEFT, TILTS, goes_in_aslant
 from cramlite_plugins.locations.grips import Grip, ranked
-from cramlite_plugins.locations.set_down import resolve_location
+from cramlite_plugins.locations.kinds import ground
 from cramlite_plugins.robots.fr3 import FR3
 from cramlite_plugins.simulation.objects.furniture import cabinet, drawer
 from cramlite_plugins.simulation.objects.vessels import bowl
@@ -67,7 +67,7 @@ def _lean(pose: Pose) -> float:
 
 def _refused(location: Location, belief: Belief, context: Context) -> Unresolvable:
     with pytest.raises(Unresolvable) as no:
-        list(resolve_location(location, belief, context) or ())
+        list(ground(location, belief, context))
     return no.value
 
 
@@ -76,7 +76,7 @@ def _first_place() -> tuple[Belief, Context, Place]:
     for grip in range(20):
         belief, context = _asked(0.0705, grip=grip)
         try:
-            found = next(a for a in resolve_location(ASLANT, belief, context) or () if isinstance(a, Grounding))
+            found = next(a for a in ground(ASLANT, belief, context) if isinstance(a, Grounding))
         except Unresolvable:
             continue
         return belief, context, found.value
@@ -101,7 +101,7 @@ def test_upright_it_is_refused_at_once_and_another_way_of_the_task_is_asked_for(
 
 
 def test_one_that_is_narrow_enough_is_not_refused_upright() -> None:
-    found = resolve_location(UPRIGHT, *_asked(0.045, leans=False)) or ()
+    found = ground(UPRIGHT, *_asked(0.045, leans=False))
     assert any(isinstance(a, Grounding) for a in found)
 
 

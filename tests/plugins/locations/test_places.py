@@ -21,6 +21,7 @@ from cramlite.model import Feature, Geom, Held, Location, Place, Pose, Thing, Wo
 from cramlite.plugin import Grounding, Refused, Unresolvable
 from cramlite_plugins.kinematics.kinematics import inverse
 from cramlite_plugins.locations import place_filters, set_down
+from cramlite_plugins.locations.kinds import ground
 from cramlite_plugins.locations.place_filters import Wanted
 from cramlite_plugins.motion_planning.reach import make_scene
 from cramlite_plugins.motion_planning.space import Refusal
@@ -92,7 +93,7 @@ def test_a_thing_is_let_go_of_where_the_fingers_can_open() -> None:
     held = Held("it", Pose((0, 0, 0.0), Pose.from_axes((0, 0, 0), (0, 0, -1), (0, 1, 0)).quaternion), 0.05)
     down = inverse(UR5E, Pose.from_axes((0.45, 0.0, 0.45), (0, 0, -1), (0, 1, 0)), seed=UR5E.home)[0]
     belief = initial_belief(World((bowl_, it), (MOUNT,)), "arm", down, 0.05).grasped(held)
-    answers = list(itertools.islice(set_down.resolve_location(Location("in(shelf)", "in", "shelf"), belief, context_of(belief)) or (), 40))
+    answers = list(itertools.islice(ground(Location("in(shelf)", "in", "shelf"), belief, context_of(belief)), 40))
     refused = [a for a in answers if isinstance(a, Refused) and "not free to open: with open fingers" in a.reason]
     place = next(a.value for a in answers if isinstance(a, Grounding))
     lowest = set_down.OFF_FLOOR - bowl_.feature("cram:Cavity").size["height"]  # type: ignore[union-attr]
@@ -155,7 +156,7 @@ def test_rays_meet_what_the_ray_caster_of_mujoco_meets(a: Any, b: Any, kind: int
 
 def test_places_come_lazily_and_best_first() -> None:
     belief = believed()
-    found = set_down.resolve_location(Location("on(shelf)", "on", "shelf"), belief, context_of(belief))
+    found = ground(Location("on(shelf)", "on", "shelf"), belief, context_of(belief))
     assert found is not None
     good = [g for g in itertools.islice(found, 6) if isinstance(g, Grounding)]
     assert good and [g.cost for g in good] == sorted(g.cost for g in good)
@@ -166,7 +167,7 @@ def test_near_draws_the_position_and_refusals_name_their_filter() -> None:
     tin = block("tin", Pose((0.45, -0.45, 0.19)), (0.04, 0.04, 0.08))
     belief = believed(tin)
     location = Location("on(shelf)", "on", "shelf", {"near": "tin", "within": 0.13, "left_of": "tin"})
-    answers = list(itertools.islice(set_down.resolve_location(location, belief, context_of(belief)) or (), 60))
+    answers = list(itertools.islice(ground(location, belief, context_of(belief)), 60))
     places = [a for a in answers if isinstance(a, Grounding)]
     assert places
     for answer in places:
@@ -175,7 +176,7 @@ def test_near_draws_the_position_and_refusals_name_their_filter() -> None:
         assert thing.position[1] > -0.45
     nowhere = Location("on(shelf)", "on", "shelf", {"left_of": "tin", "right_of": "tin"})
     with pytest.raises(Unresolvable, match=r"not beside: .* at least 20 mm is needed") as none:
-        list(set_down.resolve_location(nowhere, belief, context_of(belief)) or ())
+        list(ground(nowhere, belief, context_of(belief)))
     assert set(none.value.because) == {"shelf"}, "no other grasp, and no other way of carrying it, would help"
 
 

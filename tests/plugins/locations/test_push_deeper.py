@@ -10,7 +10,7 @@ from cramlite import Engine
 from cramlite.model import Action, Belief, Location, Motion, Object, Place, Pose, RobotMount, World, initial_belief
 from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 from cramlite_plugins.kinematics.kinematics import inverse
-from cramlite_plugins.locations.push_deeper import resolve_location
+from cramlite_plugins.locations.kinds import ground
 from cramlite_plugins.locations.room_to_close import first_met
 from cramlite_plugins.motions.gripping import LET_GO
 from cramlite_plugins.robots.ur5e import UR5E
@@ -47,7 +47,7 @@ def _asked(out: float, *agenda: Action, deep: float = 0.25, down: float = 0.0) -
 
 
 def _first(location: Location, belief: Belief, context: Context) -> Grounding | Refused:
-    return next(iter(resolve_location(location, belief, context) or ()))
+    return next(iter(ground(location, belief, context)))
 
 
 def test_fingers_come_off_it_and_push_it_so_far_in_that_the_door_can_be_closed() -> None:

@@ -13,8 +13,8 @@ from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 from cramlite_plugins.kinematics.kinematics import inverse
 from cramlite_plugins.locations import through_side
 from cramlite_plugins.locations.handles import LEFT
+from cramlite_plugins.locations.kinds import ground
 from cramlite_plugins.locations.room_to_close import TIGHT, is_closed_later
-from cramlite_plugins.locations.set_down import resolve_location
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.simulation.objects.furniture import cabinet, door, drawer
 from cramlite_plugins.simulation.objects.products_and_fixtures import block
@@ -51,7 +51,7 @@ def _asked(long: float, *agenda: Action, opened: float = 1.9) -> tuple[Belief, C
 
 
 def _answers(long: float, *agenda: Action) -> tuple[list[Grounding], list[Refused]]:
-    found = list(resolve_location(INSIDE, *_asked(long, *agenda)) or ())
+    found = list(ground(INSIDE, *_asked(long, *agenda)))
     return [a for a in found if isinstance(a, Grounding)], [a for a in found if isinstance(a, Refused)]
 
 
@@ -83,7 +83,7 @@ def test_places_with_little_room_come_last() -> None:
 
 def test_what_is_longer_than_its_cabinet_leaves_no_room_anywhere() -> None:
     with pytest.raises(Unresolvable, match=r"not free to be closed: with 'door', which a later task closes, open by [0-9]+ deg still"):
-        list(resolve_location(INSIDE, *_asked(0.31, PLACING, CLOSING)) or ())
+        list(ground(INSIDE, *_asked(0.31, PLACING, CLOSING)))
     assert _answers(0.31, PLACING)[0]
 
 
@@ -123,7 +123,7 @@ def _some(location: Location, belief: Belief, context: Context) -> list[Groundin
     """The first answers."""
     found = list[Grounding | Refused]()
     try:
-        for answer in resolve_location(location, belief, context) or ():
+        for answer in ground(location, belief, context):
             found.append(answer)  # type: ignore[arg-type]
             if isinstance(answer, Grounding):
                 break
