@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from .judging_limits import JudgingLimits
     from .linkage import Linkage
     from .motion_words import ExpectedContact, ExpectedGrip, Fingers, Hang, Stage, Tilt, Word
+    from .place_facts import CarriedAlong, GripFacts, PegFit, Release
     from .plan import Plan
     from .program import Code, LatePose, Program, Section
     from .program_json import ProgramText, is_program_text, read_program, typed_code, write_program
@@ -105,6 +106,7 @@ _HOMES = {
     ".judging_limits": "JudgingLimits",
     ".linkage": "Linkage",
     ".motion_words": "ExpectedContact ExpectedGrip Fingers Hang Stage Tilt Word",
+    ".place_facts": "CarriedAlong GripFacts PegFit Release",
     ".plan": "Plan",
     ".program": "Code LatePose Program Section",
     ".program_json": "ProgramText is_program_text read_program typed_code write_program",
@@ -140,6 +142,7 @@ __all__ = [
     "AnyStep",
     "Belief",
     "Camera",
+    "CarriedAlong",
     "Code",
     "Collision",
     "CompliantSlide",
@@ -170,6 +173,7 @@ __all__ = [
     "ForceInsert",
     "ForceMove",
     "Geom",
+    "GripFacts",
     "Gripper",
     "HandFile",
     "Handover",
@@ -197,6 +201,7 @@ __all__ = [
     "MoveUntilContact",
     "Object",
     "Parallel",
+    "PegFit",
     "Physics",
     "Place",
     "Plan",
@@ -209,6 +214,7 @@ __all__ = [
     "ProofDoubts",
     "Reached",
     "Relation",
+    "Release",
     "Remedy",
     "Repair",
     "Repeat",

@@ -17,7 +17,7 @@ from cramlite.plugin import Context, Grounding, Refused, Unresolvable, checkpoin
 from ..motion_planning.cartesian import interpolate, plan_straight_line
 from ..motion_planning.reach import bound, collision_free_ik, led_by, make_scene, reference_pose, shift, taken_at
 from ..motion_planning.space import Refusal
-from ..motions.gripping import OPEN, release_opening
+from ..motions.gripping import release_opening
 from ..shapes.bounds import corners
 from ..shapes.standing_up import stood_up
 from ..shapes.surfaces import footprint
@@ -26,7 +26,18 @@ from .attitude import held_now
 from .covers import LOWS, RISE, covers, free_on_way, openings, over_floor
 from .free_area import free_area
 from .parameters import Where, asked
-from .place_filters import CHEAP, OFF_WALLS, Filter, Spot, Wanted, first_objection, reachable, room_to_open, visible
+from .place_filters import (
+    CHEAP,
+    OFF_WALLS,
+    Filter,
+    Spot,
+    Wanted,
+    first_objection,
+    reachable,
+    released,
+    room_to_open,
+    visible,
+)
 from .room_to_close import room_to_close
 from .through_side import brought_onto
 
@@ -237,8 +248,10 @@ def _place(entry: Entry, wanted: Wanted) -> Place:
     assert wanted.belief.held is not None
     spot, way = _spot(entry, wanted), -entry.out / np.linalg.norm(entry.out)
     leaning = entry.leaning * wanted.belief.held.tcp_to_thing.inverse()
-    values = {"height_m": spot.height, "turned": 1.0, OPEN: wanted.opened[0].opening}
-    return Place(leaning, spot.before, approach=tuple(way.tolist()), path=(spot.pose,), thing=wanted.thing.name, values=values)
+    release = released(wanted, spot.height, wanted.opened[0].opening, entry.left.inverse() * stood_up(wanted.thing, entry.left))
+    return Place(
+        leaning, spot.before, approach=tuple(way.tolist()), path=(spot.pose,), thing=wanted.thing.name, release=release, reorients=True
+    )
 
 
 def _refusal(entry: Entry, wanted: Wanted) -> Refused | None:

@@ -16,7 +16,7 @@ from functools import lru_cache
 import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import Belief, Floats, Gripper, Held, Location, Place, Pose, Thing, Value, pair_friction
+from cramlite.model import Belief, Floats, GripFacts, Gripper, Held, Location, Place, Pose, Thing, Value, pair_friction
 from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 
 from ..motion_planning.planning_scene import CLEARANCE, PlanningScene
@@ -111,8 +111,8 @@ def grasps(location: Location, belief: Belief, context: Context) -> Iterator[Gro
 
 
 def _place(grasp: Grasp, before: Pose, opening: float, thing: str) -> Place:
-    values = {"width_m": grasp.grip.width}
-    return Place(grasp.at, before, opening, tuple(grasp.at.rotate((0, 0, 1))), thing=thing, values=values)
+    approach = tuple(grasp.at.rotate((0, 0, 1)))
+    return Place(grasp.at, before, opening, approach, thing=thing, grip=GripFacts(grasp.grip.width))
 
 
 def _aslant(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from cramlite.model import Belief, Place, Pose, Thing
+from cramlite.model import Belief, GripFacts, Place, Pose, Thing
 from cramlite.plugin import Context
 
 from ..motion_planning.planning_scene import PlanningScene
@@ -39,7 +39,7 @@ class HandAround:
                 there = Refusal(bare.why(there), collision=bare.collision(there))
             off = there if isinstance(there, Refusal) else collision_free_ik(free, self.context, before, there)
             if not isinstance(off, Refusal):
-                return Place(at, before, opening, tuple(at.rotate((0, 0, 1))), thing=self.thing.name, values={"width_m": width})
+                return Place(at, before, opening, tuple(at.rotate((0, 0, 1))), thing=self.thing.name, grip=GripFacts(width))
             refused = off
         return refused
 

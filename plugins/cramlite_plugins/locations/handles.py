@@ -9,14 +9,13 @@ from collections.abc import Iterator
 import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import Belief, Estimate, Feature, Floats, Joint, Location, Place, Pose, Thing
+from cramlite.model import Belief, CarriedAlong, Estimate, Feature, Floats, Joint, Location, Place, Pose, Thing
 from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 
 from ..motion_planning.reach import bound, causes, held_pose, led_by, tcp
 from ..motion_planning.space import Refusal
 from ..shapes import ray_casting as rays
 from ..shapes.bounds import box_around
-from ..shapes.carried_along import DRIVEN
 from .antipodal import Hands, pinches
 from .hand_around import HandAround
 from .joint_way import driven_along, met_on_its_way
@@ -43,9 +42,6 @@ PUSHED_ON = (*OPENED, 0.85, 0.8)
 """Shares that it is then pushed on to: as far as the arm comes, and no less than by its handle."""
 TURNED = (0.97, 0.6, 0.4)
 """Shares that a knob is turned on to: as far as the wrist turns; from a fifth on it counts as on."""
-
-LEAVES = {"height_m", "x_m"}
-"""Values of the places where things were put down, or pushed to, by which it is known that another place may do."""
 
 
 def handle_grasps(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
@@ -88,13 +84,13 @@ def check_way(location: Location, thing: Thing, belief: Belief, context: Context
         if drives and asked(location, Handle).drives:
             return
         there = {name for entry in met.blocking or () for name in ((entry,) if isinstance(entry, str) else entry)}
-        put = (n for n, v in context.bindings.items() if isinstance(v, Place) and v.thing in there and LEAVES & set(v.values))
+        put = (n for n, v in context.bindings.items() if isinstance(v, Place) and v.thing in there and v.leaves_thing)
         ways = led_by(location, context) if drives else ()  # else moving what is in the way is all that helps
         raise Unresolvable(met.reason, (location.of or "", *put, *ways), blocking=met.blocking, collision=met.collision, remedy=met.remedy)
 
 
 def _held(name: str, place: Place, cost: float) -> Grounding:
-    said = f"{name}: {1000 * place.values['width_m']:.0f} mm wide, open {1000 * (place.opening or 0.0):.0f} mm"
+    said = f"{name}: {1000 * (place.grip.width_m if place.grip else 0.0):.0f} mm wide, open {1000 * (place.opening or 0.0):.0f} mm"
     return Grounding(place, said, cost, key=name)
 
 
@@ -136,12 +132,11 @@ def _driving(led: Grounding, thing: Thing, now: Pose, belief: Belief, context: C
     there, place = Estimate(belief.base() * now), led.value
     free = belief.released(there, belief.opening) if belief.held else belief
     value = joint_value(free, thing.name, there.pose)
-    found = driven_along(thing, value, value + place.values["moved"], free, context)
+    found = driven_along(thing, value, value + place.carried.joint, free, context)
     if isinstance(found, Refusal):
         return found.refused(led.key)
-    values = {**place.values, **{DRIVEN + name: metres for name, metres in found.items()}}
     said = f"{led.reason}; {', '.join(map(repr, found)) or 'nothing'} is driven along"
-    return replace(led, value=replace(place, values=values), reason=said)
+    return replace(led, value=replace(place, carried=replace(place.carried, driven_m=found)), reason=said)
 
 
 def _shares(location: Location, joint: Joint, hand: Pose, held: bool) -> tuple[float, ...]:
@@ -177,7 +172,8 @@ def _led(thing: Thing, joint: Joint, belief: Belief, context: Context, now: Pose
     value = joint_value(belief, thing.name, belief.base() * now)
     path, way = _corners(joint, now, tcp(belief, context), goal - value), goal - value
     said = f"'{thing.name}' from {value:.3f} to {goal:.3f} {'m' if joint.kind == 'slide' else 'rad'}"
-    return Grounding(Place(path[-1], path[-1], path=path, thing=thing.name, values={"moved": way}), said, cost, key=f"to {share:g}")
+    place = Place(path[-1], path[-1], path=path, thing=thing.name, carried=CarriedAlong(joint=way))
+    return Grounding(place, said, cost, key=f"to {share:g}")
 
 
 def along_joint(thing: Thing, belief: Belief, hand: Pose, share: float) -> tuple[Pose, ...]:

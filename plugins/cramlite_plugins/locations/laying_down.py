@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator, Sequence
 import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import Belief, Floats, Location, Place, Pose, Swing, Thing
+from cramlite.model import Belief, Floats, Location, Pose, Swing, Thing
 from cramlite.plugin import Context, Grounding, Refused
 
 from ..motion_planning.reach import bound, collision_free_ik, make_scene, shift
@@ -43,7 +43,7 @@ def _led(answer: Grounding, location: Location, belief: Belief, context: Context
     """A placement with its way, or why the arm cannot lead it there."""
     held, place = belief.held, answer.value
     assert held is not None and held.swing is not None
-    lies = shift(place.pose, (0.0, 0.0, OVER - place.values["height_m"]))
+    lies = shift(place.pose, (0.0, 0.0, OVER - place.release.height_m))
     shares, way = rolled(belief.world.thing(held.thing), lies, held.swing)
     before, seed = shift(way[0], (0.0, 0.0, ABOVE)), belief.joints
     for share, hand, touch in ((1.0, before, ()), *((s, h, (bound(context, location.of),)) for s, h in zip(shares, way, strict=True))):
@@ -54,7 +54,7 @@ def _led(answer: Grounding, location: Location, belief: Belief, context: Context
             said = f"{answer.key}, laid down, {math.degrees(_angle(held.swing)) * share:.0f} deg to go"
             return replace(found, reason=f"not led down: {found.reason}").refused(said)
         seed = found
-    led = Place(way[0], before, approach=place.approach, path=tuple(way[1:]), thing=place.thing, values=place.values)
+    led = replace(place, pose=way[0], before=before, path=tuple(way[1:]))
     return replace(answer, value=led, reason=f"{answer.reason}, led down about its far side")
 
 

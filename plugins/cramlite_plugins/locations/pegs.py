@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import Belief, Floats, Location, Place, Pose, Remedy, Value, Vector3
+from cramlite.model import Belief, Floats, Location, PegFit, Place, Pose, Remedy, Value, Vector3
 from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 
 from ..motion_planning.reach import bound, causes, collision_free_ik, held_pose, make_scene, taken_at, traverse
@@ -88,13 +88,13 @@ def extract(location: Location, belief: Belief, context: Context) -> Iterator[Gr
 def insert(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
     """The hole before the tip, in all ways round; then at the tip, past its bend, deep, let down.
 
-    The path's corners are the last four; ``values`` has the radial play and the way to push from tip to deep.
+    The path's corners are the last four; ``fit`` has the radial play and the way to push from tip to deep.
     """
     peg = find_peg(location, belief, context)
     steps = peg.onto
     centres = peg.root + peg.axis * peg.length + peg.over_tip + np.cumsum(steps, axis=0)
     depth = float(np.linalg.norm(steps[3]))
-    values = {"play_m": peg.play, "push_m": depth + float(peg.over_tip @ peg.axis)}
+    fit = PegFit(peg.play, depth + float(peg.over_tip @ peg.axis))
     refused: list[Refusal] = []
     for k, (side, hole) in enumerate(_ways_round(peg, belief, context)):
         corners = [_hand(belief, Pose(_three(centre), hole.quaternion)) for centre in centres]
@@ -106,7 +106,7 @@ def insert(location: Location, belief: Belief, context: Context) -> Iterator[Gro
             continue
         place = Place(
             corners[-1], corners[0], approach=_three(-peg.axis), path=tuple(corners[1:]),
-            thing=belief.held.thing if belief.held else "", values=values,
+            thing=belief.held.thing if belief.held else "", fit=fit,
         )  # fmt: skip
         yield Grounding(place, name, 0.1 * k, key=side, anew=True)
     if refused and refused[-1] is no:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from cramlite.model import Belief, Place, Pose, Thing, pair_friction
+from cramlite.model import Belief, GripFacts, Place, Pose, Thing, pair_friction
 from cramlite.plugin import Context, Grounding, Refused
 
 from ..motion_planning.reach import collision_free_ik, make_scene, tcp
@@ -36,7 +36,7 @@ def places(found: list[RimPinch], thing: Thing, belief: Belief, context: Context
             yield off.refused(pinch.name)
             continue
         place = Place(
-            pinch.at, before, OPENING, tuple(pinch.at.rotate((0, 0, 1)).tolist()), thing=thing.name, values={"width_m": pinch.width},
+            pinch.at, before, OPENING, tuple(pinch.at.rotate((0, 0, 1)).tolist()), thing=thing.name, grip=GripFacts(pinch.width),
             swing=pinch.swing,
         )  # fmt: skip
         cost = COST + PER_RADIAN * here.distance(pinch.at)[1]

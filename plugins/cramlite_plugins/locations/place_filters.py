@@ -13,19 +13,21 @@ import numpy as np
 import shapely
 from msgspec.structs import replace
 
-from cramlite.model import Belief, Floats, Pose, Thing, Value, thing_of
+from cramlite.model import Belief, Floats, Pose, Release, Thing, Value, thing_of
 from cramlite.plugin import Context, Refused
 
 from ..kinematics.kinematics import inverse, reach_shortfall, why_no_inverse
 from ..motion_planning.reach import collision_free_ik, shift
 from ..motion_planning.space import Refusal
 from ..motion_planning.too_far import no_inverse
+from ..motions.gripping import DROPPED, LET_GO
 from ..shapes import ray_casting as rays
 from ..shapes.bounds import box_around, centre_of_mass, support
 from ..shapes.surfaces import FLAT, Surface, footprint, inset, standing
 from .parameters import Where
 from .too_little_room import taken_by, too_high, too_narrow
 
+AS_LET_GO = Pose()
 ASIDE = 0.02  # what is left of a thing is so by at least this [m]
 SIDES: Mapping[str, tuple[int, float]] = {
     "left_of": (1, 1.0), "right_of": (1, -1.0), "behind": (0, 1.0), "in_front_of": (0, -1.0)
@@ -103,6 +105,12 @@ class Wanted(Value):
 
 Filter = Callable[[Spot, Wanted], "str | Refusal"]
 """Objects with a reason, with what is in the way where it looked for that; "" where it does not object."""
+
+
+def released(wanted: Wanted, height: float, opening: float | None = None, settles: Pose = AS_LET_GO) -> Release:
+    """Return the release of a payload at a height over its target [m]: let fall into a cavity, or put down."""
+    into = thing_of(wanted.entity) if wanted.depth else ""
+    return Release(height, opening, settles, into, DROPPED if into else LET_GO)
 
 
 def first_objection(spot: Spot, wanted: Wanted, filters: Mapping[str, Filter]) -> Refused | None:

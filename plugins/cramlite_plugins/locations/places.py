@@ -30,7 +30,7 @@ ALONG = (0.1, 0.2, 0.3, 0.45, 0.65, 1.0)
 def home(location: Location, belief: Belief, context: Context) -> Found:
     """Generate the home position."""
     pose = forward(context.robot, context.robot.home)
-    yield Grounding(Place(pose, pose), f"the home position of '{context.robot.type}'", key="home")
+    yield Grounding(Place(pose, pose, joints=context.robot.home), f"the home position of '{context.robot.type}'", key="home")
 
 
 def retreat(location: Location, belief: Belief, context: Context) -> Found:

@@ -10,14 +10,27 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import Action, Belief, Feature, Floats, Gripper, Held, Location, Place, Pose, Thing, thing_of
+from cramlite.model import (
+    Action,
+    Belief,
+    CarriedAlong,
+    Feature,
+    Floats,
+    Gripper,
+    Held,
+    Location,
+    Place,
+    Pose,
+    Thing,
+    thing_of,
+)
 from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 
 from ..motion_planning.cartesian import plan_straight_line
 from ..motion_planning.reach import bound, collision_free_ik, make_scene, reference_pose, shift, tcp
 from ..motion_planning.space import Refusal
 from ..shapes.bounds import support
-from ..shapes.carried_along import PUSHED, carried_along
+from ..shapes.carried_along import carried_along
 from ..shapes.ray_casting import body, intervals
 from .antipodal import FINGER
 from .parameters import PushedThing, asked
@@ -85,7 +98,7 @@ def behind(location: Location, belief: Belief, context: Context) -> Iterator[Gro
             yield there.refused(name)
         else:
             x, y, _ = (float(v) for v in way + pose.position)
-            place = Place(at, before, opening, (0.0, 0.0, -1.0), thing=thing.name, values={"x_m": x, "y_m": y})
+            place = Place(at, before, opening, (0.0, 0.0, -1.0), thing=thing.name, carried=CarriedAlong(to_m=(x, y)))
             yield Grounding(place, f"'{entity}' {name}", 0.1 * k, key=name, anew=True)
 
 
@@ -136,12 +149,13 @@ def pushed_to(location: Location, belief: Belief, context: Context) -> Iterator[
     if asked(location, PushedThing).around:
         yield from _around(location, belief, context, entity)
         return
-    to = begun.values["x_m"], begun.values["y_m"]
+    assert begun.carried is not None and begun.carried.to_m is not None
+    to = begun.carried.to_m
     there = pushed_straight(belief, context, entity, [to], gap_before(belief, context, entity, to, begun.opening or 0.0))
     if isinstance(there, Refusal):
         yield _stopped(there, location, entity)
     else:
-        yield Grounding(there, f"{1000 * there.values[PUSHED]:.0f} mm straight on", key="on")
+        yield Grounding(there, f"{1000 * there.carried.pushed_m if there.carried else 0.0:.0f} mm straight on", key="on")
 
 
 def _stopped(no: Refusal, location: Location, entity: str, way: str = "on") -> Refused:
@@ -213,7 +227,7 @@ def pushed_straight(belief: Belief, context: Context, entity: str, corners: Sequ
         return found
     length = float(np.linalg.norm(ways[-1]))
     x, y, _ = (float(v) for v in ways[-1] / max(length, SHORT))
-    return Place(path[-1], path[-1], approach=(x, y, 0.0), path=path, thing=entity, values={PUSHED: length})
+    return Place(path[-1], path[-1], approach=(x, y, 0.0), path=path, thing=entity, carried=CarriedAlong(length))
 
 
 def _region(thing: Thing, pose: Pose, name: str, belief: Belief) -> tuple[Feature, Pose]:

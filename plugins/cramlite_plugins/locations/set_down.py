@@ -21,7 +21,7 @@ from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 
 from ..kinematics.kinematics import inverse
 from ..motion_planning.reach import bound, led_by, make_scene, reference_pose, shift, tcp, uncertainty_margins
-from ..motions.gripping import OPEN, release_opening
+from ..motions.gripping import release_opening
 from ..shapes.bounds import centre_of_mass, corners, height, support
 from ..shapes.front import front
 from ..shapes.nesting import nested
@@ -48,6 +48,7 @@ from .place_filters import (
     clear,
     first_objection,
     opened,
+    released,
     standing_there,
 )
 from .put_aside import beside_where_it_stood
@@ -77,8 +78,6 @@ ABOVE = 0.06  # stand-off above a rim [m]
 BETWEEN = (1.0, 0.67, 0.33)  # parts of a way down from aside that are looked at first
 OUT = 1.0  # from the middle of a surface to the outside of what it is in, at most [m]
 LAST: Mapping[str, Filter] = {"free to be closed": room_to_close, "free to leave": room_to_leave}  # asked after ``DEAR``
-TURNED = "turned"
-"""Value of a place: 1 where it asks for an attitude, so that what is brought there need not be kept as it is held."""
 FACING = (0.0, 6.0, -6.0)
 """Turns from facing another thing [deg]: of the 15 deg that are judged, letting go may take some."""
 PER_TURN, PER_HEIGHT = 0.1, 0.02  # cost of a radian of turn, and of each height above the lowest
@@ -211,7 +210,7 @@ def _no_room(kept: list[Refused], targets: list[Wanted], location: Location, con
     """What to say where shapes refuse every placement: the first that each filter refused, and the choices that it depends on."""
     there = {name for t in targets for name in standing_there(t)}
     there |= {thing for name in (*SIDES, "near") if (thing := getattr(targets[0].where, name))}
-    put = (n for n, v in context.bindings.items() if isinstance(v, Place) and v.thing in there and "height_m" in v.values)
+    put = (n for n, v in context.bindings.items() if isinstance(v, Place) and v.thing in there and v.release is not None)
     about = (n for n, v in context.bindings.items() if v in (targets[0].thing.name, *there))
     first = {r.passed: f"{r.value}: {r.reason}" for r in reversed(kept)}
     said = "; ".join(first[passed] for passed in sorted(first, reverse=True))
@@ -267,10 +266,10 @@ def _from_above(
         if relation == "in" and reason is not None and ABOVE_IT in reason.reason and (aside := _from_aside(spot, wanted, above)):
             spot, reason = aside, None
         if reason is None:
-            values = {"height_m": over, TURNED: float(attitude)}
-            if wanted.lowered:
-                values[OPEN] = opened(spot, wanted)[0].opening
-            place = Place(spot.pose, spot.before, approach=(0, 0, -1), thing=wanted.thing.name, values=values)
+            release = released(wanted, over, opened(spot, wanted)[0].opening if wanted.lowered else None)
+            place = Place(
+                spot.pose, spot.before, approach=(0, 0, -1), thing=wanted.thing.name, release=release, reorients=attitude
+            )
             cost += PER_HEIGHT * k + TIGHT * is_tight(spot, wanted)
             yield Grounding(place, f"'{wanted.entity}', {spot.name}", cost, key=spot.name, anew=True)
             return

@@ -22,7 +22,7 @@ from ..kinematics.kinematics import inverse
 from ..motion_planning.cartesian import plan_straight_line
 from ..motion_planning.reach import bound, collision_free_ik, make_scene, reference_pose, shift, taken_at
 from ..motion_planning.space import Refusal
-from ..motions.gripping import OPEN, release_opening
+from ..motions.gripping import release_opening
 from ..shapes.bounds import corners, lowest, support
 from ..shapes.roofs import has_own_roof, open_sides
 from ..shapes.surfaces import resting_height
@@ -40,6 +40,7 @@ from .place_filters import (
     first_objection,
     near,
     reachable,
+    released,
     room_to_open,
     visible,
 )
@@ -190,8 +191,13 @@ def _spot(tipping: Tipping, wanted: Wanted) -> Spot:
 
 def _place(tipping: Tipping, wanted: Wanted) -> Place:
     spot = _spot(tipping, wanted)
-    values = {"height_m": OVER, "turned": 1.0, OPEN: wanted.opened[0].opening}
-    return Place(spot.pose, spot.before, approach=_inwards(tipping), path=(_back(spot.pose),), thing=wanted.thing.name, values=values)
+    over = tipped_over(wanted.thing, tipping.leaning)
+    settles = tipping.leaning.inverse() * over[0] if over else Pose()
+    release = released(wanted, OVER, wanted.opened[0].opening, settles)
+    return Place(
+        spot.pose, spot.before, approach=_inwards(tipping), path=(_back(spot.pose),), thing=wanted.thing.name, release=release,
+        reorients=True,
+    )
 
 
 def _refusal(tipping: Tipping, wanted: Wanted) -> Refused | None:

@@ -177,7 +177,7 @@ def causes(location: Location, context: Context) -> tuple[str, ...]:
 def taken_at(belief: Belief, context: Context) -> tuple[str, ...]:
     """Return the names of the grasps of what is held: how it is in the hand depends on these, and on no place that it was led to since."""
     held = belief.held.thing if belief.held else ""
-    return tuple(n for n, v in context.bindings.items() if isinstance(v, Place) and v.thing == held and "width_m" in v.values)
+    return tuple(n for n, v in context.bindings.items() if isinstance(v, Place) and v.thing == held and v.grip is not None)
 
 
 def led_by(location: Location, context: Context) -> tuple[str, ...]:

@@ -49,8 +49,7 @@ def _transfer(motion: Motion, belief: Belief, context: Context) -> Found:
         return
     scene = make_scene(belief, context)
     goals, attempt, (speed, acceleration) = _goals(motion, place, belief, context, scene), 0, _pace(motion, context)
-    turned = place.values.get("turned", 0.0) > 0  # the place asks for another attitude
-    if not turned and (upright := load(belief, context)) is not None:
+    if not place.reorients and (upright := load(belief, context)) is not None:
         yield from carried(motion, place, belief, context, upright, scene, goals, (speed, acceleration))
         return
     again = list[Any]()
@@ -98,8 +97,8 @@ def _goals(motion: Motion, place: Place, belief: Belief, context: Context, scene
     from ..motion_planning.reach import make_scene
     from ..motion_planning.space import Refusal
 
-    if motion.to is not None and motion.to.relation == "home":
-        return [context.robot.home]
+    if place.joints is not None:
+        return [place.joints]
     around = None if belief.held else make_scene(belief, context, [place.thing], place.opening, clearance=0.0)
     solutions = inverse(context.robot, place.before, seed=belief.joints)
     free = [q for q in solutions if scene.free(q)]
@@ -114,7 +113,7 @@ def _goals(motion: Motion, place: Place, belief: Belief, context: Context, scene
         blocking = (*in_the_way(scene, [q for q in solutions if q not in free]), *(b for no in lines for b in no.blocking or ()))
         said = f"{count}, none leads straight on to it; the nearest: {miss.reason}"
         raise Unresolvable(
-            said, because(motion, context), blocking=tuple(dict.fromkeys(blocking)), collision=miss.collision, remedy=miss.remedy
+            said, because(motion, belief, context), blocking=tuple(dict.fromkeys(blocking)), collision=miss.collision, remedy=miss.remedy
         )
     return goals
 
@@ -158,7 +157,8 @@ def _beside(place: Place, aside: tuple[float, float]) -> Place:
     return replace(place, pose=shift(place.pose, by), before=shift(place.before, by), path=tuple(shift(p, by) for p in place.path))
 
 
-def because(motion: Motion, context: Context) -> tuple[str, ...]:
-    """Return what a motion to a place depends on: the place, and the grasp that it is made with."""
-    grasps = tuple(k for k in context.bindings if k.startswith("grasp("))
+def because(motion: Motion, belief: Belief, context: Context) -> tuple[str, ...]:
+    """Return what a motion to a place depends on: the place, and the grasps of loose things before it."""
+    loose = {thing.name for thing in belief.world.things if thing.joint is None}
+    grasps = tuple(n for n, v in context.bindings.items() if isinstance(v, Place) and v.grip is not None and v.thing in loose)
     return ((motion.to.name,) if motion.to else ()) + grasps

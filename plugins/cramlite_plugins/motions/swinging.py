@@ -65,5 +65,5 @@ def _line(motion: Motion, belief: Belief, tcp_to_thing: Pose, target: Pose, cont
     found = plan_straight_line(scene, context.robot, belief.joints, [target])
     if isinstance(found, Refusal):
         said = f"no straight line to {motion.to}, on which it swings: {found.reason}"
-        raise Unresolvable(said, because(motion, context), blocking=found.blocking, collision=found.collision, remedy=found.remedy)
+        raise Unresolvable(said, because(motion, belief, context), blocking=found.blocking, collision=found.collision, remedy=found.remedy)
     return found.points

@@ -110,7 +110,7 @@ class Opening(ByHandle):
         """Return what it may touch, among it what the drawer drives before it, which may touch each other."""
         allowed, patient = super().allowance(action, bindings), action.roles["Patient"]
         way = bindings.get(self.way(action).name)
-        along = (patient.thing, *driven(way.values)) if isinstance(way, Place) else ()
+        along = (patient.thing, *driven(way)) if isinstance(way, Place) else ()
         return replace(allowed, touches=allowed.touches | {frozenset(pair) for pair in combinations(along, 2)})
 
 

@@ -31,12 +31,12 @@ class Ungrasping(TaskType):
         yield self._let_down(action, self.begins_at(action), f"move above {container}, lower, open")
         aslant = replace(spot("aslant", action), name=f"aslant({action.roles['Relatum'].name})")
         said = f"lean it to get it in under what is over {container}, straighten it there, open"
-        yield replace(self._let_down(action, aslant, said), cost=1.0)
+        yield replace(self._let_down(action, aslant, said, leans=True), cost=1.0)
 
-    def _let_down(self, action: Action, place: Location, said: str) -> Decomposition:
+    def _let_down(self, action: Action, place: Location, said: str, leans: bool = False) -> Decomposition:
         container = action.roles["Relatum"].entity
         upright = Motion(action.inside("straighten"), "linear", place, {"stage": Stage.END}, reason="upright")
-        straighten = (upright,) if place.relation == "aslant" else ()
+        straighten = (upright,) if leans else ()
         steps = (
             place,
             Motion(action.inside("transfer"), "transfer", place, reason=f"above {container}"),

@@ -12,6 +12,7 @@ from cramlite import Engine
 from cramlite.model import (
     Action,
     Belief,
+    GripFacts,
     Held,
     Location,
     Motion,
@@ -57,7 +58,7 @@ def _asked(radius: float, leans: bool = True, opened: float = 0.2, grip: int = 0
     hand = it.pose * _grips(it, world, leans)[grip].pose
     start = initial_belief(world, "arm", FR3.home, 0.04)
     belief = start.grasped(Held("it", hand.inverse() * it.pose, 0.003)).moved(inverse(FR3, hand, seed=FR3.home)[0])
-    bindings = {"drawer": "drawer", "it": "it", "grasp(it)": Place(hand, hand, thing="it", values={"width_m": 0.003})}
+    bindings = {"drawer": "drawer", "it": "it", "grasp(it)": Place(hand, hand, thing="it", grip=GripFacts(0.003))}
     return belief, Context(FR3, MOUNT, bindings, Engine().knowledge.taxonomy)
 
 
@@ -91,7 +92,7 @@ def test_a_bowl_comes_in_leaning_and_is_let_go_of_where_it_stands_up() -> None:
     assert _lean(there) == pytest.approx(_lean(before), abs=1e-3) and round(_lean(there)) in TILTS
     assert _lean(end) == pytest.approx(LEFT, abs=1e-3)
     assert end.position[0] > there.position[0] > before.position[0]  # in under the handle, away from the robot
-    assert place.values["turned"] == 1.0
+    assert place.reorients
 
 
 def test_upright_it_is_refused_at_once_and_another_way_of_the_task_is_asked_for() -> None:

@@ -78,4 +78,4 @@ def test_a_knob_is_turned_off_to_its_stop(task: str, goal: float) -> None:
     context = Context(UR5E, mount, {"knob": "knob"}, Engine().knowledge.taxonomy)
     location = Location("turned(knob)", "closed", "knob", {task: True} if task else {})
     [found] = [a for a in ground(location, belief, context) if isinstance(a, Grounding)]
-    assert found.value.values["moved"] == pytest.approx(taken.joint.lower + goal * span - taken.joint.value, abs=1e-4)
+    assert found.value.carried.joint == pytest.approx(taken.joint.lower + goal * span - taken.joint.value, abs=1e-4)

@@ -113,7 +113,7 @@ def test_how_far_a_door_is_drawn_and_pushed(held: bool, parameters: dict[str, fl
     if held:
         belief = replace(belief, held=Held("door", tcp(belief, context).inverse() * belief.pose("door"), 0.0))
     found = ground(Location("it", "opened", "door", parameters), belief, context)
-    ends = [a.value.values["moved"] / SWING for a in found or () if isinstance(a, Grounding)]
+    ends = [a.value.carried.joint / SWING for a in found or () if isinstance(a, Grounding)]
     assert ends == pytest.approx(list(shares))
 
 

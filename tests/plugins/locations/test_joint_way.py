@@ -12,6 +12,8 @@ from cramlite import Engine
 from cramlite.model import (
     Action,
     Belief,
+    CarriedAlong,
+    GripFacts,
     Held,
     JudgingLimits,
     Location,
@@ -19,6 +21,7 @@ from cramlite.model import (
     Object,
     Place,
     Pose,
+    Release,
     RobotMount,
     Thing,
     World,
@@ -127,7 +130,7 @@ def test_all_that_stands_in_its_way_is_named_at_once() -> None:
 
 def test_another_place_of_what_was_put_in_its_way_may_do() -> None:
     belief, context = asked(standing(0.13))
-    put, held = (Place(Pose(), Pose(), thing="it", values=v) for v in ({"height_m": 0.01}, {"width_m": 0.04}))
+    put, held = (Place(Pose(), Pose(), thing="it", **facts) for facts in ({"release": Release(0.01)}, {"grip": GripFacts(0.04)}))
     context = replace(context, bindings={**context.bindings, "spot": put, "grasp": held})
     with pytest.raises(Unresolvable) as ended:
         list(ground(place("handle", 0.8), belief, context))
@@ -209,12 +212,12 @@ def test_the_way_says_what_is_driven_and_that_is_believed_there(gripped: bool) -
         belief = belief.grasped(Held("drawer", hand, 0.02))
     way = Location("way", "opened", "drawer", {"share": 0.95, "drives": True})
     (answer,) = ground(way, belief, context)
-    assert isinstance(answer, Grounding) and driven(answer.value.values) == {"it": pytest.approx(0.06, abs=0.011)}
+    assert isinstance(answer, Grounding) and driven(answer.value) == {"it": pytest.approx(0.06, abs=0.011)}
     after = driven_before(belief, answer.value, np.array([-1.0, 0.0, 0.0]))
     moved = np.subtract(after.poses["it"].pose.position, belief.poses["it"].pose.position)
-    assert moved == pytest.approx((-driven(answer.value.values)["it"], 0.0, 0.0)) and after.poses["it"].sigma > 0.05
+    assert moved == pytest.approx((-driven(answer.value)["it"], 0.0, 0.0)) and after.poses["it"].sigma > 0.05
     (plain,) = ground(replace(way, parameters={"share": 0.95}), belief, context)
-    assert isinstance(plain, Grounding) and not driven(plain.value.values)
+    assert isinstance(plain, Grounding) and not driven(plain.value)
     screwed = unminded(table("it", standing(0.13).pose, (0.04, 0.04, 0.06)))
     (no,) = ground(way, *screwed)
     assert isinstance(no, Refused)
@@ -223,8 +226,8 @@ def test_the_way_says_what_is_driven_and_that_is_believed_there(gripped: bool) -
 def test_the_drawer_may_touch_what_it_drives_and_no_door_drives_anything() -> None:
     belief, _ = asked(standing(0.13))
     action = Action("1.Opening", "soma:Opening", {"Patient": Object("drawer", entity="drawer")})
-    values = {"moved": 0.19, "driven_m it": 0.06}
-    bindings = {"opened(drawer)": Place(Pose(), Pose(), thing="drawer", values=values)}
+    carried = CarriedAlong(joint=0.19, driven_m={"it": 0.06})
+    bindings = {"opened(drawer)": Place(Pose(), Pose(), thing="drawer", carried=carried)}
     assert frozenset({"drawer", "it"}) in Opening().allowance(action, bindings).touches
     assert frozenset({"drawer", "it"}) not in Opening().allowance(action, {}).touches
     assert [w.reason for w in Opening().decompose(action, belief) if "driven along" in w.reason]

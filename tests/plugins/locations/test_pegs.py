@@ -6,14 +6,14 @@ import pytest
 from msgspec.structs import replace
 
 from cramlite import Engine
-from cramlite.model import Held, Location, Place, Pose, RobotMount, World, initial_belief
+from cramlite.model import GripFacts, Held, Location, Place, Pose, RobotMount, World, initial_belief
 from cramlite.plugin import Context, Unresolvable
 from cramlite_plugins.locations.kinds import ground
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.simulation.objects.products_and_fixtures import hanger, product
 
 MOUNT = RobotMount("arm", "ur5e")
-GRASPED = Place(Pose(), Pose(), thing="coffee", values={"width_m": 0.05})
+GRASPED = Place(Pose(), Pose(), thing="coffee", grip=GripFacts(0.05))
 LIFTED = Place(Pose((0.0, 0.0, 0.1)), Pose((0.0, 0.0, 0.1)))
 
 

@@ -17,7 +17,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
-from cramlite.model import Feature, Geom, Held, Location, Place, Pose, Thing, World, initial_belief
+from cramlite.model import Feature, Geom, GripFacts, Held, Location, Place, Pose, Release, Thing, World, initial_belief
 from cramlite.plugin import Grounding, Refused, Unresolvable
 from cramlite_plugins.kinematics.kinematics import inverse
 from cramlite_plugins.locations import place_filters, set_down
@@ -26,7 +26,7 @@ from cramlite_plugins.locations.place_filters import Wanted
 from cramlite_plugins.motion_planning.reach import make_scene
 from cramlite_plugins.motion_planning.space import Refusal
 from cramlite_plugins.motion_planning.too_far import too_far
-from cramlite_plugins.motions.gripping import OPEN, release_opening
+from cramlite_plugins.motions.gripping import release_opening
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.shapes import ray_casting as rays
 from cramlite_plugins.shapes.surfaces import Surface
@@ -97,7 +97,7 @@ def test_a_thing_is_let_go_of_where_the_fingers_can_open() -> None:
     refused = [a for a in answers if isinstance(a, Refused) and "not free to open: with open fingers" in a.reason]
     place = next(a.value for a in answers if isinstance(a, Grounding))
     lowest = set_down.OFF_FLOOR - bowl_.feature("cram:Cavity").size["height"]  # type: ignore[union-attr]
-    assert refused and place.values["height_m"] > lowest + set_down.RISE / 2
+    assert refused and place.release.height_m > lowest + set_down.RISE / 2
 
 
 def test_visible_means_that_others_do_not_hide_it() -> None:
@@ -255,8 +255,8 @@ def test_what_sinks_into_a_hollow_needs_no_level_support(height: float, stays: b
 
 def test_a_place_says_how_wide_the_fingers_open_when_they_let_go() -> None:
     belief = believed()
-    grasp = Place(Pose(), Pose(), 0.06, thing="it", values={"width_m": 0.04})
-    narrow, elsewhere = (replace(grasp, opening=None, thing=name, values={OPEN: 0.05}) for name in ("it", "tin"))
+    grasp = Place(Pose(), Pose(), 0.06, thing="it", grip=GripFacts(0.04))
+    narrow, elsewhere = (Place(Pose(), Pose(), thing=name, release=Release(0.0, 0.05)) for name in ("it", "tin"))
 
     def wide(*places: Place) -> float:
         return release_opening(belief, replace(context_of(belief), bindings={str(k): p for k, p in enumerate(places)}))

@@ -74,7 +74,7 @@ def _places(found: Iterator[Grounding | Refused]) -> Iterator[Grounding]:
 def objections(place: Place, location: Location, belief: Belief) -> list[str]:
     """What the checks of a relation say, asked anew; nothing if one of the targets has none."""
     context, filters = context_of(belief), {**CHEAP[location.relation], **DEAR, **set_down.LAST}
-    spot = Spot("again", _thing(place, belief), place.pose, place.before, place.values["height_m"])
+    spot = Spot("again", _thing(place, belief), place.pose, place.before, place.release.height_m)
     said = [first_objection(spot, target, filters) for target in set_down._targets(location, belief, context)]
     return [] if None in said else [no.reason for no in said if no is not None]
 

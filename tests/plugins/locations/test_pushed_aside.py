@@ -31,7 +31,8 @@ def asked(*things: Thing, about: str = "") -> list[Grounding | Refused]:
 
 def way(found: Grounding) -> tuple[float, float]:
     """Of the board [m]."""
-    return found.value.values["x_m"] - AT[0], found.value.values["y_m"] - AT[1]
+    x, y = found.value.carried.to_m
+    return x - AT[0], y - AT[1]
 
 
 @pytest.mark.parametrize(("y", "to"), [(0.3, -1.0), (-0.3, 1.0)])

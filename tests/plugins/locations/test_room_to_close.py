@@ -8,7 +8,20 @@ import numpy as np
 import pytest
 
 from cramlite import Engine
-from cramlite.model import Action, Belief, Held, Location, Object, Place, Pose, RobotMount, Thing, World, initial_belief
+from cramlite.model import (
+    Action,
+    Belief,
+    GripFacts,
+    Held,
+    Location,
+    Object,
+    Place,
+    Pose,
+    RobotMount,
+    Thing,
+    World,
+    initial_belief,
+)
 from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 from cramlite_plugins.kinematics.kinematics import inverse
 from cramlite_plugins.locations import through_side
@@ -46,7 +59,7 @@ def _asked(long: float, *agenda: Action, opened: float = 1.9) -> tuple[Belief, C
     things = (cabinet("cabinet", AT), door("door", AT, "cabinet", swing=2.0, opened=opened), it)
     start = initial_belief(World(things, (MOUNT,)), "arm", UR5E.home, 0.05)
     belief = start.grasped(Held("it", hand.inverse() * it.pose, 0.05)).moved(inverse(UR5E, hand, seed=UR5E.home)[0])
-    bindings = {"cabinet": "cabinet", "it": "it", "door": "door", "grasp(it)": Place(hand, hand, thing="it", values={"width_m": 0.05})}
+    bindings = {"cabinet": "cabinet", "it": "it", "door": "door", "grasp(it)": Place(hand, hand, thing="it", grip=GripFacts(0.05))}
     return belief, Context(UR5E, MOUNT, bindings, Engine().knowledge.taxonomy, agenda)
 
 
@@ -109,7 +122,7 @@ def test_what_sticks_out_of_a_drawer_meets_the_board_over_it(high: float, fits: 
     it = block("it", Pose((0.4, 0.3, 0.5 + 0.03 - high / 2)), (0.04, 0.04, high))
     start = initial_belief(World((*things, it), (MOUNT,)), "arm", UR5E.home, 0.04)
     belief = start.grasped(Held("it", hand.inverse() * it.pose, 0.04)).moved(inverse(UR5E, hand, seed=UR5E.home)[0])
-    grasp = Place(hand, hand, thing="it", values={"width_m": 0.04})
+    grasp = Place(hand, hand, thing="it", grip=GripFacts(0.04))
     agenda = (_about("soma:Placing", "3.Placing", Locatum="it", Relatum="drawer"), _about("soma:Closing", "4.Closing", Patient="drawer"))
     bindings = {"drawer": "drawer", "it": "it", "grasp(it)": grasp}
     context = Context(UR5E, MOUNT, bindings, Engine().knowledge.taxonomy, agenda)

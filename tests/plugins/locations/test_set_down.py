@@ -12,7 +12,7 @@ import shapely
 from helpers.placing import HELD, Answer, answers, believed, context_of, first, into, on, placed, wanted_on
 from msgspec.structs import replace
 
-from cramlite.model import Belief, Feature, Filling, Geom, Location, Place, Pose, Thing
+from cramlite.model import Belief, Feature, Filling, Geom, GripFacts, Location, Place, Pose, Release, Thing
 from cramlite.plugin import Grounding, Refused, Unresolvable
 from cramlite_plugins.locations import set_down
 from cramlite_plugins.locations.attitude import as_asked, check_turn
@@ -137,8 +137,8 @@ def test_its_centre_of_mass_is_over_the_position_and_its_lowest_point_above_it()
             offset = float(x) / 1000, float(y) / 1000
         x, y, z = placed(answer).position
         assert (x - 0.45, y + 0.35) == pytest.approx(offset, abs=0.0006)
-        assert z - 0.05 - 0.15 == pytest.approx(answer.value.values["height_m"], abs=1e-6)  # half the block, the shelf's top
-        assert "lowest point +20 mm from it" in answer.key and answer.value.values["height_m"] == 0.02
+        assert z - 0.05 - 0.15 == pytest.approx(answer.value.release.height_m, abs=1e-6)  # half the block, the shelf's top
+        assert "lowest point +20 mm from it" in answer.key and answer.value.release.height_m == 0.02
         before = np.subtract(answer.value.before.position, answer.value.pose.position)
         assert before == pytest.approx((0.0, 0.0, 0.06), abs=1e-9) and answer.value.approach == (0, 0, -1)
         assert answer.value.thing == "it" and answer.reason == f"'shelf', {answer.key}"
@@ -339,8 +339,8 @@ def test_what_has_no_place_is_said_so() -> None:
 def test_what_stands_there_and_was_put_there_is_to_blame() -> None:
     whole = block("tin", Pose((0.45, -0.35, 0.2)), (0.3, 0.3, 0.08))
     belief = believed(whole)
-    put = Place(Pose(), Pose(), thing="tin", values={"height_m": 0.02})
-    slid, other = replace(put, values={}), replace(put, thing="it")
+    put = Place(Pose(), Pose(), thing="tin", release=Release(0.02))
+    slid, other = replace(put, release=None), replace(put, thing="it")
     known = {"what": "tin", "by task": put, "slide": slid, "other": other, "held": "it", "else": "basket"}
     context = replace(context_of(belief), bindings={**context_of(belief).bindings, **known})
     with pytest.raises(Unresolvable) as none:
@@ -408,8 +408,8 @@ def palm(degrees: float) -> Belief:
 @pytest.mark.parametrize(("degrees", "passes"), [(19.9, True), (20.1, False), (60.0, False)])
 def test_the_hand_does_not_come_under_what_it_holds(degrees: float, passes: bool) -> None:
     belief = palm(degrees)
-    grasp = Place(Pose(), Pose(), thing="it", values={"width_m": 0.04})
-    known = {"grasp": grasp, "other": replace(grasp, thing="tin"), "place": replace(grasp, values={}), "name": "it"}
+    grasp = Place(Pose(), Pose(), thing="it", grip=GripFacts(0.04))
+    known = {"grasp": grasp, "other": replace(grasp, thing="tin"), "place": replace(grasp, grip=None), "name": "it"}
     context = replace(context_of(belief), bindings={**context_of(belief).bindings, **known})
     wanted = replace(wanted_on(belief), belief=belief, context=context)
     if passes:
@@ -470,7 +470,7 @@ def test_each_height_above_the_lowest_costs_a_little() -> None:
     box = basket("box", Pose((0.4, 0.35, 0.0)), (0.2, 0.3, 0.1))
     found = first(20, into("box"), believed(box, block("tin", Pose((0.4, 0.35, 0.05)), (0.05, 0.05, 0.08))))
     lowest = min(h for h, _ in set_down._heights(replace(wanted_on(believed(box), "box"), depth=_depth(box)), _held(box), "in"))
-    steps = [round((g.value.values["height_m"] - lowest) / 0.03) for g in found]
+    steps = [round((g.value.release.height_m - lowest) / 0.03) for g in found]
     angles = [abs(math.radians(math.remainder(t, 360))) for _, t in turns(found)]
     assert max(steps) > 0
     rest = [g.cost - 0.1 * a - 0.02 * s for g, s, a in zip(found, steps, angles, strict=True)]

@@ -9,7 +9,20 @@ import pytest
 from msgspec.structs import replace
 
 from cramlite import Engine
-from cramlite.model import Action, Belief, Held, Location, Object, Place, Pose, RobotMount, Thing, World, initial_belief
+from cramlite.model import (
+    Action,
+    Belief,
+    GripFacts,
+    Held,
+    Location,
+    Object,
+    Place,
+    Pose,
+    RobotMount,
+    Thing,
+    World,
+    initial_belief,
+)
 from cramlite.plugin import Context, Grounding, Unresolvable
 from cramlite_plugins.kinematics.kinematics import inverse
 from cramlite_plugins.locations.kinds import ground
@@ -31,7 +44,7 @@ def _asked(approach: tuple[float, float, float], *things: Thing) -> tuple[Belief
     hand = Pose.from_axes((0.4, 0.3, 0.4), approach, np.cross((0.0, 1.0, 0.0), approach))
     start = initial_belief(World((*things, it), (MOUNT,)), "arm", UR5E.home, 0.04)
     belief = start.grasped(Held("it", hand.inverse() * it.pose, 0.04)).moved(inverse(UR5E, hand, seed=UR5E.home)[0])
-    bindings = {"cabinet": "cabinet", "it": "it", "grasp(it)": Place(hand, hand, thing="it", values={"width_m": 0.04})}
+    bindings = {"cabinet": "cabinet", "it": "it", "grasp(it)": Place(hand, hand, thing="it", grip=GripFacts(0.04))}
     return belief, Context(UR5E, MOUNT, bindings, Engine().knowledge.taxonomy)
 
 

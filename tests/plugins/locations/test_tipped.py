@@ -15,6 +15,7 @@ from cramlite.model import (
     Estimate,
     Feature,
     Geom,
+    GripFacts,
     Held,
     Location,
     Motion,
@@ -61,7 +62,7 @@ def _asked(shelf: Thing, *things: Thing) -> tuple[Belief, Context]:
     floor = table("table", Pose((0.3, 0.0, -0.01)), (1.2, 1.2, 0.02))
     start = initial_belief(World((floor, shelf, *things, it), (MOUNT,)), "arm", UR5E.home, 0.04)
     belief = start.grasped(Held("it", hand.inverse() * it.pose, 0.024)).moved(inverse(UR5E, hand, seed=UR5E.home)[0])
-    bindings = {"shelf": "shelf", "it": "it", "grasp(it)": Place(hand, hand, thing="it", values={"width_m": 0.024})}
+    bindings = {"shelf": "shelf", "it": "it", "grasp(it)": Place(hand, hand, thing="it", grip=GripFacts(0.024))}
     return belief, Context(UR5E, MOUNT, bindings, Engine().knowledge.taxonomy)
 
 
