@@ -16,7 +16,7 @@ from cramlite.plugin import Context, Grounding, Refused, Unresolvable, checkpoin
 
 from ..motion_planning.cartesian import interpolate, plan_straight_line
 from ..motion_planning.reach import bound, collision_free_ik, led_by, make_scene, reference_pose, shift, taken_at
-from ..motion_planning.space import Refusal
+from ..motion_planning.space import refusal
 from ..motions.gripping import release_opening
 from ..shapes.bounds import corners
 from ..shapes.standing_up import stood_up
@@ -25,6 +25,7 @@ from ..simulation.resting import rests
 from .attitude import held_now
 from .covers import LOWS, RISE, covers, free_on_way, openings, over_floor
 from .free_area import free_area
+from .later import brings
 from .parameters import Where, asked
 from .place_filters import (
     CHEAP,
@@ -39,7 +40,6 @@ from .place_filters import (
     visible,
 )
 from .room_to_close import room_to_close
-from .through_side import brought_onto
 
 TILTS = (25.0, 30.0, 20.0)
 """From upright [deg]: between handles and wall a bowl of 107 mm has more room the more it leans, and the hand at its rim less."""
@@ -99,7 +99,7 @@ def goes_in_aslant(thing: str, belief: Belief, context: Context) -> bool:
     narrow = [name for name in belief.poses if name != thing and _too_narrow(thing, name, belief, context)]
     if not narrow:
         return False  # later tasks are not looked at, so that what follows from this holds whatever they are
-    return any(onto.thing in narrow for onto, _ in brought_onto(thing, belief, context))
+    return any(onto.thing in narrow for onto, _ in brings(thing, belief, context))
 
 
 def _too_narrow(thing: str, into: str, belief: Belief, context: Context) -> bool:
@@ -261,22 +261,22 @@ def _refusal(entry: Entry, wanted: Wanted) -> Refused | None:
         return no
     stuck = _arm_leads_out(entry, spot, wanted)
     if stuck is None and not _stands_up(wanted, entry.left):
-        stuck = Refusal(f"'{wanted.thing.name}' may come to lie otherwise than it stands when it is let go of")
-    return stuck.refused(spot.name, len(FILTERS)) if stuck else None
+        stuck = refusal(f"'{wanted.thing.name}' may come to lie otherwise than it stands when it is let go of")
+    return stuck.of(spot.name, len(FILTERS)) if stuck else None
 
 
-def _arm_leads_out(entry: Entry, spot: Spot, wanted: Wanted) -> Refusal | None:
+def _arm_leads_out(entry: Entry, spot: Spot, wanted: Wanted) -> Refused | None:
     """Why the arm cannot lead what it holds out of there again, leaning and straight on; None where it can."""
     assert wanted.belief.held is not None
     there = collision_free_ik(wanted.scene, wanted.context, spot.pose, wanted.belief.joints)
-    if isinstance(there, Refusal):
+    if isinstance(there, Refused):
         return there
     leaning = entry.leaning * wanted.belief.held.tcp_to_thing.inverse()
     line = plan_straight_line(wanted.scene, wanted.context.robot, there, [leaning, spot.before])
-    return replace(line, reason=f"on its way out {line.reason}") if isinstance(line, Refusal) else None
+    return replace(line, reason=f"on its way out {line.reason}") if isinstance(line, Refused) else None
 
 
-def _room_to_close(spot: Spot, wanted: Wanted) -> str | Refusal:
+def _room_to_close(spot: Spot, wanted: Wanted) -> str | Refused:
     """Check that it is in nobody's way once it stands."""
     return room_to_close(replace(spot, thing=stood_up(wanted.thing, spot.thing)), wanted)
 

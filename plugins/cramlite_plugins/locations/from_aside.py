@@ -9,11 +9,10 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from cramlite.model import Floats, Pose
-from cramlite.plugin import Context
+from cramlite.plugin import Context, Refused
 
 from ..motion_planning.planning_scene import PlanningScene
 from ..motion_planning.reach import collision_free_ik, shift
-from ..motion_planning.space import Refusal
 
 ANGLES = (180.0, 90.0, -90.0, 0.0)
 """Sides, in the base frame, the robot's own first [deg]."""
@@ -31,4 +30,4 @@ def is_free(
 ) -> bool:
     """Check whether the arm is free at parts of a way from a TCP pose in the base frame."""
     there = (collision_free_ik(scene, context, shift(at, part * way), seed) for part in parts)
-    return not any(isinstance(found, Refusal) for found in there)
+    return not any(isinstance(found, Refused) for found in there)

@@ -16,12 +16,24 @@ from functools import lru_cache
 import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import Belief, Floats, GripFacts, Gripper, Held, Location, Place, Pose, Thing, Value, pair_friction
+from cramlite.model import (
+    Belief,
+    Floats,
+    GripFacts,
+    Gripper,
+    Held,
+    Location,
+    Place,
+    Pose,
+    Stage,
+    Thing,
+    Value,
+    pair_friction,
+)
 from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 
 from ..motion_planning.planning_scene import CLEARANCE, PlanningScene
 from ..motion_planning.reach import bound, collision_free_ik, make_scene, reference_pose, shift, tcp
-from ..motion_planning.space import Refusal
 from ..motions import grip_force
 from ..shapes import ray_casting as rays
 from ..shapes.bounds import centre_of_mass
@@ -44,10 +56,6 @@ PER_RADIAN = 0.005
 starts in the middle of its range into its stop."""
 PER_LOAD, MOST_LOAD = 0.02, 5.0
 """Cost of each time the force that the pads lack to keep a thing from turning [m], and up to how many."""
-
-
-AT_IT = "at the grasp"
-"""Where a refusal says that not the way there is to blame."""
 
 
 class Grasp(Value):
@@ -95,9 +103,9 @@ def grasps(location: Location, belief: Belief, context: Context) -> Iterator[Gro
         if grasp.tight:  # of what lies flat these are hundreds, and the hand is in what carries it
             yield from pinched_at
         reached = _reached(grasp, as_near(grasp.opening), as_free(grasp.opening), belief, context)
-        if isinstance(reached, Refusal):
-            yield reached.refused(grasp.name)
-            if reached.reason.startswith(AT_IT):  # wider fingers have less room there, from wherever they come
+        if isinstance(reached, Refused):
+            yield reached.of(grasp.name)
+            if reached.where is Stage.POSE:  # wider fingers have less room there, from wherever they come
                 continue
             opening = next(_openings(grasp, thing, belief, gripper))
             yield from _aslant(grasp, thing.name, cost, as_near(opening), as_free(opening), belief, context)
@@ -124,7 +132,7 @@ def _aslant(
         near, free: as open as the hand can be around the thing, in which the hand may touch it, and may not.
     """
     there = collision_free_ik(near, context, grasp.at, belief.joints)
-    if isinstance(there, Refusal):
+    if isinstance(there, Refused):
         return
     for side, way in slants(STANDOFF):
         if is_free(free, context, grasp.at, way, ALONG, there):
@@ -145,13 +153,13 @@ def _says(grasp: Grasp) -> str:
 
 def _reached(
     grasp: Grasp, near: PlanningScene, free: PlanningScene, belief: Belief, context: Context
-) -> tuple[Sequence[float], Sequence[float]] | Refusal:
+) -> tuple[Sequence[float], Sequence[float]] | Refused:
     """Joint positions at a grasp and before it; or why there are none."""
     there = collision_free_ik(near, context, grasp.at, belief.joints)
-    if isinstance(there, Refusal):
-        return replace(there, reason=f"{AT_IT}: {there.reason}")
+    if isinstance(there, Refused):
+        return replace(there, reason=f"at the grasp: {there.reason}", where=Stage.POSE)
     off = collision_free_ik(free, context, grasp.before, there)
-    return replace(off, reason=f"at the pre-grasp: {off.reason}") if isinstance(off, Refusal) else (there, off)
+    return replace(off, reason=f"at the pre-grasp: {off.reason}") if isinstance(off, Refused) else (there, off)
 
 
 def _as_wide(reached: tuple[Sequence[float], Sequence[float]], near: PlanningScene, free: PlanningScene) -> bool:

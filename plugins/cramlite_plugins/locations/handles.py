@@ -13,7 +13,6 @@ from cramlite.model import Belief, CarriedAlong, Estimate, Feature, Floats, Join
 from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 
 from ..motion_planning.reach import bound, causes, held_pose, led_by, tcp
-from ..motion_planning.space import Refusal
 from ..shapes import ray_casting as rays
 from ..shapes.bounds import box_around
 from .antipodal import Hands, pinches
@@ -65,7 +64,7 @@ def handle_grasps(location: Location, belief: Belief, context: Context) -> Itera
             yield _held(name, found, 0.1 * k)
             continue
         found = hand.around(at, width)
-        late.append(_held(name, found, 0.1 * (k + len(ways))) if isinstance(found, Place) else found.refused(name))
+        late.append(_held(name, found, 0.1 * (k + len(ways))) if isinstance(found, Place) else found.of(name))
     yield from late
 
 
@@ -80,7 +79,7 @@ def check_way(location: Location, thing: Thing, belief: Belief, context: Context
     value = joint_value(belief, thing.name, belief.base() * belief.pose(thing.name))
     goal = joint.lower + least * (joint.upper - joint.lower)
     if goal > value and (met := met_on_its_way(thing, value, goal, belief, context)):
-        drives = context.limits.may_push and not isinstance(driven_along(thing, value, goal, belief, context), Refusal)
+        drives = context.limits.may_push and not isinstance(driven_along(thing, value, goal, belief, context), Refused)
         if drives and asked(location, Handle).drives:
             return
         there = {name for entry in met.blocking or () for name in ((entry,) if isinstance(entry, str) else entry)}
@@ -133,8 +132,8 @@ def _driving(led: Grounding, thing: Thing, now: Pose, belief: Belief, context: C
     free = belief.released(there, belief.opening) if belief.held else belief
     value = joint_value(free, thing.name, there.pose)
     found = driven_along(thing, value, value + place.carried.joint, free, context)
-    if isinstance(found, Refusal):
-        return found.refused(led.key)
+    if isinstance(found, Refused):
+        return found.of(led.key)
     said = f"{led.reason}; {', '.join(map(repr, found)) or 'nothing'} is driven along"
     return replace(led, value=replace(place, carried=replace(place.carried, driven_m=found)), reason=said)
 

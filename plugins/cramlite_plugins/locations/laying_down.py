@@ -16,7 +16,6 @@ from cramlite.model import Belief, Floats, Location, Pose, Swing, Thing
 from cramlite.plugin import Context, Grounding, Refused
 
 from ..motion_planning.reach import bound, collision_free_ik, make_scene, shift
-from ..motion_planning.space import Refusal
 from ..shapes.bounds import corners
 
 PART = math.radians(10.0)  # of the turn on each line: the chord of an arc of 0.13 m is then 0.5 mm from it
@@ -50,9 +49,9 @@ def _led(answer: Grounding, location: Location, belief: Belief, context: Context
         there = replace(belief, held=replace(held, tcp_to_thing=held.swing.at(share)))
         scene = make_scene(there, context, touch, clearance=0.0, hand=False)
         found = collision_free_ik(scene, context, hand, seed)
-        if isinstance(found, Refusal):
+        if isinstance(found, Refused):
             said = f"{answer.key}, laid down, {math.degrees(_angle(held.swing)) * share:.0f} deg to go"
-            return replace(found, reason=f"not led down: {found.reason}").refused(said)
+            return replace(found, reason=f"not led down: {found.reason}").of(said)
         seed = found
     led = replace(place, pose=way[0], before=before, path=tuple(way[1:]))
     return replace(answer, value=led, reason=f"{answer.reason}, led down about its far side")

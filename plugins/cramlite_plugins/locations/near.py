@@ -11,7 +11,6 @@ from cramlite.model import Belief, Floats, Location, Place, Pose
 from cramlite.plugin import Context, Grounding, Refused
 
 from ..motion_planning.reach import bound, collision_free_ik, make_scene, reference_pose, shift, tcp
-from ..motion_planning.space import Refusal
 from ..predicates.places import NEAR
 from ..shapes.bounds import support
 
@@ -45,8 +44,8 @@ def near_thing(location: Location, belief: Belief, context: Context) -> Iterator
         if side in done:
             continue
         found = collision_free_ik(scene, context, pose, belief.joints)
-        if isinstance(found, Refusal):
-            yield found.refused(name)
+        if isinstance(found, Refused):
+            yield found.of(name)
         else:
             done.add(side)
             yield Grounding(Place(pose, pose), name, cost, key=name)

@@ -12,7 +12,6 @@ from cramlite.model import Belief, Floats, Location, PegFit, Place, Pose, Remedy
 from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 
 from ..motion_planning.reach import bound, causes, collision_free_ik, held_pose, make_scene, taken_at, traverse
-from ..motion_planning.space import Refusal
 from ..shapes.peg_fit import PLAY, aligned, play, stands
 
 CLEAR = 0.04  # past the tip before a pull ends, and where a push begins [m]: more than a tab's rim, 8 mm
@@ -95,14 +94,14 @@ def insert(location: Location, belief: Belief, context: Context) -> Iterator[Gro
     centres = peg.root + peg.axis * peg.length + peg.over_tip + np.cumsum(steps, axis=0)
     depth = float(np.linalg.norm(steps[3]))
     fit = PegFit(peg.play, depth + float(peg.over_tip @ peg.axis))
-    refused: list[Refusal] = []
+    refused: list[Refused] = []
     for k, (side, hole) in enumerate(_ways_round(peg, belief, context)):
         corners = [_hand(belief, Pose(_three(centre), hole.quaternion)) for centre in centres]
         name = f"{side} of the hole along the peg, {1000 * depth:.0f} mm onto it"
         no = _unreachable(location, belief, context, corners)
         if no is not None:
             refused.append(no)
-            yield no.refused(name)
+            yield no.of(name)
             continue
         place = Place(
             corners[-1], corners[0], approach=_three(-peg.axis), path=tuple(corners[1:]),
@@ -161,14 +160,14 @@ def _hand(belief: Belief, hole: Pose) -> Pose:
     return hole * (belief.held.tcp_to_thing * feature.pose).inverse()
 
 
-def _unreachable(location: Location, belief: Belief, context: Context, corners: list[Pose]) -> Refusal | None:
+def _unreachable(location: Location, belief: Belief, context: Context, corners: list[Pose]) -> Refused | None:
     """Why the arm cannot stand at all corners, one after the other; None when it can."""
     free = make_scene(belief, context)
     near = make_scene(belief, context, [bound(context, location.of)], clearance=0.0, hand=False)
     seed = belief.joints
     for k, pose in enumerate(corners):
         there = collision_free_ik(near if k else free, context, pose, seed)
-        if isinstance(there, Refusal):
+        if isinstance(there, Refused):
             where = ("before the tip", "at the tip", "past its bend", "on the peg", "let down")[k]
             return replace(there, reason=f"{where}: {there.reason}")
         seed = there

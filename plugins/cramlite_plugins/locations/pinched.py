@@ -8,7 +8,6 @@ from cramlite.model import Belief, GripFacts, Place, Pose, Thing, pair_friction
 from cramlite.plugin import Context, Grounding, Refused
 
 from ..motion_planning.reach import collision_free_ik, make_scene, tcp
-from ..motion_planning.space import Refusal
 from .rim_pinches import OPENING, RimPinch, rim_pinches
 
 COST = 1.0  # more than any grasp that holds a thing as it is
@@ -31,9 +30,9 @@ def places(found: list[RimPinch], thing: Thing, belief: Belief, context: Context
     for pinch in found:
         before = pinch.at * Pose((0.0, 0.0, -STANDOFF))
         there = collision_free_ik(near, context, pinch.at, belief.joints)
-        off = there if isinstance(there, Refusal) else collision_free_ik(free, context, before, there)
-        if isinstance(off, Refusal):
-            yield off.refused(pinch.name)
+        off = there if isinstance(there, Refused) else collision_free_ik(free, context, before, there)
+        if isinstance(off, Refused):
+            yield off.of(pinch.name)
             continue
         place = Place(
             pinch.at, before, OPENING, tuple(pinch.at.rotate((0, 0, 1)).tolist()), thing=thing.name, grip=GripFacts(pinch.width),

@@ -13,12 +13,12 @@ import numpy as np
 import shapely
 from msgspec.structs import replace
 
-from cramlite.model import Belief, Floats, Pose, Release, Thing, Value, thing_of
+from cramlite.model import Belief, Floats, Pose, Release, Stage, Thing, Value, thing_of
 from cramlite.plugin import Context, Refused
 
 from ..kinematics.kinematics import inverse, reach_shortfall, why_no_inverse
 from ..motion_planning.reach import collision_free_ik, shift
-from ..motion_planning.space import Refusal
+from ..motion_planning.space import refusal
 from ..motion_planning.too_far import no_inverse
 from ..motions.gripping import DROPPED, LET_GO
 from ..shapes import ray_casting as rays
@@ -38,7 +38,6 @@ OFF_WALLS = 0.008
 WELL_IN = 0.01  # of an origin from the edge of its region [m]: a thing that is let go shifts by a few millimetres
 BELOW_TOP = 0.002  # of an origin at rest from the upper end of its region [m]: the judge of goals asks for half of that
 LEVEL = 45.0  # of closing or approach direction from level, up to which something falls out of a hand [deg]: friction of 1 holds on less
-ABOVE_IT = "above it"  # where a refusal says that the stand-off is to blame
 SEEN = 0.5  # share of a thing that others may not hide
 
 
@@ -103,7 +102,7 @@ class Wanted(Value):
     uneven: bool = False
 
 
-Filter = Callable[[Spot, Wanted], "str | Refusal"]
+Filter = Callable[[Spot, Wanted], "str | Refused"]
 """Objects with a reason, with what is in the way where it looked for that; "" where it does not object."""
 
 
@@ -121,8 +120,8 @@ def first_objection(spot: Spot, wanted: Wanted, filters: Mapping[str, Filter]) -
     for passed, (name, objects) in enumerate(filters.items()):
         no = objects(spot, wanted)
         if no:
-            why = no if isinstance(no, Refusal) else Refusal(no, blocking=standing_there(wanted))
-            return replace(why, reason=f"not {name}: {why.reason}").refused(spot.name, passed)
+            why = no if isinstance(no, Refused) else refusal(no, blocking=standing_there(wanted))
+            return replace(why, reason=f"not {name}: {why.reason}", check=name).of(spot.name, passed)
     return None
 
 
@@ -154,7 +153,7 @@ def _sunk(spot: Spot, wanted: Wanted) -> bool:
     return bool(z < 0 and abs(x) < half[0] / 2 and abs(y) < half[1] / 2)
 
 
-def clear(spot: Spot, wanted: Wanted) -> str | Refusal:
+def clear(spot: Spot, wanted: Wanted) -> str | Refused:
     """Check that its outline, seen from above, is apart from those of what stands there, as far up as that reaches."""
     there = wanted.target.pose.inverse() * spot.thing
     foot = -support(wanted.thing, there, (0.0, 0.0, -1.0))  # it may still be above where it will stand
@@ -166,7 +165,7 @@ def clear(spot: Spot, wanted: Wanted) -> str | Refusal:
     return ""
 
 
-def inside(spot: Spot, wanted: Wanted) -> str | Refusal:
+def inside(spot: Spot, wanted: Wanted) -> str | Refused:
     """Check that all of it is over the container's opening, and apart from its walls as far as there is room: what meets one on its way
     down leans."""
     outline = footprint(wanted.thing, wanted.target.pose.inverse() * spot.thing)
@@ -195,18 +194,18 @@ def falls(spot: Spot, wanted: Wanted) -> str:
     return ""
 
 
-def falls_in(spot: Spot, wanted: Wanted) -> str | Refusal:
+def falls_in(spot: Spot, wanted: Wanted) -> str | Refused:
     """Check that what is let go of falls into the container, and not onto what is between, such as the cabinet of a closed drawer."""
     belief, to = wanted.belief, wanted.target.pose.inverse()
     for name in (o.name for o in wanted.covers) if spot.height > 0 else ():
         between = footprint(belief.world.thing(name), to * belief.pose(name), 2 * FLAT, spot.height)
         if (overlap := float(footprint(wanted.thing, to * spot.thing).intersection(between).area)) > 0:
             said = f"'{name}' is over {1e4 * overlap:.1f} cm2 of it, between it and '{wanted.entity}': it would come to rest on that"
-            return Refusal(said, blocking=(name,))
+            return refusal(said, blocking=(name,))
     return ""
 
 
-def in_region(spot: Spot, wanted: Wanted) -> str | Refusal:
+def in_region(spot: Spot, wanted: Wanted) -> str | Refused:
     """Check that its origin is over the region that is asked for, a little inside, since what is let go may shift, and no higher than
     that reaches."""
     if not (region := wanted.where.region):
@@ -254,61 +253,65 @@ def beside(spot: Spot, wanted: Wanted) -> str:
     return ""
 
 
-def room(spot: Spot, wanted: Wanted) -> str | Refusal:
+def room(spot: Spot, wanted: Wanted) -> str | Refused:
     """Check that there is room for the hand and the thing at the placement and above it, wherever the arm is; of what is out of reach that
     is left to be said."""
     base = wanted.belief.base()
-    for pose, where in ((spot.before, ABOVE_IT), (spot.pose, "at it")):
-        no: Refusal | None = None if reach_shortfall(wanted.context.robot, pose) else wanted.scene.met(base * pose)
+    for pose, where in ((spot.before, Stage.BEFORE), (spot.pose, Stage.POSE)):
+        no: Refused | None = None if reach_shortfall(wanted.context.robot, pose) else wanted.scene.met(base * pose)
         if no is not None:
-            return replace(no, reason=f"{where}: {no.reason}")
+            return _at(where, no)
     return ""
 
 
-def reachable(spot: Spot, wanted: Wanted) -> str | Refusal:
+def _at(where: Stage, no: Refused) -> Refused:
+    """A refusal that says where on the way to a placement it objects."""
+    return replace(no, reason=f"{'above it' if where is Stage.BEFORE else 'at it'}: {no.reason}", where=where)
+
+
+def reachable(spot: Spot, wanted: Wanted) -> str | Refused:
     """Check that inverse kinematics has solutions for the placement and its approach, whatever is in the way."""
     robot = wanted.context.robot
-    for pose, where in ((spot.before, ABOVE_IT), (spot.pose, "at it")):
+    for pose, where in ((spot.before, Stage.BEFORE), (spot.pose, Stage.POSE)):
         if not inverse(robot, pose, seed=wanted.belief.joints):
-            said = f"{where}: {why_no_inverse(robot, pose)}"
-            return Refusal(said, blocking=standing_there(wanted), remedy=no_inverse(robot, pose))
+            return _at(where, refusal(why_no_inverse(robot, pose), blocking=standing_there(wanted), remedy=no_inverse(robot, pose)))
     return ""
 
 
-def collision_free(spot: Spot, wanted: Wanted) -> str | Refusal:
+def collision_free(spot: Spot, wanted: Wanted) -> str | Refused:
     """Check that arm and thing are free of collision at the placement and above it."""
     above = collision_free_ik(wanted.scene, wanted.context, spot.before, wanted.belief.joints)
-    if isinstance(above, Refusal):
-        return replace(above, reason=f"{ABOVE_IT}: {above.reason}")
+    if isinstance(above, Refused):
+        return _at(Stage.BEFORE, above)
     there = collision_free_ik(wanted.scene, wanted.context, spot.pose, above)
-    return replace(there, reason=f"at it: {there.reason}") if isinstance(there, Refusal) else ""
+    return _at(Stage.POSE, there) if isinstance(there, Refused) else ""
 
 
-def room_to_open(spot: Spot, wanted: Wanted) -> str | Refusal:
+def room_to_open(spot: Spot, wanted: Wanted) -> str | Refused:
     """Check that the fingers can open where they let go: beside them there may be less room than around what they hold. What is put onto
     something is lowered before."""
     _, blocked = opened(spot, wanted)
     return replace(blocked, reason=f"with open fingers {blocked.reason}") if blocked else ""
 
 
-def opened(spot: Spot, wanted: Wanted) -> tuple[Any, Refusal | None]:
+def opened(spot: Spot, wanted: Wanted) -> tuple[Any, Refused | None]:
     """Return the first of the scenes with open fingers in which they have room; or None with what is in the way of the last."""
     low, blocked = spot.pose if wanted.depth else shift(spot.pose, (0.0, 0.0, -spot.height)), None
     for scene in wanted.opened:
         there = collision_free_ik(scene, wanted.context, low, wanted.belief.joints)
-        if not isinstance(there, Refusal):
+        if not isinstance(there, Refused):
             return scene, None
         blocked = there
     return None, blocked
 
 
-def hand_off(spot: Spot, wanted: Wanted) -> str | Refusal:
+def hand_off(spot: Spot, wanted: Wanted) -> str | Refused:
     """Check that the thing comes to rest on what is not level before the hand meets that: fingers around a bowl's side reach below the rim
     of another one that it is put into."""
     if wanted.lowered is None:
         return ""
     there = collision_free_ik(wanted.lowered, wanted.context, shift(spot.pose, (0.0, 0.0, -spot.height)), wanted.belief.joints)
-    return replace(there, reason=f"lowered {there.reason}") if isinstance(there, Refusal) else ""
+    return replace(there, reason=f"lowered {there.reason}") if isinstance(there, Refused) else ""
 
 
 def visible(spot: Spot, wanted: Wanted) -> str:

@@ -13,7 +13,6 @@ from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 
 from ..kinematics.kinematics import forward
 from ..motion_planning.reach import collision_free_ik, led_here, make_scene, shift, tcp, traverse
-from ..motion_planning.space import Refusal
 from .from_aside import is_free, slants
 from .laying_down import dropped
 from .parameters import Along, Back, Up, asked
@@ -95,8 +94,8 @@ def _reachable(options: list[tuple[str, Pose]], belief: Belief, context: Context
     scene = make_scene(belief, context)
     for k, (name, pose) in enumerate(options, first):
         there = collision_free_ik(scene, context, pose, belief.joints)
-        if isinstance(there, Refusal):
-            yield replace(there.refused(name), because=led_here(context))
+        if isinstance(there, Refused):
+            yield replace(there.of(name), because=led_here(context))
         else:
             yield Grounding(Place(pose, pose), name, 0.1 * k, key=name)
 

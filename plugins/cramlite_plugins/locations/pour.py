@@ -16,7 +16,6 @@ from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 
 from ..motion_planning.cartesian import plan_straight_line
 from ..motion_planning.reach import bound, collision_free_ik, held_pose, make_scene
-from ..motion_planning.space import Refusal
 from ..shapes.bounds import lowest
 from .parameters import Tilting, asked
 
@@ -38,12 +37,12 @@ def pour(location: Location, belief: Belief, context: Context) -> Iterator[Groun
         name = f"over its rim at {math.degrees(lip):+.0f} deg, towards {math.degrees(heading):+.0f} deg"
         path = tuple(p * hand for p in tilted(source, lip, heading, target, opening, asked(location, Tilting)))
         there = collision_free_ik(scene, context, path[0], seed)
-        if isinstance(there, Refusal):
-            yield there.refused(name)
+        if isinstance(there, Refused):
+            yield there.of(name)
             continue
         ways = (plan_straight_line(checked, context.robot, there, path[1:]) for checked in (None, scene))  # cheap first
-        if (blocked := next((w for w in ways if isinstance(w, Refusal)), None)) is not None:
-            yield blocked.refused(name)
+        if (blocked := next((w for w in ways if isinstance(w, Refused)), None)) is not None:
+            yield blocked.of(name)
             continue
         yield Grounding(Place(path[0], path[0], path=path, thing=source.name), name, 0.1 * k, key=name)
 

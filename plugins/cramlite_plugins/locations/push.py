@@ -14,7 +14,6 @@ from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 
 from ..motion_planning.cartesian import COARSE, plan_straight_line
 from ..motion_planning.reach import bound, causes, collision_free_ik, make_scene, reference_pose, shift, tcp
-from ..motion_planning.space import Refusal
 from ..shapes.bounds import support
 from ..shapes.ray_casting import body, intervals, spans
 from .antipodal import FINGER
@@ -75,9 +74,9 @@ def beside(location: Location, belief: Belief, context: Context) -> Iterator[Gro
             collision_free_ik(free, context, before, belief.joints),
             collision_free_ik(near, context, at, belief.joints),
         )
-        no = next((r for r in tried if isinstance(r, Refusal)), None)
+        no = next((r for r in tried if isinstance(r, Refused)), None)
         if no is not None:
-            yield no.refused(name)
+            yield no.of(name)
         else:
             place = Place(at, before, shut, (float(way[0]), float(way[1]), 0.0), thing=thing.name)
             yield Grounding(place, f"'{entity}' {name}", 0.1 * k, key=name)
@@ -114,16 +113,16 @@ def _pushing(
     for k, (at, name) in enumerate(spots):
         there = collision_free_ik(near, context, at, belief.joints)
         share = ajar(joint, pose.inverse() * at) if least is None else least
-        no = there if isinstance(there, Refusal) else _follows(thing, at, there, share, belief, context)
+        no = there if isinstance(there, Refused) else _follows(thing, at, there, share, belief, context)
         if no is not None:
-            yield no.refused(name)
+            yield no.of(name)
             continue
-        assert not isinstance(there, Refusal)
+        assert not isinstance(there, Refused)
         way = way_along(joint, pose, at) if least is None else -way_along(joint, pose, at)
         tried = [collision_free_ik(free, context, shift(at, -far * way), there) for far in stand_offs]
-        far = next((far for far, off in zip(stand_offs, tried, strict=True) if not isinstance(off, Refusal)), None)
+        far = next((far for far, off in zip(stand_offs, tried, strict=True) if not isinstance(off, Refused)), None)
         if far is None:
-            yield from (off.refused(name) for off in tried[:1] if isinstance(off, Refusal))
+            yield from (off.of(name) for off in tried[:1] if isinstance(off, Refused))
             continue
         x, y, z = (float(v) for v in way)
         place = Place(at, shift(at, -far * way), shut, (x, y, z), thing=thing.name)
@@ -190,11 +189,11 @@ def _at_inner_side(thing: Thing, joint: Joint, handle: Feature, pose: Pose, grip
     yield from near
 
 
-def _follows(thing: Thing, at: Pose, joints: Joints, share: float, belief: Belief, context: Context) -> Refusal | None:
+def _follows(thing: Thing, at: Pose, joints: Joints, share: float, belief: Belief, context: Context) -> Refused | None:
     """Why the arm cannot follow a front that it pushes to a share of its range, whatever is in the way; None where it can."""
     path = along_joint(thing, belief, at, share)
     line = plan_straight_line(None, context.robot, joints, path, step_m=COARSE[0], step_rad=COARSE[1])
-    return line if isinstance(line, Refusal) else None
+    return line if isinstance(line, Refused) else None
 
 
 def _against(
@@ -256,9 +255,9 @@ def atop_handle(location: Location, belief: Belief, context: Context) -> Iterato
         at = _upon(thing, handle, belief.pose(thing.name), (tilt, turn), context.robot.gripper)
         before, name = at * Pose((0.0, 0.0, -BEHIND)), f"upon its handle, tilted {tilt:+.0f} deg, turned {turn:.0f} deg"
         there = collision_free_ik(near, context, at, belief.joints)
-        off = there if isinstance(there, Refusal) else collision_free_ik(free, context, before, there)
-        if isinstance(off, Refusal):
-            yield off.refused(name)
+        off = there if isinstance(there, Refused) else collision_free_ik(free, context, before, there)
+        if isinstance(off, Refused):
+            yield off.of(name)
         else:
             yield Grounding(Place(at, before, shut, tuple(at.rotate((0, 0, 1))), thing=thing.name), name, 0.1 * k, key=name)
 
@@ -287,7 +286,7 @@ def beyond(location: Location, belief: Belief, context: Context) -> Iterator[Gro
     start: Place = context.bindings[f"push({location.of})"]
     end = shift(tcp(belief, context), np.asarray(start.approach) * distance)
     there = collision_free_ik(make_scene(belief, context, [entity]), context, end, belief.joints)
-    if isinstance(there, Refusal):
+    if isinstance(there, Refused):
         said = f"after {1000 * distance:.0f} mm: {there.reason}"
         raise Unresolvable(said, causes(location, context), blocking=there.blocking, collision=there.collision, remedy=there.remedy)
     yield Grounding(Place(end, end, thing=entity), f"{1000 * distance:.0f} mm on", key="on")

@@ -14,7 +14,6 @@ from cramlite.model import Belief, Floats, Location, Place, thing_of
 from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 
 from ..motion_planning.reach import bound, make_scene, shift, tcp
-from ..motion_planning.space import Refusal
 from ..motions.gripping import LET_GO
 from ..shapes.carried_along import gone_along
 from ..shapes.surfaces import resting_height
@@ -49,8 +48,8 @@ def deeper(location: Location, belief: Belief, context: Context) -> Iterator[Gro
     to = x + way * float(ahead[0]), y + way * float(ahead[1])
     gap = gap_before(belief, context, entity, to, context.robot.gripper.opening[0])
     there = pushed_straight(belief, context, entity, [to], gap)
-    if isinstance(there, Refusal):
-        yield there.refused("in")
+    if isinstance(there, Refused):
+        yield there.of("in")
     else:
         yield Grounding(there, f"'{entity}' farther in by {1000 * way:.0f} mm, from {1000 * gap:.0f} mm before it", key="in")
 

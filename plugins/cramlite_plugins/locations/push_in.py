@@ -16,7 +16,6 @@ from cramlite.plugin import Context, Grounding, Refused
 
 from ..motion_planning.cartesian import plan_straight_line
 from ..motion_planning.reach import bound, collision_free_ik, make_scene, reference_pose, shift
-from ..motion_planning.space import Refusal
 from .parameters import Begun, asked
 from .push_to import ABOVE, GAP, SPOT, hands_behind
 
@@ -38,13 +37,13 @@ def pushed_in(location: Location, belief: Belief, context: Context) -> Iterator[
     entity, begin = bound(context, location.of), asked(location, Begun).begin
     reference_pose(belief, location, context)
     for k, (turn, found) in enumerate(ways_in(entity, context.bindings[begin].approach, belief, context)):
-        if isinstance(found, Refusal):
-            yield replace(found.refused(turn), because=(begin,))  # elsewhere the arm may have room
+        if isinstance(found, Refused):
+            yield replace(found.of(turn), because=(begin,))  # elsewhere the arm may have room
         else:
             yield Grounding(found, f"'{entity}' from {1000 * CAME_OUT:.0f} mm behind it, {turn}", 0.1 * k, key=turn, anew=True)
 
 
-def ways_in(entity: str, ahead: Vector3, belief: Belief, context: Context) -> Iterator[tuple[str, Place | Refusal]]:
+def ways_in(entity: str, ahead: Vector3, belief: Belief, context: Context) -> Iterator[tuple[str, Place | Refused]]:
     """Generate how the hand is turned, with the places from which fingers push a thing along a level unit vector to where it is believed to
     be; or why the arm cannot lead them so."""
     thing, pose, way = belief.thing(entity), belief.pose(entity), np.asarray(ahead)
@@ -55,11 +54,11 @@ def ways_in(entity: str, ahead: Vector3, belief: Belief, context: Context) -> It
         yield f"hand {turn}", _not_led(place, belief, context) or place
 
 
-def _not_led(place: Place, belief: Belief, context: Context) -> Refusal | None:
+def _not_led(place: Place, belief: Belief, context: Context) -> Refused | None:
     """Why the arm cannot lead the fingers down and on to the end of a place; None where it can."""
     free, near = (make_scene(belief, context, touch, place.opening) for touch in ((), (place.thing,)))
     above = collision_free_ik(free, context, place.before, belief.joints)
-    if isinstance(above, Refusal):
+    if isinstance(above, Refused):
         return above
     line = plan_straight_line(near, context.robot, above, [place.pose, *place.path])
-    return line if isinstance(line, Refusal) else None
+    return line if isinstance(line, Refused) else None

@@ -11,7 +11,6 @@ import numpy as np
 from msgspec.structs import replace
 
 from cramlite.model import (
-    Action,
     Belief,
     CarriedAlong,
     Feature,
@@ -28,7 +27,6 @@ from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 
 from ..motion_planning.cartesian import plan_straight_line
 from ..motion_planning.reach import bound, collision_free_ik, make_scene, reference_pose, shift, tcp
-from ..motion_planning.space import Refusal
 from ..shapes.bounds import support
 from ..shapes.carried_along import carried_along
 from ..shapes.ray_casting import body, intervals
@@ -93,9 +91,9 @@ def behind(location: Location, belief: Belief, context: Context) -> Iterator[Gro
         free = make_scene(belief, context, (), opening)
         near, before = make_scene(belief, context, [entity], opening) if inside else free, shift(at, ABOVE * UP)
         off = collision_free_ik(free, context, before, belief.joints)
-        there = off if isinstance(off, Refusal) else collision_free_ik(near, context, at, off)
-        if isinstance(there, Refusal):
-            yield there.refused(name)
+        there = off if isinstance(off, Refused) else collision_free_ik(near, context, at, off)
+        if isinstance(there, Refused):
+            yield there.of(name)
         else:
             x, y, _ = (float(v) for v in way + pose.position)
             place = Place(at, before, opening, (0.0, 0.0, -1.0), thing=thing.name, carried=CarriedAlong(to_m=(x, y)))
@@ -109,8 +107,8 @@ def _to_region(thing: Thing, pose: Pose, location: Location, belief: Belief, con
         yield from hands_behind(thing, pose, _apart(location), context.robot.gripper, area, frame)
         return
     last = _last(location, belief, context, thing.name, area, frame)
-    if isinstance(last, Refusal):
-        yield last.refused("by any hand", passed=1)  # says more than where each hand is stopped
+    if isinstance(last, Refused):
+        yield last.of("by any hand", passed=1)  # says more than where each hand is stopped
         return
     yield from _hands_in(thing, pose, context.robot.gripper, _towards(pose, area, frame, 0.0), last)
 
@@ -124,8 +122,8 @@ def _aside(thing: Thing, pose: Pose, location: Location, belief: Belief, context
         far = farther * (asked(location, PushedThing).aside_m or 0.0)
         way = np.array([far * cos, far * sin, 0.0])
         to = x + far * cos, y + far * sin
-        if isinstance(no := way_straight((x, y), to, met), Refusal):
-            yield no.refused(f"by ({1000 * way[0]:+.0f} {1000 * way[1]:+.0f}) mm")
+        if isinstance(no := way_straight((x, y), to, met), Refused):
+            yield no.of(f"by ({1000 * way[0]:+.0f} {1000 * way[1]:+.0f}) mm")
         elif asked(location, PushedThing).inside:
             found.append(_hands_in(thing, pose, gripper, way, way))
         else:
@@ -135,7 +133,7 @@ def _aside(thing: Thing, pose: Pose, location: Location, belief: Belief, context
 
 def _directions(pose: Pose, belief: Belief, context: Context) -> list[Spot]:
     """Level unit vectors all around, those first that lead away from what later tasks are about."""
-    named = (str(context.bindings.get(o.name, o.entity or "")) for a in context.agenda if isinstance(a, Action) for o in a.roles.values())
+    named = (entity for task in context.later for entity in task.entities.values())
     about = [belief.pose(n).position[:2] for n in dict.fromkeys(map(thing_of, named)) if n in belief.poses]
     off = np.asarray(pose.position[:2]) - np.mean(about, axis=0) if about else np.array([1.0, 0.0])
     ways = [(math.cos(angle), math.sin(angle)) for angle in np.linspace(0.0, math.tau, DIRECTIONS, endpoint=False).tolist()]
@@ -152,15 +150,15 @@ def pushed_to(location: Location, belief: Belief, context: Context) -> Iterator[
     assert begun.carried is not None and begun.carried.to_m is not None
     to = begun.carried.to_m
     there = pushed_straight(belief, context, entity, [to], gap_before(belief, context, entity, to, begun.opening or 0.0))
-    if isinstance(there, Refusal):
+    if isinstance(there, Refused):
         yield _stopped(there, location, entity)
     else:
         yield Grounding(there, f"{1000 * there.carried.pushed_m if there.carried else 0.0:.0f} mm straight on", key="on")
 
 
-def _stopped(no: Refusal, location: Location, entity: str, way: str = "on") -> Refused:
+def _stopped(no: Refused, location: Location, entity: str, way: str = "on") -> Refused:
     """What is in the way depends on where that is and on the hand, but not on how the arm did what it did before."""
-    return replace(no.refused(way), reason=f"'{entity}' cannot be pushed on: {no.reason}", because=(asked(location, PushedThing).begin,))
+    return replace(no.of(way), reason=f"'{entity}' cannot be pushed on: {no.reason}", because=(asked(location, PushedThing).begin,))
 
 
 def _around(location: Location, belief: Belief, context: Context, entity: str) -> Iterator[Grounding | Refused]:
@@ -170,12 +168,12 @@ def _around(location: Location, belief: Belief, context: Context, entity: str) -
     hand, (x, y, _) = met_with_hand(belief, context, entity, tcp(belief, context)), pose.position
     alone, followed = met_alone(belief, context, entity), False
     ways = ways_around((x, y), left, alone, hand)
-    if isinstance(ways, Refusal):
+    if isinstance(ways, Refused):
         yield _stopped(ways, location, entity)
         return
     for k, (steps, corners) in enumerate(ways):
         there, key = pushed_straight(belief, context, entity, corners), f"{1000 * steps * STEP:.0f} mm aside"
-        if isinstance(there, Refusal):
+        if isinstance(there, Refused):
             yield _stopped(there, location, entity, key)
         else:
             followed = True
@@ -184,7 +182,7 @@ def _around(location: Location, belief: Belief, context: Context, entity: str) -
         yield _stopped(shorter, location, entity)
 
 
-def _last(location: Location, belief: Belief, context: Context, entity: str, area: Feature, frame: Pose) -> Floats | Refusal:
+def _last(location: Location, belief: Belief, context: Context, entity: str, area: Feature, frame: Pose) -> Floats | Refused:
     """The last leg (3,) of the way of a thing that fingers in it take along; or what is in the way of the thing alone, so that looking for
     hands is of no use.
 
@@ -197,7 +195,7 @@ def _last(location: Location, belief: Belief, context: Context, entity: str, are
         raise Unresolvable(f"'{entity}' is in the middle of its region already", (), blocking=())
     around = asked(location, PushedThing).around
     found = way_around((x, y), _left(area, frame), met) if around else way_straight((x, y), (x + way[0], y + way[1]), met)
-    if isinstance(found, Refusal):
+    if isinstance(found, Refused):
         return replace(found, reason=f"'{entity}' cannot be pushed there, whatever holds it: {found.reason}")
     (a, b), (c, d) = ((x, y), *found)[-2:]
     return np.array([c - a, d - b, 0.0])
@@ -210,7 +208,7 @@ def _left(area: Feature, frame: Pose) -> Left:
     return lambda spot: float(np.linalg.norm(np.maximum(np.abs(back.apply((*spot, height))[:2]) - half, 0.0)))
 
 
-def pushed_straight(belief: Belief, context: Context, entity: str, corners: Sequence[Spot], gap: float = 0.0) -> Place | Refusal:
+def pushed_straight(belief: Belief, context: Context, entity: str, corners: Sequence[Spot], gap: float = 0.0) -> Place | Refused:
     """Return straight legs on which fingers bring a thing's origin to points of the base's x-y plane, one after the other.
 
     Args:
@@ -223,7 +221,7 @@ def pushed_straight(belief: Belief, context: Context, entity: str, corners: Sequ
     scene = make_scene(belief.grasped(held), context, [entity], clearance=CLEAR)
     path = tuple(shift(here, way + gap * ahead) for way in ways)
     found = plan_straight_line(scene, context.robot, belief.joints, path)
-    if isinstance(found, Refusal):
+    if isinstance(found, Refused):
         return found
     length = float(np.linalg.norm(ways[-1]))
     x, y, _ = (float(v) for v in ways[-1] / max(length, SHORT))

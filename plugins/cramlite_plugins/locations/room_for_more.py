@@ -10,26 +10,10 @@ from typing import Any
 
 import shapely
 
-from cramlite.model import Action, Belief, thing_of
-from cramlite.plugin import Context
-
 from .free_area import Offset
 
 ALIKE = 0.002  # radii of discs that are as good as one another [m]
 TRIED = 32  # corners that are looked at, of a round opening evenly spaced ones
-
-
-def to_come(entity: str, belief: Belief, context: Context) -> tuple[str, ...]:
-    """Return the names of the things that later tasks bring to a container, each once."""
-    held = belief.held.thing if belief.held else ""
-    found = dict[str, None]()
-    for item in context.agenda:
-        roles = item.roles if isinstance(item, Action) else {}
-        named = {k: thing_of(str(context.bindings.get(o.name, o.entity or ""))) for k, o in roles.items()}
-        thing = named.get("Locatum", "")
-        if named.get("Relatum") == thing_of(entity) and thing not in (held, thing_of(entity)) and not belief.relates("in", thing):
-            found |= {thing: None} if thing in belief.poses else {}
-    return tuple(found)
 
 
 def roomiest(area: Any) -> Offset:

@@ -16,7 +16,7 @@ import numpy as np
 import shapely
 from msgspec.structs import replace
 
-from cramlite.model import Belief, EntityName, Floats, Location, Place, Pose, Thing, thing_of
+from cramlite.model import Belief, EntityName, Floats, Location, Place, Pose, Stage, Thing, thing_of
 from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 
 from ..kinematics.kinematics import inverse
@@ -31,11 +31,11 @@ from .attitude import check_turn, held_now, put_down
 from .covers import closed_in, covers, goes_in_upright, openings
 from .free_area import Offset, beside, free_area, positions
 from .from_aside import is_free, slants
+from .later import puts_into
 from .laying_down import laid_down
 from .leaning import LET_GO, close_by, leaning, must_lean
 from .parameters import Where, asked
 from .place_filters import (
-    ABOVE_IT,
     ASIDE,
     CHEAP,
     DEAR,
@@ -53,7 +53,7 @@ from .place_filters import (
 )
 from .put_aside import beside_where_it_stood
 from .resting_poses import DROPS, is_uneven, lowered_onto, resting_poses, spot_at_rest
-from .room_for_more import corner, roomiest, to_come
+from .room_for_more import corner, roomiest
 from .room_to_close import TIGHT, is_tight, room_to_close
 from .room_to_leave import room_to_leave
 from .through_side import brought_there_by
@@ -214,7 +214,7 @@ def _no_room(kept: list[Refused], targets: list[Wanted], location: Location, con
     about = (n for n, v in context.bindings.items() if v in (targets[0].thing.name, *there))
     first = {r.passed: f"{r.value}: {r.reason}" for r in reversed(kept)}
     said = "; ".join(first[passed] for passed in sorted(first, reverse=True))
-    turned = any(r.reason.startswith("not falls") for r in kept)  # another grip turns the hand another way
+    turned = any(r.check == "falls" for r in kept)  # another grip turns the hand another way
     grips = (n for n, v in context.bindings.items() if turned and isinstance(v, Place) and v.thing == targets[0].thing.name)
     because = (location.of or "", *put, *about, *grips, *brought_there_by(location, targets[0].belief, context))
     lacks = min((r.remedy for r in kept if r.remedy is not None), key=lambda r: r.missing, default=None)
@@ -263,7 +263,7 @@ def _from_above(
         spot = at(over, above)
         again = blocked is not None and blocked.distance(spot.before)[0] < SAME
         reason = reason if again else first_objection(spot, wanted, {**CHEAP[relation], **DEAR, **LAST})
-        if relation == "in" and reason is not None and ABOVE_IT in reason.reason and (aside := _from_aside(spot, wanted, above)):
+        if relation == "in" and reason is not None and reason.where is Stage.BEFORE and (aside := _from_aside(spot, wanted, above)):
             spot, reason = aside, None
         if reason is None:
             release = released(wanted, over, opened(spot, wanted)[0].opening if wanted.lowered else None)
@@ -275,7 +275,7 @@ def _from_above(
             return
         if not again:
             yield replace(reason, value=spot.name)
-        blocked = spot.before if ABOVE_IT in reason.reason else None
+        blocked = spot.before if reason.where is Stage.BEFORE else None
         if reason.passed < cheap:
             return  # no height changes what is seen from above
 
@@ -448,7 +448,7 @@ def _with_room(wanted: Wanted, now: Pose) -> Offset:
     left = free_area(wanted.target.area, lying, 0.0)
     if left.is_empty:
         return 0.0, 0.0
-    if to_come(wanted.entity, wanted.belief, wanted.context):
+    if puts_into(wanted.entity, wanted.belief, wanted.context):
         x, y, _ = wanted.target.pose.inverse().apply((0.0, 0.0, 0.0)).tolist()
         a, b, c, _ = _rectangle(wanted, now)
         return corner(wanted.target.area.buffer(-OFF_WALLS), left, (math.dist(a, b), math.dist(b, c)), (x, y))

@@ -15,12 +15,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from cramlite.model import Action, Belief, Location, Pose, Stand, Value, Vector3, thing_of
+from cramlite.model import Belief, Location, Pose, Stand, Value, Vector3, thing_of
 from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 
 from ..motion_planning.base_planner import CLEARANCES, Ground, at, level
 from ..motion_planning.reach import bound, collision_free_ik, make_scene
-from ..motion_planning.space import Refusal
 from ..motions.driving import floor_of
 from ..predicates.places import BESIDE, apart
 from ..shapes.bounds import box_around
@@ -70,9 +69,9 @@ def stands(location: Location, belief: Belief, context: Context) -> Iterator[Gro
 def _targets(location: Location, belief: Belief, context: Context) -> list[Target]:
     """What the tasks up to the next drive are about, where its place is known; else the destination."""
     found: dict[str, Target] = {}
-    for item in itertools.takewhile(lambda i: getattr(i, "task", "") != DRIVES, context.agenda):
-        for role in item.roles.values() if isinstance(item, Action) else ():
-            thing = thing_of(str(context.bindings.get(role.name, role.entity or "")))
+    for task in itertools.takewhile(lambda t: t.action.task != DRIVES, context.later):
+        for role, entity in zip(task.action.roles.values(), task.entities.values(), strict=True):
+            thing = thing_of(entity)
             if thing in belief.poses and thing not in found:
                 graspable = belief.held is None and belief.world.thing(thing).movable
                 found[thing] = Target(role.name, thing, graspable and not any(t.grasped for t in found.values()))
@@ -148,7 +147,7 @@ def _over(target: Target, there: Belief, context: Context) -> str:
     for approach, x in tries:
         pose = Pose.from_axes(tuple(point - OVER * np.asarray(approach)), approach, x)
         found = collision_free_ik(scene, context, pose, there.joints)
-        if not isinstance(found, Refusal):
+        if not isinstance(found, Refused):
             return ""
         first = first or found.reason
     return first

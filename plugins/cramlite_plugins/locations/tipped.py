@@ -21,7 +21,6 @@ from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 from ..kinematics.kinematics import inverse
 from ..motion_planning.cartesian import plan_straight_line
 from ..motion_planning.reach import bound, collision_free_ik, make_scene, reference_pose, shift, taken_at
-from ..motion_planning.space import Refusal
 from ..motions.gripping import release_opening
 from ..shapes.bounds import corners, lowest, support
 from ..shapes.roofs import has_own_roof, open_sides
@@ -73,6 +72,10 @@ class Tipping(Value):
     name: str
 
 
+LYING = "lying there"
+"""Check of the payload alone."""
+
+
 def places_tipped(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
     """Generate placements of what is held with its foot under a roof, leaning out; its ``path`` leads back from there.
 
@@ -89,7 +92,7 @@ def places_tipped(location: Location, belief: Belief, context: Context) -> Itera
         else:
             no = refused if refused.passed >= no.passed else no
     if not found:
-        grasps = taken_at(belief, context) if no.passed else ()  # what has no room itself has none in another hand
+        grasps = taken_at(belief, context) if no.check not in ("", LYING) else ()  # what has no room itself has none in another hand
         raise Unresolvable(f"tipped: {no.reason}", (location.of or "", *grasps), blocking=no.blocking)
 
 
@@ -209,10 +212,10 @@ def _refusal(tipping: Tipping, wanted: Wanted) -> Refused | None:
 def _not_pushed_in(tipping: Tipping, spot: Spot, wanted: Wanted) -> Refused | None:
     """Why the arm could not push it in again; None where it can."""
     ways = [way for _, way in ways_in(wanted.thing.name, _inwards(tipping), _let_go(tipping, spot, wanted), wanted.context)]
-    stuck = [way for way in ways if isinstance(way, Refusal)]
+    stuck = [way for way in ways if isinstance(way, Refused)]
     if len(stuck) < len(ways):
         return None
-    return replace(stuck[0], reason=f"not pushed in: {stuck[0].reason}").refused(spot.name, len(FILTERS))
+    return replace(stuck[0], reason=f"not pushed in: {stuck[0].reason}", check="pushed in").of(spot.name, len(FILTERS))
 
 
 def _let_go(tipping: Tipping, spot: Spot, wanted: Wanted) -> Belief:
@@ -226,22 +229,22 @@ def _inwards(tipping: Tipping) -> Vector3:
     return -float(tipping.out[0]), -float(tipping.out[1]), 0.0
 
 
-def _room(spot: Spot, wanted: Wanted) -> str | Refusal:
+def _room(spot: Spot, wanted: Wanted) -> str | Refused:
     """Check that hand and thing have room there and on the way out, wherever the arm is."""
     base, way = wanted.belief.base(), np.subtract(spot.before.position, spot.pose.position)
-    found: Iterator[Refusal | None] = (wanted.scene.met(base * shift(spot.pose, part * way)) for part in PARTS)
+    found: Iterator[Refused | None] = (wanted.scene.met(base * shift(spot.pose, part * way)) for part in PARTS)
     return next((no for no in found if no is not None), "")
 
 
-def _lies(spot: Spot, wanted: Wanted) -> str | Refusal:
+def _lies(spot: Spot, wanted: Wanted) -> str | Refused:
     """Check that the thing has room where it comes to lie, whatever let go of it."""
     assert wanted.belief.held is not None
     lying = _up(spot.thing, OVER) * wanted.belief.held.tcp_to_thing.inverse()
-    no: Refusal | None = wanted.scene.met(wanted.belief.base() * lying, False)
+    no: Refused | None = wanted.scene.met(wanted.belief.base() * lying, False)
     return no or ""
 
 
-def _way_in(spot: Spot, wanted: Wanted) -> str | Refusal:
+def _way_in(spot: Spot, wanted: Wanted) -> str | Refused:
     """Check that the arm is free there, and leads the hand straight out of it and back."""
     out, back = (_led(spot.pose, end, wanted) for end in (spot.before, _back(spot.pose)))
     if out:
@@ -253,16 +256,16 @@ def _back(hand: Pose) -> Pose:
     return hand * Pose((0.0, 0.0, -BACK))
 
 
-def _led(start: Pose, end: Pose, wanted: Wanted) -> Refusal | None:
+def _led(start: Pose, end: Pose, wanted: Wanted) -> Refused | None:
     """Why the arm cannot lead what it holds from a TCP pose straight on to another; None where it can."""
     there = collision_free_ik(wanted.scene, wanted.context, start, wanted.belief.joints)
-    if isinstance(there, Refusal):
+    if isinstance(there, Refused):
         return there
     line = plan_straight_line(wanted.scene, wanted.context.robot, there, end)
-    return line if isinstance(line, Refusal) else None
+    return line if isinstance(line, Refused) else None
 
 
 FILTERS: Mapping[str, Filter] = {
-    "lying there": _lies, "near": near, "beside": beside, "collision-free": _room, "reachable": reachable, "visible": visible,
+    LYING: _lies, "near": near, "beside": beside, "collision-free": _room, "reachable": reachable, "visible": visible,
     "led in by the arm": _way_in, "free to open": room_to_open,
 }  # fmt: skip

@@ -9,7 +9,6 @@ from cramlite.model import Belief, Location, Place, Pose, replace, thing_of
 from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 
 from ..motion_planning.reach import bound, collision_free_ik, make_scene, shift
-from ..motion_planning.space import Refusal
 
 YAWS = (0.0, 90.0, -90.0, 180.0, 45.0, -45.0)  # turns about the vertical that are tried, from facing away [deg]
 ABOVE, ALMOST = 0.06, 0.005  # finger tips above the surface at the stand-off, and where feeling begins [m]
@@ -32,8 +31,8 @@ def touch(location: Location, belief: Belief, context: Context) -> Iterator[Grou
         before = shift(at, (0, 0, ABOVE))
         for where, pose, scene in (("above it", before, free), ("at it", at, near)):
             there = collision_free_ik(scene, context, pose, belief.joints)
-            if isinstance(there, Refusal):
-                yield replace(there, reason=f"{where}: {there.reason}").refused(f"turned {yaw:+.0f} deg")
+            if isinstance(there, Refused):
+                yield replace(there, reason=f"{where}: {there.reason}").of(f"turned {yaw:+.0f} deg")
                 break
         else:
             place = Place(at, before, approach=(0.0, 0.0, -1.0), thing=thing_of(entity))

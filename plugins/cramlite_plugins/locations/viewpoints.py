@@ -12,7 +12,6 @@ from cramlite.model import Belief, Feature, Floats, Intrinsics, Location, Place,
 from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 
 from ..motion_planning.reach import bound, collision_free_ik, make_scene
-from ..motion_planning.space import Refusal
 from ..shapes.bounds import box_around
 from .parameters import Sight, asked
 from .place_filters import hidden_by
@@ -54,8 +53,8 @@ def views(location: Location, belief: Belief, context: Context) -> Iterator[Grou
             continue
         tool = optical * to_flange * context.robot.gripper.tcp
         there = collision_free_ik(scene, context, tool, belief.joints)
-        if isinstance(there, Refusal):
-            yield there.refused(name, 3)
+        if isinstance(there, Refused):
+            yield there.of(name, 3)
             continue
         yield Grounding(Place(tool, tool), f"{', '.join(around)} in view from {name}", 0.05 * k, key=name)
 

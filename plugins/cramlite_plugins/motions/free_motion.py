@@ -11,7 +11,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from cramlite.model import TOOL_SPEED, Belief, Motion, MoveLinear, Place, Stage
-from cramlite.plugin import Answers, Context, Grounding, Unresolvable, hookimpl
+from cramlite.plugin import Answers, Context, Grounding, Refused, Unresolvable, hookimpl
 
 from ..kinematics.timing import STEADY, steady_speed
 from ..kinematics.tool_speed import KEPT
@@ -40,7 +40,6 @@ def _transfer(motion: Motion, belief: Belief, context: Context) -> Found:
     from ..motion_planning.joint_move import joint_move
     from ..motion_planning.planner import plan
     from ..motion_planning.reach import make_scene, tcp
-    from ..motion_planning.space import Refusal
     from ..motion_planning.upright import carried, load
 
     place, here = place_of(motion, context), tcp(belief, context)
@@ -59,10 +58,10 @@ def _transfer(motion: Motion, belief: Belief, context: Context) -> Found:
             scene, belief.joints, goals, seed=context.seed + attempt, samples=context.samples,
             speed=speed, acceleration=acceleration,
         )  # fmt: skip
-        if isinstance(found, Refusal) and again:
+        if isinstance(found, Refused) and again:
             goals = []
             continue
-        if isinstance(found, Refusal):
+        if isinstance(found, Refused):
             said = f"no path to {motion.to}: {found.reason}"
             raise Unresolvable(said, blocking=found.blocking, collision=found.collision)  # where the arm starts matters too
         end = found.points[-1]
@@ -95,7 +94,7 @@ def _goals(motion: Motion, place: Place, belief: Belief, context: Context, scene
     from ..kinematics.kinematics import inverse, why_no_inverse
     from ..motion_planning.planner import in_the_way
     from ..motion_planning.reach import make_scene
-    from ..motion_planning.space import Refusal
+    from ..motion_planning.space import refusal
 
     if place.joints is not None:
         return [place.joints]
@@ -106,9 +105,9 @@ def _goals(motion: Motion, place: Place, belief: Belief, context: Context, scene
     if not goals:
         lines = [no for q in free if (no := why_no_straight_line(q, place, context, around)) is not None]
         if not solutions:
-            miss = Refusal(why_no_inverse(context.robot, place.before), remedy=no_inverse(context.robot, place.before))
+            miss = refusal(why_no_inverse(context.robot, place.before), remedy=no_inverse(context.robot, place.before))
         else:
-            miss = lines[0] if lines else Refusal(scene.why(solutions[0]), collision=scene.collision(solutions[0]))
+            miss = lines[0] if lines else refusal(scene.why(solutions[0]), collision=scene.collision(solutions[0]))
         count = f"{len(solutions)} inverse solutions at the stand-off of {motion.to}, {len(free)} of them free"
         blocking = (*in_the_way(scene, [q for q in solutions if q not in free]), *(b for no in lines for b in no.blocking or ()))
         said = f"{count}, none leads straight on to it; the nearest: {miss.reason}"

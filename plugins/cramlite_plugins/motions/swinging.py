@@ -10,7 +10,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from cramlite.model import Belief, Hang, Motion, MoveLinear, Pose
-from cramlite.plugin import Answers, Context, Grounding, Unresolvable, hookimpl
+from cramlite.plugin import Answers, Context, Grounding, Refused, Unresolvable, hookimpl
 
 from .free_motion import because, place_of
 from .motion_kinds import value, word
@@ -57,13 +57,12 @@ def _line(motion: Motion, belief: Belief, tcp_to_thing: Pose, target: Pose, cont
     """A straight line with the thing in the hand as it is at its beginning."""
     from ..motion_planning.cartesian import plan_straight_line
     from ..motion_planning.reach import make_scene, touched
-    from ..motion_planning.space import Refusal
 
     assert belief.held is not None
     there = replace(belief, held=replace(belief.held, tcp_to_thing=tcp_to_thing))
     scene = make_scene(there, context, touched(motion.may_touch, context), clearance=0.0)
     found = plan_straight_line(scene, context.robot, belief.joints, [target])
-    if isinstance(found, Refusal):
+    if isinstance(found, Refused):
         said = f"no straight line to {motion.to}, on which it swings: {found.reason}"
         raise Unresolvable(said, because(motion, belief, context), blocking=found.blocking, collision=found.collision, remedy=found.remedy)
     return found.points

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from itertools import pairwise
 
 from cramlite.model import Belief, Motion, Tilt
-from cramlite.plugin import Answers, Context, Grounding, Unresolvable, hookimpl
+from cramlite.plugin import Answers, Context, Grounding, Refused, Unresolvable, hookimpl
 
 from .motion_kinds import value, word
 
@@ -25,7 +25,6 @@ def _tilt(motion: Motion, belief: Belief, context: Context) -> Iterator[Groundin
     from ..motion_planning.joint_move import joint_move
     from ..motion_planning.reach import make_scene
     from ..motion_planning.round_off import blend_radii
-    from ..motion_planning.space import Refusal
     from .free_motion import place_of
 
     path = place_of(motion, context).path
@@ -33,7 +32,7 @@ def _tilt(motion: Motion, belief: Belief, context: Context) -> Iterator[Groundin
     scene, points = make_scene(belief, context), [belief.joints]
     for pose in poses:
         part = plan_straight_line(scene, context.robot, points[-1], pose)
-        if isinstance(part, Refusal):
+        if isinstance(part, Refused):
             said, about = f"'{motion.name}' about the rim: {part.reason}", (motion.to.name if motion.to else "",)
             raise Unresolvable(said, about, blocking=part.blocking, collision=part.collision, remedy=part.remedy)
         points.append(part.points[-1])

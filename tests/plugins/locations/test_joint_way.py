@@ -31,7 +31,6 @@ from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 from cramlite_plugins.locations.joint_way import driven_along
 from cramlite_plugins.locations.kinds import ground
 from cramlite_plugins.motion_planning import reach
-from cramlite_plugins.motion_planning.space import Refusal
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.shapes.carried_along import driven, driven_before
 from cramlite_plugins.simulation.objects.furniture import cabinet, door, drawer
@@ -178,7 +177,7 @@ def test_that_another_way_of_opening_may_drive_it_is_said_where_nobody_minds() -
 def test_what_is_driven_goes_the_rest_of_the_way() -> None:
     belief, context = asked(standing(0.13), block("aside", Pose((0.4, -0.5, 0.03)), (0.04, 0.04, 0.06)))
     found = driven_along(belief.thing("drawer"), 0.0, 0.19, belief, context)
-    assert not isinstance(found, Refusal) and found == {"it": pytest.approx(0.06, abs=0.011)}
+    assert not isinstance(found, Refused) and found == {"it": pytest.approx(0.06, abs=0.011)}
     assert driven_along(belief.thing("drawer"), 0.0, 0.1, belief, context) == {}
 
 
@@ -188,7 +187,7 @@ def test_nothing_is_driven_into_something_else(make: Callable[[str, Pose, tuple[
     behind = make("behind", Pose((0.73 - 0.06 - 0.13 - 0.03, 0.2, 0.03)), (0.04, 0.04, 0.06))
     belief, context = unminded(standing(0.13), behind)
     found = driven_along(belief.thing("drawer"), 0.0, 0.19, belief, context)
-    assert isinstance(found, Refusal) and found.reason.startswith("'it', driven along, would be") and "'behind'" in found.reason
+    assert isinstance(found, Refused) and found.reason.startswith("'it', driven along, would be") and "'behind'" in found.reason
     assert found.blocking == ((("behind",),) if make is block else ())
 
 
@@ -197,7 +196,7 @@ def test_what_would_tip_over_is_not_driven_and_no_other_way_of_opening_is_asked_
     thin = block("it", Pose((0.73 - 0.004 - 0.13, 0.2, 0.05)), (0.008, 0.04, 0.1))
     belief, context = unminded(thin)
     found = driven_along(belief.thing("drawer"), 0.0, 0.19, belief, context)
-    assert isinstance(found, Refusal) and found.reason.endswith("driven along, 'it' would tip over") and found.blocking == (("it",),)
+    assert isinstance(found, Refused) and found.reason.endswith("driven along, 'it' would tip over") and found.blocking == (("it",),)
     led = (Motion("1.Opening/transfer", "transfer", place("handle", 0.8)),)
     with pytest.raises(Unresolvable) as ended:
         list(ground(place("handle", 0.8), belief, replace(context, agenda=led)))

@@ -27,7 +27,8 @@ from cramlite_plugins.kinematics.kinematics import inverse
 from cramlite_plugins.locations import through_side
 from cramlite_plugins.locations.handles import LEFT
 from cramlite_plugins.locations.kinds import ground
-from cramlite_plugins.locations.room_to_close import TIGHT, is_closed_later
+from cramlite_plugins.locations.later import closes
+from cramlite_plugins.locations.room_to_close import TIGHT
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.simulation.objects.furniture import cabinet, door, drawer
 from cramlite_plugins.simulation.objects.products_and_fixtures import block
@@ -106,11 +107,11 @@ def test_what_a_later_task_takes_away_again_stands_in_no_way() -> None:
     released = _about("soma:Releasing", "3.Placing/Releasing", Locatum="it", Relatum="cabinet")
 
     def closed(*agenda: Action) -> bool:
-        return is_closed_later("door", "it", Context(UR5E, MOUNT, context.bindings, context.taxonomy, agenda))
+        return closes("door", "it", Context(UR5E, MOUNT, context.bindings, context.taxonomy, agenda))
 
     assert closed(PLACING, released, CLOSING) and not closed(PLACING, taken, CLOSING)
     assert not closed(PLACING, _about("soma:Opening", "4.Opening", Patient="door")) and not closed()
-    assert not is_closed_later("other", "it", Context(UR5E, MOUNT, context.bindings, context.taxonomy, (PLACING, CLOSING)))
+    assert not closes("other", "it", Context(UR5E, MOUNT, context.bindings, context.taxonomy, (PLACING, CLOSING)))
 
 
 @pytest.mark.heavy
