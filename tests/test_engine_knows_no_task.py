@@ -27,7 +27,6 @@ ALLOWED: Mapping[tuple[str, str], str] = {
     ("viewer.py", "effector"): "a node of the viewer's scene",
     ("setting_from_scenario.py", "thing"): "a key of the scenario, where an error points to it",
     ("worlds.py", "thing"): "a key of the scenario, where an error points to it",
-    ("task_checks.py", "near"): "the kit for plugin authors lists the places that shipped experts answer",
     ("task_checks.py", "cram:Cavity"): "the kit for plugin authors has a hollow cube, so that tasks about contents run",
     ("task_checks.py", "soma:Grasping"): "an example in a message",
     ("check.py", "thing"): "a noun that is counted",

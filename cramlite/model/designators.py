@@ -11,12 +11,14 @@ from collections.abc import Mapping
 from typing import Any
 
 from msgspec import field
-from msgspec.structs import replace
+from msgspec.structs import force_setattr, replace
 
 from ..base.value import Value
 from .designator_name import part_name
 from .entity_name import thing_of
 from .geometry import Pose
+from .place_facts import CarriedAlong, GripFacts, PegFit, Release
+from .steps import Joints
 from .swing import Swing
 
 
@@ -97,8 +99,14 @@ class Place(Value):
         approach: unit vector of the last motion, base frame.
         path: further TCP poses from ``pose`` onwards, for locations that are traversed.
         thing: the thing that is meant; "" for none.
-        values: numbers that motions need, with units in their names, e.g. {"width_m": 0.04}.
+        values: further numbers, for motions of a plugin's own, with units in their names.
         swing: of what is grasped there, as it is lifted; None for what is held fast.
+        grip: of the thing there; None where nothing is grasped.
+        release: of the payload there; None where nothing is let go of.
+        carried: what comes along with the hand; None where nothing does.
+        fit: of the payload's hole on a peg; None where there is none.
+        reorients: whether the payload is turned there, so that it need not be kept as it is held.
+        joints: joint position that is meant [rad]; None where any will do.
     """
 
     pose: Pose
@@ -109,6 +117,22 @@ class Place(Value):
     thing: str = ""
     values: Mapping[str, float] = field(default_factory=dict)
     swing: Swing | None = None
+    grip: GripFacts | None = None
+    release: Release | None = None
+    carried: CarriedAlong | None = None
+    fit: PegFit | None = None
+    reorients: bool = False
+    joints: Joints | None = None
+
+    def __post_init__(self) -> None:
+        """Take the grip from ``values`` where a plugin says it there."""
+        if self.grip is None and "width_m" in self.values:
+            force_setattr(self, "grip", GripFacts(self.values["width_m"]))
+
+    @property
+    def leaves_thing(self) -> bool:
+        """Whether a thing stays there when the hand leaves."""
+        return self.release is not None or (self.carried is not None and self.carried.to_m is not None)
 
 
 class Stand(Value):

@@ -31,6 +31,7 @@ class Finding(Value):
             () where it does not depend on other things, None where that is not known.
         advice: an objection of a validator that only advises (``JudgingLimits.advisory``).
         stopped: an objection that says what stopped the run: that other conditions do not hold then may follow from it.
+        literal: of the goal, in words, that it is about; "" where it is about none.
     """
 
     validator: str
@@ -45,6 +46,7 @@ class Finding(Value):
     blocking: tuple[str, ...] | None = None
     advice: bool = False
     stopped: bool = False
+    literal: str = ""
 
     def as_advice(self) -> Finding:
         """Return an objection as advice: it is told, and refuses nothing."""

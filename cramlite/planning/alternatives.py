@@ -5,6 +5,7 @@ from __future__ import annotations
 import heapq
 import math
 from collections.abc import Iterable, Iterator, Mapping
+from functools import partial
 from numbers import Real
 from typing import Any, get_args
 
@@ -21,6 +22,7 @@ from ..model.designators import Action, Designator, Late, Location, Motion, Obje
 from ..model.remedy import Remedy
 from ..model.steps import AnyStep
 from ..plugin.grounding import Context, Grounding, Refused
+from ..plugin.location_kind import LocationKind
 from ..plugin.registry import Registry
 from ..plugin.task_type import Decomposition, TaskType
 from ..plugin.validation import WrongAnswer
@@ -51,6 +53,7 @@ class Alternatives(Value):
         owners: which plugin declared each task type.
         context: for plugins; bindings and seed are set for each question.
         answers: that were given so far.
+        relations: relation -> the plugin that declares it, and its kind.
     """
 
     registry: Registry
@@ -58,6 +61,7 @@ class Alternatives(Value):
     owners: Mapping[str, str]
     context: Context
     answers: Answers
+    relations: Mapping[str, tuple[str, LocationKind]]
 
     def of(self, point: ChoicePoint) -> Iterator[Alternative]:
         """Generate the groundings of a designator, the cheapest first.
@@ -73,7 +77,7 @@ class Alternatives(Value):
         streams = [self._accepted(plugin, answers, point) for plugin, answers in self._asked(point)]
         if not streams:  # of a motion only its kind says so, which the task that asked for it chose
             point.conflict |= (point.asked_by if isinstance(point.item, Motion) else set()) or point.domain
-            point.say("impossible", "engine", f"no plugin resolves {point.item}")
+            point.say("impossible", "engine", f"no plugin resolves {point.item}{self._instead(point.item)}")
         yield from heapq.merge(*streams, key=lambda pair: pair[1].cost)
         for fault in self.registry.faults[faults:]:
             point.say("fault", fault.plugin, str(fault))
@@ -97,15 +101,28 @@ class Alternatives(Value):
             agenda=tuple(i for i in state.agenda if not isinstance(i, Effect | Mark)),
             seed=derive_seed(self.context.seed, state.choices, item.name),
         )
-        again, told = self.answers.of(
-            item, state.belief, context, lambda c: self.registry.alternatives(HOOKS[type(item)], item, belief=state.belief, context=c)
-        )
+        again, told = self.answers.of(item, state.belief, context, partial(self._plugins, item, state.belief))
         if again:
             point.trace.answered_before(point.node)
         yield from told
         if isinstance(item, Action):
             owner = self.owners[item.task]
             yield owner, self.registry.guarded(owner, "decompose", item.name, self._own(item, state))
+
+    def _plugins(self, item: Designator, belief: Belief, context: Context) -> Iterator[tuple[str, Iterable[Any] | Unresolvable]]:
+        """The answers of a hook, and of the kind of a location."""
+        hook = HOOKS[type(item)]
+        yield from self.registry.alternatives(hook, item, belief=belief, context=context)
+        if isinstance(item, Location) and item.relation in self.relations:
+            plugin, kind = self.relations[item.relation]
+            if wrong := kind.misfit(item.parameters):
+                yield plugin, Unresolvable(wrong)
+            else:
+                yield from self.registry.ask(plugin, hook, item.name, partial(kind.ground, item, belief, context))
+
+    def _instead(self, item: Designator) -> str:
+        """What there is in the place of a relation that nobody answers."""
+        return f": no relation '{item.relation}'; {nearest(item.relation, self.relations)}" if isinstance(item, Location) else ""
 
     def _accepted(self, plugin: str, answers: Iterable[Any], point: ChoicePoint) -> Iterator[Alternative]:
         """One plugin's answers. What they are depends on the item's domain, unless the plugin itself says on what."""

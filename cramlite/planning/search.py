@@ -92,7 +92,8 @@ class Search(Struct, dict=True):
         self._planned = 0
         self._put_off: bool | None = False  # whether choices were gone past that may change a failure; None: none is
         self._nogoods = self.effort.nogoods
-        self._alternatives = Alternatives(self.registry, self.tasks, self.owners, self.context, self.answers)
+        relations = self.registry.owned("location_kinds", "name")
+        self._alternatives = Alternatives(self.registry, self.tasks, self.owners, self.context, self.answers, relations)
 
     def solve(self, state: State) -> Generator[State, Conflict | None, None]:
         """Generate fully grounded states lazily.

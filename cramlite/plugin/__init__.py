@@ -42,8 +42,10 @@ if TYPE_CHECKING:
     from .allowance import HAND, HELD, Allowance
     from .demonstration import Hand, Performance, Performer, RecordScript, Shown
     from .expert import RELATIONS, SEGMENTS, UNKNOWN, Expert, Inputs, Judged
-    from .grounding import Answers, Context, Grounding, Refused
+    from .grounding import Answers, Context, Grounding, LaterTask, Refused
     from .hookspecs import hookimpl
+    from .location_kind import LocationKind
+    from .motion_kind import MotionKind
     from .protocols import (
         Backend,
         Candidate,
@@ -79,8 +81,10 @@ _HOMES = {
     ".allowance": "Allowance HAND HELD",
     ".demonstration": "Hand Performance Performer RecordScript Shown",
     ".expert": "Expert Inputs Judged RELATIONS SEGMENTS UNKNOWN",
-    ".grounding": "Answers Context Grounding Refused",
+    ".grounding": "Answers Context Grounding LaterTask Refused",
     ".hookspecs": "hookimpl",
+    ".location_kind": "LocationKind",
+    ".motion_kind": "MotionKind",
     ".protocols": "Backend Candidate Driver EpisodeRepair Exporter ModelMaker ReportSection Simulator Validator",
     ".task_type": "Decomposition Parameter Role TaskType",
 }
@@ -123,11 +127,14 @@ __all__ = [
     "Inputs",
     "Interpreted",
     "Judged",
+    "LaterTask",
     "Length",
+    "LocationKind",
     "Manner",
     "Mass",
     "Match",
     "ModelMaker",
+    "MotionKind",
     "Not",
     "Parameter",
     "Pattern",

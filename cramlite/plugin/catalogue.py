@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     from .demonstration import RecordScript
     from .episode_hooks import EpisodeHooks
     from .expert import Expert
+    from .location_kind import LocationKind
+    from .motion_kind import MotionKind
     from .protocols import Backend, Driver, Exporter, ModelMaker, Simulator, Validator
     from .registry import Registry
     from .task_type import TaskType
@@ -124,6 +126,16 @@ class Knowledge:
             if callable(getattr(backend, "drive", None)):
                 return cast("Driver", backend)
         raise UserError("No plugin drives robots of other processes; see 'cramlite plugins'.")
+
+    @cached_property
+    def location_kinds(self) -> Mapping[str, LocationKind]:
+        """Relation -> its kind of location."""
+        return self.registry.named("location_kinds", "name")
+
+    @cached_property
+    def motion_kinds(self) -> Mapping[str, MotionKind]:
+        """Name -> kind of motion."""
+        return self.registry.named("motion_kinds", "name")
 
     @cached_property
     def exporters(self) -> Mapping[str, Exporter]:

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from msgspec import field
+from msgspec.structs import replace
 
 from ..base.errors import InTheWay, checked_numbers
 from ..base.value import Value
 from ..model.belief import Belief
 from ..model.collision import Collision
-from ..model.designators import Designator
+from ..model.designators import Action, Designator
+from ..model.entity_name import thing_of
 from ..model.judging_limits import JudgingLimits
+from ..model.motion_words import Stage
 from ..model.remedy import Remedy
 from ..model.robot import Robot
 from ..model.world import RobotMount
@@ -59,6 +62,8 @@ class Refused(Value):
             one and the held one are.
         collision: the state to blame where two bodies would be too near one another; the report draws it.
         remedy: what is missing and what to try, for the end of a search that found nothing.
+        check: name of the check that objects; "" where there is one only.
+        where: stage of the way to a place at which it objects; None where that makes no difference.
     """
 
     value: str
@@ -69,14 +74,46 @@ class Refused(Value):
     blocking: InTheWay = None
     collision: Collision | None = None
     remedy: Remedy | None = None
+    check: str = ""
+    where: Stage | None = None
 
     def __post_init__(self) -> None:
         checked_numbers(self.numbers)
+
+    def of(self, value: str, passed: int = 0) -> Refused:
+        """Return the refusal of an alternative for the same reason.
+
+        Args:
+            value: the alternative in words.
+        """
+        return replace(self, value=value, passed=passed)
 
 
 Answer = Grounding | Refused
 Answers = Iterable[Answer] | None
 """Answers of a ``resolve_...`` hook: ``Grounding`` and ``Refused``, best first, or None for "not mine"."""
+
+
+class LaterTask(Value):
+    """Task that is still to be done.
+
+    Args:
+        action: as it is planned.
+        bindings: of the context.
+    """
+
+    action: Action
+    bindings: Mapping[str, Any]
+
+    @property
+    def entities(self) -> Mapping[str, str]:
+        """Role -> the entity that it is bound to, or is to be by name; "" where nobody knows."""
+        return {role: str(self.bindings.get(o.name, o.entity or "")) for role, o in self.action.roles.items()}
+
+    @property
+    def things(self) -> frozenset[str]:
+        """Things that it is about."""
+        return frozenset(thing_of(entity) for entity in self.entities.values())
 
 
 class Context(Value):
@@ -103,3 +140,8 @@ class Context(Value):
     samples: int = 4000
     camera: Camera | None = None
     limits: JudgingLimits = JudgingLimits()
+
+    @property
+    def later(self) -> Iterator[LaterTask]:
+        """Tasks that are still to be done, in order."""
+        return (LaterTask(item, self.bindings) for item in self.agenda if isinstance(item, Action))

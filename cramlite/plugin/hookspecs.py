@@ -34,6 +34,8 @@ if TYPE_CHECKING:
     from .demonstration import RecordScript
     from .expert import Expert
     from .grounding import Answers, Context
+    from .location_kind import LocationKind
+    from .motion_kind import MotionKind
     from .protocols import Backend, Candidate, EpisodeRepair, Exporter, ModelMaker, ReportSection, Simulator, Validator
     from .task_type import TaskType
 
@@ -84,6 +86,16 @@ def episode_repairs() -> Iterable[EpisodeRepair]:  # type: ignore[empty-body]
     Each episode that any plugin reads passes through all of them, in order of their ``order``. Episodes that were
     detected in a rollout do not.
     """
+
+
+@hookspec
+def location_kinds() -> Iterable[LocationKind]:  # type: ignore[empty-body]
+    """Declare relations of locations, each with the function that grounds it. Called once at load; collected by ``name``."""
+
+
+@hookspec
+def motion_kinds() -> Iterable[MotionKind]:  # type: ignore[empty-body]
+    """Declare kinds of motions that ``resolve_motion`` answers. Called once at load; collected by ``name``."""
 
 
 @hookspec
@@ -199,7 +211,10 @@ def resolve_object(designator: Object | Late, belief: Belief, context: Context) 
 
 @hookspec
 def resolve_location(location: Location, belief: Belief, context: Context) -> Answers:
-    """Ground a location: Groundings whose value is a Place that satisfies it. Alternatives."""
+    """Ground a location: Groundings whose value is a Place that satisfies it. Alternatives.
+
+    A declared relation (``location_kinds``) is grounded by the function of its kind, too.
+    """
 
 
 @hookspec

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from functools import partial
 from pathlib import Path
 from types import FunctionType, ModuleType
 from typing import Any
@@ -223,16 +224,28 @@ class Registry(Struct, dict=True):
         Raises:
             PluginError: two plugins declare one name; both are named.
         """
+        return {name: item for name, (_, item) in self.owned(hook, key).items()}
+
+    def owned(self, hook: str, key: str) -> Mapping[str, tuple[str, Any]]:
+        """Return the declared objects of a hook by their ``key`` attribute, each with the plugin that declares it.
+
+        What a preferred plugin declares stands for what another one declares under the same name.
+
+        Raises:
+            PluginError: two plugins declare one name; both are named.
+        """
         found: dict[str, tuple[str, Any]] = {}
         for plugin, item in self.collect(hook):
             name = getattr(item, key)
+            if name in found and found[name][0] in self.preferred and plugin not in self.preferred:
+                continue
             if name in found:
                 raise PluginError(
                     f"Plugins '{found[name][0]}' and '{plugin}' both declare {hook.removesuffix('s')} '{name}'. "
                     f"Names must be unique: block one with --block {plugin}, or rename it."
                 )
             found[name] = (plugin, item)
-        return {name: item for name, (_, item) in found.items()}
+        return found
 
     def first(self, hook: str, **arguments: Any) -> Any:
         """Return the first answer that is not None; user errors pass through, bugs and wrong answers are isolated."""
@@ -259,21 +272,31 @@ class Registry(Struct, dict=True):
         name = getattr(designator, "name", str(designator))
         for impl in self._implementations(hook):
             values = [arguments.get(a, designator) for a in impl.argnames]
-            checkpoint()
-            try:
-                answer = impl.function(*values)
-                if answer is not None:
-                    check_many(hook, answer)
-            except UserError:
-                raise
-            except Unresolvable as impossible:
-                yield impl.plugin_name, impossible
-                continue
-            except DEFECTS as error:
-                self.fault(impl.plugin_name, hook, name, error)
-                continue
+            yield from self.ask(impl.plugin_name, hook, name, partial(impl.function, *values))
+
+    def ask(
+        self, plugin: str, hook: str, name: str, question: Callable[[], Iterable[Any] | None]
+    ) -> Iterator[tuple[str, Iterable[Any] | Unresolvable]]:
+        """Yield one plugin and its answers, which stay lazy; nothing if it says "not mine".
+
+        Args:
+            name: of the designator that it is asked about.
+        """
+        checkpoint()
+        try:
+            answer = question()
             if answer is not None:
-                yield impl.plugin_name, self.guarded(impl.plugin_name, hook, name, answer)
+                check_many(hook, answer)
+        except UserError:
+            raise
+        except Unresolvable as impossible:
+            yield plugin, impossible
+            return
+        except DEFECTS as error:
+            self.fault(plugin, hook, name, error)
+            return
+        if answer is not None:
+            yield plugin, self.guarded(plugin, hook, name, answer)
 
     def guarded(self, plugin: str, hook: str, designator: str, answers: Iterable[Any]) -> Iterator[Any]:
         """Yield the answers of one plugin; a bug while yielding ends that plugin's answers and nobody else's."""

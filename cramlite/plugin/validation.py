@@ -23,6 +23,8 @@ NAMED_BY: Mapping[str, tuple[str, ...]] = {
     "simulators": ("name", "execute"),
     "record_scripts": ("name", "prepare"),
     "episode_repairs": ("name", "repair", "order"),
+    "location_kinds": ("name", "ground", "summary", "parameters", "gives", "misfit"),
+    "motion_kinds": ("name", "knows"),
     "validators": ("name", "check", "cost"),
     "backends": ("name", "emit", "executable"),
     "report_sections": ("title", "render", "order"),
@@ -129,6 +131,14 @@ def _class_of(hook: str) -> type | None:
         from .demonstration import RecordScript
 
         return RecordScript
+    if hook == "location_kinds":
+        from .location_kind import LocationKind
+
+        return LocationKind
+    if hook == "motion_kinds":
+        from .motion_kind import MotionKind
+
+        return MotionKind
     if hook == "robots":
         from ..model.robot import Robot
 

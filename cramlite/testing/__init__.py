@@ -13,6 +13,7 @@ import warnings
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 from ..planning.symbolic_planner import has_planner
 from ..plugin import hookspecs
@@ -29,19 +30,32 @@ from .plugin_checks import (
     sample_program,
     sample_robot,
 )
-from .task_checks import KINDS, RELATIONS, check_task_type, sample_action, sample_belief
+from .task_checks import check_task_type, location_kinds, motion_kinds, sample_action, sample_belief
 
 __all__ = [
     "KINDS", "RELATIONS", "check_backend", "check_expert", "check_file", "check_plugin", "check_predicate", "check_robot",
     "check_task_type", "check_validator", "plan_changes", "sample_action", "sample_belief", "sample_program", "sample_robot",
 ]  # fmt: skip
 
+KINDS: Mapping[str, tuple[str, ...]]
+"""Kinds of motions that installed plugins declare, each with the names of its parameters."""
+RELATIONS: tuple[str, ...]
+"""Relations of locations that installed plugins declare."""
+
+
+def __getattr__(name: str) -> Any:
+    """Ask installed plugins for what they declare when it is first needed, and keep it."""
+    if name not in ("KINDS", "RELATIONS"):
+        raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
+    globals()[name] = motion_kinds() if name == "KINDS" else tuple(location_kinds())
+    return globals()[name]
+
 
 def check_plugin(
     module: str | ModuleType,
     *,
-    kinds: Mapping[str, Iterable[str]] = KINDS,
-    relations: Iterable[str] = RELATIONS,
+    kinds: Mapping[str, Iterable[str]] | None = None,
+    relations: Iterable[str] | None = None,
     plans: bool = True,
 ) -> None:
     """Check that a plugin module loads, that its hooks match their specifications, and that it keeps its contracts.

@@ -6,6 +6,7 @@ import inspect
 import re
 import warnings
 from collections.abc import Callable, Iterable, Mapping
+from functools import cache
 from typing import Any
 
 from msgspec.structs import replace
@@ -19,30 +20,9 @@ from ..model.world import Feature, Filling, Geom, RobotMount, Thing, World
 from ..ontology.foundation import OBJECT
 from ..planning.alternatives import HOOKS
 from ..plugin.catalogue import Knowledge
+from ..plugin.location_kind import LocationKind
 from ..plugin.registry import Registry
 from ..plugin.task_type import Decomposition, TaskType
-
-FORCE, LINE = ("force_n", "force_limit_n"), ("speed_m_s", "acceleration_m_s2")
-TURN = ("speed_rad_s", "acceleration_rad_s2")
-KINDS: Mapping[str, tuple[str, ...]] = {
-    "transfer": TURN, "linear": (*LINE, "stage", "paced", "free_m_s"), "gripper": ("force_n", "speed_m_s", "to", "expect"),
-    "until_contact": ("speed_m_s", "force_n", "beyond_m", "free_m_s", "corner", "expect"),
-    "force_path": ("speed_m_s", "press_n", "force_limit_n", "paced"),
-    "spiral_search": (*FORCE, "speed_m_s", "radius_m", "advance_m", "corner"),
-    "force_insert": (*FORCE, "speed_m_s", "corner", "end"), "force_extract": (*FORCE, "speed_m_s"),
-    "compliant_slide": ("speed_m_s", "press_n", "lost_s", "force_limit_n"),
-    "payload": (), "zero_sensor": (), "hold": ("duration_s", "paced"), "tilt": (*TURN, "to"), "swing": (*LINE, "to"),
-    "drive": (*LINE, *TURN),
-    "back": ("to", "after"),
-}  # fmt: skip
-"""Motion kinds that the motion plugins of cramlite resolve (``Motion.kind``), each with the parameters that it knows."""
-
-RELATIONS = (
-    "home", "retreat", "lift", "slide", "grasp", "in", "on", "extract", "insert", "handle", "opened", "closed",
-    "stop", "front", "inner_side", "atop", "push", "pushed", "behind", "pushed_to", "pour", "touch", "near", "view", "stand",
-    "through", "aslant", "tipped", "pushed_in", "off", "deeper",
-)  # fmt: skip
-"""Relations of places that the experts of cramlite answer (``Location.relation``)."""
 
 Hooks = Mapping[str, Callable[..., Any]]
 """The hooks of the plugin that is checked, which need not be installed."""
@@ -65,8 +45,21 @@ class _Known(Value):
     """What designators may name."""
 
     kinds: Mapping[str, Iterable[str]]
-    relations: tuple[str, ...]
+    relations: Iterable[str]
+    declared: Mapping[str, LocationKind]
     hooks: Hooks
+
+
+@cache
+def motion_kinds() -> Mapping[str, tuple[str, ...]]:
+    """Return the kinds of motions that installed plugins declare, each with the names of its parameters."""
+    return {name: kind.knows() for name, kind in Knowledge(Registry()).motion_kinds.items()}
+
+
+@cache
+def location_kinds() -> Mapping[str, LocationKind]:
+    """Return the relations of locations that installed plugins declare."""
+    return Knowledge(Registry()).location_kinds
 
 
 def sample_belief(held: str | None = None) -> Belief:
@@ -90,8 +83,8 @@ def sample_action(task: TaskType) -> Action:
 def check_task_type(
     task: TaskType,
     *,
-    kinds: Mapping[str, Iterable[str]] = KINDS,
-    relations: Iterable[str] = RELATIONS,
+    kinds: Mapping[str, Iterable[str]] | None = None,
+    relations: Iterable[str] | None = None,
     hooks: Hooks | None = None,
 ) -> None:
     """Check that a task type keeps its contract.
@@ -102,14 +95,14 @@ def check_task_type(
     asks for a role or parameter that the sample action has not, a warning says that it was not checked.
 
     Args:
-        kinds: motion kinds with the parameters that each knows; others are asked of the installed plugins.
-        relations: relations of places; others are asked of the installed plugins.
+        kinds: motion kinds with the parameters that each knows; by default those that installed plugins declare.
+        relations: relations of places; by default those that installed plugins declare.
         hooks: functions of the plugin itself by hook, which are asked too; ``check_plugin`` gives them.
 
     Raises:
         AssertionError: with what is wrong.
     """
-    known, beliefs = _Known(kinds, tuple(relations), hooks or {}), _beliefs()
+    known, beliefs = _known(kinds, relations, hooks or {}), _beliefs()
     _check_declaration(task)
     _check_classes(task, known.hooks)
     found = [(belief, _ways(task, belief)) for belief in beliefs]
@@ -119,6 +112,14 @@ def check_task_type(
             _check_decomposition(task, way, known)
         if ways:
             _check_effects(task, beliefs if any(map(_regrasps, ways)) else (belief,))
+
+
+def _known(kinds: Mapping[str, Iterable[str]] | None, relations: Iterable[str] | None, hooks: Hooks) -> _Known:
+    """What is declared by installed plugins and by the one that is checked, or what is given in its place."""
+    own = {hook: {k.name: k for k in hooks[hook]()} for hook in ("motion_kinds", "location_kinds") if hook in hooks}
+    declared = {**location_kinds(), **own.get("location_kinds", {})}
+    motions = {**motion_kinds(), **{name: kind.knows() for name, kind in own.get("motion_kinds", {}).items()}}
+    return _Known(motions if kinds is None else kinds, declared if relations is None else tuple(relations), declared, hooks)
 
 
 def _beliefs() -> tuple[Belief, ...]:
@@ -242,6 +243,8 @@ def _check_location(task: TaskType, location: Location, known: _Known) -> None:
     assert relation in known.relations or _answered(location, known.hooks), (
         f"{task.task}: {location.name}: no plugin answers the relation '{relation}'; {nearest(relation, known.relations)}"
     )
+    wrong = known.declared[relation].misfit(location.parameters) if relation in known.declared else ""
+    assert not wrong or _answered(location, known.hooks), f"{task.task}: {location.name}: {wrong}"
 
 
 def _answered(designator: Location | Motion, hooks: Hooks) -> bool:

@@ -59,6 +59,32 @@ def predicates_page() -> str:
     return "\n".join(parts) + "\n"
 
 
+def locations_page() -> str:
+    """Every relation of locations, as the installed plugins declare them."""
+    from cramlite import Engine
+
+    parts = ["# Locations", "", "Relations that [motions](motions.md#where-motions-lead) lead to; written from the shipped plugins.", ""]
+    parts += ["| relation | of | parameters | place |", "|---|---|---|---|"]
+    kinds = sorted(Engine().knowledge.location_kinds.values(), key=lambda k: k.name)
+    for kind in kinds:
+        named = ", ".join(f"`{name}`" for name in kind.explained)
+        parts.append(f"| `{kind.name}` | {kind.of} | {named} | {plain(kind.summary)} |")
+    for parameters in dict.fromkeys(k.parameters for k in kinds):
+        taking = [k for k in kinds if k.parameters is parameters]
+        if explained := taking[0].explained:
+            parts += ["", f"## {', '.join(k.name for k in taking)}", "", "| parameter | type | default | meaning |", "|---|---|---|---|"]
+            parts += [f"| `{name}` | {type_} | {given} | {plain(explained[name])} |" for name, type_, given in fields_of(parameters)]
+    return "\n".join(parts) + "\n"
+
+
+def fields_of(kind: type[Value]) -> list[tuple[str, str, str]]:
+    """Name, type and default of the fields of a value."""
+    found = inspect.signature(kind).parameters.values()
+    return [
+        (p.name, f"`{p.annotation}`".replace("|", "\\|"), "" if p.default is p.empty else f"`{p.default!r}`") for p in found
+    ]
+
+
 def python_page() -> str:
     """Every public name with its signature and docstring."""
     listed = ", ".join(f"`{module.__name__}`" for module in DOORS)
@@ -175,10 +201,10 @@ def constant_doc(module: ModuleType, name: str) -> str:
 
 
 def sources(module: ModuleType, name: str) -> Iterator[str]:
-    """The source of the module that a public name comes from; of all submodules, where the public one does not say."""
+    """The source of the module that a public name comes from; of the public one and all submodules, where it does not say."""
     homes = [home for home, names in getattr(module, "_HOMES", {}).items() if name in names.split()]
     found = [importlib.import_module(home, module.__name__) for home in homes]
-    for defining in found or [m for m in vars(module).values() if inspect.ismodule(m)]:
+    for defining in found or [module, *(m for m in vars(module).values() if inspect.ismodule(m))]:
         yield inspect.getsource(defining)
 
 
@@ -237,6 +263,7 @@ def errors_page() -> str:
 
 PAGES: dict[str, Callable[[], str]] = {
     "reference/errors.md": errors_page,
+    "reference/locations.md": locations_page,
     "reference/predicates.md": predicates_page,
     "reference/python.md": python_page,
     "reference/schema.md": schema_page,

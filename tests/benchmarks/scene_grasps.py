@@ -31,7 +31,8 @@ from cramlite.experiment.figure import Number
 from cramlite.model import Held, Location, Place, Pose, RobotMount, Thing, Value, initial_belief, pair_friction
 from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 from cramlite_plugins.kinematics.kinematics import inverse
-from cramlite_plugins.locations import grasps, grips
+from cramlite_plugins.locations import grips
+from cramlite_plugins.locations.kinds import ground
 from cramlite_plugins.motions.grip_force import MARGIN, grip_force, grip_of
 from cramlite_plugins.simulation.model.compile import Compiled, compile_world
 
@@ -64,7 +65,7 @@ def ask(setting: Setting, engine: Engine, thing: Thing) -> tuple[Grounding | Non
     context = Context(setting.robot, mount, {"it": thing.name}, engine.knowledge.taxonomy)
     refused: list[Refused] = []
     try:
-        for answer in itertools.islice(grasps.resolve_location(Location("g", "grasp", "it"), belief, context) or (), LOOKED):
+        for answer in itertools.islice(ground(Location("g", "grasp", "it"), belief, context), LOOKED):
             if isinstance(answer, Grounding):
                 return answer, refused
             refused.append(answer)

@@ -41,7 +41,7 @@ from cramlite.scenario import error_spec, scenario
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 REFERENCE = ROOT / "docs" / "reference"
-GENERATED = {REFERENCE / f"{name}.md" for name in ("errors", "predicates", "python", "schema")}
+GENERATED = {REFERENCE / f"{name}.md" for name in ("errors", "locations", "predicates", "python", "schema")}
 """Pages that docs/site/generated.py writes when the site is built."""
 _BLOCK = re.compile(r"(?:<!-- ([a-z ]+)(?:: (.*?))? -->\n\n?)?^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 

@@ -13,7 +13,8 @@ from cramlite import Engine
 from cramlite.model import Belief, Held, Location, Place, Pose, RobotMount, Thing, World, initial_belief
 from cramlite.ontology.taxonomy import Taxonomy
 from cramlite.plugin import Context, Grounding, Refused, Unresolvable
-from cramlite_plugins.locations import set_down
+from cramlite_plugins.locations.kinds import ground
+from cramlite_plugins.locations.parameters import Where
 from cramlite_plugins.locations.place_filters import Spot, Wanted
 from cramlite_plugins.motion_planning.reach import make_scene
 from cramlite_plugins.robots.ur5e import UR5E
@@ -53,7 +54,7 @@ def wanted_on(belief: Belief, on: str = "shelf", where: dict[str, Any] | None = 
     else:
         half = cavity.size["width"] / 2, cavity.size["depth"] / 2
         target = Surface(belief.pose(on) * cavity.pose, shapely.box(-half[0], -half[1], *half))
-    return Wanted(belief.world.thing("it"), on, target, belief, context, scene, where or {})
+    return Wanted(belief.world.thing("it"), on, target, belief, context, scene, Where(**(where or {})))
 
 
 def spot_at(at: tuple[float, float, float]) -> Spot:
@@ -75,7 +76,7 @@ def answers(location: Location, belief: Belief, samples: int = 4000) -> tuple[li
     """All that is answered with so many samples, and how it ends."""
     found = list[Answer]()
     try:
-        for answer in set_down.resolve_location(location, belief, replace(context_of(belief), samples=samples)) or ():
+        for answer in ground(location, belief, replace(context_of(belief), samples=samples)):
             found.append(answer)
     except Unresolvable as ended:
         return found, ended
@@ -84,7 +85,7 @@ def answers(location: Location, belief: Belief, samples: int = 4000) -> tuple[li
 
 def first(count: int, location: Location, belief: Belief) -> list[Grounding]:
     """The first places that are offered."""
-    found = set_down.resolve_location(location, belief, context_of(belief)) or ()
+    found = ground(location, belief, context_of(belief))
     return list(itertools.islice((a for a in found if isinstance(a, Grounding)), count))
 
 

@@ -11,6 +11,7 @@ import pytest
 from msgspec.structs import replace
 
 from cramlite import Budget, Trace
+from cramlite.base.errors import PluginError
 from cramlite.base.seeds import derive_seed
 from cramlite.model import Action, Belief, Location, Object, RobotMount, World
 from cramlite.planning.budget import BudgetSpent
@@ -42,12 +43,26 @@ def resolve_location(location, belief, context):
     return [Grounding(Stand(Pose(), f"{location.name}_{k}"), f"number {k}", cost=k, key=f"{location.name}_{k}") for k in range(COUNT)]
 """
 
+KIND = """
+from cramlite.plugin import LocationKind
+
+class Height(Value):
+    height_m: float
+
+def over(location, belief, context):
+    yield Grounding(Stand(Pose((0, 0, location.parameters["height_m"])), "NAME"), "over", key="NAME")
+
+@hookimpl
+def location_kinds():
+    return [LocationKind("over", "Over it.", over, "a thing", Height)]
+"""
+
 
 class Trial:
     """One search over designators, with the plugins of some files and no others."""
 
-    def __init__(self, *files: Path, budget: Budget | None = None) -> None:
-        self.registry = Registry(files, blocked=OWN)
+    def __init__(self, *files: Path, budget: Budget | None = None, preferred: tuple[str, ...] = ()) -> None:
+        self.registry = Registry(files, blocked=OWN, preferred=preferred)
         self.trace = Trace()
         tasks = {t.task: t for _, t in self.registry.collect("task_types")}
         owners = {t.task: plugin for plugin, t in self.registry.collect("task_types")}
@@ -424,3 +439,37 @@ def test_the_next_sequence_for_the_goal_knows_how_often_a_place_was_asked_for(pl
     trial.search = replace(trial.search, effort=Effort())
     assert trial.bindings(*HARD) == []
     assert 0 < len(trial.outcomes("on", "asked")) - before < ENOUGH
+
+
+# Declared relations
+
+
+def test_a_declared_relation_is_grounded_by_its_function(plugin: Plugin) -> None:
+    trial = Trial(plugin("one", KIND))
+    (found,) = trial.bindings(Location("l", "over", None, {"height_m": 0.2}))
+    assert found["l"].pose.position == (0, 0, 0.2)
+
+
+@pytest.mark.parametrize(
+    ("location", "says"),
+    [
+        (Location("l", "ovr"), "no plugin resolves ovr: no relation 'ovr'; did you mean 'over'? valid are: over"),
+        (Location("l", "over", None, {"height": 0.2}), "the relation 'over' has no parameter 'height'; did you mean 'height_m'"),
+        (Location("l", "over", None, {"height_m": "high"}), "the parameter 'height_m' of the relation 'over': expected `float`, got `str`"),
+        (Location("l", "over"), "the relation 'over' needs the parameter 'height_m'"),
+    ],
+    ids=["relation", "parameter", "type", "needed"],
+)
+def test_what_a_location_says_wrongly_is_refused_with_what_there_is(plugin: Plugin, location: Location, says: str) -> None:
+    trial = Trial(plugin("one", KIND))
+    assert trial.bindings(location) == []
+    (entry,) = [e for e in trial.trace.entries if e.outcome == "impossible"]
+    assert says in entry.reason
+
+
+def test_two_of_one_relation_are_an_error_unless_one_is_preferred(plugin: Plugin) -> None:
+    files = [plugin(name, KIND.replace("NAME", name)) for name in ("one", "two")]
+    with pytest.raises(PluginError, match="Plugins 'one' and 'two' both declare location_kind 'over'"):
+        Trial(*files)
+    (found,) = Trial(*files, preferred=("two",)).bindings(Location("l", "over", None, {"height_m": 0.2}))
+    assert found["l"].thing == "two"

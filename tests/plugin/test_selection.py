@@ -55,7 +55,7 @@ def test_to_name_a_file_and_block_it_is_a_contradiction(command: str, plugin: Pl
 @pytest.mark.heavy
 def test_checks_that_are_left_out_are_said(run: Run, tmp_path: Path) -> None:
     out = tmp_path / "run"
-    ran = run("resolve", TASKS, "--block", "physics", "--block", "near", "--out", out)
+    ran = run("resolve", TASKS, "--block", "physics", "--block", "pushing", "--out", out)
     assert ran.code == 0, ran.err
     clause = "not judged, since blocked: execution, collision, force_peak, commanded_force, grasp_slip"
     assert f"--  {clause}" in ran.out
@@ -69,7 +69,7 @@ def test_checks_that_are_left_out_are_said(run: Run, tmp_path: Path) -> None:
     assert page.count(f"<strong class=\"bad\">{clause.capitalize()}.</strong>") == 1
     again = run("resolve", TASKS, "--out", out)
     assert again.code == 2 and "another run (different: blocked" in again.err, "it is not the same as judged by all"
-    full = run("resolve", TASKS, "--block", "near", "--out", tmp_path / "full")
+    full = run("resolve", TASKS, "--block", "pushing", "--out", tmp_path / "full")
     assert full.code == 0 and "not judged" not in full.out + (tmp_path / "full" / "report.html").read_text("utf-8")
     assert json.loads((tmp_path / "full" / "verdict.json").read_text())["left_out"] == []
 
@@ -87,7 +87,7 @@ def test_what_stands_for_a_blocked_judge_is_not_left_out(plugin: Plugin) -> None
     body = JUDGE.format(**JUDGED | {"name": "'collision'"})
     instead = Engine(files=[plugin("my_physics", body)], blocked=["physics"])
     assert instead.knowledge.left_out == ("execution", "force_peak", "commanded_force", "grasp_slip")
-    assert Engine(files=[plugin("b", JUDGE.format(**JUDGED))], blocked=["grasps"]).knowledge.left_out == ()
+    assert Engine(files=[plugin("b", JUDGE.format(**JUDGED))], blocked=["pushing"]).knowledge.left_out == ()
 
 
 # Installed packages

@@ -132,16 +132,17 @@ def test_a_grasp_from_the_side_of_the_wall_is_refused(tmp_path: Path) -> None:
     near = (HOOK, HOOK.replace("0.87", "0.60"))
     only = tmp_path / "from_the_wall.py"
     only.write_text(
+        "from msgspec.structs import replace\n"
         "from cramlite.plugin import hookimpl\n"
-        "from cramlite_plugins.locations import grasps\n\n"
+        "from cramlite_plugins.locations.kinds import KINDS\n\n"
         "@hookimpl\n"
-        "def resolve_location(location, belief, context):\n"
-        "    answers = grasps.resolve_location(location, belief, context)\n"
-        "    if answers is None:\n"
-        "        return None\n"
+        "def location_kinds():\n"
+        "    return [replace(KINDS['grasp'], ground=from_the_wall)]\n\n"
+        "def from_the_wall(location, belief, context):\n"
+        "    answers = KINDS['grasp'].ground(location, belief, context)\n"
         "    return [a for a in answers if 'from +y' in str(a.value) + getattr(a, 'key', '')]\n"
     )
-    scenario = variant(tmp_path, near, (ROBOT, ROBOT + "\nblock: [grasps]\nbudget: {sequences: 1}"))
+    scenario = variant(tmp_path, near, (ROBOT, ROBOT + "\nprefer: [from_the_wall]\nbudget: {sequences: 1}"))
     run = cramlite("resolve", scenario, "--plugin", only, "--out", tmp_path / "run", "--no-report")
     assert run.returncode == 1, run.stderr
     said = [r for r in refusals(tmp_path / "run") if "from +y" in r]

@@ -108,7 +108,7 @@ NO_PLUGIN = "yaml:7: there is no plugin 'objets' to block; did you mean 'objects
 
 
 @pytest.mark.parametrize(
-    ("asked", "says"), [("block: [push]", "def "), ("block: [objects]", "no plugin resolves"), ("block: [objets]", NO_PLUGIN)]
+    ("asked", "says"), [("block: [pushing]", "def "), ("block: [objects]", "no plugin resolves"), ("block: [objets]", NO_PLUGIN)]
 )
 def test_block(asked: str, says: str, tmp_path: Path, files: list[Path], capsys: pytest.CaptureFixture[str]) -> None:
     assert says in _alike(_scenario(tmp_path, asked), [], tmp_path / "run", capsys)
@@ -143,10 +143,10 @@ def test_a_budget_of_the_caller_wins(tmp_path: Path) -> None:
 def test_the_engine_of_a_scenario(tmp_path: Path, files: list[Path]) -> None:
     engine, plain = Engine(), read_scenario(_scenario(tmp_path, ""))
     assert engine.suited(plain) is engine
-    asks = read_scenario(_scenario(tmp_path, "{block: [touch], ontologies: [mine.ttl]}"[1:-1].replace(", onto", "\nonto")))
+    asks = read_scenario(_scenario(tmp_path, "{block: [pushing], ontologies: [mine.ttl]}"[1:-1].replace(", onto", "\nonto")))
     own = engine.suited(asks)
     assert own is engine.suited(asks) and own is own.suited(asks) and own is not engine
-    assert "touch" not in {i.name for i in own.registry.infos} and "touch" in {i.name for i in engine.registry.infos}
+    assert "pushing" not in {i.name for i in own.registry.infos} and "pushing" in {i.name for i in engine.registry.infos}
     (tmp_path / "mine.ttl").write_text(CANDLE + "\n")
     assert "cram:Candle" in engine.suited(asks).knowledge.taxonomy.classes
 

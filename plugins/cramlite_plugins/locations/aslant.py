@@ -6,26 +6,40 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from itertools import product
-from typing import TYPE_CHECKING
 
 import numpy as np
+import shapely
 from msgspec.structs import replace
 
 from cramlite.model import Belief, EntityName, Floats, Location, Place, Pose, Value, thing_of
 from cramlite.plugin import Context, Grounding, Refused, Unresolvable, checkpoint
 
-from ..motions.gripping import OPEN, release_opening
+from ..motion_planning.cartesian import interpolate, plan_straight_line
+from ..motion_planning.reach import bound, collision_free_ik, led_by, make_scene, reference_pose, shift, taken_at
+from ..motion_planning.space import refusal
+from ..motions.gripping import release_opening
 from ..shapes.bounds import corners
 from ..shapes.standing_up import stood_up
+from ..shapes.surfaces import footprint
+from ..simulation.resting import rests
 from .attitude import held_now
 from .covers import LOWS, RISE, covers, free_on_way, openings, over_floor
 from .free_area import free_area
-from .place_filters import CHEAP, OFF_WALLS, Filter, Spot, Wanted, first_objection, reachable, room_to_open, visible
+from .later import brings
+from .parameters import Where, asked
+from .place_filters import (
+    CHEAP,
+    OFF_WALLS,
+    Filter,
+    Spot,
+    Wanted,
+    first_objection,
+    reachable,
+    released,
+    room_to_open,
+    visible,
+)
 from .room_to_close import room_to_close
-from .through_side import brought_onto
-
-if TYPE_CHECKING:
-    from ..motion_planning.space import Refusal
 
 TILTS = (25.0, 30.0, 20.0)
 """From upright [deg]: between handles and wall a bowl of 107 mm has more room the more it leans, and the hand at its rim less."""
@@ -66,8 +80,6 @@ def places_aslant(location: Location, belief: Belief, context: Context) -> Itera
     Raises:
         Unresolvable: nothing covers the opening, or held so it cannot be brought in.
     """
-    from ..motion_planning.reach import led_by, taken_at
-
     wanted = _wanted(location, belief, context)
     found, no = 0, Refused("aslant", "hand and thing have no way in between what is over it and its walls")
     for entry in _entries(wanted, held_now(belief, context)):
@@ -87,7 +99,7 @@ def goes_in_aslant(thing: str, belief: Belief, context: Context) -> bool:
     narrow = [name for name in belief.poses if name != thing and _too_narrow(thing, name, belief, context)]
     if not narrow:
         return False  # later tasks are not looked at, so that what follows from this holds whatever they are
-    return any(onto.thing in narrow for onto, _ in brought_onto(thing, belief, context))
+    return any(onto.thing in narrow for onto, _ in brings(thing, belief, context))
 
 
 def _too_narrow(thing: str, into: str, belief: Belief, context: Context) -> bool:
@@ -95,7 +107,7 @@ def _too_narrow(thing: str, into: str, belief: Belief, context: Context) -> bool
     held, now = belief.thing(thing), belief.pose(thing)
     half = float(np.min(np.ptp(corners(held, now), axis=0)[:2])) / 2
     for target, depth in openings(belief.thing(into), belief.pose(into)):
-        core, bare = target.area.buffer(-half), Wanted(held, into, target, belief, context, None, {}, depth=depth)
+        core, bare = target.area.buffer(-half), Wanted(held, into, target, belief, context, None, Where(), depth=depth)
         if not core.is_empty and free_area(core, [o.area for o in covers(bare, COVERS)], half).is_empty:
             return True
     return False
@@ -107,18 +119,16 @@ def _wanted(location: Location, belief: Belief, context: Context) -> Wanted:
     Raises:
         Unresolvable: there is no opening, nothing is over it, or nothing is held.
     """
-    from ..motion_planning.reach import bound, led_by, make_scene, reference_pose
-
     entity = bound(context, location.of)
     if belief.held is None:
         raise Unresolvable("nothing is held that could be brought there")
-    region = str(location.parameters.get("region") or EntityName.parse(entity).part)
+    region = asked(location, Where).region or EntityName.parse(entity).part
     found = openings(belief.thing(entity), reference_pose(belief, location, context), region)
     if not found:
         raise Unresolvable(f"'{entity}' has no cavity to put anything in", (location.of or "",), blocking=())
     opened = make_scene(belief, context, (), release_opening(belief, context), 0.0)
     (target, depth), held = found[0], belief.world.thing(belief.held.thing)
-    bare = Wanted(held, entity, target, belief, context, make_scene(belief, context), location.parameters, depth=depth, opened=(opened,))
+    bare = Wanted(held, entity, target, belief, context, make_scene(belief, context), asked(location, Where), depth=depth, opened=(opened,))
     over = covers(bare, COVERS)
     if not over:
         because = (location.of or "", *led_by(location, context))  # straight from above another grasp may do
@@ -164,8 +174,6 @@ def _ways_out(towards: Floats) -> Iterator[Floats]:
 
 def _under(wanted: Wanted) -> list[Floats]:
     """Unit vectors along the opening's sides towards what is over it, the most direct one first, in the base frame."""
-    import shapely
-
     over = shapely.union_all([o.area for o in wanted.covers]).intersection(wanted.target.area).centroid
     middle = wanted.target.area.centroid
     to = wanted.target.pose.rotate((over.x - middle.x, over.y - middle.y, 0.0))
@@ -213,8 +221,6 @@ def _met(wanted: Wanted, pose: Pose) -> bool:
 
 def _straightens(wanted: Wanted, leaning: Pose, left: Pose) -> bool:
     """Whether hand and thing are free as it leans less and less."""
-    from ..motion_planning.cartesian import interpolate
-
     assert wanted.belief.held is not None
     held = wanted.belief.held.tcp_to_thing
     ways = (interpolate(leaning * held.inverse(), left * held.inverse(), part) * held for part in STRAIGHTEN)
@@ -223,9 +229,6 @@ def _straightens(wanted: Wanted, leaning: Pose, left: Pose) -> bool:
 
 def _stands_up(wanted: Wanted, left: Pose) -> bool:
     """Whether a thing comes to stand in the opening when it is let go of at a pose, as simulation says."""
-    from ..shapes.surfaces import footprint
-    from ..simulation.resting import rests
-
     below = wanted.belief.thing(thing_of(wanted.entity))
     for end in rests(wanted.thing, left, below, wanted.belief.pose(below.name), OFF_PATH):
         if end is None or end.distance(stood_up(wanted.thing, end))[1] > STANDS:
@@ -236,8 +239,6 @@ def _stands_up(wanted: Wanted, left: Pose) -> bool:
 
 
 def _spot(entry: Entry, wanted: Wanted) -> Spot:
-    from ..motion_planning.reach import shift
-
     assert wanted.belief.held is not None
     grip = wanted.belief.held.tcp_to_thing.inverse()
     return Spot(entry.name, entry.left, entry.left * grip, shift(entry.leaning * grip, entry.out), LOWS[0] - wanted.depth)
@@ -247,39 +248,35 @@ def _place(entry: Entry, wanted: Wanted) -> Place:
     assert wanted.belief.held is not None
     spot, way = _spot(entry, wanted), -entry.out / np.linalg.norm(entry.out)
     leaning = entry.leaning * wanted.belief.held.tcp_to_thing.inverse()
-    values = {"height_m": spot.height, "turned": 1.0, OPEN: wanted.opened[0].opening}
-    return Place(leaning, spot.before, approach=tuple(way.tolist()), path=(spot.pose,), thing=wanted.thing.name, values=values)
+    release = released(wanted, spot.height, wanted.opened[0].opening, entry.left.inverse() * stood_up(wanted.thing, entry.left))
+    return Place(
+        leaning, spot.before, approach=tuple(way.tolist()), path=(spot.pose,), thing=wanted.thing.name, release=release, reorients=True
+    )
 
 
 def _refusal(entry: Entry, wanted: Wanted) -> Refused | None:
     """Which filter objects and why, and how many passed before it; the arm's way in comes last."""
-    from ..motion_planning.space import Refusal
-
     spot = _spot(entry, wanted)
     if no := first_objection(spot, wanted, FILTERS):
         return no
     stuck = _arm_leads_out(entry, spot, wanted)
     if stuck is None and not _stands_up(wanted, entry.left):
-        stuck = Refusal(f"'{wanted.thing.name}' may come to lie otherwise than it stands when it is let go of")
-    return stuck.refused(spot.name, len(FILTERS)) if stuck else None
+        stuck = refusal(f"'{wanted.thing.name}' may come to lie otherwise than it stands when it is let go of")
+    return stuck.of(spot.name, len(FILTERS)) if stuck else None
 
 
-def _arm_leads_out(entry: Entry, spot: Spot, wanted: Wanted) -> Refusal | None:
+def _arm_leads_out(entry: Entry, spot: Spot, wanted: Wanted) -> Refused | None:
     """Why the arm cannot lead what it holds out of there again, leaning and straight on; None where it can."""
-    from ..motion_planning.cartesian import plan_straight_line
-    from ..motion_planning.reach import collision_free_ik
-    from ..motion_planning.space import Refusal
-
     assert wanted.belief.held is not None
     there = collision_free_ik(wanted.scene, wanted.context, spot.pose, wanted.belief.joints)
-    if isinstance(there, Refusal):
+    if isinstance(there, Refused):
         return there
     leaning = entry.leaning * wanted.belief.held.tcp_to_thing.inverse()
     line = plan_straight_line(wanted.scene, wanted.context.robot, there, [leaning, spot.before])
-    return replace(line, reason=f"on its way out {line.reason}") if isinstance(line, Refusal) else None
+    return replace(line, reason=f"on its way out {line.reason}") if isinstance(line, Refused) else None
 
 
-def _room_to_close(spot: Spot, wanted: Wanted) -> str | Refusal:
+def _room_to_close(spot: Spot, wanted: Wanted) -> str | Refused:
     """Check that it is in nobody's way once it stands."""
     return room_to_close(replace(spot, thing=stood_up(wanted.thing, spot.thing)), wanted)
 

@@ -9,11 +9,14 @@ from itertools import product
 from typing import Any
 
 import numpy as np
+import shapely
 
 from cramlite.model import Floats, Pose, Thing, thing_of
 
+from ..motion_planning.reach import shift
 from ..shapes import ray_casting as rays
 from ..shapes.bounds import corners, near
+from ..shapes.surfaces import FLAT, Surface, footprint
 from .from_aside import slants
 from .place_filters import Obstacle, Wanted
 
@@ -32,10 +35,6 @@ PITCH = 0.02  # between positions in an opening at which one is looked for [m]
 
 def openings(thing: Thing, pose: Pose, region: str = "") -> list[tuple[Any, float]]:
     """Return the opening of a thing's cavity, the first or the one that is meant, as a surface, and how deep it is [m]."""
-    import shapely
-
-    from ..shapes.surfaces import Surface
-
     cavity = next((f for f in thing.features if f.type == "cram:Cavity" and region in ("", f.name)), None)
     if cavity is None:
         return []
@@ -50,8 +49,6 @@ def covers(wanted: Wanted, height: float) -> tuple[Obstacle, ...]:
 
     What reaches through the opening lies in it, and covers nothing.
     """
-    from ..shapes.surfaces import FLAT, footprint
-
     belief, to, area = wanted.belief, wanted.target.pose.inverse(), wanted.target.area
     found = []
     for name in belief.poses.keys() - {thing_of(wanted.entity), wanted.thing.name}:
@@ -107,8 +104,6 @@ def over_floor(wanted: Wanted, turned: Pose, offset: tuple[float, float], over: 
 
 def free_on_way(wanted: Wanted, pose: Pose, out: Floats, hand: bool = True) -> bool:
     """Check whether what is held has room at a pose in the base frame and on the straight way out (3,) [m], with the hand or without it."""
-    from ..motion_planning.reach import shift
-
     assert wanted.belief.held is not None
     base, at = wanted.belief.base(), pose * wanted.belief.held.tcp_to_thing.inverse()
     return all(wanted.scene.met(base * shift(at, part * out), hand) is None for part in PARTS)

@@ -8,6 +8,8 @@ from collections.abc import Iterable, Iterator
 from typing import Any
 
 import numpy as np
+import shapely
+from scipy.stats import qmc
 
 from cramlite.model import Floats
 
@@ -26,16 +28,12 @@ def free_area(core: Any, obstacles: Iterable[Any], radius: float) -> Any:
         core, obstacles: shapely areas [m].
         radius: of the largest disc in the outline of what is put there, so that any turn of it needs as much [m].
     """
-    import shapely
-
     grown = [o.buffer(radius) for o in obstacles if not o.is_empty]
     return core.difference(shapely.union_all(grown)) if grown else core
 
 
 def beside(area: Any, axis: Offset, least: float) -> Any:
     """Return the part of an area [m] whose points p have p . axis of at least ``least``."""
-    import shapely
-
     along, far = np.asarray(axis, dtype=float), 100.0
     length = float(np.linalg.norm(along))
     if length < 1e-9:
@@ -51,8 +49,6 @@ def positions(area: Any, anchor: Offset) -> Iterator[Offset]:
     sequence (J. H. Halton, On the efficiency of certain quasi-random sequences, Numerische Mathematik 2, 1960), which leaves
     ever smaller gaps and comes nowhere twice; in rounds of doubling size, each from the anchor outwards.
     """
-    import shapely
-
     if area.is_empty:
         return
     nearest = shapely.shortest_line(shapely.Point(anchor), area).coords[-1]
@@ -66,8 +62,6 @@ def positions(area: Any, anchor: Offset) -> Iterator[Offset]:
 
 def around(area: Any, middle: Offset, distance: float, to: Offset) -> Iterator[Offset]:
     """Generate the positions in an area that are at a distance from a point [m], in eight directions, the one to another point first."""
-    import shapely
-
     first = math.atan2(to[1] - middle[1], to[0] - middle[0])
     for turn in (0, 1, -1, 2, -2, 3, -3, 4):
         angle = first + turn * math.pi / 4
@@ -83,9 +77,6 @@ def _rounded(point: Iterable[float]) -> Offset:
 
 def _rounds(area: Any) -> Iterator[Floats]:
     """Points (n, 2) of a Halton sequence over the box around an area that are in it, round by round."""
-    import shapely
-    from scipy.stats import qmc
-
     low, high = np.reshape(area.bounds, (2, 2))
     sequence = qmc.Halton(2, scramble=False)
     sequence.fast_forward(1)  # its first point is a corner

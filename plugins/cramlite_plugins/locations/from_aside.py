@@ -5,15 +5,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from cramlite.model import Floats, Pose
-from cramlite.plugin import Context
+from cramlite.plugin import Context, Refused
 
-if TYPE_CHECKING:
-    from ..motion_planning.planning_scene import PlanningScene
+from ..motion_planning.planning_scene import PlanningScene
+from ..motion_planning.reach import collision_free_ik, shift
 
 ANGLES = (180.0, 90.0, -90.0, 0.0)
 """Sides, in the base frame, the robot's own first [deg]."""
@@ -30,8 +29,5 @@ def is_free(
     scene: PlanningScene, context: Context, at: Pose, way: Floats, parts: Sequence[float], seed: tuple[float, ...]
 ) -> bool:
     """Check whether the arm is free at parts of a way from a TCP pose in the base frame."""
-    from ..motion_planning.reach import collision_free_ik, shift
-    from ..motion_planning.space import Refusal
-
     there = (collision_free_ik(scene, context, shift(at, part * way), seed) for part in parts)
-    return not any(isinstance(found, Refusal) for found in there)
+    return not any(isinstance(found, Refused) for found in there)

@@ -12,14 +12,28 @@ import itertools
 import math
 from collections.abc import Iterator, Sequence
 from functools import lru_cache
-from typing import TYPE_CHECKING
 
 import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import Belief, Floats, Gripper, Held, Location, Place, Pose, Thing, Value, pair_friction
-from cramlite.plugin import Answers, Context, Grounding, Refused, Unresolvable, hookimpl
+from cramlite.model import (
+    Belief,
+    Floats,
+    GripFacts,
+    Gripper,
+    Held,
+    Location,
+    Place,
+    Pose,
+    Stage,
+    Thing,
+    Value,
+    pair_friction,
+)
+from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 
+from ..motion_planning.planning_scene import CLEARANCE, PlanningScene
+from ..motion_planning.reach import bound, collision_free_ik, make_scene, reference_pose, shift, tcp
 from ..motions import grip_force
 from ..shapes import ray_casting as rays
 from ..shapes.bounds import centre_of_mass
@@ -29,10 +43,6 @@ from .from_aside import is_free, slants
 from .grips import AGAIN, SLACK, Grip, ranked, too_wide, varied, why_none
 from .hand_room import HandRoom
 from .through_side import STEEP, goes_under_a_roof
-
-if TYPE_CHECKING:
-    from ..motion_planning.planning_scene import PlanningScene
-    from ..motion_planning.space import Refusal
 
 STANDOFF = 0.10  # pre-grasp distance [m]: the longest finger pad and the tab of a product fit in between
 ALONG = (1.0, 0.75, 0.5, 0.25)
@@ -46,10 +56,6 @@ PER_RADIAN = 0.005
 starts in the middle of its range into its stop."""
 PER_LOAD, MOST_LOAD = 0.02, 5.0
 """Cost of each time the force that the pads lack to keep a thing from turning [m], and up to how many."""
-
-
-AT_IT = "at the grasp"
-"""Where a refusal says that not the way there is to blame."""
 
 
 class Grasp(Value):
@@ -77,18 +83,8 @@ class Grasp(Value):
         return self.at * Pose((0, 0, -STANDOFF))
 
 
-@hookimpl
-def resolve_location(location: Location, belief: Belief, context: Context) -> Answers:
-    """Resolve location "grasp": grasps of a thing that the arm reaches, best first; None for other relations."""
-    if location.relation != "grasp":
-        return None
-    return _places(location, belief, context)
-
-
-def _places(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
-    from ..motion_planning.reach import bound, make_scene, reference_pose
-    from ..motion_planning.space import Refusal
-
+def grasps(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
+    """Generate grasps of a thing that the arm reaches, best first."""
     thing, gripper = belief.thing(bound(context, location.of)), context.robot.gripper
     reference_pose(belief, location, context)
     grips = ranked(thing, gripper, pair_friction(belief.world.physics.pad_friction, thing.least_friction))
@@ -107,9 +103,9 @@ def _places(location: Location, belief: Belief, context: Context) -> Iterator[Gr
         if grasp.tight:  # of what lies flat these are hundreds, and the hand is in what carries it
             yield from pinched_at
         reached = _reached(grasp, as_near(grasp.opening), as_free(grasp.opening), belief, context)
-        if isinstance(reached, Refusal):
-            yield reached.refused(grasp.name)
-            if reached.reason.startswith(AT_IT):  # wider fingers have less room there, from wherever they come
+        if isinstance(reached, Refused):
+            yield reached.of(grasp.name)
+            if reached.where is Stage.POSE:  # wider fingers have less room there, from wherever they come
                 continue
             opening = next(_openings(grasp, thing, belief, gripper))
             yield from _aslant(grasp, thing.name, cost, as_near(opening), as_free(opening), belief, context)
@@ -123,8 +119,8 @@ def _places(location: Location, belief: Belief, context: Context) -> Iterator[Gr
 
 
 def _place(grasp: Grasp, before: Pose, opening: float, thing: str) -> Place:
-    values = {"width_m": grasp.grip.width}
-    return Place(grasp.at, before, opening, tuple(grasp.at.rotate((0, 0, 1))), thing=thing, values=values)
+    approach = tuple(grasp.at.rotate((0, 0, 1)))
+    return Place(grasp.at, before, opening, approach, thing=thing, grip=GripFacts(grasp.grip.width))
 
 
 def _aslant(
@@ -135,11 +131,8 @@ def _aslant(
     Args:
         near, free: as open as the hand can be around the thing, in which the hand may touch it, and may not.
     """
-    from ..motion_planning.reach import collision_free_ik, shift
-    from ..motion_planning.space import Refusal
-
     there = collision_free_ik(near, context, grasp.at, belief.joints)
-    if isinstance(there, Refusal):
+    if isinstance(there, Refused):
         return
     for side, way in slants(STANDOFF):
         if is_free(free, context, grasp.at, way, ALONG, there):
@@ -160,16 +153,13 @@ def _says(grasp: Grasp) -> str:
 
 def _reached(
     grasp: Grasp, near: PlanningScene, free: PlanningScene, belief: Belief, context: Context
-) -> tuple[Sequence[float], Sequence[float]] | Refusal:
+) -> tuple[Sequence[float], Sequence[float]] | Refused:
     """Joint positions at a grasp and before it; or why there are none."""
-    from ..motion_planning.reach import collision_free_ik
-    from ..motion_planning.space import Refusal
-
     there = collision_free_ik(near, context, grasp.at, belief.joints)
-    if isinstance(there, Refusal):
-        return replace(there, reason=f"{AT_IT}: {there.reason}")
+    if isinstance(there, Refused):
+        return replace(there, reason=f"at the grasp: {there.reason}", where=Stage.POSE)
     off = collision_free_ik(free, context, grasp.before, there)
-    return replace(off, reason=f"at the pre-grasp: {off.reason}") if isinstance(off, Refusal) else (there, off)
+    return replace(off, reason=f"at the pre-grasp: {off.reason}") if isinstance(off, Refused) else (there, off)
 
 
 def _as_wide(reached: tuple[Sequence[float], Sequence[float]], near: PlanningScene, free: PlanningScene) -> bool:
@@ -195,9 +185,6 @@ def _in_order(
     """All grasps with their cost [m], those without room for the hand last, and after all others the late kinds of grips; those at
     which it would be in the thing itself are left out. Of what goes under a roof those at which the hand points inwards come before, of
     what is let down leaning those of a hand that leans."""
-    from ..motion_planning.planning_scene import CLEARANCE
-    from ..motion_planning.reach import tcp
-
     pose, here, most = belief.pose(thing.name), tcp(belief, context), context.robot.gripper.opening[1]
     loads, found = _loads(grips, thing, belief, context), []
     for grip, load in zip(grips, loads.tolist(), strict=True):

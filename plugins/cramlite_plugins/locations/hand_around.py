@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from cramlite.model import Belief, Place, Pose, Thing
-from cramlite.plugin import Context
+from cramlite.model import Belief, GripFacts, Place, Pose, Thing
+from cramlite.plugin import Context, Refused
 
 from ..motion_planning.planning_scene import PlanningScene
 from ..motion_planning.reach import collision_free_ik, make_scene
-from ..motion_planning.space import Refusal
+from ..motion_planning.space import refusal
 
 STANDOFF = 0.08  # in front of the handle [m]: the fingers, open, are clear of the bar
 SLACK = (0.05, 0.03, 0.016, 0.01)
@@ -21,7 +21,7 @@ class HandAround:
         self.belief, self.context, self.thing = belief, context, thing
         self.scenes: dict[tuple[float, float], tuple[PlanningScene, PlanningScene, PlanningScene]] = {}
 
-    def around(self, at: Pose, width: float, room: float = 0.0) -> Place | Refusal:
+    def around(self, at: Pose, width: float, room: float = 0.0) -> Place | Refused:
         """Find the widest opening at which the hand, not closed yet, touches nothing at a pose and before it.
 
         Args:
@@ -29,17 +29,17 @@ class HandAround:
             width: of what is to be between the fingers [m].
             room: about the hand that must be free there [m].
         """
-        refused = Refusal(f"the bar is {1000 * width:.0f} mm thick, as wide as the hand opens")
+        refused = refusal(f"the bar is {1000 * width:.0f} mm thick, as wide as the hand opens")
         before = at * Pose((0, 0, -STANDOFF))
         most = self.context.robot.gripper.opening[1]
         for opening in dict.fromkeys(round(min(width + s, most), 4) for s in SLACK if width + SLACK[-1] <= most):
             near, free, bare = self._scenes(opening, room)
             there = collision_free_ik(near, self.context, at, self.belief.joints)
-            if not isinstance(there, Refusal) and not bare.free(there):
-                there = Refusal(bare.why(there), collision=bare.collision(there))
-            off = there if isinstance(there, Refusal) else collision_free_ik(free, self.context, before, there)
-            if not isinstance(off, Refusal):
-                return Place(at, before, opening, tuple(at.rotate((0, 0, 1))), thing=self.thing.name, values={"width_m": width})
+            if not isinstance(there, Refused) and not bare.free(there):
+                there = refusal(bare.why(there), collision=bare.collision(there))
+            off = there if isinstance(there, Refused) else collision_free_ik(free, self.context, before, there)
+            if not isinstance(off, Refused):
+                return Place(at, before, opening, tuple(at.rotate((0, 0, 1))), thing=self.thing.name, grip=GripFacts(width))
             refused = off
         return refused
 

@@ -8,21 +8,20 @@ looked at in the time of one or two inverse kinematics, and those with room are 
 from __future__ import annotations
 
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
+import mujoco
 import numpy as np
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from cramlite.model import Belief, Feature, Floats, Geom, Pose, Thing, Value
 
+from ..motion_planning.planning_scene import PlanningScene
 from ..shapes import ray_casting as rays
 from ..shapes.bounds import box_around
 from ..shapes.box_overlaps import overlaps
 from .antipodal import Hands
-
-if TYPE_CHECKING:
-    from ..motion_planning.planning_scene import PlanningScene
 
 HOLE = "vrps:Hole"
 AROUND = 0.30  # of a thing that hands about it reach [m]
@@ -116,8 +115,6 @@ def _column(hole: Feature) -> Geom | None:
 
 
 def _parts_of(scene: Any) -> list[Part]:
-    import mujoco
-
     model, data = scene.compiled.model, scene.data
     mujoco.mj_kinematics(model, data)
     tool = Pose.from_matrix(data.site_xmat[scene.index.tcp].reshape(3, 3)).rotation

@@ -9,13 +9,16 @@ from collections.abc import Iterator
 import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import Belief, Estimate, Feature, Floats, Joint, Location, Place, Pose, Thing
-from cramlite.plugin import Answers, Context, Grounding, Refused, Unresolvable, hookimpl
+from cramlite.model import Belief, CarriedAlong, Estimate, Feature, Floats, Joint, Location, Place, Pose, Thing
+from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 
+from ..motion_planning.reach import bound, causes, held_pose, led_by, tcp
 from ..shapes import ray_casting as rays
 from ..shapes.bounds import box_around
-from ..shapes.carried_along import DRIVEN
 from .antipodal import Hands, pinches
+from .hand_around import HandAround
+from .joint_way import driven_along, met_on_its_way
+from .parameters import Handle, JointWay, asked
 
 TIPS = 0.006  # how much farther out the pads also take it, where their ends come too near to the front behind [m]
 ROOM = 0.006  # about the hand, without which a grip comes last [m]: streamed arms come to rest within 4 mm
@@ -39,23 +42,9 @@ PUSHED_ON = (*OPENED, 0.85, 0.8)
 TURNED = (0.97, 0.6, 0.4)
 """Shares that a knob is turned on to: as far as the wrist turns; from a fifth on it counts as on."""
 
-LEAVES = {"height_m", "x_m"}
-"""Values of the places where things were put down, or pushed to, by which it is known that another place may do."""
 
-
-@hookimpl
-def resolve_location(location: Location, belief: Belief, context: Context) -> Answers:
-    """Resolve locations "handle", "opened", "closed" and "stop"; None for other relations."""
-    finders = {"handle": _grasps, "opened": _path, "closed": _path, "stop": _path}
-    finder = finders.get(location.relation)
-    return finder(location, belief, context) if finder else None
-
-
-def _grasps(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
-    """Straight onto the handle, the fingers across its bar; turned half way round, and tilted about the bar or along it, as well."""
-    from ..motion_planning.reach import bound
-    from .hand_around import HandAround
-
+def handle_grasps(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
+    """Generate hands straight onto the handle, the fingers across its bar; also half a turn round, and tilted about the bar or along it."""
     entity = bound(context, location.of)
     thing, handle = belief.thing(entity), belief.feature(entity, "cram:Handle")
     if handle is None or thing.joint is None:
@@ -75,7 +64,7 @@ def _grasps(location: Location, belief: Belief, context: Context) -> Iterator[Gr
             yield _held(name, found, 0.1 * k)
             continue
         found = hand.around(at, width)
-        late.append(_held(name, found, 0.1 * (k + len(ways))) if isinstance(found, Place) else found.refused(name))
+        late.append(_held(name, found, 0.1 * (k + len(ways))) if isinstance(found, Place) else found.of(name))
     yield from late
 
 
@@ -85,26 +74,22 @@ def check_way(location: Location, thing: Thing, belief: Belief, context: Context
     Raises:
         Unresolvable: something is in its way; whatever hand moves it, it meets that.
     """
-    from ..motion_planning.reach import led_by
-    from ..motion_planning.space import Refusal
-    from .joint_way import driven_along, met_on_its_way
-
-    if (joint := thing.joint) is None or (least := location.parameters.get("least")) is None:
+    if (joint := thing.joint) is None or (least := asked(location, Handle).least) is None:
         return
     value = joint_value(belief, thing.name, belief.base() * belief.pose(thing.name))
     goal = joint.lower + least * (joint.upper - joint.lower)
     if goal > value and (met := met_on_its_way(thing, value, goal, belief, context)):
-        drives = context.limits.may_push and not isinstance(driven_along(thing, value, goal, belief, context), Refusal)
-        if drives and location.parameters.get("drives"):
+        drives = context.limits.may_push and not isinstance(driven_along(thing, value, goal, belief, context), Refused)
+        if drives and asked(location, Handle).drives:
             return
         there = {name for entry in met.blocking or () for name in ((entry,) if isinstance(entry, str) else entry)}
-        put = (n for n, v in context.bindings.items() if isinstance(v, Place) and v.thing in there and LEAVES & set(v.values))
+        put = (n for n, v in context.bindings.items() if isinstance(v, Place) and v.thing in there and v.leaves_thing)
         ways = led_by(location, context) if drives else ()  # else moving what is in the way is all that helps
         raise Unresolvable(met.reason, (location.of or "", *put, *ways), blocking=met.blocking, collision=met.collision, remedy=met.remedy)
 
 
 def _held(name: str, place: Place, cost: float) -> Grounding:
-    said = f"{name}: {1000 * place.values['width_m']:.0f} mm wide, open {1000 * (place.opening or 0.0):.0f} mm"
+    said = f"{name}: {1000 * (place.grip.width_m if place.grip else 0.0):.0f} mm wide, open {1000 * (place.opening or 0.0):.0f} mm"
     return Grounding(place, said, cost, key=name)
 
 
@@ -128,10 +113,8 @@ def _thickness(thing: Thing, across: Pose) -> float:
     return met if met > 0.0 else float(high[1] - low[1])
 
 
-def _path(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
-    """TCP poses that keep the hand at the thing while the joint goes to its goal: at its handle, or, shut, against its front."""
-    from ..motion_planning.reach import bound, causes, held_pose, tcp
-
+def joint_way(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
+    """Generate paths that keep the hand at the thing while the joint goes to its goal: at its handle, or, shut, against its front."""
     entity = bound(context, location.of)
     thing = belief.thing(entity)
     held = belief.held is not None and belief.held.thing == thing.name
@@ -140,37 +123,34 @@ def _path(location: Location, belief: Belief, context: Context) -> Iterator[Grou
     now = held_pose(belief, context) if held else belief.pose(thing.name)
     for k, share in enumerate(_shares(location, thing.joint, now.inverse() * tcp(belief, context), held)):
         led = _led(thing, thing.joint, belief, context, now, share, 0.1 * k)
-        yield _driving(led, thing, now, belief, context) if location.parameters.get("drives") else led
+        yield _driving(led, thing, now, belief, context) if asked(location, JointWay).drives else led
 
 
 def _driving(led: Grounding, thing: Thing, now: Pose, belief: Belief, context: Context) -> Grounding | Refused:
     """The same path of a drawer, with how far it drives each loose thing before it; or what is in the way of that."""
-    from ..motion_planning.space import Refusal
-    from .joint_way import driven_along
-
     there, place = Estimate(belief.base() * now), led.value
     free = belief.released(there, belief.opening) if belief.held else belief
     value = joint_value(free, thing.name, there.pose)
-    found = driven_along(thing, value, value + place.values["moved"], free, context)
-    if isinstance(found, Refusal):
-        return found.refused(led.key)
-    values = {**place.values, **{DRIVEN + name: metres for name, metres in found.items()}}
+    found = driven_along(thing, value, value + place.carried.joint, free, context)
+    if isinstance(found, Refused):
+        return found.of(led.key)
     said = f"{led.reason}; {', '.join(map(repr, found)) or 'nothing'} is driven along"
-    return replace(led, value=replace(place, values=values), reason=said)
+    return replace(led, value=replace(place, carried=replace(place.carried, driven_m=found)), reason=said)
 
 
 def _shares(location: Location, joint: Joint, hand: Pose, held: bool) -> tuple[float, ...]:
     """How far something is moved by a hand at a pose in its frame, as shares of its joint's range, best first; what is pushed goes on from
     there to its stop."""
-    if said := float(location.parameters.get("share", 0.0)):
-        return (said,)
-    if location.relation == "opened" and (most := float(location.parameters.get("ajar", 0.0))):
-        return tuple(share for share in BEGUN if share < most) or (most / 2,)
+    said = asked(location, JointWay)
+    if said.share:
+        return (said.share,)
+    if location.relation == "opened" and said.ajar:
+        return tuple(share for share in BEGUN if share < said.ajar) or (said.ajar / 2,)
     if location.relation == "opened" and joint.kind == "hinge" and not held:
         return PUSHED_ON
     if location.relation == "opened":
-        return TURNED if location.parameters.get("turned") else OPENED
-    if location.relation == "stop" or location.parameters.get("turned"):  # a knob is off at its stop, where others may want it exactly
+        return TURNED if said.turned else OPENED
+    if location.relation == "stop" or said.turned:  # a knob is off at its stop, where others may want it exactly
         return (0.0,)
     return (CLOSED if held else ajar(joint, hand),)
 
@@ -187,13 +167,12 @@ def lever(joint: Joint, hand: Pose) -> float:
 
 
 def _led(thing: Thing, joint: Joint, belief: Belief, context: Context, now: Pose, share: float, cost: float) -> Grounding:
-    from ..motion_planning.reach import tcp
-
     goal = joint.lower + share * (joint.upper - joint.lower)
     value = joint_value(belief, thing.name, belief.base() * now)
     path, way = _corners(joint, now, tcp(belief, context), goal - value), goal - value
     said = f"'{thing.name}' from {value:.3f} to {goal:.3f} {'m' if joint.kind == 'slide' else 'rad'}"
-    return Grounding(Place(path[-1], path[-1], path=path, thing=thing.name, values={"moved": way}), said, cost, key=f"to {share:g}")
+    place = Place(path[-1], path[-1], path=path, thing=thing.name, carried=CarriedAlong(joint=way))
+    return Grounding(place, said, cost, key=f"to {share:g}")
 
 
 def along_joint(thing: Thing, belief: Belief, hand: Pose, share: float) -> tuple[Pose, ...]:

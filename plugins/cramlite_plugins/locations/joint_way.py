@@ -6,13 +6,13 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
+import shapely
 from msgspec.structs import replace
 
 from cramlite.model import Belief, Floats, Held, Pose, Thing
-from cramlite.plugin import Context, InTheWay, checkpoint
+from cramlite.plugin import Context, InTheWay, Refused, checkpoint
 
 from ..motion_planning.reach import make_scene
-from ..motion_planning.space import Refusal
 from ..shapes.bounds import lowest
 from ..shapes.carried_along import carried_along, gone_along
 from ..shapes.surfaces import standing
@@ -23,7 +23,7 @@ LEVEL = 0.1  # what a drawer drives along must not be lifted or pressed down: si
 OVER = 0.002  # what a thing stands on it is while it is driven along: resting contacts are some hundredths of a millimetre deep [m]
 
 
-def met_on_its_way(thing: Thing, value: float, goal: float, belief: Belief, context: Context) -> Refusal | None:
+def met_on_its_way(thing: Thing, value: float, goal: float, belief: Belief, context: Context) -> Refused | None:
     """Return what a thing meets first, with what it takes along, while its joint goes from a value to a goal [m, rad], and all that is in
     the way; None where it is free, and where something touches it already, of which planned paths know more."""
     assert thing.joint is not None
@@ -36,7 +36,7 @@ def met_on_its_way(thing: Thing, value: float, goal: float, belief: Belief, cont
     return replace(first, reason=said, blocking=every)
 
 
-def _met(thing: Thing, value: float, goal: float, belief: Belief, context: Context) -> dict[float, Refusal]:
+def _met(thing: Thing, value: float, goal: float, belief: Belief, context: Context) -> dict[float, Refused]:
     """What a thing meets on its way, by how far it has come then [m, rad]; {} where something touches it at the start."""
     assert thing.joint is not None
     joint, now, way, step = thing.joint, belief.pose(thing.name), goal - value, STEPS[thing.joint.kind == "hinge"]
@@ -46,19 +46,19 @@ def _met(thing: Thing, value: float, goal: float, belief: Belief, context: Conte
     return {} if 0.0 in met else met
 
 
-def _met_at(poses: Sequence[Pose], name: str, belief: Belief, context: Context, touch: Iterable[str] = ()) -> list[Refusal | None]:
+def _met_at(poses: Sequence[Pose], name: str, belief: Belief, context: Context, touch: Iterable[str] = ()) -> list[Refused | None]:
     """What a thing meets, with what it takes along, at poses in the world; where it is now does not count."""
     held = Held(name, Pose(), 0.0, carries=carried_along(belief, name))
     scene = make_scene(belief.grasped(held), context, touch, clearance=0.0)
 
-    def met(there: Pose) -> Refusal | None:
+    def met(there: Pose) -> Refused | None:
         checkpoint()
         return scene.met(there, hand=False)
 
     return [met(there) for there in poses]
 
 
-def driven_along(thing: Thing, value: float, goal: float, belief: Belief, context: Context) -> Mapping[str, float] | Refusal:
+def driven_along(thing: Thing, value: float, goal: float, belief: Belief, context: Context) -> Mapping[str, float] | Refused:
     """Return how far each loose thing goes along that a drawer meets on its level way from a joint value to a goal, and drives before it
     [m]; {} where it meets none. Or what is in the way of the drawer or of them: nothing is driven into what else stands there, nor what
     would tip over, such as a bottle."""
@@ -80,8 +80,6 @@ def driven_along(thing: Thing, value: float, goal: float, belief: Belief, contex
 
 def _tips(name: str, driver: Thing, line: Floats, belief: Belief) -> bool:
     """Whether a thing that is pushed at the lowest point of what drives it turns over about its edge ahead before it slides."""
-    import shapely
-
     it, pose = belief.world.thing(name), belief.pose(name)
     bottom, at = pose.position[2] + lowest(it, pose), belief.pose(driver.name)
     height = max(at.position[2] + lowest(driver, at) - bottom, 0.0)
@@ -99,7 +97,7 @@ def _direction(thing: Thing, way: float, belief: Belief) -> Floats:
     return axis
 
 
-def _driven_into(name: str, way: Floats, along: tuple[str, ...], begin: Belief, end: Belief, context: Context) -> Refusal | None:
+def _driven_into(name: str, way: Floats, along: tuple[str, ...], begin: Belief, end: Belief, context: Context) -> Refused | None:
     """What a thing meets that goes along a way (3,) in the base frame [m], but for what goes the same way; just over what it stands on."""
     start, line = begin.poses[name].pose, np.asarray(begin.base().rotate(way))
     count = max(1, math.ceil(float(np.linalg.norm(way)) / STEPS[0]))

@@ -12,9 +12,10 @@ from collections.abc import Callable, Iterator, Sequence
 import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import Belief, Floats, Location, Place, Pose, Swing, Thing
+from cramlite.model import Belief, Floats, Location, Pose, Swing, Thing
 from cramlite.plugin import Context, Grounding, Refused
 
+from ..motion_planning.reach import bound, collision_free_ik, make_scene, shift
 from ..shapes.bounds import corners
 
 PART = math.radians(10.0)  # of the turn on each line: the chord of an arc of 0.13 m is then 0.5 mm from it
@@ -39,23 +40,20 @@ def laid_down(location: Location, belief: Belief, context: Context, spots: Spots
 
 def _led(answer: Grounding, location: Location, belief: Belief, context: Context) -> Grounding | Refused:
     """A placement with its way, or why the arm cannot lead it there."""
-    from ..motion_planning.reach import bound, collision_free_ik, make_scene, shift
-    from ..motion_planning.space import Refusal
-
     held, place = belief.held, answer.value
     assert held is not None and held.swing is not None
-    lies = shift(place.pose, (0.0, 0.0, OVER - place.values["height_m"]))
+    lies = shift(place.pose, (0.0, 0.0, OVER - place.release.height_m))
     shares, way = rolled(belief.world.thing(held.thing), lies, held.swing)
     before, seed = shift(way[0], (0.0, 0.0, ABOVE)), belief.joints
     for share, hand, touch in ((1.0, before, ()), *((s, h, (bound(context, location.of),)) for s, h in zip(shares, way, strict=True))):
         there = replace(belief, held=replace(held, tcp_to_thing=held.swing.at(share)))
         scene = make_scene(there, context, touch, clearance=0.0, hand=False)
         found = collision_free_ik(scene, context, hand, seed)
-        if isinstance(found, Refusal):
+        if isinstance(found, Refused):
             said = f"{answer.key}, laid down, {math.degrees(_angle(held.swing)) * share:.0f} deg to go"
-            return replace(found, reason=f"not led down: {found.reason}").refused(said)
+            return replace(found, reason=f"not led down: {found.reason}").of(said)
         seed = found
-    led = Place(way[0], before, approach=place.approach, path=tuple(way[1:]), thing=place.thing, values=place.values)
+    led = replace(place, pose=way[0], before=before, path=tuple(way[1:]))
     return replace(answer, value=led, reason=f"{answer.reason}, led down about its far side")
 
 

@@ -7,12 +7,16 @@ from collections.abc import Iterator
 from itertools import islice, product
 
 import numpy as np
+import shapely
 from msgspec.structs import replace
 
 from cramlite.model import Floats, Pose, thing_of
 
+from ..motion_planning.reach import make_scene
 from ..predicates.places import RIM
 from ..shapes.bounds import corners, support
+from ..shapes.surfaces import footprint, resting_height
+from ..simulation.resting import let_down, rests
 from .place_filters import Wanted
 
 SURE = 0.002
@@ -36,16 +40,14 @@ def must_lean(wanted: Wanted, now: Pose) -> str:
 
     What counts is where its origin is, and that may be below its foot.
     """
-    from ..shapes.surfaces import resting_height
-
-    if not wanted.depth or not wanted.where.get("region"):
+    if not wanted.depth or not wanted.where.region:
         return ""
     below, (x, y, top) = wanted.belief.thing(thing_of(wanted.entity)), wanted.target.pose.position
     height, _ = resting_height(wanted.thing, Pose((x, y, top), now.quaternion), [(below, wanted.belief.pose(below.name))])
     by = height + support(wanted.thing, Pose((0.0, 0.0, 0.0), now.quaternion), (0.0, 0.0, -1.0)) - top + wanted.depth
     if by >= 0 or not math.isfinite(by):
         return ""
-    return f"its origin would be {-1000 * by:.0f} mm below '{wanted.where['region']}' of '{below.name}', where it stands as it is turned"
+    return f"its origin would be {-1000 * by:.0f} mm below '{wanted.where.region}' of '{below.name}', where it stands as it is turned"
 
 
 def leaning(wanted: Wanted, now: Pose) -> Iterator[Pose]:
@@ -55,8 +57,6 @@ def leaning(wanted: Wanted, now: Pose) -> Iterator[Pose]:
     Args:
         now: of what is held, in the base frame.
     """
-    from ..simulation.resting import let_down, rests
-
     below = wanted.belief.thing(thing_of(wanted.entity))
     at = wanted.belief.pose(below.name)
     let_go = (let_down(wanted.thing, start, below, at) for start in _starts(wanted, now))
@@ -67,8 +67,6 @@ def leaning(wanted: Wanted, now: Pose) -> Iterator[Pose]:
 
 def close_by(wanted: Wanted) -> Wanted:
     """Return a request whose scene keeps ``CLOSE`` only."""
-    from ..motion_planning.reach import make_scene
-
     return replace(wanted, scene=make_scene(wanted.belief, wanted.context, clearance=CLOSE))
 
 
@@ -90,10 +88,6 @@ def _starts(wanted: Wanted, now: Pose) -> Iterator[Pose]:
 
 def along_walls(wanted: Wanted, now: Pose) -> list[Pose]:
     """Return attitudes, turned about the vertical so that an outline's sides are along the walls and between them, the nearest first."""
-    import shapely
-
-    from ..shapes.surfaces import footprint
-
     frame, here = wanted.target.pose, Pose((0.0, 0.0, 0.0), now.quaternion)
     a, b = shapely.get_coordinates(shapely.minimum_rotated_rectangle(footprint(wanted.thing, here)))[:2]
     x, y, _ = frame.rotate((1.0, 0.0, 0.0))
@@ -119,7 +113,5 @@ def _stands(wanted: Wanted, pose: Pose) -> bool:
 
 def _inside(wanted: Wanted, end: Pose) -> bool:
     """Whether an origin at rest is in the region by ``SURE``."""
-    import shapely
-
     x, y, z = map(float, wanted.target.pose.inverse().apply(end.position))
     return SURE - wanted.depth <= z <= RIM - SURE and bool(wanted.target.area.buffer(-SURE).covers(shapely.Point(x, y)))

@@ -8,9 +8,11 @@ from collections.abc import Iterator
 import numpy as np
 
 from cramlite.model import Belief, Floats, Location, Place, Pose
-from cramlite.plugin import Answers, Context, Grounding, Refused, hookimpl
+from cramlite.plugin import Context, Grounding, Refused
 
+from ..motion_planning.reach import bound, collision_free_ik, make_scene, reference_pose, shift, tcp
 from ..predicates.places import NEAR
+from ..shapes.bounds import support
 
 GAPS = (0.03, 0.06)
 """Between the two bodies [m]: more than paths keep, and with half of most things that fit a hand less than ``NEAR``."""
@@ -19,18 +21,9 @@ PER_TURN = 0.1  # cost of a radian of turn, as of putting down
 PER_METRE = 1.0  # cost of the way there: the nearest place that is near is near enough
 
 
-@hookimpl
-def resolve_location(location: Location, belief: Belief, context: Context) -> Answers:
-    """Resolve location "near"; None for other relations."""
-    return _places(location, belief, context) if location.relation == "near" else None
-
-
-def _places(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
-    """Places around the thing, one on each side of it, the shortest way from here first: what fails later fails on all turns
+def near_thing(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
+    """Generate places around the thing, one on each side of it, the shortest way from here first: what fails later fails on all turns
     and distances of a side alike, and each would be searched below."""
-    from ..motion_planning.reach import bound, collision_free_ik, make_scene, reference_pose, shift, tcp
-    from ..motion_planning.space import Refusal
-
     there, entity, hand = reference_pose(belief, location, context), bound(context, location.of), tcp(belief, context)
     scene, to_body = make_scene(belief, context), belief.held.tcp_to_thing if belief.held else Pose()
     options = []
@@ -51,8 +44,8 @@ def _places(location: Location, belief: Belief, context: Context) -> Iterator[Gr
         if side in done:
             continue
         found = collision_free_ik(scene, context, pose, belief.joints)
-        if isinstance(found, Refusal):
-            yield found.refused(name)
+        if isinstance(found, Refused):
+            yield found.of(name)
         else:
             done.add(side)
             yield Grounding(Place(pose, pose), name, cost, key=name)
@@ -60,8 +53,6 @@ def _places(location: Location, belief: Belief, context: Context) -> Iterator[Gr
 
 def _around(entity: str, there: Pose, body: Pose, belief: Belief) -> Iterator[tuple[str, str, Floats, float]]:
     """The side and its name; where the origin of the hand, or of what it holds, would be, in the base frame; how far away [m]."""
-    from ..shapes.bounds import support
-
     thing, held = belief.thing(entity), belief.thing(belief.held.thing) if belief.held else None
     out = np.array([*there.position[:2], 0.0]) / max(math.hypot(*there.position[:2]), 1e-9)
     side, up = np.array([-out[1], out[0], 0.0]), np.array([0.0, 0.0, 1.0])

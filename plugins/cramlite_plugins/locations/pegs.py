@@ -4,18 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
 import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import Belief, Floats, Location, Place, Pose, Remedy, Value, Vector3
-from cramlite.plugin import Answers, Context, Grounding, Refused, Unresolvable, hookimpl
+from cramlite.model import Belief, Floats, Location, PegFit, Place, Pose, Remedy, Value, Vector3
+from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 
+from ..motion_planning.reach import bound, causes, collision_free_ik, held_pose, make_scene, taken_at, traverse
 from ..shapes.peg_fit import PLAY, aligned, play, stands
-
-if TYPE_CHECKING:
-    from ..motion_planning.space import Refusal
 
 CLEAR = 0.04  # past the tip before a pull ends, and where a push begins [m]: more than a tab's rim, 8 mm
 DEEPEST = 0.06  # how far onto the peg a thing is pushed at most [m]: 60 mm deep was measured to hang safely
@@ -70,17 +67,8 @@ class Peg(Value):
         return np.array([0.0, 0.0, min(max(sunk, 0.0), self.play)])
 
 
-@hookimpl
-def resolve_location(location: Location, belief: Belief, context: Context) -> Answers:
-    """Resolve locations "extract" and "insert"; None for other relations."""
-    ways = {"extract": _extract, "insert": _insert}
-    way = ways.get(location.relation)
-    return way(location, belief, context) if way else None
-
-
-def _extract(location: Location, belief: Belief, context: Context) -> Iterator[Grounding]:
-    from ..motion_planning.reach import causes, traverse
-
+def extract(location: Location, belief: Belief, context: Context) -> Iterator[Grounding]:
+    """Generate the path of a hole off its peg."""
     peg = find_peg(location, belief, context)
     if not 0 <= peg.along <= peg.length:
         where = f"the hole is {1000 * peg.along:.0f} mm along a peg of {1000 * peg.length:.0f} mm: not on it"
@@ -96,30 +84,28 @@ def _extract(location: Location, belief: Belief, context: Context) -> Iterator[G
     )
 
 
-def _insert(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
+def insert(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
     """The hole before the tip, in all ways round; then at the tip, past its bend, deep, let down.
 
-    The path's corners are the last four; ``values`` has the radial play and the way to push from tip to deep.
+    The path's corners are the last four; ``fit`` has the radial play and the way to push from tip to deep.
     """
-    from ..motion_planning.reach import causes
-
     peg = find_peg(location, belief, context)
     steps = peg.onto
     centres = peg.root + peg.axis * peg.length + peg.over_tip + np.cumsum(steps, axis=0)
     depth = float(np.linalg.norm(steps[3]))
-    values = {"play_m": peg.play, "push_m": depth + float(peg.over_tip @ peg.axis)}
-    refused: list[Refusal] = []
+    fit = PegFit(peg.play, depth + float(peg.over_tip @ peg.axis))
+    refused: list[Refused] = []
     for k, (side, hole) in enumerate(_ways_round(peg, belief, context)):
         corners = [_hand(belief, Pose(_three(centre), hole.quaternion)) for centre in centres]
         name = f"{side} of the hole along the peg, {1000 * depth:.0f} mm onto it"
         no = _unreachable(location, belief, context, corners)
         if no is not None:
             refused.append(no)
-            yield no.refused(name)
+            yield no.of(name)
             continue
         place = Place(
             corners[-1], corners[0], approach=_three(-peg.axis), path=tuple(corners[1:]),
-            thing=belief.held.thing if belief.held else "", values=values,
+            thing=belief.held.thing if belief.held else "", fit=fit,
         )  # fmt: skip
         yield Grounding(place, name, 0.1 * k, key=side, anew=True)
     if refused and refused[-1] is no:
@@ -131,8 +117,6 @@ def _insert(location: Location, belief: Belief, context: Context) -> Iterator[Gr
 def _held_so(location: Location, belief: Belief, context: Context) -> tuple[str, ...]:
     """Return what it depends on whether the arm reaches a peg with what is held, where nothing that can be moved is in the way: the peg and
     the grasp, but not how high the thing was lifted. All places where nobody knows the grasp."""
-    from ..motion_planning.reach import causes, taken_at
-
     grasps = taken_at(belief, context)
     return (*grasps, location.of or "") if grasps else causes(location, context)
 
@@ -162,8 +146,6 @@ def _ways_round(peg: Peg, belief: Belief, context: Context) -> Iterator[tuple[st
 
 
 def _hole_now(belief: Belief, context: Context) -> Pose:
-    from ..motion_planning.reach import held_pose
-
     assert belief.held is not None
     hole = belief.world.thing(belief.held.thing).feature("vrps:Hole")
     assert hole is not None
@@ -178,17 +160,14 @@ def _hand(belief: Belief, hole: Pose) -> Pose:
     return hole * (belief.held.tcp_to_thing * feature.pose).inverse()
 
 
-def _unreachable(location: Location, belief: Belief, context: Context, corners: list[Pose]) -> Refusal | None:
+def _unreachable(location: Location, belief: Belief, context: Context, corners: list[Pose]) -> Refused | None:
     """Why the arm cannot stand at all corners, one after the other; None when it can."""
-    from ..motion_planning.reach import bound, collision_free_ik, make_scene
-    from ..motion_planning.space import Refusal
-
     free = make_scene(belief, context)
     near = make_scene(belief, context, [bound(context, location.of)], clearance=0.0, hand=False)
     seed = belief.joints
     for k, pose in enumerate(corners):
         there = collision_free_ik(near if k else free, context, pose, seed)
-        if isinstance(there, Refusal):
+        if isinstance(there, Refused):
             where = ("before the tip", "at the tip", "past its bend", "on the peg", "let down")[k]
             return replace(there, reason=f"{where}: {there.reason}")
         seed = there
@@ -198,8 +177,6 @@ def _unreachable(location: Location, belief: Belief, context: Context, corners: 
 def _unmoved(belief: Belief, context: Context) -> bool:
     """Whether the held thing is where it was at the very beginning: then that depends on which things were meant, and on what was
     done, but on no place that the hand was led to, the grasp among them."""
-    from ..motion_planning.reach import held_pose
-
     assert belief.held is not None
     initial = belief.base().inverse() * belief.world.thing(belief.held.thing).pose
     return held_pose(belief, context).distance(initial)[0] <= SAME
@@ -211,8 +188,6 @@ def find_peg(location: Location, belief: Belief, context: Context) -> Peg:
     Raises:
         Unresolvable: one of them is missing, or the peg is too thick for the hole.
     """
-    from ..motion_planning.reach import bound, causes, held_pose
-
     thing = held_pose(belief, context)
     assert belief.held is not None
     owner, held = belief.thing(bound(context, location.of)), belief.world.thing(belief.held.thing)

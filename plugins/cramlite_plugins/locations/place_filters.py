@@ -7,22 +7,27 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import shapely
 from msgspec.structs import replace
 
-from cramlite.model import Belief, Floats, Pose, Thing, Value, thing_of
+from cramlite.model import Belief, Floats, Pose, Release, Stage, Thing, Value, thing_of
 from cramlite.plugin import Context, Refused
 
+from ..kinematics.kinematics import inverse, reach_shortfall, why_no_inverse
+from ..motion_planning.reach import collision_free_ik, shift
+from ..motion_planning.space import refusal
+from ..motion_planning.too_far import no_inverse
+from ..motions.gripping import DROPPED, LET_GO
 from ..shapes import ray_casting as rays
 from ..shapes.bounds import box_around, centre_of_mass, support
+from ..shapes.surfaces import FLAT, Surface, footprint, inset, standing
+from .parameters import Where
 from .too_little_room import taken_by, too_high, too_narrow
 
-if TYPE_CHECKING:
-    from ..motion_planning.space import Refusal
-    from ..shapes.surfaces import Surface
-
+AS_LET_GO = Pose()
 ASIDE = 0.02  # what is left of a thing is so by at least this [m]
 SIDES: Mapping[str, tuple[int, float]] = {
     "left_of": (1, 1.0), "right_of": (1, -1.0), "behind": (0, 1.0), "in_front_of": (0, -1.0)
@@ -33,7 +38,6 @@ OFF_WALLS = 0.008
 WELL_IN = 0.01  # of an origin from the edge of its region [m]: a thing that is let go shifts by a few millimetres
 BELOW_TOP = 0.002  # of an origin at rest from the upper end of its region [m]: the judge of goals asks for half of that
 LEVEL = 45.0  # of closing or approach direction from level, up to which something falls out of a hand [deg]: friction of 1 holds on less
-ABOVE_IT = "above it"  # where a refusal says that the stand-off is to blame
 SEEN = 0.5  # share of a thing that others may not hide
 
 
@@ -88,7 +92,7 @@ class Wanted(Value):
     belief: Belief
     context: Context
     scene: Any
-    where: Mapping[str, Any]
+    where: Where
     obstacles: tuple[Obstacle, ...] = ()
     depth: float = 0.0
     covers: tuple[Obstacle, ...] = ()
@@ -98,8 +102,14 @@ class Wanted(Value):
     uneven: bool = False
 
 
-Filter = Callable[[Spot, Wanted], "str | Refusal"]
+Filter = Callable[[Spot, Wanted], "str | Refused"]
 """Objects with a reason, with what is in the way where it looked for that; "" where it does not object."""
+
+
+def released(wanted: Wanted, height: float, opening: float | None = None, settles: Pose = AS_LET_GO) -> Release:
+    """Return the release of a payload at a height over its target [m]: let fall into a cavity, or put down."""
+    into = thing_of(wanted.entity) if wanted.depth else ""
+    return Release(height, opening, settles, into, DROPPED if into else LET_GO)
 
 
 def first_objection(spot: Spot, wanted: Wanted, filters: Mapping[str, Filter]) -> Refused | None:
@@ -107,13 +117,11 @@ def first_objection(spot: Spot, wanted: Wanted, filters: Mapping[str, Filter]) -
 
     What stands on the target is blamed whenever nothing else is: it takes away positions that are not even looked at.
     """
-    from ..motion_planning.space import Refusal
-
     for passed, (name, objects) in enumerate(filters.items()):
         no = objects(spot, wanted)
         if no:
-            why = no if isinstance(no, Refusal) else Refusal(no, blocking=standing_there(wanted))
-            return replace(why, reason=f"not {name}: {why.reason}").refused(spot.name, passed)
+            why = no if isinstance(no, Refused) else refusal(no, blocking=standing_there(wanted))
+            return replace(why, reason=f"not {name}: {why.reason}", check=name).of(spot.name, passed)
     return None
 
 
@@ -124,8 +132,6 @@ def standing_there(wanted: Wanted) -> tuple[str, ...]:
 
 def supported(spot: Spot, wanted: Wanted) -> str:
     """Check that the thing's centre of mass is above what of the surface it would touch."""
-    from ..shapes.surfaces import inset, standing
-
     local = wanted.target.pose.inverse() * spot.thing
     inside, least = inset(standing(wanted.thing, local), wanted.target.area)
     if inside >= least or _sunk(spot, wanted):
@@ -147,10 +153,8 @@ def _sunk(spot: Spot, wanted: Wanted) -> bool:
     return bool(z < 0 and abs(x) < half[0] / 2 and abs(y) < half[1] / 2)
 
 
-def clear(spot: Spot, wanted: Wanted) -> str | Refusal:
+def clear(spot: Spot, wanted: Wanted) -> str | Refused:
     """Check that its outline, seen from above, is apart from those of what stands there, as far up as that reaches."""
-    from ..shapes.surfaces import footprint
-
     there = wanted.target.pose.inverse() * spot.thing
     foot = -support(wanted.thing, there, (0.0, 0.0, -1.0))  # it may still be above where it will stand
     for found in wanted.obstacles:
@@ -161,11 +165,9 @@ def clear(spot: Spot, wanted: Wanted) -> str | Refusal:
     return ""
 
 
-def inside(spot: Spot, wanted: Wanted) -> str | Refusal:
+def inside(spot: Spot, wanted: Wanted) -> str | Refused:
     """Check that all of it is over the container's opening, and apart from its walls as far as there is room: what meets one on its way
     down leans."""
-    from ..shapes.surfaces import footprint
-
     outline = footprint(wanted.thing, wanted.target.pose.inverse() * spot.thing)
     (low, left, high, right), (x, y, x1, y1) = outline.bounds, wanted.target.area.bounds
     gap = min(OFF_WALLS, max(0.0, min(x1 - x - high + low, y1 - y - right + left) / 4))  # with half of the room to choose from
@@ -192,26 +194,21 @@ def falls(spot: Spot, wanted: Wanted) -> str:
     return ""
 
 
-def falls_in(spot: Spot, wanted: Wanted) -> str | Refusal:
+def falls_in(spot: Spot, wanted: Wanted) -> str | Refused:
     """Check that what is let go of falls into the container, and not onto what is between, such as the cabinet of a closed drawer."""
-    from ..motion_planning.space import Refusal
-    from ..shapes.surfaces import FLAT, footprint
-
     belief, to = wanted.belief, wanted.target.pose.inverse()
     for name in (o.name for o in wanted.covers) if spot.height > 0 else ():
         between = footprint(belief.world.thing(name), to * belief.pose(name), 2 * FLAT, spot.height)
         if (overlap := float(footprint(wanted.thing, to * spot.thing).intersection(between).area)) > 0:
             said = f"'{name}' is over {1e4 * overlap:.1f} cm2 of it, between it and '{wanted.entity}': it would come to rest on that"
-            return Refusal(said, blocking=(name,))
+            return refusal(said, blocking=(name,))
     return ""
 
 
-def in_region(spot: Spot, wanted: Wanted) -> str | Refusal:
+def in_region(spot: Spot, wanted: Wanted) -> str | Refused:
     """Check that its origin is over the region that is asked for, a little inside, since what is let go may shift, and no higher than
     that reaches."""
-    import shapely
-
-    if not (region := wanted.where.get("region")):
+    if not (region := wanted.where.region):
         return ""
     x, y, z = (wanted.target.pose.inverse() * spot.thing).position
     at, area = shapely.Point(x, y), wanted.target.area
@@ -226,29 +223,27 @@ def in_region(spot: Spot, wanted: Wanted) -> str | Refusal:
 
 def over_region(spot: Spot, wanted: Wanted) -> str:
     """Check that its origin is over the region that is asked for, which may lean: what comes to rest of itself shifts no more."""
-    import shapely
-
     resting = np.asarray(spot.thing.position) - (0.0, 0.0, spot.height)
     at = shapely.Point(*wanted.target.pose.inverse().apply(resting)[:2])
-    if not wanted.where.get("region") or wanted.target.area.covers(at):
+    if not wanted.where.region or wanted.target.area.covers(at):
         return ""
-    return f"its origin would be {1000 * wanted.target.area.distance(at):.0f} mm beside '{wanted.where['region']}'"
+    return f"its origin would be {1000 * wanted.target.area.distance(at):.0f} mm beside '{wanted.where.region}'"
 
 
 def near(spot: Spot, wanted: Wanted) -> str:
     """Check that the placement is near another thing, from middle to middle, seen from above."""
-    other = wanted.where.get("near")
+    other = wanted.where.near
     if not other:
         return ""
     gap = math.dist(spot.thing.position[:2], wanted.belief.pose(other).position[:2])
-    within = float(wanted.where.get("within", 0.2))
+    within = wanted.where.within
     return "" if gap <= within else f"{1000 * gap:.0f} mm from '{other}', up to {1000 * within:.0f} mm are near"
 
 
 def beside(spot: Spot, wanted: Wanted) -> str:
     """Check that the placement is on the right side of other things, as the base looks: x forwards, y to the left."""
     for side, (axis, sign) in SIDES.items():
-        other = wanted.where.get(side)
+        other = getattr(wanted.where, side)
         if not other:
             continue
         by = sign * (spot.thing.position[axis] - wanted.belief.pose(other).position[axis])
@@ -258,81 +253,70 @@ def beside(spot: Spot, wanted: Wanted) -> str:
     return ""
 
 
-def room(spot: Spot, wanted: Wanted) -> str | Refusal:
+def room(spot: Spot, wanted: Wanted) -> str | Refused:
     """Check that there is room for the hand and the thing at the placement and above it, wherever the arm is; of what is out of reach that
     is left to be said."""
-    from ..kinematics.kinematics import reach_shortfall
-
     base = wanted.belief.base()
-    for pose, where in ((spot.before, ABOVE_IT), (spot.pose, "at it")):
-        no: Refusal | None = None if reach_shortfall(wanted.context.robot, pose) else wanted.scene.met(base * pose)
+    for pose, where in ((spot.before, Stage.BEFORE), (spot.pose, Stage.POSE)):
+        no: Refused | None = None if reach_shortfall(wanted.context.robot, pose) else wanted.scene.met(base * pose)
         if no is not None:
-            return replace(no, reason=f"{where}: {no.reason}")
+            return _at(where, no)
     return ""
 
 
-def reachable(spot: Spot, wanted: Wanted) -> str | Refusal:
+def _at(where: Stage, no: Refused) -> Refused:
+    """A refusal that says where on the way to a placement it objects."""
+    return replace(no, reason=f"{'above it' if where is Stage.BEFORE else 'at it'}: {no.reason}", where=where)
+
+
+def reachable(spot: Spot, wanted: Wanted) -> str | Refused:
     """Check that inverse kinematics has solutions for the placement and its approach, whatever is in the way."""
-    from ..kinematics.kinematics import inverse, why_no_inverse
-    from ..motion_planning.space import Refusal
-    from ..motion_planning.too_far import no_inverse
-
     robot = wanted.context.robot
-    for pose, where in ((spot.before, ABOVE_IT), (spot.pose, "at it")):
+    for pose, where in ((spot.before, Stage.BEFORE), (spot.pose, Stage.POSE)):
         if not inverse(robot, pose, seed=wanted.belief.joints):
-            said = f"{where}: {why_no_inverse(robot, pose)}"
-            return Refusal(said, blocking=standing_there(wanted), remedy=no_inverse(robot, pose))
+            return _at(where, refusal(why_no_inverse(robot, pose), blocking=standing_there(wanted), remedy=no_inverse(robot, pose)))
     return ""
 
 
-def collision_free(spot: Spot, wanted: Wanted) -> str | Refusal:
+def collision_free(spot: Spot, wanted: Wanted) -> str | Refused:
     """Check that arm and thing are free of collision at the placement and above it."""
-    from ..motion_planning.reach import collision_free_ik
-    from ..motion_planning.space import Refusal
-
     above = collision_free_ik(wanted.scene, wanted.context, spot.before, wanted.belief.joints)
-    if isinstance(above, Refusal):
-        return replace(above, reason=f"{ABOVE_IT}: {above.reason}")
+    if isinstance(above, Refused):
+        return _at(Stage.BEFORE, above)
     there = collision_free_ik(wanted.scene, wanted.context, spot.pose, above)
-    return replace(there, reason=f"at it: {there.reason}") if isinstance(there, Refusal) else ""
+    return _at(Stage.POSE, there) if isinstance(there, Refused) else ""
 
 
-def room_to_open(spot: Spot, wanted: Wanted) -> str | Refusal:
+def room_to_open(spot: Spot, wanted: Wanted) -> str | Refused:
     """Check that the fingers can open where they let go: beside them there may be less room than around what they hold. What is put onto
     something is lowered before."""
     _, blocked = opened(spot, wanted)
     return replace(blocked, reason=f"with open fingers {blocked.reason}") if blocked else ""
 
 
-def opened(spot: Spot, wanted: Wanted) -> tuple[Any, Refusal | None]:
+def opened(spot: Spot, wanted: Wanted) -> tuple[Any, Refused | None]:
     """Return the first of the scenes with open fingers in which they have room; or None with what is in the way of the last."""
-    from ..motion_planning.reach import collision_free_ik, shift
-    from ..motion_planning.space import Refusal
-
     low, blocked = spot.pose if wanted.depth else shift(spot.pose, (0.0, 0.0, -spot.height)), None
     for scene in wanted.opened:
         there = collision_free_ik(scene, wanted.context, low, wanted.belief.joints)
-        if not isinstance(there, Refusal):
+        if not isinstance(there, Refused):
             return scene, None
         blocked = there
     return None, blocked
 
 
-def hand_off(spot: Spot, wanted: Wanted) -> str | Refusal:
+def hand_off(spot: Spot, wanted: Wanted) -> str | Refused:
     """Check that the thing comes to rest on what is not level before the hand meets that: fingers around a bowl's side reach below the rim
     of another one that it is put into."""
-    from ..motion_planning.reach import collision_free_ik, shift
-    from ..motion_planning.space import Refusal
-
     if wanted.lowered is None:
         return ""
     there = collision_free_ik(wanted.lowered, wanted.context, shift(spot.pose, (0.0, 0.0, -spot.height)), wanted.belief.joints)
-    return replace(there, reason=f"lowered {there.reason}") if isinstance(there, Refusal) else ""
+    return replace(there, reason=f"lowered {there.reason}") if isinstance(there, Refused) else ""
 
 
 def visible(spot: Spot, wanted: Wanted) -> str:
     """Check that other things hide no more than half of it, and a camera looks its way."""
-    asked = wanted.where.get("visible_from")
+    asked = wanted.where.visible_from
     if asked is None:
         return ""
     eye, axis, field = _eye(asked, wanted)

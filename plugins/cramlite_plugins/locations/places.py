@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from msgspec.structs import replace
 
 from cramlite.model import Belief, Collision, Location, Place, Pose, Swing
-from cramlite.plugin import Answers, Context, Grounding, Refused, Unresolvable, hookimpl
+from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 
+from ..kinematics.kinematics import forward
+from ..motion_planning.reach import collision_free_ik, led_here, make_scene, shift, tcp, traverse
 from .from_aside import is_free, slants
 from .laying_down import dropped
+from .parameters import Along, Back, Up, asked
 
 Found = Iterator[Grounding | Refused]
 BACK = (0.12, 0.08, 0.05)  # retreat distances that are tried [m]: the longest frees the pads of a 2F-85, 38 mm long
@@ -23,27 +26,15 @@ ALONG = (0.1, 0.2, 0.3, 0.45, 0.65, 1.0)
 """Parts of a lift at which all must be free: before the first the thing may touch what it stands on."""
 
 
-@hookimpl
-def resolve_location(location: Location, belief: Belief, context: Context) -> Answers:
-    """Resolve locations "home", "retreat", "lift" and "slide"; None for other relations."""
-    finders: Mapping[str, Callable[[Location, Belief, Context], Found]] = {
-        "home": _home, "retreat": _retreat, "lift": _lift, "slide": _slide,
-    }  # fmt: skip
-    finder = finders.get(location.relation)
-    return finder(location, belief, context) if finder else None
-
-
-def _home(location: Location, belief: Belief, context: Context) -> Found:
-    from ..kinematics.kinematics import forward
-
+def home(location: Location, belief: Belief, context: Context) -> Found:
+    """Generate the home position."""
     pose = forward(context.robot, context.robot.home)
-    yield Grounding(Place(pose, pose), f"the home position of '{context.robot.type}'", key="home")
+    yield Grounding(Place(pose, pose, joints=context.robot.home), f"the home position of '{context.robot.type}'", key="home")
 
 
-def _retreat(location: Location, belief: Belief, context: Context) -> Found:
-    from ..motion_planning.reach import tcp
-
-    yield from _reachable(ways_back(tcp(belief, context), bool(location.parameters.get("straight"))), belief, context)
+def retreat(location: Location, belief: Belief, context: Context) -> Found:
+    """Generate ways back from where the hand is."""
+    yield from _reachable(ways_back(tcp(belief, context), asked(location, Back).straight), belief, context)
 
 
 def ways_back(here: Pose, straight: bool = False) -> list[tuple[str, Pose]]:
@@ -52,18 +43,15 @@ def ways_back(here: Pose, straight: bool = False) -> list[tuple[str, Pose]]:
     Args:
         straight: only against the direction in which the hand points, as fingers come off a bar.
     """
-    from ..motion_planning.reach import shift
-
     ways = [("back", here.rotate((0, 0, -1)))]
     if not straight:
         ways.append(("up", np.array([0.0, 0.0, 1.0])))
     return [(f"{d * 1000:.0f} mm {way}", shift(here, v * d)) for way, v in ways for d in BACK]
 
 
-def _lift(location: Location, belief: Belief, context: Context) -> Found:
-    from ..motion_planning.reach import shift, tcp
-
-    height, here = float(location.parameters["height_m"]), tcp(belief, context)
+def lift(location: Location, belief: Belief, context: Context) -> Found:
+    """Generate ways up from where the hand is."""
+    height, here = asked(location, Up).height_m, tcp(belief, context)
     if belief.held is not None and belief.held.swing is not None:
         yield from _until_it_hangs(here, height, belief, belief.held.swing, context)
         return
@@ -76,8 +64,6 @@ def _lift(location: Location, belief: Belief, context: Context) -> Found:
 
 def _until_it_hangs(here: Pose, height: float, belief: Belief, swing: Swing, context: Context) -> Found:
     """So far up that what swings down in the hand is off what it lay on."""
-    from ..motion_planning.reach import shift
-
     assert belief.held is not None
     needed = dropped(belief.world.thing(belief.held.thing), here, swing) + OFF
     hanging = replace(belief, held=replace(belief.held, tcp_to_thing=swing.end))
@@ -90,8 +76,6 @@ def _out_from_under(here: Pose, heights: Sequence[float], belief: Belief, contex
 
     Few where one straight up is free: what comes next fails for them as for that, unless that ends too near to something.
     """
-    from ..motion_planning.reach import make_scene, shift
-
     height, first, touching = heights[0], len(heights), make_scene(belief, context, clearance=0.0)
     straight = any(is_free(touching, context, here, np.array([0.0, 0.0, h]), ALONG, belief.joints) for h in heights)
     shares = SHARES[:1] if straight else SHARES
@@ -107,22 +91,18 @@ def _out_from_under(here: Pose, heights: Sequence[float], belief: Belief, contex
 
 def _reachable(options: list[tuple[str, Pose]], belief: Belief, context: Context, first: int = 0) -> Found:
     """Options whose end is reachable and free, in order; there were so many others before the first."""
-    from ..motion_planning.reach import collision_free_ik, led_here, make_scene
-    from ..motion_planning.space import Refusal
-
     scene = make_scene(belief, context)
     for k, (name, pose) in enumerate(options, first):
         there = collision_free_ik(scene, context, pose, belief.joints)
-        if isinstance(there, Refusal):
-            yield replace(there.refused(name), because=led_here(context))
+        if isinstance(there, Refused):
+            yield replace(there.of(name), because=led_here(context))
         else:
             yield Grounding(Place(pose, pose), name, 0.1 * k, key=name)
 
 
-def _slide(location: Location, belief: Belief, context: Context) -> Found:
-    from ..motion_planning.reach import led_here, traverse
-
-    distance = float(location.parameters["distance_m"])
+def slide(location: Location, belief: Belief, context: Context) -> Found:
+    """Generate straight paths along a surface."""
+    distance = asked(location, Along).distance_m
     for k, angle in enumerate(DIRECTIONS):
         way = (distance * math.cos(math.radians(angle)), distance * math.sin(math.radians(angle)), 0.0)
         name = f"{1000 * distance:.0f} mm at {angle:.0f} deg"

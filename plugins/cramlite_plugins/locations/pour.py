@@ -7,12 +7,17 @@ is upright all of it is below its rim, so the lip begins higher, and comes down 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 
 import numpy as np
 
 from cramlite.model import Belief, Feature, Location, Place, Pose, Thing
-from cramlite.plugin import Answers, Context, Grounding, Refused, Unresolvable, hookimpl
+from cramlite.plugin import Context, Grounding, Refused, Unresolvable
+
+from ..motion_planning.cartesian import plan_straight_line
+from ..motion_planning.reach import bound, collision_free_ik, held_pose, make_scene
+from ..shapes.bounds import lowest
+from .parameters import Tilting, asked
 
 TURNS = (0.0, 90.0, -90.0, 45.0, -45.0, 135.0, -135.0, 180.0)  # of lips about the vessel, of its headings [deg]
 CLEAR = 0.015  # of the vessel above the other one's rim [m]
@@ -20,17 +25,8 @@ SHORT = 0.3  # the lip is this share of the opening's radius before its middle: 
 STEP = math.radians(6)  # between two poses of a path [rad]
 
 
-@hookimpl
-def resolve_location(location: Location, belief: Belief, context: Context) -> Answers:
-    """Resolve location "pour"; None for other relations."""
-    return _places(location, belief, context) if location.relation == "pour" else None
-
-
-def _places(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
-    from ..motion_planning.cartesian import plan_straight_line
-    from ..motion_planning.reach import bound, collision_free_ik, held_pose, make_scene
-    from ..motion_planning.space import Refusal
-
+def pour(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
+    """Generate paths on which the payload tilts over another vessel."""
     entity = bound(context, location.of)
     if belief.held is None:
         raise Unresolvable("nothing is held that could be poured from")
@@ -39,14 +35,14 @@ def _places(location: Location, belief: Belief, context: Context) -> Iterator[Gr
     hand, scene, seed = belief.held.tcp_to_thing.inverse(), make_scene(belief, context), belief.joints
     for k, (lip, heading) in enumerate(_ways(now, target)):
         name = f"over its rim at {math.degrees(lip):+.0f} deg, towards {math.degrees(heading):+.0f} deg"
-        path = tuple(p * hand for p in tilted(source, lip, heading, target, opening, location.parameters))
+        path = tuple(p * hand for p in tilted(source, lip, heading, target, opening, asked(location, Tilting)))
         there = collision_free_ik(scene, context, path[0], seed)
-        if isinstance(there, Refusal):
-            yield there.refused(name)
+        if isinstance(there, Refused):
+            yield there.of(name)
             continue
         ways = (plan_straight_line(checked, context.robot, there, path[1:]) for checked in (None, scene))  # cheap first
-        if (blocked := next((w for w in ways if isinstance(w, Refusal)), None)) is not None:
-            yield blocked.refused(name)
+        if (blocked := next((w for w in ways if isinstance(w, Refused)), None)) is not None:
+            yield blocked.of(name)
             continue
         yield Grounding(Place(path[0], path[0], path=path, thing=source.name), name, 0.1 * k, key=name)
 
@@ -72,7 +68,7 @@ def _ways(now: Pose, target: Pose) -> list[tuple[float, float]]:
 
 
 def tilted(
-    source: Thing, lip: float, heading: float, target: Pose, opening: Feature, parameters: Mapping[str, float]
+    source: Thing, lip: float, heading: float, target: Pose, opening: Feature, asked: Tilting
 ) -> Iterator[Pose]:
     """Yield poses of the vessel from upright to tilted, base frame.
 
@@ -80,22 +76,20 @@ def tilted(
         lip: azimuth of the lip in the vessel's frame [rad].
         heading: the horizontal direction in which it pours, base frame [rad].
         target, opening: of the other vessel.
-        parameters: ``tilt_rad``, and ``height_m`` of the lip over the other vessel's rim.
+        asked: angle, and height of the lip over the other vessel's rim.
     """
-    from ..shapes.bounds import lowest
-
     cavity = source.feature("cram:Cavity")
     assert cavity is not None
     rim = np.asarray(cavity.pose.apply((*(radius(cavity, lip) * v for v in (math.cos(lip), math.sin(lip))), 0.0)))
     way = np.array([math.cos(heading), math.sin(heading), 0.0])
     over = np.asarray(target.position) - SHORT * radius(opening, heading) * way
     stand = Pose.from_rotvec((0, 0, 0), (0, 0, heading - lip))
-    count = max(1, math.ceil(parameters["tilt_rad"] / STEP))
+    count = max(1, math.ceil(asked.tilt_rad / STEP))
     for k in range(count + 1):
-        angle = parameters["tilt_rad"] * k / count
+        angle = asked.tilt_rad * k / count
         turn = Pose.from_rotvec((0, 0, 0), (-angle * float(way[1]), angle * float(way[0]), 0.0)) * stand
         below = float(turn.rotate(rim)[2]) - lowest(source, turn)
-        up = np.array([0.0, 0.0, max(parameters["height_m"], CLEAR + below)])
+        up = np.array([0.0, 0.0, max(asked.height_m, CLEAR + below)])
         place = over + up - turn.rotate(rim)
         yield Pose((float(place[0]), float(place[1]), float(place[2])), turn.quaternion)
 

@@ -5,21 +5,20 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterable, Iterator
-from typing import TYPE_CHECKING
 
 import numpy as np
 from msgspec.structs import replace
 
 from cramlite.model import Belief, Feature, Floats, Gripper, Joint, Joints, Location, Place, Pose, Thing
-from cramlite.plugin import Answers, Context, Grounding, Refused, Unresolvable, hookimpl
+from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 
+from ..motion_planning.cartesian import COARSE, plan_straight_line
+from ..motion_planning.reach import bound, causes, collision_free_ik, make_scene, reference_pose, shift, tcp
 from ..shapes.bounds import support
 from ..shapes.ray_casting import body, intervals, spans
 from .antipodal import FINGER
 from .handles import ajar, along_joint, check_way, lever, way_along
-
-if TYPE_CHECKING:
-    from ..motion_planning.space import Refusal
+from .parameters import Along, InnerSide, asked
 
 BEHIND, ALMOST = 0.05, 0.003  # from the face to the fingers at the stand-off, and where feeling begins [m]
 NEARER = 0.02
@@ -54,19 +53,8 @@ DOWN = (-45.0, -35.0, -30.0)
 UPRIGHT = 0.9
 
 
-@hookimpl
-def resolve_location(location: Location, belief: Belief, context: Context) -> Answers:
-    """Resolve locations "push", "pushed", "front", "inner_side" and "atop"; None for other relations."""
-    finders = {"push": _beside, "pushed": _beyond, "front": _before_front, "inner_side": _behind_door, "atop": _atop_handle}
-    finder = finders.get(location.relation)
-    return finder(location, belief, context) if finder else None
-
-
-def _beside(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
-    """One place for each of the four upright faces, the one that is pushed straight away from the robot first."""
-    from ..motion_planning.reach import bound, collision_free_ik, make_scene, reference_pose, shift
-    from ..motion_planning.space import Refusal
-
+def beside(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
+    """Generate one place for each of the four upright faces, the one that is pushed straight away from the robot first."""
     entity = bound(context, location.of)
     thing, gripper = belief.thing(entity), context.robot.gripper
     if not thing.movable:
@@ -86,18 +74,16 @@ def _beside(location: Location, belief: Belief, context: Context) -> Iterator[Gr
             collision_free_ik(free, context, before, belief.joints),
             collision_free_ik(near, context, at, belief.joints),
         )
-        no = next((r for r in tried if isinstance(r, Refusal)), None)
+        no = next((r for r in tried if isinstance(r, Refused)), None)
         if no is not None:
-            yield no.refused(name)
+            yield no.of(name)
         else:
             place = Place(at, before, shut, (float(way[0]), float(way[1]), 0.0), thing=thing.name)
             yield Grounding(place, f"'{entity}' {name}", 0.1 * k, key=name)
 
 
-def _before_front(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
-    """Closed fingers before what sticks out farthest of a drawer's or a door's front at its handle, straight or tilted."""
-    from ..motion_planning.reach import bound, tcp
-
+def before_front(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
+    """Generate closed fingers before what sticks out farthest of a drawer's or a door's front at its handle, straight or tilted."""
     entity = bound(context, location.of)
     thing, handle = belief.thing(entity), belief.feature(entity, "cram:Handle")
     if handle is None or thing.joint is None:
@@ -106,25 +92,20 @@ def _before_front(location: Location, belief: Belief, context: Context) -> Itera
     yield from _pushing(thing, thing.joint, _nearer_first(fronts, tcp(belief, context)), belief, context, None)
 
 
-def _behind_door(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
-    """Closed fingers behind a door that stands ajar, over its upper edge, where the arm can follow it until it is "least" open."""
-    from ..motion_planning.reach import bound
-
+def behind_door(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
+    """Generate closed fingers behind a door that stands ajar, over its upper edge, where the arm can follow it until it is "least" open."""
     entity = bound(context, location.of)
     thing, handle = belief.thing(entity), belief.feature(entity, "cram:Handle")
     if handle is None or thing.joint is None or thing.joint.kind != "hinge":
         raise Unresolvable(f"'{entity}' is no door with a handle: it has no side to be pushed open from", (location.of or "",), blocking=())
     spots = _at_inner_side(thing, thing.joint, handle, belief.pose(thing.name), context.robot.gripper)
-    yield from _pushing(thing, thing.joint, spots, belief, context, float(location.parameters["least"]))
+    yield from _pushing(thing, thing.joint, spots, belief, context, asked(location, InnerSide).least)
 
 
 def _pushing(
     thing: Thing, joint: Joint, spots: Iterator[tuple[Pose, str]], belief: Belief, context: Context, least: float | None
 ) -> Iterator[Grounding | Refused]:
     """Hands that are free at spots, and before them on the arc of a thing, and follow it: until it is all but shut, or open by a share."""
-    from ..motion_planning.reach import collision_free_ik, make_scene, shift
-    from ..motion_planning.space import Refusal
-
     shut, pose = context.robot.gripper.opening[0], belief.pose(thing.name)
     stand_offs = (BEHIND, NEARER) if least is None else (INSIDE,)
     late = list[Grounding]()
@@ -132,16 +113,16 @@ def _pushing(
     for k, (at, name) in enumerate(spots):
         there = collision_free_ik(near, context, at, belief.joints)
         share = ajar(joint, pose.inverse() * at) if least is None else least
-        no = there if isinstance(there, Refusal) else _follows(thing, at, there, share, belief, context)
+        no = there if isinstance(there, Refused) else _follows(thing, at, there, share, belief, context)
         if no is not None:
-            yield no.refused(name)
+            yield no.of(name)
             continue
-        assert not isinstance(there, Refusal)
+        assert not isinstance(there, Refused)
         way = way_along(joint, pose, at) if least is None else -way_along(joint, pose, at)
         tried = [collision_free_ik(free, context, shift(at, -far * way), there) for far in stand_offs]
-        far = next((far for far, off in zip(stand_offs, tried, strict=True) if not isinstance(off, Refusal)), None)
+        far = next((far for far, off in zip(stand_offs, tried, strict=True) if not isinstance(off, Refused)), None)
         if far is None:
-            yield from (off.refused(name) for off in tried[:1] if isinstance(off, Refusal))
+            yield from (off.of(name) for off in tried[:1] if isinstance(off, Refused))
             continue
         x, y, z = (float(v) for v in way)
         place = Place(at, shift(at, -far * way), shut, (x, y, z), thing=thing.name)
@@ -208,14 +189,11 @@ def _at_inner_side(thing: Thing, joint: Joint, handle: Feature, pose: Pose, grip
     yield from near
 
 
-def _follows(thing: Thing, at: Pose, joints: Joints, share: float, belief: Belief, context: Context) -> Refusal | None:
+def _follows(thing: Thing, at: Pose, joints: Joints, share: float, belief: Belief, context: Context) -> Refused | None:
     """Why the arm cannot follow a front that it pushes to a share of its range, whatever is in the way; None where it can."""
-    from ..motion_planning.cartesian import COARSE, plan_straight_line
-    from ..motion_planning.space import Refusal
-
     path = along_joint(thing, belief, at, share)
     line = plan_straight_line(None, context.robot, joints, path, step_m=COARSE[0], step_rad=COARSE[1])
-    return line if isinstance(line, Refusal) else None
+    return line if isinstance(line, Refused) else None
 
 
 def _against(
@@ -264,11 +242,8 @@ def _clear_of(thing: Thing, pose: Pose, hand: Pose, out: Floats, gripper: Grippe
     return max(float(high.max()), -gripper.depth)  # where they are beside all of it, no farther in than to the palm
 
 
-def _atop_handle(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
-    """Closed fingers over the bar of a drawer's handle, pointing down towards the front, so that what they press on comes along."""
-    from ..motion_planning.reach import bound, collision_free_ik, make_scene
-    from ..motion_planning.space import Refusal
-
+def atop_handle(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
+    """Generate closed fingers over the bar of a drawer's handle, pointing down towards the front, so that it comes along when pressed."""
     entity = bound(context, location.of)
     thing, handle, shut = belief.thing(entity), belief.feature(entity, "cram:Handle"), context.robot.gripper.opening[0]
     out = belief.pose(thing.name).rotate(handle.pose.rotate((0.0, 0.0, 1.0))) if handle is not None else (0.0, 0.0, 1.0)
@@ -280,9 +255,9 @@ def _atop_handle(location: Location, belief: Belief, context: Context) -> Iterat
         at = _upon(thing, handle, belief.pose(thing.name), (tilt, turn), context.robot.gripper)
         before, name = at * Pose((0.0, 0.0, -BEHIND)), f"upon its handle, tilted {tilt:+.0f} deg, turned {turn:.0f} deg"
         there = collision_free_ik(near, context, at, belief.joints)
-        off = there if isinstance(there, Refusal) else collision_free_ik(free, context, before, there)
-        if isinstance(off, Refusal):
-            yield off.refused(name)
+        off = there if isinstance(there, Refused) else collision_free_ik(free, context, before, there)
+        if isinstance(off, Refused):
+            yield off.of(name)
         else:
             yield Grounding(Place(at, before, shut, tuple(at.rotate((0, 0, 1))), thing=thing.name), name, 0.1 * k, key=name)
 
@@ -305,16 +280,13 @@ def _turned(out: Floats, up: Floats, turns: tuple[float, float]) -> Pose:
     return tilted * Pose.from_rotvec((0, 0, 0), (0, 0, math.radians(turns[1])))
 
 
-def _beyond(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
-    """Straight on from where the fingers are, in the direction of the place that they push from."""
-    from ..motion_planning.reach import bound, causes, collision_free_ik, make_scene, shift, tcp
-    from ..motion_planning.space import Refusal
-
-    entity, distance = bound(context, location.of), float(location.parameters["distance_m"])
+def beyond(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
+    """Generate the place straight on from where the fingers are, in the direction of the place that they push from."""
+    entity, distance = bound(context, location.of), asked(location, Along).distance_m
     start: Place = context.bindings[f"push({location.of})"]
     end = shift(tcp(belief, context), np.asarray(start.approach) * distance)
     there = collision_free_ik(make_scene(belief, context, [entity]), context, end, belief.joints)
-    if isinstance(there, Refusal):
+    if isinstance(there, Refused):
         said = f"after {1000 * distance:.0f} mm: {there.reason}"
         raise Unresolvable(said, causes(location, context), blocking=there.blocking, collision=there.collision, remedy=there.remedy)
     yield Grounding(Place(end, end, thing=entity), f"{1000 * distance:.0f} mm on", key="on")

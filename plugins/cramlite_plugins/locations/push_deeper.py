@@ -11,8 +11,9 @@ from collections.abc import Iterator
 import numpy as np
 
 from cramlite.model import Belief, Floats, Location, Place, thing_of
-from cramlite.plugin import Answers, Context, Grounding, Refused, Unresolvable, hookimpl
+from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 
+from ..motion_planning.reach import bound, make_scene, shift, tcp
 from ..motions.gripping import LET_GO
 from ..shapes.carried_along import gone_along
 from ..shapes.surfaces import resting_height
@@ -25,18 +26,8 @@ FARTHEST = 0.06  # in [m]: three times what a mug in a microwave needs, whose ha
 BACK = 0.12  # from what was let go of, as far as hands go back else [m]
 
 
-@hookimpl
-def resolve_location(location: Location, belief: Belief, context: Context) -> Answers:
-    """Resolve locations "off" and "deeper"; None for other relations."""
-    finders = {"off": _off, "deeper": _deeper}
-    finder = finders.get(location.relation)
-    return finder(location, belief, context) if finder else None
-
-
-def _off(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
-    """So far level back that closed fingers are before what was let go of, where that has to go farther in."""
-    from ..motion_planning.reach import bound, make_scene, shift, tcp
-
+def off(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
+    """Generate the place so far level back that closed fingers are before what was let go of, where that has to go farther in."""
     entity, ahead = bound(context, location.of), _ahead(belief, context)
     way, here = _needed(entity, ahead, belief, context), tcp(belief, context)
     shut = make_scene(belief, context, (), context.robot.gripper.opening[0], LET_GO)
@@ -50,18 +41,15 @@ def _off(location: Location, belief: Belief, context: Context) -> Iterator[Groun
     yield Refused("off", f"within {1000 * BACK:.0f} mm closed fingers do not come off '{entity}': {no.reason if no else ''}")
 
 
-def _deeper(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
-    """Straight ahead, until what is before the fingers is clear of what a later task closes."""
-    from ..motion_planning.reach import bound
-    from ..motion_planning.space import Refusal
-
+def deeper(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
+    """Generate the place straight ahead, until what is before the fingers is clear of what a later task closes."""
     entity, ahead = bound(context, location.of), _ahead(belief, context)
     way, (x, y, _) = _needed(entity, ahead, belief, context), belief.pose(entity).position
     to = x + way * float(ahead[0]), y + way * float(ahead[1])
     gap = gap_before(belief, context, entity, to, context.robot.gripper.opening[0])
     there = pushed_straight(belief, context, entity, [to], gap)
-    if isinstance(there, Refusal):
-        yield there.refused("in")
+    if isinstance(there, Refused):
+        yield there.of("in")
     else:
         yield Grounding(there, f"'{entity}' farther in by {1000 * way:.0f} mm, from {1000 * gap:.0f} mm before it", key="in")
 
@@ -72,8 +60,6 @@ def _ahead(belief: Belief, context: Context) -> Floats:
     Raises:
         Unresolvable: it points down or up.
     """
-    from ..motion_planning.reach import tcp
-
     ahead = np.asarray(tcp(belief, context).rotate((0.0, 0.0, 1.0)))
     if abs(ahead[2]) > STEEP:
         raise Unresolvable(f"the hand points {'down' if ahead[2] < 0 else 'up'}, and does not push anything farther in", (), blocking=())

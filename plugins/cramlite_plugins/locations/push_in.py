@@ -7,18 +7,17 @@ should be.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
 import numpy as np
 from msgspec.structs import replace
 
 from cramlite.model import Belief, Location, Place, Vector3
-from cramlite.plugin import Answers, Context, Grounding, Refused, hookimpl
+from cramlite.plugin import Context, Grounding, Refused
 
+from ..motion_planning.cartesian import plan_straight_line
+from ..motion_planning.reach import bound, collision_free_ik, make_scene, reference_pose, shift
+from .parameters import Begun, asked
 from .push_to import ABOVE, GAP, SPOT, hands_behind
-
-if TYPE_CHECKING:
-    from ..motion_planning.space import Refusal
 
 APART = 0.6
 """Between the fingers, as a share of the thing's width: two that touch it keep it from turning away."""
@@ -30,31 +29,23 @@ FURTHER = 0.008
 AHEAD = 0.1  # of a thing, a point that gives the way [m]
 
 
-@hookimpl
-def resolve_location(location: Location, belief: Belief, context: Context) -> Answers:
-    """Resolve location "pushed_in"; None for other relations."""
-    return _pushed_in(location, belief, context) if location.relation == "pushed_in" else None
+def pushed_in(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
+    """Generate fingers behind a thing, seen along the approach of the place where it was let go of.
 
-
-def _pushed_in(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
-    """Fingers behind a thing, seen along the approach of the place where it was let go of; the ``path`` ends where it is believed to be."""
-    from ..motion_planning.reach import bound, reference_pose
-    from ..motion_planning.space import Refusal
-
-    entity, begin = bound(context, location.of), str(location.parameters["begin"])
+    The ``path`` ends where the thing is believed to be.
+    """
+    entity, begin = bound(context, location.of), asked(location, Begun).begin
     reference_pose(belief, location, context)
     for k, (turn, found) in enumerate(ways_in(entity, context.bindings[begin].approach, belief, context)):
-        if isinstance(found, Refusal):
-            yield replace(found.refused(turn), because=(begin,))  # elsewhere the arm may have room
+        if isinstance(found, Refused):
+            yield replace(found.of(turn), because=(begin,))  # elsewhere the arm may have room
         else:
             yield Grounding(found, f"'{entity}' from {1000 * CAME_OUT:.0f} mm behind it, {turn}", 0.1 * k, key=turn, anew=True)
 
 
-def ways_in(entity: str, ahead: Vector3, belief: Belief, context: Context) -> Iterator[tuple[str, Place | Refusal]]:
+def ways_in(entity: str, ahead: Vector3, belief: Belief, context: Context) -> Iterator[tuple[str, Place | Refused]]:
     """Generate how the hand is turned, with the places from which fingers push a thing along a level unit vector to where it is believed to
     be; or why the arm cannot lead them so."""
-    from ..motion_planning.reach import shift
-
     thing, pose, way = belief.thing(entity), belief.pose(entity), np.asarray(ahead)
     there = shift(pose, AHEAD * way)
     for _, near, opening, turn in hands_behind(thing, pose, APART, context.robot.gripper, SPOT, there, (0.0,)):
@@ -63,15 +54,11 @@ def ways_in(entity: str, ahead: Vector3, belief: Belief, context: Context) -> It
         yield f"hand {turn}", _not_led(place, belief, context) or place
 
 
-def _not_led(place: Place, belief: Belief, context: Context) -> Refusal | None:
+def _not_led(place: Place, belief: Belief, context: Context) -> Refused | None:
     """Why the arm cannot lead the fingers down and on to the end of a place; None where it can."""
-    from ..motion_planning.cartesian import plan_straight_line
-    from ..motion_planning.reach import collision_free_ik, make_scene
-    from ..motion_planning.space import Refusal
-
     free, near = (make_scene(belief, context, touch, place.opening) for touch in ((), (place.thing,)))
     above = collision_free_ik(free, context, place.before, belief.joints)
-    if isinstance(above, Refusal):
+    if isinstance(above, Refused):
         return above
     line = plan_straight_line(near, context.robot, above, [place.pose, *place.path])
-    return line if isinstance(line, Refusal) else None
+    return line if isinstance(line, Refused) else None

@@ -6,22 +6,45 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import Action, Belief, Feature, Floats, Gripper, Held, Location, Place, Pose, Thing, thing_of
-from cramlite.plugin import Answers, Context, Grounding, Refused, Unresolvable, hookimpl
+from cramlite.model import (
+    Belief,
+    CarriedAlong,
+    Feature,
+    Floats,
+    Gripper,
+    Held,
+    Location,
+    Place,
+    Pose,
+    Thing,
+    thing_of,
+)
+from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 
+from ..motion_planning.cartesian import plan_straight_line
+from ..motion_planning.reach import bound, collision_free_ik, make_scene, reference_pose, shift, tcp
 from ..shapes.bounds import support
-from ..shapes.carried_along import PUSHED, carried_along
+from ..shapes.carried_along import carried_along
 from ..shapes.ray_casting import body, intervals
 from .antipodal import FINGER
-
-if TYPE_CHECKING:
-    from ..motion_planning.space import Refusal
-    from .push_way import Left, Spot
+from .parameters import PushedThing, asked
+from .push_way import (
+    CLEAR,
+    LIFT,
+    STEP,
+    Left,
+    Spot,
+    met_alone,
+    met_with_hand,
+    on_a_shorter_way,
+    way_around,
+    way_straight,
+    ways_around,
+)
 
 ABOVE, GAP = 0.06, 0.01  # over the place behind a thing at the stand-off, and from there to the thing [m]
 LOW = 1 / 3  # finger tips over what carries a thing, as a share of its height: under a plate's rim, that they meet
@@ -47,28 +70,17 @@ Hand = tuple[Floats, Pose, float, str]
 """The level way (3,) of a thing, the TCP from where it begins, how far the fingers are open [m], and how the hand is held."""
 
 
-@hookimpl
-def resolve_location(location: Location, belief: Belief, context: Context) -> Answers:
-    """Resolve locations "behind" and "pushed_to"; None for other relations."""
-    finders = {"behind": _behind, "pushed_to": _pushed_to}
-    finder = finders.get(location.relation)
-    return finder(location, belief, context) if finder else None
-
-
-def _behind(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
-    """Fingers on the side of a thing that is opposite to the region that it shall go to; to the region's middle first.
+def behind(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
+    """Generate fingers on the side of a thing that is opposite to the region that it shall go to; to the region's middle first.
 
     With "inside" they are in the thing, low, and take it along at the inner side of its rim. With "aside_m" in the place of a region it
     shall go about as far as that, in any direction.
     """
-    from ..motion_planning.reach import bound, collision_free_ik, make_scene, reference_pose, shift
-    from ..motion_planning.space import Refusal
-
-    entity, inside = bound(context, location.of), bool(location.parameters.get("inside"))
+    entity, inside = bound(context, location.of), asked(location, PushedThing).inside
     thing, pose = belief.thing(entity), reference_pose(belief, location, context)
     if not thing.movable:
         raise Unresolvable(f"'{entity}' is fixed and cannot be pushed", (location.of or "",))
-    aside = "aside_m" in location.parameters
+    aside = asked(location, PushedThing).aside_m is not None
     hands = (_aside if aside else _to_region)(thing, pose, location, belief, context)
     for k, hand in enumerate(hands):
         if isinstance(hand, Refused):
@@ -79,26 +91,24 @@ def _behind(location: Location, belief: Belief, context: Context) -> Iterator[Gr
         free = make_scene(belief, context, (), opening)
         near, before = make_scene(belief, context, [entity], opening) if inside else free, shift(at, ABOVE * UP)
         off = collision_free_ik(free, context, before, belief.joints)
-        there = off if isinstance(off, Refusal) else collision_free_ik(near, context, at, off)
-        if isinstance(there, Refusal):
-            yield there.refused(name)
+        there = off if isinstance(off, Refused) else collision_free_ik(near, context, at, off)
+        if isinstance(there, Refused):
+            yield there.of(name)
         else:
             x, y, _ = (float(v) for v in way + pose.position)
-            place = Place(at, before, opening, (0.0, 0.0, -1.0), thing=thing.name, values={"x_m": x, "y_m": y})
+            place = Place(at, before, opening, (0.0, 0.0, -1.0), thing=thing.name, carried=CarriedAlong(to_m=(x, y)))
             yield Grounding(place, f"'{entity}' {name}", 0.1 * k, key=name, anew=True)
 
 
 def _to_region(thing: Thing, pose: Pose, location: Location, belief: Belief, context: Context) -> Iterator[Hand | Refused]:
     """Hands that bring a thing to its region; with fingers in it what is in its way, whatever hand that is."""
-    from ..motion_planning.space import Refusal
-
-    area, frame = _region(thing, pose, str(location.parameters["region"]), belief)
-    if not location.parameters.get("inside"):
+    area, frame = _region(thing, pose, asked(location, PushedThing).region, belief)
+    if not asked(location, PushedThing).inside:
         yield from hands_behind(thing, pose, _apart(location), context.robot.gripper, area, frame)
         return
     last = _last(location, belief, context, thing.name, area, frame)
-    if isinstance(last, Refusal):
-        yield last.refused("by any hand", passed=1)  # says more than where each hand is stopped
+    if isinstance(last, Refused):
+        yield last.of("by any hand", passed=1)  # says more than where each hand is stopped
         return
     yield from _hands_in(thing, pose, context.robot.gripper, _towards(pose, area, frame, 0.0), last)
 
@@ -106,18 +116,15 @@ def _to_region(thing: Thing, pose: Pose, location: Location, belief: Belief, con
 def _aside(thing: Thing, pose: Pose, location: Location, belief: Belief, context: Context) -> Iterator[Hand | Refused]:
     """Hands that push a thing out of the way, one for each way on which it meets nothing, then another one for each: first away from what
     later tasks are about, last towards that."""
-    from ..motion_planning.space import Refusal
-    from .push_way import met_alone, way_straight
-
     (x, y, z), gripper, met = pose.position, context.robot.gripper, met_alone(belief, context, thing.name)
     found = list[Iterator[Hand]]()
     for farther, (cos, sin) in itertools.product(FARTHER, _directions(pose, belief, context)):
-        far = farther * float(location.parameters["aside_m"])
+        far = farther * (asked(location, PushedThing).aside_m or 0.0)
         way = np.array([far * cos, far * sin, 0.0])
         to = x + far * cos, y + far * sin
-        if isinstance(no := way_straight((x, y), to, met), Refusal):
-            yield no.refused(f"by ({1000 * way[0]:+.0f} {1000 * way[1]:+.0f}) mm")
-        elif location.parameters.get("inside"):
+        if isinstance(no := way_straight((x, y), to, met), Refused):
+            yield no.of(f"by ({1000 * way[0]:+.0f} {1000 * way[1]:+.0f}) mm")
+        elif asked(location, PushedThing).inside:
             found.append(_hands_in(thing, pose, gripper, way, way))
         else:
             found.append(hands_behind(thing, pose, _apart(location), gripper, SPOT, Pose((*to, z)), (0.0,)))
@@ -126,54 +133,47 @@ def _aside(thing: Thing, pose: Pose, location: Location, belief: Belief, context
 
 def _directions(pose: Pose, belief: Belief, context: Context) -> list[Spot]:
     """Level unit vectors all around, those first that lead away from what later tasks are about."""
-    named = (str(context.bindings.get(o.name, o.entity or "")) for a in context.agenda if isinstance(a, Action) for o in a.roles.values())
+    named = (entity for task in context.later for entity in task.entities.values())
     about = [belief.pose(n).position[:2] for n in dict.fromkeys(map(thing_of, named)) if n in belief.poses]
     off = np.asarray(pose.position[:2]) - np.mean(about, axis=0) if about else np.array([1.0, 0.0])
     ways = [(math.cos(angle), math.sin(angle)) for angle in np.linspace(0.0, math.tau, DIRECTIONS, endpoint=False).tolist()]
     return sorted(ways, key=lambda way: -round(float(np.dot(way, off)), 6))
 
 
-def _pushed_to(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
-    """From where its way begins until a thing is in its region: straight, where nothing may be in its way, or with "around" by corners
-    around what is."""
-    from ..motion_planning.reach import bound
-    from ..motion_planning.space import Refusal
-
+def pushed_to(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
+    """Generate ways of a thing to its region: straight, where nothing is in its way, or with "around" by corners around what is."""
     entity = bound(context, location.of)
-    begun: Place = context.bindings[str(location.parameters["begin"])]
-    if location.parameters.get("around"):
+    begun: Place = context.bindings[asked(location, PushedThing).begin]
+    if asked(location, PushedThing).around:
         yield from _around(location, belief, context, entity)
         return
-    to = begun.values["x_m"], begun.values["y_m"]
+    assert begun.carried is not None and begun.carried.to_m is not None
+    to = begun.carried.to_m
     there = pushed_straight(belief, context, entity, [to], gap_before(belief, context, entity, to, begun.opening or 0.0))
-    if isinstance(there, Refusal):
+    if isinstance(there, Refused):
         yield _stopped(there, location, entity)
     else:
-        yield Grounding(there, f"{1000 * there.values[PUSHED]:.0f} mm straight on", key="on")
+        yield Grounding(there, f"{1000 * there.carried.pushed_m if there.carried else 0.0:.0f} mm straight on", key="on")
 
 
-def _stopped(no: Refusal, location: Location, entity: str, way: str = "on") -> Refused:
+def _stopped(no: Refused, location: Location, entity: str, way: str = "on") -> Refused:
     """What is in the way depends on where that is and on the hand, but not on how the arm did what it did before."""
-    return replace(no.refused(way), reason=f"'{entity}' cannot be pushed on: {no.reason}", because=(str(location.parameters["begin"]),))
+    return replace(no.of(way), reason=f"'{entity}' cannot be pushed on: {no.reason}", because=(asked(location, PushedThing).begin,))
 
 
 def _around(location: Location, belief: Belief, context: Context, entity: str) -> Iterator[Grounding | Refused]:
     """Ways around what is in the way that the arm can follow; where it can follow none, what is on a shorter way is to blame, too."""
-    from ..motion_planning.reach import tcp
-    from ..motion_planning.space import Refusal
-    from .push_way import STEP, met_alone, met_with_hand, on_a_shorter_way, ways_around
-
     pose, thing = belief.pose(entity), belief.thing(entity)
-    left = _left(*_region(thing, pose, str(location.parameters["region"]), belief))
+    left = _left(*_region(thing, pose, asked(location, PushedThing).region, belief))
     hand, (x, y, _) = met_with_hand(belief, context, entity, tcp(belief, context)), pose.position
     alone, followed = met_alone(belief, context, entity), False
     ways = ways_around((x, y), left, alone, hand)
-    if isinstance(ways, Refusal):
+    if isinstance(ways, Refused):
         yield _stopped(ways, location, entity)
         return
     for k, (steps, corners) in enumerate(ways):
         there, key = pushed_straight(belief, context, entity, corners), f"{1000 * steps * STEP:.0f} mm aside"
-        if isinstance(there, Refusal):
+        if isinstance(there, Refused):
             yield _stopped(there, location, entity, key)
         else:
             followed = True
@@ -182,23 +182,20 @@ def _around(location: Location, belief: Belief, context: Context, entity: str) -
         yield _stopped(shorter, location, entity)
 
 
-def _last(location: Location, belief: Belief, context: Context, entity: str, area: Feature, frame: Pose) -> Floats | Refusal:
+def _last(location: Location, belief: Belief, context: Context, entity: str, area: Feature, frame: Pose) -> Floats | Refused:
     """The last leg (3,) of the way of a thing that fingers in it take along; or what is in the way of the thing alone, so that looking for
     hands is of no use.
 
     Raises:
         Unresolvable: it is there already.
     """
-    from ..motion_planning.space import Refusal
-    from .push_way import met_alone, way_around, way_straight
-
     pose, met = belief.pose(entity), met_alone(belief, context, entity)
     (x, y, _), way = pose.position, _towards(pose, area, frame, 0.0)
     if float(np.linalg.norm(way)) < SHORT:
         raise Unresolvable(f"'{entity}' is in the middle of its region already", (), blocking=())
-    around = bool(location.parameters.get("around"))
+    around = asked(location, PushedThing).around
     found = way_around((x, y), _left(area, frame), met) if around else way_straight((x, y), (x + way[0], y + way[1]), met)
-    if isinstance(found, Refusal):
+    if isinstance(found, Refused):
         return replace(found, reason=f"'{entity}' cannot be pushed there, whatever holds it: {found.reason}")
     (a, b), (c, d) = ((x, y), *found)[-2:]
     return np.array([c - a, d - b, 0.0])
@@ -211,17 +208,12 @@ def _left(area: Feature, frame: Pose) -> Left:
     return lambda spot: float(np.linalg.norm(np.maximum(np.abs(back.apply((*spot, height))[:2]) - half, 0.0)))
 
 
-def pushed_straight(belief: Belief, context: Context, entity: str, corners: Sequence[Spot], gap: float = 0.0) -> Place | Refusal:
+def pushed_straight(belief: Belief, context: Context, entity: str, corners: Sequence[Spot], gap: float = 0.0) -> Place | Refused:
     """Return straight legs on which fingers bring a thing's origin to points of the base's x-y plane, one after the other.
 
     Args:
         gap: how far they go straight ahead first until they meet the thing [m].
     """
-    from ..motion_planning.cartesian import plan_straight_line
-    from ..motion_planning.reach import make_scene, shift, tcp
-    from ..motion_planning.space import Refusal
-    from .push_way import CLEAR, LIFT
-
     here, pose = tcp(belief, context), belief.pose(entity)
     ways = [np.array([x - pose.position[0], y - pose.position[1], 0.0]) for x, y in corners]
     ahead = ways[0] / max(float(np.linalg.norm(ways[0])), SHORT)
@@ -229,11 +221,11 @@ def pushed_straight(belief: Belief, context: Context, entity: str, corners: Sequ
     scene = make_scene(belief.grasped(held), context, [entity], clearance=CLEAR)
     path = tuple(shift(here, way + gap * ahead) for way in ways)
     found = plan_straight_line(scene, context.robot, belief.joints, path)
-    if isinstance(found, Refusal):
+    if isinstance(found, Refused):
         return found
     length = float(np.linalg.norm(ways[-1]))
     x, y, _ = (float(v) for v in ways[-1] / max(length, SHORT))
-    return Place(path[-1], path[-1], approach=(x, y, 0.0), path=path, thing=entity, values={PUSHED: length})
+    return Place(path[-1], path[-1], approach=(x, y, 0.0), path=path, thing=entity, carried=CarriedAlong(length))
 
 
 def _region(thing: Thing, pose: Pose, name: str, belief: Belief) -> tuple[Feature, Pose]:
@@ -301,7 +293,7 @@ def _hands_in(thing: Thing, pose: Pose, gripper: Gripper, way: Floats, last: Flo
 
 
 def _apart(location: Location) -> float:
-    return float(location.parameters.get("apart", 0.0))
+    return asked(location, PushedThing).apart
 
 
 def _axes(way: Floats, turn: float) -> tuple[Floats, Floats, Pose]:
@@ -326,8 +318,6 @@ def _floor(thing: Thing, pose: Pose, over: Pose, gripper: Gripper) -> float | No
 
 def gap_before(belief: Belief, context: Context, entity: str, to: Spot, opening: float) -> float:
     """Return how far fingers go ahead, towards where a thing's origin shall come, until they meet it [m]."""
-    from ..motion_planning.reach import tcp
-
     pose = belief.pose(entity)
     way = np.array([to[0] - pose.position[0], to[1] - pose.position[1], 0.0])
     ahead = way / max(float(np.linalg.norm(way)), SHORT)

@@ -12,10 +12,10 @@ import numpy as np
 from msgspec.structs import replace
 
 from cramlite.model import Belief, Estimate, Held, Pose, Relation, World
-from cramlite.plugin import Context
+from cramlite.plugin import Context, Refused
 
 from ..motion_planning.reach import make_scene, shift
-from ..motion_planning.space import Refusal
+from ..motion_planning.space import refusal
 from ..shapes.carried_along import carried_along
 from ..shapes.itself import Itself
 from ..shapes.surfaces import resting_height
@@ -31,13 +31,13 @@ LIFT, CLEAR = np.array([0.0, 0.0, 0.003]), 0.002  # while its way is checked, ab
 
 Spot = tuple[float, float]
 Side = tuple[int, int]
-Met = Callable[[Spot], Refusal | None]
+Met = Callable[[Spot], Refused | None]
 """What is met with a thing at a point of the base's x-y plane [m]."""
 Left = Callable[[Spot], float]
 """How far a point is from an area [m]; 0 in it."""
 
 
-def way_around(start: Spot, left: Left, met: Met, cleared: bool = False) -> list[Spot] | Refusal:
+def way_around(start: Spot, left: Left, met: Met, cleared: bool = False) -> list[Spot] | Refused:
     """Find the shortest way on a lattice (A*, Hart, Nilsson and Raphael 1968): its corners and its end, without its start.
 
     Args:
@@ -50,7 +50,7 @@ def way_around(start: Spot, left: Left, met: Met, cleared: bool = False) -> list
     """
     queue: list[tuple[float, int, float, Side, Side | None]] = [(left(start), 0, 0.0, (0, 0), None)]
     came: dict[Side, Side | None] = {}
-    blame: dict[tuple[Side, Side], Refusal] = {}
+    blame: dict[tuple[Side, Side], Refused] = {}
     pushed = itertools.count(1)
     while queue and len(came) < MOST:
         _, _, gone, here, before = heapq.heappop(queue)
@@ -65,10 +65,10 @@ def way_around(start: Spot, left: Left, met: Met, cleared: bool = False) -> list
                     blame[here, there] = no
                 ahead = gone + cost
                 heapq.heappush(queue, (ahead + left(_spot(start, there)), next(pushed), ahead, there, here))
-    return Refusal(f"no way around what is fixed was found among {len(came)} places")
+    return refusal(f"no way around what is fixed was found among {len(came)} places")
 
 
-def way_straight(start: Spot, end: Spot, met: Met) -> list[Spot] | Refusal:
+def way_straight(start: Spot, end: Spot, met: Met) -> list[Spot] | Refused:
     """Check the straight way between two points: its end, or what is met on it: all that is loose, or first what nothing can move."""
     stopped = [no for no in map(met, _between(start, end)) if no is not None]
     fixed = next((no for no in stopped if not no.blocking), None)
@@ -87,7 +87,7 @@ def _spot(start: Spot, cell: Side) -> Spot:
     return start[0] + STEP * cell[0], start[1] + STEP * cell[1]
 
 
-def _steps(start: Spot, here: Side, met: Met, cleared: bool) -> Iterator[tuple[Side, float, Refusal | None]]:
+def _steps(start: Spot, here: Side, met: Met, cleared: bool) -> Iterator[tuple[Side, float, Refused | None]]:
     """Neighbours that a thing can be pushed to, with what that costs [m], and what movable things are in the way."""
     gone = _names(met(_spot(start, here))) if cleared else frozenset()
     for side in SIDES:
@@ -98,13 +98,13 @@ def _steps(start: Spot, here: Side, met: Met, cleared: bool) -> Iterator[tuple[S
             yield there, STEP * math.hypot(*side) + more, no
 
 
-def _names(no: Refusal | None) -> frozenset[str]:
+def _names(no: Refused | None) -> frozenset[str]:
     """Movable things that are met."""
     blocking = (no.blocking or ()) if no else ()
     return frozenset(name for one in blocking for name in ((one,) if isinstance(one, str) else one))
 
 
-def _traced(start: Spot, end: Side, came: dict[Side, Side | None], blame: dict[tuple[Side, Side], Refusal]) -> list[Spot] | Refusal:
+def _traced(start: Spot, end: Side, came: dict[Side, Side | None], blame: dict[tuple[Side, Side], Refused]) -> list[Spot] | Refused:
     """Corners and end of a way that was found, or what is on it."""
     cells, before = [end], came[end]
     while before is not None:
@@ -120,7 +120,7 @@ def _traced(start: Spot, end: Side, came: dict[Side, Side | None], blame: dict[t
     return [_spot(start, cell) for cell, way, after in zip(cells[1:], ways, [*ways[1:], None], strict=True) if way != after]
 
 
-def ways_around(start: Spot, left: Left, alone: Met, hand: Met) -> Iterator[tuple[int, list[Spot]]] | Refusal:
+def ways_around(start: Spot, left: Left, alone: Met, hand: Met) -> Iterator[tuple[int, list[Spot]]] | Refused:
     """Find ways around on which a thing could be so many steps aside, too.
 
     How far it lags behind, and where it is in a corner, depends on whether it sticks to the fingers: one with a hollow of 40 mm was seen
@@ -131,7 +131,7 @@ def ways_around(start: Spot, left: Left, alone: Met, hand: Met) -> Iterator[tupl
     """
     narrow = cache(lambda spot: alone(spot) or hand(spot))
     found = way_around(start, left, narrow)
-    return found if isinstance(found, Refusal) else _wider(start, left, alone, hand, found, narrow)
+    return found if isinstance(found, Refused) else _wider(start, left, alone, hand, found, narrow)
 
 
 def _wider(
@@ -140,21 +140,21 @@ def _wider(
     for steps in ASIDE:
         aside = [(k * x, k * y) for k in range(1, steps + 1) for x, y in SIDES]
 
-        def roomy(spot: Spot, aside: Sequence[Side] = ((0, 0), *aside)) -> Refusal | None:
+        def roomy(spot: Spot, aside: Sequence[Side] = ((0, 0), *aside)) -> Refused | None:
             return next((no for side in aside if (no := alone(_spot(spot, side)))), None) or hand(spot)
 
         met = cache(roomy)
         way = way_around(start, left, met)
-        if not isinstance(way, Refusal):
+        if not isinstance(way, Refused):
             yield steps, _shortened(start, way, met)
     yield 0, _shortened(start, narrowest, narrow)
 
 
-def on_a_shorter_way(start: Spot, left: Left, alone: Met, hand: Met) -> Refusal | None:
+def on_a_shorter_way(start: Spot, left: Left, alone: Met, hand: Met) -> Refused | None:
     """Return what movable things are on a way that would be shorter without them by more than it takes to put them elsewhere; None where
     there is no such way. What is met as in ``ways_around``."""
     found = way_around(start, left, cache(lambda spot: alone(spot) or hand(spot)), cleared=True)
-    return found if isinstance(found, Refusal) and found.blocking else None
+    return found if isinstance(found, Refused) and found.blocking else None
 
 
 def _shortened(start: Spot, corners: list[Spot], met: Met) -> list[Spot]:
@@ -176,11 +176,11 @@ def met_alone(belief: Belief, context: Context, entity: str) -> Met:
     under, meets = [(t, at) for t, at in others if t.name == owner], _meets(belief, context, entity, pose)
     known = _known(Itself(belief.world), Itself(belief.poses), belief.relations, belief.base(), entity)
 
-    def met(spot: Spot) -> Refusal | None:
+    def met(spot: Spot) -> Refused | None:
         if spot not in known:
             there = shift(pose, (spot[0] - pose.position[0], spot[1] - pose.position[1], 0.0))
             falls = bool(under) and not resting_height(thing, there, under)[1]
-            known[spot] = Refusal(f"it would fall off '{owner}'") if falls else meets(spot)
+            known[spot] = refusal(f"it would fall off '{owner}'") if falls else meets(spot)
         return known[spot]
 
     return met
@@ -189,7 +189,7 @@ def met_alone(belief: Belief, context: Context, entity: str) -> Met:
 @lru_cache(maxsize=4)
 def _known(
     world: Itself[World], poses: Itself[Mapping[str, Estimate]], relations: frozenset[Relation], base: Pose, entity: str
-) -> dict[Spot, Refusal | None]:
+) -> dict[Spot, Refused | None]:
     """What a thing alone was found to meet where all stands as it does: each hand that is tried asks it again."""
     return {}
 
@@ -205,7 +205,7 @@ def _meets(belief: Belief, context: Context, entity: str, tcp: Pose) -> Met:
     held = Held(entity, tcp.inverse() * shift(pose, LIFT), 0.0, carries=carried_along(belief, entity))
     scene, hand = make_scene(belief.grasped(held), context, [entity], clearance=CLEAR), tcp != pose
 
-    def met(spot: Spot) -> Refusal | None:
+    def met(spot: Spot) -> Refused | None:
         return scene.met(base * shift(tcp, (spot[0] - pose.position[0], spot[1] - pose.position[1], 0.0)), hand)
 
     return met

@@ -8,11 +8,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from cramlite.model import Action, thing_of
-from cramlite.plugin import Context
+import shapely
 
+from ..kinematics.kinematics import forward
 from ..shapes.bounds import support
 from .free_area import Offset, around
+from .later import closes_next
 from .place_filters import Wanted
 
 ON = 0.005  # from a surface to what stands on it at most [m]: more than it is known by, less than boards are thick
@@ -27,27 +28,13 @@ def beside_where_it_stood(wanted: Wanted, free: Any, radius: float) -> Iterator[
         radius: of the disc in the outline of the held thing [m].
     """
     stood = _stood(wanted)
-    if stood is not None and _shuts_next(wanted.thing.name, wanted.context):
+    if stood is not None and closes_next(wanted.thing.name, wanted.context):
         x, y, _ = wanted.target.pose.inverse().apply((0.0, 0.0, 0.0)).tolist()
         yield from around(free, stood, 2 * radius + AWAY, (x, y))
 
 
-def _shuts_next(put: str, context: Context) -> bool:
-    """Whether the first of the later tasks that is not about what is put aside closes something."""
-    for item in context.agenda:
-        if isinstance(item, Action):
-            about = {thing_of(str(context.bindings.get(o.name, o.entity or ""))) for o in item.roles.values()}
-            if put not in about:
-                return context.taxonomy.is_a(item.task, "soma:Closing")
-    return False
-
-
 def _stood(wanted: Wanted) -> Offset | None:
     """Where on a surface the held thing stood when it was taken; None where that was elsewhere, or the robot drove since."""
-    import shapely
-
-    from ..kinematics.kinematics import forward
-
     held = wanted.belief.held
     if held is None or not held.joints or wanted.belief.at is not None:
         return None

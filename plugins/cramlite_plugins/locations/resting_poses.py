@@ -7,12 +7,16 @@ from collections.abc import Iterator
 from itertools import product
 
 import numpy as np
+import shapely
 from msgspec.structs import replace
 
 from cramlite.model import EntityName, Floats, Pose, Thing, thing_of
 
+from ..motion_planning.reach import make_scene, shift
 from ..motions.gripping import release_opening
 from ..shapes.bounds import corners
+from ..shapes.surfaces import footprint
+from ..simulation.resting import resting_pose
 from .attitude import PALM_UP
 from .grips import SLACK, WIDE
 from .place_filters import Spot, Wanted
@@ -33,11 +37,9 @@ LARGE = 0.5
 
 def is_uneven(wanted: Wanted) -> bool:
     """Check whether nothing is level of what a thing is put on, or no surface of it is large, against its outline from above."""
-    from ..shapes.surfaces import footprint
-
     if wanted.uneven:
         return True
-    if wanted.under is not None or wanted.where.get("region") or EntityName.parse(wanted.entity).part:
+    if wanted.under is not None or wanted.where.region or EntityName.parse(wanted.entity).part:
         return False
     below = wanted.belief.thing(wanted.entity)
     if not below.furniture:
@@ -52,8 +54,6 @@ def resting_poses(wanted: Wanted, now: Pose) -> Iterator[Pose]:
     Args:
         now: of what is held, in the base frame.
     """
-    from ..simulation.resting import resting_pose
-
     below = wanted.belief.thing(wanted.entity)
     at = wanted.belief.pose(below.name)
     starts = [(x, y, turned) for (x, y), turned in product(_positions(wanted, below, at), _attitudes(wanted, now, at))]
@@ -64,8 +64,6 @@ def resting_poses(wanted: Wanted, now: Pose) -> Iterator[Pose]:
 
 def spot_at_rest(wanted: Wanted, there: Pose, height: float, above: float) -> Spot:
     """Return a resting pose as a placement candidate: the thing so far above it [m], and the stand-off so far above that."""
-    from ..motion_planning.reach import shift
-
     assert wanted.belief.held is not None
     x, y, z = (1000 * v for v in there.position)
     thing = shift(there, (0.0, 0.0, height))
@@ -76,8 +74,6 @@ def spot_at_rest(wanted: Wanted, there: Pose, height: float, above: float) -> Sp
 
 def lowered_onto(wanted: Wanted) -> Wanted:
     """Return a request with the scenes in which a thing has been let down onto what is not level: it may touch that, the hand may not."""
-    from ..motion_planning.reach import make_scene
-
     held, widest = wanted.belief.held, release_opening(wanted.belief, wanted.context)
     wide = (wanted.belief.opening, widest, *(min(widest, held.opening + more) for more in (WIDE, SLACK) if held))
     down, *opened = (make_scene(wanted.belief, wanted.context, (thing_of(wanted.entity),), w, 0.0, hand=False) for w in wide)
@@ -87,8 +83,6 @@ def lowered_onto(wanted: Wanted) -> Wanted:
 def _positions(wanted: Wanted, below: Thing, at: Pose) -> list[tuple[float, float]]:
     """Positions over a thing or a region of it, in the base frame [m]: along the middles of the box around it, the nearest to its own
     middle first."""
-    import shapely
-
     frame, target = _level(at), wanted.target
     corners_of_it = np.insert(shapely.get_coordinates(target.area), 2, 0.0, axis=1)
     points: Floats = frame.inverse().apply(target.pose.apply(corners_of_it)) if wanted.uneven else corners(below, frame.inverse() * at)

@@ -8,8 +8,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from cramlite.model import Action, Belief, thing_of
-from cramlite.plugin import Context
+import shapely
 
 from .free_area import Offset
 
@@ -17,23 +16,8 @@ ALIKE = 0.002  # radii of discs that are as good as one another [m]
 TRIED = 32  # corners that are looked at, of a round opening evenly spaced ones
 
 
-def to_come(entity: str, belief: Belief, context: Context) -> tuple[str, ...]:
-    """Return the names of the things that later tasks bring to a container, each once."""
-    held = belief.held.thing if belief.held else ""
-    found = dict[str, None]()
-    for item in context.agenda:
-        roles = item.roles if isinstance(item, Action) else {}
-        named = {k: thing_of(str(context.bindings.get(o.name, o.entity or ""))) for k, o in roles.items()}
-        thing = named.get("Locatum", "")
-        if named.get("Relatum") == thing_of(entity) and thing not in (held, thing_of(entity)) and not belief.relates("in", thing):
-            found |= {thing: None} if thing in belief.poses else {}
-    return tuple(found)
-
-
 def roomiest(area: Any) -> Offset:
     """Return the middle of the largest disc in an area [m], or in its largest part."""
-    import shapely
-
     largest = max(shapely.get_parts(area), key=lambda p: float(p.area))
     x, y = shapely.maximum_inscribed_circle(largest).coords[0]
     return x, y
@@ -49,8 +33,6 @@ def corner(area: Any, left: Any, sides: tuple[float, float], near: Offset) -> Of
         sides: of the rectangle [m].
         near: x and y in the same frame [m].
     """
-    import shapely
-
     x, y = sides
     found = [(*p, *turned) for turned in dict.fromkeys(((x, y), (y, x))) for p in _corners(area, turned)]
     boxes = {f: shapely.box(f[0] - f[2] / 2, f[1] - f[3] / 2, f[0] + f[2] / 2, f[1] + f[3] / 2) for f in found}
@@ -63,8 +45,6 @@ def corner(area: Any, left: Any, sides: tuple[float, float], near: Offset) -> Of
 
 def _corners(area: Any, sides: tuple[float, float]) -> list[Offset]:
     """Where the middle of a rectangle may be at most, so that its corners are in a convex area."""
-    import shapely
-
     x, y = sides[0] / 2, sides[1] / 2
     moved = [shapely.affinity.translate(area, a * x, b * y) for a in (-1, 1) for b in (-1, 1)]
     points = shapely.get_coordinates(shapely.intersection_all(moved)).round(4).tolist()
@@ -74,6 +54,4 @@ def _corners(area: Any, sides: tuple[float, float]) -> list[Offset]:
 
 def _largest(area: Any) -> float:
     """Radius of the largest disc in an area [m]."""
-    import shapely
-
     return max((float(shapely.maximum_inscribed_circle(p).length) for p in shapely.get_parts(area) if p.area > 0), default=0.0)

@@ -5,28 +5,26 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from functools import lru_cache
-from typing import TYPE_CHECKING
 
 from msgspec.structs import replace
 
-from cramlite.model import Action, Belief, Estimate, Held, Joint, Pose, Thing, enclosing_names, thing_of
-from cramlite.plugin import Context
+from cramlite.model import Belief, Estimate, Held, Joint, Pose, Thing, thing_of
+from cramlite.plugin import Context, Refused
 
+from ..motion_planning.reach import make_scene
 from ..motions.gripping import LET_GO, fallen
 from ..shapes.carried_along import carried_along
 from ..shapes.itself import Itself
 from .handles import ajar, joint_value
+from .later import closes
 from .place_filters import Spot, Wanted
-
-if TYPE_CHECKING:
-    from ..motion_planning.space import Refusal
 
 SHUT = 0.05  # share of its range up to which something counts as closed
 STEPS = 0.01, math.radians(2.0)  # between the values of a joint that are looked at [m, rad]: a door's edge goes on by less than it is thick
 TIGHT = 100.0  # cost of a place that comes after all others, since it leaves little room for what is to be closed
 
 
-def room_to_close(spot: Spot, wanted: Wanted) -> str | Refusal:
+def room_to_close(spot: Spot, wanted: Wanted) -> str | Refused:
     """Check that what later tasks close can be closed: a door with nothing in its way, a drawer with what it takes along.
 
     Later tasks are looked at only where something would be met, so that what follows elsewhere holds whatever they are.
@@ -44,17 +42,17 @@ def _tight(spot: Itself[Spot], wanted: Itself[Wanted]) -> bool:
     return _stopped(spot.it, wanted.it, LET_GO) is not None
 
 
-def _stopped(spot: Spot, wanted: Wanted, clearance: float | None) -> Refusal | None:
+def _stopped(spot: Spot, wanted: Wanted, clearance: float | None) -> Refused | None:
     return first_met(wanted.thing.name, let_go(spot, wanted), wanted.context, clearance)
 
 
-def first_met(put: str, after: Belief, context: Context, clearance: float | None) -> Refusal | None:
+def first_met(put: str, after: Belief, context: Context, clearance: float | None) -> Refused | None:
     """Return what is met by anything that a later task closes, with a thing where it is believed to be: until the rest is felt, where no
     clearance [m] is asked for, else to its stop."""
     for thing in after.world.things:
         if thing.joint is not None and thing.name in after.poses:
             met = _met(thing, put, after, context, clearance)
-            if met is not None and is_closed_later(thing.name, put, context):
+            if met is not None and closes(thing.name, put, context):
                 return met
     return None
 
@@ -68,11 +66,9 @@ def let_go(spot: Spot, wanted: Wanted) -> Belief:
     return belief.released(Estimate(pose, 0.0, "predicted: let go there"), opening).related(there)
 
 
-def _met(closing: Thing, put: str, after: Belief, context: Context, clearance: float | None) -> Refusal | None:
+def _met(closing: Thing, put: str, after: Belief, context: Context, clearance: float | None) -> Refused | None:
     """What is met first between a thing that was put somewhere and one that closes; or, where it goes along with that, so that it does not
     matter where it shifts, between it and what is fixed."""
-    from ..motion_planning.reach import make_scene
-
     assert closing.joint is not None
     joint, at, here = closing.joint, after.poses[closing.name].pose, after.poses[put].pose
     value, whole = joint_value(after, closing.name, at), joint.upper - joint.lower
@@ -100,22 +96,3 @@ def _on_its_way(joint: Joint, at: Pose, value: float, end: float) -> Iterator[tu
     count = max(1, math.ceil((value - end) / STEPS[joint.kind == "hinge"]))
     ways = ((value - end) * k / count for k in (count, *range(1, count)))
     return ((value - way - joint.lower, joint.moved(at, -way)) for way in ways)
-
-
-def is_closed_later(name: str, put: str, context: Context) -> bool:
-    """Check whether a later task closes a thing, before another one takes away what is put somewhere now."""
-    now = _whole(context.agenda[0].name) if context.agenda else ""
-    for item in context.agenda:
-        if not isinstance(item, Action):
-            continue
-        about = {thing_of(str(context.bindings.get(o.name, o.entity or ""))) for o in item.roles.values()}
-        if name in about and context.taxonomy.is_a(item.task, "soma:Closing"):
-            return True
-        if put in about and _whole(item.name) != now:
-            return False
-    return False
-
-
-def _whole(name: str) -> str:
-    """The task of the plan that a designator is part of."""
-    return [*enclosing_names(name)][-1]

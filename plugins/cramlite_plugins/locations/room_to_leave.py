@@ -2,24 +2,20 @@
 
 from __future__ import annotations
 
-import itertools
-from typing import TYPE_CHECKING
-
 from msgspec.structs import replace
 
-from cramlite.model import Action, Remedy, thing_of
-from cramlite.plugin import Context
+from cramlite.model import Remedy, thing_of
+from cramlite.plugin import Refused
 
+from ..motion_planning.reach import collision_free_ik, make_scene, shift
 from ..shapes.roofs import roofed
+from .later import retracts_from
 from .place_filters import Spot, Wanted
 from .places import ways_back
 from .room_to_close import is_tight, let_go
 
-if TYPE_CHECKING:
-    from ..motion_planning.space import Refusal
 
-
-def room_to_leave(spot: Spot, wanted: Wanted) -> str | Refusal:
+def room_to_leave(spot: Spot, wanted: Wanted) -> str | Refused:
     """Check that the open hand has an end of a way back from the place, with no more than no contact there: a later search of that way
     keeps a distance, and finds no more.
 
@@ -29,39 +25,26 @@ def room_to_leave(spot: Spot, wanted: Wanted) -> str | Refusal:
     if wanted.belief.held is None or wanted.belief.held.swing is not None:
         return ""
     blocked = _blocked(spot, wanted)
-    if blocked is None or not is_retracted_from(wanted.thing.name, wanted.context) or is_tight(spot, wanted):
+    if blocked is None or not retracts_from(wanted.thing.name, wanted.context) or is_tight(spot, wanted):
         return ""
     return blocked
 
 
-def is_retracted_from(put: str, context: Context) -> bool:
-    """Check whether the task right after letting go retracts the hand from what is put somewhere."""
-    tasks = [item for item in context.agenda if isinstance(item, Action)]
-    for release, after in itertools.pairwise(tasks):
-        if context.taxonomy.is_a(release.task, "soma:Releasing"):
-            about = {thing_of(str(context.bindings.get(o.name, o.entity or ""))) for o in after.roles.values()}
-            return put in about and context.taxonomy.is_a(after.task, "soma:Retracting")
-    return False
-
-
-def _blocked(spot: Spot, wanted: Wanted) -> Refusal | None:
+def _blocked(spot: Spot, wanted: Wanted) -> Refused | None:
     """What is in the way of the hand on the way back that lacks least; None where one is free."""
-    from ..motion_planning.reach import collision_free_ik, make_scene, shift
-    from ..motion_planning.space import Refusal
-
     low = spot.pose if wanted.depth else shift(spot.pose, (0.0, 0.0, -spot.height))
     opening = wanted.opened[-1].opening if wanted.opened else None
-    scene, found = make_scene(let_go(spot, wanted), wanted.context, (wanted.thing.name,), opening, 0.0), list[Refusal]()
+    scene, found = make_scene(let_go(spot, wanted), wanted.context, (wanted.thing.name,), opening, 0.0), list[Refused]()
     for name, pose in reversed(ways_back(low)):  # the shortest first, which has most room
         there = collision_free_ik(scene, wanted.context, pose, wanted.belief.joints)
-        if not isinstance(there, Refusal):
+        if not isinstance(there, Refused):
             return None
         found.append(replace(there, reason=f"{name} {there.reason}"))
     least = min(found, key=lambda no: no.collision.depth if no.collision else float("inf"))
     return replace(least, remedy=_remedy(least, wanted) or least.remedy)
 
 
-def _remedy(no: Refusal, wanted: Wanted) -> Remedy | None:
+def _remedy(no: Refused, wanted: Wanted) -> Remedy | None:
     """What to try, where the hand meets what it puts the thing onto or into."""
     if no.collision is None or thing_of(wanted.entity) not in {thing_of(name) for name in no.collision.pair}:
         return None

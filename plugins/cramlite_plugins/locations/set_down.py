@@ -13,24 +13,29 @@ from functools import partial
 from typing import Any
 
 import numpy as np
+import shapely
 from msgspec.structs import replace
 
-from cramlite.model import Belief, EntityName, Floats, Location, Place, Pose, Thing, thing_of
-from cramlite.plugin import Answers, Context, Grounding, Refused, Unresolvable, hookimpl
+from cramlite.model import Belief, EntityName, Floats, Location, Place, Pose, Stage, Thing, thing_of
+from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 
-from ..motions.gripping import OPEN, release_opening
+from ..kinematics.kinematics import inverse
+from ..motion_planning.reach import bound, led_by, make_scene, reference_pose, shift, tcp, uncertainty_margins
+from ..motions.gripping import release_opening
 from ..shapes.bounds import centre_of_mass, corners, height, support
 from ..shapes.front import front
+from ..shapes.nesting import nested
 from ..shapes.roofs import roofed
-from .aslant import places_aslant
+from ..shapes.surfaces import FLAT, filled, footprint, inset, outline, standing, stated_surface, surfaces
 from .attitude import check_turn, held_now, put_down
 from .covers import closed_in, covers, goes_in_upright, openings
 from .free_area import Offset, beside, free_area, positions
 from .from_aside import is_free, slants
+from .later import puts_into
 from .laying_down import laid_down
 from .leaning import LET_GO, close_by, leaning, must_lean
+from .parameters import Where, asked
 from .place_filters import (
-    ABOVE_IT,
     ASIDE,
     CHEAP,
     DEAR,
@@ -43,15 +48,15 @@ from .place_filters import (
     clear,
     first_objection,
     opened,
+    released,
     standing_there,
 )
 from .put_aside import beside_where_it_stood
 from .resting_poses import DROPS, is_uneven, lowered_onto, resting_poses, spot_at_rest
-from .room_for_more import corner, roomiest, to_come
+from .room_for_more import corner, roomiest
 from .room_to_close import TIGHT, is_tight, room_to_close
 from .room_to_leave import room_to_leave
-from .through_side import brought_there_by, places_through_a_side
-from .tipped import places_tipped
+from .through_side import brought_there_by
 
 FEW_YAWS = (0.0, 90.0, -45.0)  # away from the middle of a surface [deg]
 GOLDEN = 137.5077640500378  # of one further turn, another one everywhere: the golden angle [deg]
@@ -73,8 +78,6 @@ ABOVE = 0.06  # stand-off above a rim [m]
 BETWEEN = (1.0, 0.67, 0.33)  # parts of a way down from aside that are looked at first
 OUT = 1.0  # from the middle of a surface to the outside of what it is in, at most [m]
 LAST: Mapping[str, Filter] = {"free to be closed": room_to_close, "free to leave": room_to_leave}  # asked after ``DEAR``
-TURNED = "turned"
-"""Value of a place: 1 where it asks for an attitude, so that what is brought there need not be kept as it is held."""
 FACING = (0.0, 6.0, -6.0)
 """Turns from facing another thing [deg]: of the 15 deg that are judged, letting go may take some."""
 PER_TURN, PER_HEIGHT = 0.1, 0.02  # cost of a radian of turn, and of each height above the lowest
@@ -83,19 +86,15 @@ OUTLINE, ARM = 5, 20
 in the same time."""
 
 
-@hookimpl
-def resolve_location(location: Location, belief: Belief, context: Context) -> Answers:
-    """Resolve locations "on" and "in", from above, "through", on a surface that is reached from its side, "aslant", into an opening
-    that is partly covered, and "tipped", into one with a roof; None for other relations."""
-    if location.relation == "through":
-        return places_through_a_side(location, belief, context)
-    if location.relation == "aslant":
-        return places_aslant(location, belief, context)
-    if location.relation == "tipped":
-        return places_tipped(location, belief, context)
-    if location.relation == "on" and belief.held is not None and belief.held.swing is not None:
-        return laid_down(location, belief, context, _spots)
-    return _spots(location, belief, context) if location.relation in ("on", "in") else None
+def onto(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
+    """Generate placements on a thing, from above."""
+    swings = belief.held is not None and belief.held.swing is not None
+    return laid_down(location, belief, context, _spots) if swings else _spots(location, belief, context)
+
+
+def into(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
+    """Generate placements in a container, from above."""
+    return _spots(location, belief, context)
 
 
 def _spots(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
@@ -143,7 +142,6 @@ def _check_way_in(targets: list[Wanted], now: Pose, location: Location) -> None:
     """
     if not targets[0].covers or not _free(targets[0], now, location).is_empty or goes_in_upright(targets[0], now):
         return
-    from ..motion_planning.reach import led_by
 
     over = [o.name for o in targets[0].covers]
     said = f"'{targets[0].thing.name}' does not get into '{targets[0].entity}' upright: {' and '.join(map(repr, over))} are over it"
@@ -162,17 +160,13 @@ def _answers(targets: list[Wanted], now: Pose, location: Location) -> Iterator[t
     for k, (wanted, offset) in enumerate(_interleaved(targets, now, location)):
         few = YAWS if k < len(targets) else FEW_YAWS
         yaws = (*_turns(wanted, now, offset, few), *((GOLDEN * k % 360,) if k else ()))
-        for yaw in FACING if wanted.where.get("facing") else yaws:
+        for yaw in FACING if wanted.where.facing else yaws:
             yield from ((k, answer) for answer in _turned(wanted, now, offset, yaw, location.relation))
 
 
 def _turns(wanted: Wanted, now: Pose, offset: Offset, few: tuple[float, ...]) -> tuple[float, ...]:
     """Turns [deg], and between the walls of an opening those by which the sides of what is held are along them: first of all where it would
     else be near a wall."""
-    import shapely
-
-    from ..shapes.surfaces import footprint
-
     area = wanted.target.area
     if not wanted.depth or area.area < STRAIGHT * shapely.box(*area.bounds).area:
         return few  # nothing is let down, or the opening is round
@@ -198,14 +192,14 @@ def _positions(wanted: Wanted, now: Pose, location: Location) -> Iterator[Offset
     if wanted.under:
         return iter([(0.0, 0.0)])
     free = _free(wanted, now, location)
-    first = beside_where_it_stood(wanted, free, _radius(wanted, now)) if location.relation == "on" and not wanted.where else ()
+    first = beside_where_it_stood(wanted, free, _radius(wanted, now)) if location.relation == "on" and wanted.where == Where() else ()
     return itertools.chain(first, positions(free, _anchor(wanted, now)))
 
 
 def _at_best(targets: list[Wanted], now: Pose, location: Location) -> Iterator[Refused]:
     """What objects at the best position of each surface, where there is not one free position."""
     for wanted in targets:
-        bare = replace(wanted, where={}, obstacles=())
+        bare = replace(wanted, where=Where(), obstacles=())
         offset = next(_positions(bare, now, location), (0.0, 0.0))
         spot = _spot(wanted, now, offset, 0.0, *_heights(wanted, now, location.relation)[0])
         said = f"not clear: nowhere is a disc of {2000 * _radius(wanted, now):.0f} mm free, which its outline holds"
@@ -215,12 +209,12 @@ def _at_best(targets: list[Wanted], now: Pose, location: Location) -> Iterator[R
 def _no_room(kept: list[Refused], targets: list[Wanted], location: Location, context: Context) -> Unresolvable:
     """What to say where shapes refuse every placement: the first that each filter refused, and the choices that it depends on."""
     there = {name for t in targets for name in standing_there(t)}
-    there |= {str(targets[0].where[name]) for name in (*SIDES, "near") if targets[0].where.get(name)}
-    put = (n for n, v in context.bindings.items() if isinstance(v, Place) and v.thing in there and "height_m" in v.values)
+    there |= {thing for name in (*SIDES, "near") if (thing := getattr(targets[0].where, name))}
+    put = (n for n, v in context.bindings.items() if isinstance(v, Place) and v.thing in there and v.release is not None)
     about = (n for n, v in context.bindings.items() if v in (targets[0].thing.name, *there))
     first = {r.passed: f"{r.value}: {r.reason}" for r in reversed(kept)}
     said = "; ".join(first[passed] for passed in sorted(first, reverse=True))
-    turned = any(r.reason.startswith("not falls") for r in kept)  # another grip turns the hand another way
+    turned = any(r.check == "falls" for r in kept)  # another grip turns the hand another way
     grips = (n for n, v in context.bindings.items() if turned and isinstance(v, Place) and v.thing == targets[0].thing.name)
     because = (location.of or "", *put, *about, *grips, *brought_there_by(location, targets[0].belief, context))
     lacks = min((r.remedy for r in kept if r.remedy is not None), key=lambda r: r.missing, default=None)
@@ -254,7 +248,7 @@ def _turned(wanted: Wanted, now: Pose, offset: Offset, yaw: float, relation: str
     """The lowest height at which all is free, of a thing that is turned so over a position."""
     wanted = _settled(wanted, now, yaw)
     turn = PER_TURN * abs(math.radians(math.remainder(yaw, 360.0)))
-    at, asked = partial(_spot, wanted, now, offset, yaw), bool(wanted.where.get("attitude"))
+    at, asked = partial(_spot, wanted, now, offset, yaw), wanted.where.attitude is not None
     return _from_above(wanted, at, relation, turn, _heights(wanted, now, relation), asked)
 
 
@@ -269,28 +263,25 @@ def _from_above(
         spot = at(over, above)
         again = blocked is not None and blocked.distance(spot.before)[0] < SAME
         reason = reason if again else first_objection(spot, wanted, {**CHEAP[relation], **DEAR, **LAST})
-        if relation == "in" and reason is not None and ABOVE_IT in reason.reason and (aside := _from_aside(spot, wanted, above)):
+        if relation == "in" and reason is not None and reason.where is Stage.BEFORE and (aside := _from_aside(spot, wanted, above)):
             spot, reason = aside, None
         if reason is None:
-            values = {"height_m": over, TURNED: float(attitude)}
-            if wanted.lowered:
-                values[OPEN] = opened(spot, wanted)[0].opening
-            place = Place(spot.pose, spot.before, approach=(0, 0, -1), thing=wanted.thing.name, values=values)
+            release = released(wanted, over, opened(spot, wanted)[0].opening if wanted.lowered else None)
+            place = Place(
+                spot.pose, spot.before, approach=(0, 0, -1), thing=wanted.thing.name, release=release, reorients=attitude
+            )
             cost += PER_HEIGHT * k + TIGHT * is_tight(spot, wanted)
             yield Grounding(place, f"'{wanted.entity}', {spot.name}", cost, key=spot.name, anew=True)
             return
         if not again:
             yield replace(reason, value=spot.name)
-        blocked = spot.before if ABOVE_IT in reason.reason else None
+        blocked = spot.before if reason.where is Stage.BEFORE else None
         if reason.passed < cheap:
             return  # no height changes what is seen from above
 
 
 def _from_aside(spot: Spot, wanted: Wanted, above: float) -> Spot | None:
     """The same placement, brought there from aside: a drawer under another one has no room above, and some before it."""
-    from ..kinematics.kinematics import inverse
-    from ..motion_planning.reach import shift
-
     reached = inverse(wanted.context.robot, spot.pose, seed=wanted.belief.joints)
     if not reached or wanted.scene.met(wanted.belief.base() * spot.pose) is not None:
         return None  # wherever it comes from
@@ -304,8 +295,6 @@ def _from_aside(spot: Spot, wanted: Wanted, above: float) -> Spot | None:
 
 def _settled(wanted: Wanted, now: Pose, yaw: float) -> Wanted:
     """With the surface that carries what is held, turned so, on what is not level; as it is where there is none."""
-    from ..shapes.nesting import nested
-
     if wanted.under is None:
         return wanted
     there = _spot(wanted, now, (0.0, 0.0), yaw, 0.0, 0.0).thing
@@ -320,14 +309,11 @@ def _targets(location: Location, belief: Belief, context: Context) -> list[Wante
     Raises:
         Unresolvable: there is none, or nothing is held.
     """
-    from ..motion_planning.reach import bound, make_scene, reference_pose
-    from ..shapes.surfaces import outline, stated_surface, surfaces
-
     entity = bound(context, location.of)
     if belief.held is None:
         raise Unresolvable("nothing is held that could be brought there")
     thing, pose = belief.thing(entity), reference_pose(belief, location, context)
-    into, region = location.relation == "in", str(location.parameters.get("region") or EntityName.parse(entity).part)
+    into, region = location.relation == "in", asked(location, Where).region or EntityName.parse(entity).part
     found = openings(thing, pose, region) if into else [(s, 0.0) for s in surfaces(thing, pose, region)]
     uneven = not into and not found and thing.furniture
     if uneven and (whole := stated_surface(thing, pose, region) if region else outline(thing, pose)):
@@ -337,7 +323,7 @@ def _targets(location: Location, belief: Belief, context: Context) -> list[Wante
         raise Unresolvable(f"'{entity}' has no {what}{f', called {region!r}' if region else ''}", (location.of or "",), blocking=())
     held, scene = belief.world.thing(belief.held.thing), make_scene(belief, context)
     opened = make_scene(belief, context, () if into else (entity,), release_opening(belief, context), 0.0)
-    bare = [Wanted(held, entity, s, belief, context, scene, location.parameters, depth=d, opened=(opened,)) for s, d in found]
+    bare = [Wanted(held, entity, s, belief, context, scene, asked(location, Where), depth=d, opened=(opened,)) for s, d in found]
     if not into:
         if uneven:
             return [replace(bare[0], uneven=True)]
@@ -372,7 +358,7 @@ def _check_open(bare: list[Wanted], region: str, location: Location) -> None:
 
 def _uneven(first: Wanted, thing: Thing, pose: Pose) -> Wanted | None:
     """The middle of what can be moved itself and whose own shape, such as a plate's rim, stands about its largest surface; else None."""
-    if thing.furniture or first.where.get("region") or not any(o.name == thing.name for o in first.obstacles):
+    if thing.furniture or first.where.region or not any(o.name == thing.name for o in first.obstacles):
         return None
     others = tuple(o for o in first.obstacles if o.name != thing.name)
     hollow = thing.feature("cram:Cavity")
@@ -391,9 +377,6 @@ def _fits(wanted: Wanted, location: Location) -> bool:
 
 def _obstacles(wanted: Wanted, context: Context) -> tuple[Obstacle, ...]:
     """Outlines of what stands on a surface, or hangs down over it, as high as the held thing is; with the gap around."""
-    from ..motion_planning.reach import uncertainty_margins
-    from ..shapes.surfaces import FLAT, footprint
-
     belief, to, margins = wanted.belief, wanted.target.pose.inverse(), uncertainty_margins(wanted.belief)
     high, reach = height(wanted.thing, held_now(belief, context)), wanted.target.area
     found = []
@@ -408,9 +391,6 @@ def _obstacles(wanted: Wanted, context: Context) -> tuple[Obstacle, ...]:
 def _lying_in(wanted: Wanted, sure: bool = False) -> tuple[Obstacle, ...]:
     """Outlines of what lies in a cavity, with the gap around, each as much wider as it is not known where it came to rest; or as if that
     were sure."""
-    from ..motion_planning.reach import uncertainty_margins
-    from ..shapes.surfaces import footprint
-
     belief, to, margins = wanted.belief, wanted.target.pose.inverse(), {} if sure else uncertainty_margins(wanted.belief)
     found = []
     for name in belief.poses:
@@ -422,33 +402,26 @@ def _lying_in(wanted: Wanted, sure: bool = False) -> tuple[Obstacle, ...]:
 
 def _free(wanted: Wanted, now: Pose, location: Location) -> Any:
     """Where the centre of mass may be: on what supports it, apart from what stands there, and where ``where`` wants it."""
-    from ..shapes.surfaces import inset, standing
-
     radius, area = _radius(wanted, now), wanted.target.area
     _, least = inset(standing(wanted.thing, now), area)
     core = area.buffer(-radius) if location.relation == "in" else area.convex_hull.buffer(-least - ROUNDED)
     free = free_area(core, [o.area.buffer(_radius(wanted, now, o.top)) for o in wanted.obstacles], 0.0)
     to = wanted.target.pose.inverse()
     for side, (axis, sign) in SIDES.items():
-        if other := wanted.where.get(side):
+        if other := getattr(wanted.where, side):
             way = sign * wanted.target.pose.rotation[axis, :2]
             aside = sign * (wanted.belief.pose(other).position[axis] - wanted.target.pose.position[axis]) + ASIDE
             free = beside(free, (float(way[0]), float(way[1])), aside)
-    if other := wanted.where.get("near"):
-        import shapely
+    if other := wanted.where.near:
 
         middle = shapely.Point(*to.apply(wanted.belief.pose(other).position)[:2])
-        free = free.intersection(middle.buffer(float(wanted.where.get("within", 0.2))))
+        free = free.intersection(middle.buffer(wanted.where.within))
     return free
 
 
 def _radius(wanted: Wanted, now: Pose, top: float = math.inf) -> float:
     """Radius of the largest disc about the middle of the outline of the held thing [m], up to a height over what it stands on;
     0 where that is beside it."""
-    import shapely
-
-    from ..shapes.surfaces import filled, footprint
-
     low = -support(wanted.thing, now, (0.0, 0.0, -1.0))
     outline, middle = filled(footprint(wanted.thing, now, high=low + top)), shapely.Point(*_middle(wanted, now))
     return float(outline.boundary.distance(middle)) if outline.covers(middle) else 0.0
@@ -459,9 +432,9 @@ def _anchor(wanted: Wanted, now: Pose) -> Offset:
     there what is nearest to it, as a table's middle may be out of reach from all sides; in a container where the rest finds room."""
     to = wanted.target.pose.inverse()
     at = np.zeros(2)
-    if wanted.depth and not wanted.where.get("near"):
+    if wanted.depth and not wanted.where.near:
         return _with_room(wanted, now)
-    if other := wanted.where.get("near"):
+    if other := wanted.where.near:
         at = to.apply(wanted.belief.pose(other).position)[:2]
     elif wanted.belief.at is not None:
         low, high = np.reshape(wanted.target.area.bounds, (2, 2))
@@ -475,7 +448,7 @@ def _with_room(wanted: Wanted, now: Pose) -> Offset:
     left = free_area(wanted.target.area, lying, 0.0)
     if left.is_empty:
         return 0.0, 0.0
-    if to_come(wanted.entity, wanted.belief, wanted.context):
+    if puts_into(wanted.entity, wanted.belief, wanted.context):
         x, y, _ = wanted.target.pose.inverse().apply((0.0, 0.0, 0.0)).tolist()
         a, b, c, _ = _rectangle(wanted, now)
         return corner(wanted.target.area.buffer(-OFF_WALLS), left, (math.dist(a, b), math.dist(b, c)), (x, y))
@@ -484,10 +457,6 @@ def _with_room(wanted: Wanted, now: Pose) -> Offset:
 
 def _rectangle(wanted: Wanted, now: Pose) -> Floats:
     """Corners (4, 2) of the smallest rectangle around the outline of what is held at a pose, from above [m]."""
-    import shapely
-
-    from ..shapes.surfaces import footprint
-
     corners: Floats = shapely.get_coordinates(shapely.minimum_rotated_rectangle(footprint(wanted.thing, now)))[:4]
     return corners
 
@@ -518,12 +487,10 @@ def _heights(wanted: Wanted, now: Pose, relation: str) -> list[tuple[float, floa
 def _spot(wanted: Wanted, now: Pose, offset: Offset, yaw: float, height: float, above: float) -> Spot:
     """Its middle over a position of the target, leaning as it is held or as it is asked for, turned by ``yaw`` [deg]: from facing the robot
     as it does now, or from facing what it shall face."""
-    from ..motion_planning.reach import shift, tcp
-
     assert wanted.belief.held is not None
     hand, target = tcp(wanted.belief, wanted.context), wanted.target.pose.apply((*offset, 0.0))
     facing = math.atan2(target[1], target[0]) - math.atan2(hand.position[1], hand.position[0])
-    if other := wanted.where.get("facing"):
+    if other := wanted.where.facing:
         ahead, to = now.rotate(front(wanted.thing.features)), wanted.belief.pose(other).position - target
         facing = math.atan2(to[1], to[0]) - math.atan2(ahead[1], ahead[0])
     turn = Pose.from_rotvec((0, 0, 0), (0, 0, facing + math.radians(yaw)))

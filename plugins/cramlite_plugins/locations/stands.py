@@ -12,17 +12,19 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from cramlite.model import Action, Belief, Location, Pose, Stand, Value, thing_of
-from cramlite.plugin import Answers, Context, Grounding, Refused, Unresolvable, hookimpl
+from cramlite.model import Belief, Location, Pose, Stand, Value, Vector3, thing_of
+from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 
-if TYPE_CHECKING:
-    from cramlite.model import Vector3
-
-    from ..motion_planning.base_planner import Ground
+from ..motion_planning.base_planner import CLEARANCES, Ground, at, level
+from ..motion_planning.reach import bound, collision_free_ik, make_scene
+from ..motions.driving import floor_of
+from ..predicates.places import BESIDE, apart
+from ..shapes.bounds import box_around
+from .grasps import grasps
+from .viewpoints import views
 
 DISTANCES = (0.45, 0.55, 0.65, 0.75)  # of the arm's axis from the target [m]
 BEST = 0.60  # two thirds of a UR5e's reach with its gripper pointing down [m]
@@ -43,17 +45,8 @@ class Target(Value):
     grasped: bool
 
 
-@hookimpl
-def resolve_location(location: Location, belief: Belief, context: Context) -> Answers:
-    """Resolve location "stand"; None for other relations."""
-    return _stands(location, belief, context) if location.relation == "stand" else None
-
-
-def _stands(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
-    from ..motion_planning.base_planner import CLEARANCES, at, level
-    from ..motion_planning.reach import bound
-    from ..motions.driving import floor_of
-
+def stands(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
+    """Generate stands of the robot near a thing."""
     destination = thing_of(bound(context, location.of))
     if belief.held is not None and belief.held.thing == destination:
         raise Unresolvable(f"'{destination}' is in the gripper and drives along")
@@ -76,9 +69,9 @@ def _stands(location: Location, belief: Belief, context: Context) -> Iterator[Gr
 def _targets(location: Location, belief: Belief, context: Context) -> list[Target]:
     """What the tasks up to the next drive are about, where its place is known; else the destination."""
     found: dict[str, Target] = {}
-    for item in itertools.takewhile(lambda i: getattr(i, "task", "") != DRIVES, context.agenda):
-        for role in item.roles.values() if isinstance(item, Action) else ():
-            thing = thing_of(str(context.bindings.get(role.name, role.entity or "")))
+    for task in itertools.takewhile(lambda t: t.action.task != DRIVES, context.later):
+        for role, entity in zip(task.action.roles.values(), task.entities.values(), strict=True):
+            thing = thing_of(entity)
             if thing in belief.poses and thing not in found:
                 graspable = belief.held is None and belief.world.thing(thing).movable
                 found[thing] = Target(role.name, thing, graspable and not any(t.grasped for t in found.values()))
@@ -107,9 +100,6 @@ def _judged(
     stand: Pose, there: Belief, destination: str, targets: list[Target], floor: Ground, context: Context
 ) -> tuple[int, str]:
     """How many checks a stand passes, and why not the next one; "" for all."""
-    from ..motion_planning.base_planner import at
-    from ..predicates.places import BESIDE
-
     if blocked := floor.hit(at(stand)):
         return 0, blocked
     if (gap := _gap(stand, destination, there, context)) > BESIDE:
@@ -125,8 +115,6 @@ def _judged(
 
 def _gap(stand: Pose, thing: str, there: Belief, context: Context) -> float:
     """From the platform's outline to a thing's [m]."""
-    from ..predicates.places import apart
-
     assert context.robot.platform is not None
     length, width, _ = context.robot.platform.size
     low, high = _box(there, thing)
@@ -137,10 +125,8 @@ def _gap(stand: Pose, thing: str, there: Belief, context: Context) -> float:
 
 def _grasp(target: Target, there: Belief, context: Context) -> str:
     """Why a thing cannot be grasped from a stand; "" where it can."""
-    from .grasps import resolve_location as grasps
-
     try:
-        answers = list(itertools.islice(grasps(Location("", "grasp", target.variable), there, context) or (), GRASPS))
+        answers = list(itertools.islice(grasps(Location("", "grasp", target.variable), there, context), GRASPS))
     except Unresolvable as impossible:
         return impossible.reason
     if any(isinstance(a, Grounding) for a in answers):
@@ -150,9 +136,6 @@ def _grasp(target: Target, there: Belief, context: Context) -> str:
 
 def _over(target: Target, there: Belief, context: Context) -> str:
     """Why the tool cannot be brought before a thing, from above or from the robot's side; "" where it can."""
-    from ..motion_planning.reach import collision_free_ik, make_scene
-    from ..motion_planning.space import Refusal
-
     scene, point = make_scene(there, context), np.asarray(_middle(there, target).position)
     ahead = np.array([point[0], point[1], 0.0]) / max(float(np.hypot(point[0], point[1])), 1e-6)
     turns = [(math.cos(a), math.sin(a), 0.0) for a in (math.tau * k / TURNS for k in range(TURNS))]
@@ -164,7 +147,7 @@ def _over(target: Target, there: Belief, context: Context) -> str:
     for approach, x in tries:
         pose = Pose.from_axes(tuple(point - OVER * np.asarray(approach)), approach, x)
         found = collision_free_ik(scene, context, pose, there.joints)
-        if not isinstance(found, Refusal):
+        if not isinstance(found, Refused):
             return ""
         first = first or found.reason
     return first
@@ -187,20 +170,16 @@ def _middle(belief: Belief, target: Target) -> Pose:
 
 def _box(belief: Belief, thing: str) -> tuple[Vector3, Vector3]:
     """Lowest and highest corner of a thing, in its frame."""
-    from ..shapes.bounds import box_around
-
     (a, b, c), (d, e, f) = (v.tolist() for v in box_around(belief.thing(thing).geoms))
     return (a, b, c), (d, e, f)
 
 
 def _unseen(target: Target, there: Belief, context: Context) -> str:
     """Why the camera on the flange cannot be brought to a free view of a thing; "" where it can, or there is no such camera."""
-    from .viewpoints import resolve_location as views
-
     if context.camera is None or context.camera.mount is None:
         return ""
     first = ""
-    for answer in views(Location("", "view", target.variable), there, context) or ():
+    for answer in views(Location("", "view", target.variable), there, context):
         if isinstance(answer, Grounding):
             return ""
         first = first or answer.reason

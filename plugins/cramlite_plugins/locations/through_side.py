@@ -9,18 +9,23 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING
 
 import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import Action, Belief, EntityName, Floats, Location, Place, Pose, Remedy
+from cramlite.model import Belief, EntityName, Floats, Location, Place, Pose, Remedy
 from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 
+from ..motion_planning.cartesian import plan_straight_line
+from ..motion_planning.reach import bound, collision_free_ik, led_by, make_scene, reference_pose, shift, taken_at, tcp
+from ..motion_planning.space import refusal
 from ..motions.gripping import release_opening
 from ..shapes.bounds import centre_of_mass, height, support
 from ..shapes.roofs import has_a_roof, open_sides, roofed
+from ..shapes.surfaces import surfaces
 from .attitude import held_now
+from .later import brings
+from .parameters import Where, asked
 from .place_filters import (
     Filter,
     Spot,
@@ -35,9 +40,6 @@ from .place_filters import (
     visible,
 )
 from .room_to_close import TIGHT, is_tight, room_to_close
-
-if TYPE_CHECKING:
-    from ..motion_planning.space import Refusal
 
 HIGH = 0.010  # lowest point above the surface on its way in [m]
 OUT = 0.02  # between what is held and the thing that it goes into, where the way in begins [m]
@@ -55,13 +57,11 @@ def places_through_a_side(location: Location, belief: Belief, context: Context) 
     Raises:
         Unresolvable: there is none. Where what is held has no way in itself, no other grasp helps.
     """
-    from ..motion_planning.reach import taken_at
-
     found, fits, kept, tight, nearest = 0, False, list[Refused](), list[Grounding](), Refused("", "the hand has no way in")
     for wanted, out, now in _ways(location, belief, context):
         for spot in _spots(wanted, out, now):
             no = first_objection(spot, wanted, FILTERS)
-            fits = fits or no is None or no.passed > ALONE
+            fits = fits or no is None or no.check not in ALONE
             if no is None:
                 place = Grounding(_place(spot, wanted, out), f"'{wanted.entity}', {spot.name}", 0.1 * found, key=spot.name, anew=True)
                 found += 1
@@ -70,7 +70,7 @@ def places_through_a_side(location: Location, belief: Belief, context: Context) 
                 else:
                     yield place
             elif fits:
-                nearest = no if no.passed == SHUT else nearest
+                nearest = no if no.check == SHUT else nearest
                 yield replace(no, because=taken_at(belief, context))
             else:
                 kept.append(no)
@@ -123,34 +123,19 @@ def _place(spot: Spot, wanted: Wanted, out: Floats) -> Place:
 def goes_under_a_roof(thing: str, belief: Belief, context: Context) -> bool:
     """Check whether a later task brings a thing onto a surface that nothing is put on from above: a named one, or of what has no other. A
     table's board near the floor is not meant by the table, off which a thing is picked up."""
-    from ..shapes.surfaces import surfaces
-
     if not any(has_a_roof(belief.thing(other), belief.pose(other)) for other in belief.poses if other != thing):
         return False  # later tasks are not looked at, so that what follows from this holds whatever they are
-    for onto, region in brought_onto(thing, belief, context):
+    for onto, region in brings(thing, belief, context):
         there, at = belief.thing(onto.thing), belief.pose(onto.thing)
         if (region or not surfaces(there, at)) and any(roofed(there, at, region)):
             return True
     return False
 
 
-def brought_onto(thing: str, belief: Belief, context: Context) -> Iterator[tuple[EntityName, str]]:
-    """Generate what later tasks bring a thing to, of what is believed to be somewhere, each with the region that is meant, or ""."""
-    for item in context.agenda:
-        if not isinstance(item, Action):
-            continue
-        named = {k: EntityName.parse(str(context.bindings.get(o.name, o.entity or ""))) for k, o in item.roles.items()}
-        what, onto = named.get("Locatum"), named.get("Relatum")
-        if what is not None and onto is not None and what.thing == thing and onto.thing in belief.poses:
-            yield onto, str(item.parameters.get("where", {}).get("region") or onto.part)
-
-
 def brought_there_by(location: Location, belief: Belief, context: Context) -> tuple[str, ...]:
     """Return the names of the tasks that lead to a location under a roof: what refuses one way there may let in another."""
-    from ..motion_planning.reach import led_by
-
     entity = EntityName.parse(str(context.bindings.get(location.of or "", "")))
-    region = str(location.parameters.get("region") or entity.part)
+    region = asked(location, Where).region or entity.part
     if entity.thing not in belief.poses or not any(roofed(belief.thing(entity.thing), belief.pose(entity.thing), region)):
         return ()
     return led_by(location, context)
@@ -162,13 +147,11 @@ def _targets(location: Location, belief: Belief, context: Context) -> list[tuple
     Raises:
         Unresolvable: nothing is held, no surface has a roof, or the hand points downwards.
     """
-    from ..motion_planning.reach import bound, make_scene, reference_pose, taken_at, tcp
-
     entity = bound(context, location.of)
     if belief.held is None:
         raise Unresolvable("nothing is held that could be brought there")
     thing, pose = belief.thing(entity), reference_pose(belief, location, context)
-    region = str(location.parameters.get("region") or EntityName.parse(entity).part)
+    region = asked(location, Where).region or EntityName.parse(entity).part
     found = list(roofed(thing, pose, region))
     if not found:
         raise Unresolvable(f"nothing is over a surface of '{entity}': things are put there from above", (location.of or "",), blocking=())
@@ -178,13 +161,11 @@ def _targets(location: Location, belief: Belief, context: Context) -> list[tuple
         raise Unresolvable(said, (*taken_at(belief, context), *brought_there_by(location, belief, context)), blocking=())
     held, scene = belief.world.thing(belief.held.thing), make_scene(belief, context)
     opened = (make_scene(belief, context, (entity,), release_opening(belief, context), 0.0),)
-    return [(Wanted(held, entity, s, belief, context, scene, location.parameters, opened=opened), h) for s, h in found]
+    return [(Wanted(held, entity, s, belief, context, scene, asked(location, Where), opened=opened), h) for s, h in found]
 
 
 def _spots(wanted: Wanted, out: Floats, now: Pose) -> Iterator[Spot]:
     """Positions from the middle outwards, at each the turns at which the hand points inwards."""
-    from ..motion_planning.reach import shift, tcp
-
     assert wanted.belief.held is not None
     ahead = tcp(wanted.belief, wanted.context).rotate((0.0, 0.0, 1.0))
     facing = math.atan2(-out[1], -out[0]) - math.atan2(ahead[1], ahead[0])
@@ -213,48 +194,40 @@ def _stand_off(wanted: Wanted, thing: Pose, out: Floats) -> float:
     return support(into, wanted.belief.pose(into.name), out) + support(wanted.thing, thing, -out) + OUT
 
 
-def _let_in(spot: Spot, wanted: Wanted) -> str | Refusal:
+def _let_in(spot: Spot, wanted: Wanted) -> str | Refused:
     """Check that what is held has room there and on the way out, whatever holds it."""
     return _met(spot, wanted, hand=False)
 
 
-def _room(spot: Spot, wanted: Wanted) -> str | Refusal:
+def _room(spot: Spot, wanted: Wanted) -> str | Refused:
     """Check that the hand has, too, wherever the arm is."""
     return _met(spot, wanted, hand=True)
 
 
-def _met(spot: Spot, wanted: Wanted, hand: bool) -> str | Refusal:
-    from ..motion_planning.reach import shift
-    from ..motion_planning.space import Refusal
-
+def _met(spot: Spot, wanted: Wanted, hand: bool) -> str | Refused:
     base, way = wanted.belief.base(), np.subtract(spot.before.position, spot.pose.position)
     for part in PARTS:
-        no: Refusal | None = wanted.scene.met(base * shift(spot.pose, part * way), hand)
+        no: Refused | None = wanted.scene.met(base * shift(spot.pose, part * way), hand)
         if no is not None:
             gone = 1000 * part * float(np.linalg.norm(way))
-            return Refusal(f"{gone:.0f} mm before it: {no.reason}" if part else no.reason, blocking=no.blocking, collision=no.collision)
+            return refusal(f"{gone:.0f} mm before it: {no.reason}" if part else no.reason, blocking=no.blocking, collision=no.collision)
     return ""
 
 
-def _way_in(spot: Spot, wanted: Wanted) -> str | Refusal:
+def _way_in(spot: Spot, wanted: Wanted) -> str | Refused:
     """Check that the arm is free there and leads the hand out of it straight and level."""
-    from ..motion_planning.cartesian import plan_straight_line
-    from ..motion_planning.reach import collision_free_ik
-    from ..motion_planning.space import Refusal
-
     there = collision_free_ik(wanted.scene, wanted.context, spot.pose, wanted.belief.joints)
-    if isinstance(there, Refusal):
+    if isinstance(there, Refused):
         return there
     line = plan_straight_line(wanted.scene, wanted.context.robot, there, spot.before)
-    return replace(line, reason=f"on its way out {line.reason}") if isinstance(line, Refusal) else ""
+    return replace(line, reason=f"on its way out {line.reason}") if isinstance(line, Refused) else ""
 
 
+SHUT = "free to be closed"
+"""Check of what has a way in, and may be in the way of what a later task closes."""
+ALONE: Mapping[str, Filter] = {"supported": supported, "near": near, "beside": beside, "in its region": in_region, "let in": _let_in}
+"""Checks of the payload alone; what passes them has room itself, and the hand may not."""
 FILTERS: Mapping[str, Filter] = {
-    "supported": supported, "near": near, "beside": beside, "in its region": in_region, "let in": _let_in, "collision-free": _room,
-    "free to be closed": room_to_close, "reachable": reachable, "visible": visible, "led in by the arm": _way_in,
+    **ALONE, "collision-free": _room, SHUT: room_to_close, "reachable": reachable, "visible": visible, "led in by the arm": _way_in,
     "free to open": room_to_open,
 }  # fmt: skip
-ALONE = tuple(FILTERS).index("let in")
-"""What passes more than this has room itself, and the hand may not."""
-SHUT = tuple(FILTERS).index("free to be closed")
-"""What passes as many has a way in, and is in the way of what a later task closes."""

@@ -10,21 +10,26 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from itertools import product
-from typing import TYPE_CHECKING
 
 import numpy as np
+import shapely
 from msgspec.structs import replace
 
 from cramlite.model import Belief, EntityName, Estimate, Floats, Location, Place, Pose, Value, Vector3
 from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 
-from ..motions.gripping import OPEN, release_opening
+from ..kinematics.kinematics import inverse
+from ..motion_planning.cartesian import plan_straight_line
+from ..motion_planning.reach import bound, collision_free_ik, make_scene, reference_pose, shift, taken_at
+from ..motions.gripping import release_opening
 from ..shapes.bounds import corners, lowest, support
 from ..shapes.roofs import has_own_roof, open_sides
+from ..shapes.surfaces import resting_height
 from ..shapes.tipping_over import tipped_over
 from .attitude import held_now
 from .covers import openings
 from .leaning import along_walls, extent
+from .parameters import Where, asked
 from .place_filters import (
     WELL_IN,
     Filter,
@@ -34,13 +39,11 @@ from .place_filters import (
     first_objection,
     near,
     reachable,
+    released,
     room_to_open,
     visible,
 )
 from .push_in import ways_in
-
-if TYPE_CHECKING:
-    from ..motion_planning.space import Refusal
 
 LEANS = (55.0, 50.0, 45.0, 40.0, 35.0, 30.0)
 """From upright [deg]: the more it leans, the farther in its foot can be and the less it falls; from 58 deg on a Panda's hand that holds a
@@ -69,14 +72,16 @@ class Tipping(Value):
     name: str
 
 
+LYING = "lying there"
+"""Check of the payload alone."""
+
+
 def places_tipped(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
     """Generate placements of what is held with its foot under a roof, leaning out; its ``path`` leads back from there.
 
     Raises:
         Unresolvable: there is no roof, no side is open, or held so it cannot be brought there.
     """
-    from ..motion_planning.reach import taken_at
-
     wanted = _wanted(location, belief, context)
     found, no = 0, Refused("tipped", "no foot of it is far enough in where it would tip over")
     for tipping in _tippings(wanted, held_now(belief, context)):
@@ -87,7 +92,7 @@ def places_tipped(location: Location, belief: Belief, context: Context) -> Itera
         else:
             no = refused if refused.passed >= no.passed else no
     if not found:
-        grasps = taken_at(belief, context) if no.passed else ()  # what has no room itself has none in another hand
+        grasps = taken_at(belief, context) if no.check not in ("", LYING) else ()  # what has no room itself has none in another hand
         raise Unresolvable(f"tipped: {no.reason}", (location.of or "", *grasps), blocking=no.blocking)
 
 
@@ -97,12 +102,10 @@ def _wanted(location: Location, belief: Belief, context: Context) -> Wanted:
     Raises:
         Unresolvable: nothing is held, or there is no opening with a roof.
     """
-    from ..motion_planning.reach import bound, make_scene, reference_pose
-
     entity = bound(context, location.of)
     if belief.held is None:
         raise Unresolvable("nothing is held that could be brought there")
-    region = str(location.parameters.get("region") or EntityName.parse(entity).part)
+    region = asked(location, Where).region or EntityName.parse(entity).part
     thing, pose = belief.thing(entity), reference_pose(belief, location, context)
     found = openings(thing, pose, region)
     opened = make_scene(belief, context, (), release_opening(belief, context), 0.0)
@@ -112,7 +115,7 @@ def _wanted(location: Location, belief: Belief, context: Context) -> Wanted:
     if held.filling is not None or belief.held.carries:
         raise Unresolvable(f"'{held.name}' holds something that would fall out as it tips over", (location.of or "",))
     target, depth = found[0]
-    return Wanted(held, entity, target, belief, context, scene, location.parameters, depth=depth, opened=(opened,))
+    return Wanted(held, entity, target, belief, context, scene, asked(location, Where), depth=depth, opened=(opened,))
 
 
 def _tippings(wanted: Wanted, now: Pose) -> Iterator[Tipping]:
@@ -152,8 +155,6 @@ def _hand(tipping: Tipping, wanted: Wanted) -> Pose:
 
 def _floor(wanted: Wanted, lying: Pose) -> float | None:
     """Height of what carries a thing that lies turned so, with its middle in the opening's [m]; None for nothing."""
-    from ..shapes.surfaces import resting_height
-
     points = corners(wanted.thing, lying)
     middle = wanted.target.pose.apply((0.0, 0.0, -wanted.depth / 2)) - (points.min(axis=0) + points.max(axis=0)) / 2
     there = Pose(tuple((np.asarray(lying.position) + middle).tolist()), lying.quaternion)
@@ -174,8 +175,6 @@ def _at(wanted: Wanted, out: Floats, deep: float, share: float) -> Floats:
 
 def _inside(wanted: Wanted, lies: Pose) -> bool:
     """Whether an origin is in the region, well in from its sides."""
-    import shapely
-
     x, y, z = map(float, wanted.target.pose.inverse().apply(lies.position))
     return -wanted.depth <= z <= 0.0 and bool(wanted.target.area.buffer(-WELL_IN).covers(shapely.Point(x, y)))
 
@@ -187,8 +186,6 @@ def _up(pose: Pose, by: float) -> Pose:
 
 def _spot(tipping: Tipping, wanted: Wanted) -> Spot:
     """The placement where it is let go of; its stand-off is level before that."""
-    from ..motion_planning.reach import shift
-
     area = wanted.target.pose.apply(np.insert(np.reshape(wanted.target.area.bounds, (2, 2)), 2, 0.0, axis=1))
     far = OUT + float((area @ tipping.out).max()) + support(wanted.thing, tipping.leaning, -tipping.out)
     pose = _hand(tipping, wanted)
@@ -197,8 +194,13 @@ def _spot(tipping: Tipping, wanted: Wanted) -> Spot:
 
 def _place(tipping: Tipping, wanted: Wanted) -> Place:
     spot = _spot(tipping, wanted)
-    values = {"height_m": OVER, "turned": 1.0, OPEN: wanted.opened[0].opening}
-    return Place(spot.pose, spot.before, approach=_inwards(tipping), path=(_back(spot.pose),), thing=wanted.thing.name, values=values)
+    over = tipped_over(wanted.thing, tipping.leaning)
+    settles = tipping.leaning.inverse() * over[0] if over else Pose()
+    release = released(wanted, OVER, wanted.opened[0].opening, settles)
+    return Place(
+        spot.pose, spot.before, approach=_inwards(tipping), path=(_back(spot.pose),), thing=wanted.thing.name, release=release,
+        reorients=True,
+    )
 
 
 def _refusal(tipping: Tipping, wanted: Wanted) -> Refused | None:
@@ -209,19 +211,15 @@ def _refusal(tipping: Tipping, wanted: Wanted) -> Refused | None:
 
 def _not_pushed_in(tipping: Tipping, spot: Spot, wanted: Wanted) -> Refused | None:
     """Why the arm could not push it in again; None where it can."""
-    from ..motion_planning.space import Refusal
-
     ways = [way for _, way in ways_in(wanted.thing.name, _inwards(tipping), _let_go(tipping, spot, wanted), wanted.context)]
-    stuck = [way for way in ways if isinstance(way, Refusal)]
+    stuck = [way for way in ways if isinstance(way, Refused)]
     if len(stuck) < len(ways):
         return None
-    return replace(stuck[0], reason=f"not pushed in: {stuck[0].reason}").refused(spot.name, len(FILTERS))
+    return replace(stuck[0], reason=f"not pushed in: {stuck[0].reason}", check="pushed in").of(spot.name, len(FILTERS))
 
 
 def _let_go(tipping: Tipping, spot: Spot, wanted: Wanted) -> Belief:
     """The belief with the hand back from what lies there."""
-    from ..kinematics.kinematics import inverse
-
     belief = wanted.belief
     released = belief.released(Estimate(belief.base() * tipping.lies, 0.0, "tipped over"), wanted.opened[0].opening)
     return released.moved(inverse(wanted.context.robot, _back(spot.pose), seed=belief.joints)[0])
@@ -231,24 +229,22 @@ def _inwards(tipping: Tipping) -> Vector3:
     return -float(tipping.out[0]), -float(tipping.out[1]), 0.0
 
 
-def _room(spot: Spot, wanted: Wanted) -> str | Refusal:
+def _room(spot: Spot, wanted: Wanted) -> str | Refused:
     """Check that hand and thing have room there and on the way out, wherever the arm is."""
-    from ..motion_planning.reach import shift
-
     base, way = wanted.belief.base(), np.subtract(spot.before.position, spot.pose.position)
-    found: Iterator[Refusal | None] = (wanted.scene.met(base * shift(spot.pose, part * way)) for part in PARTS)
+    found: Iterator[Refused | None] = (wanted.scene.met(base * shift(spot.pose, part * way)) for part in PARTS)
     return next((no for no in found if no is not None), "")
 
 
-def _lies(spot: Spot, wanted: Wanted) -> str | Refusal:
+def _lies(spot: Spot, wanted: Wanted) -> str | Refused:
     """Check that the thing has room where it comes to lie, whatever let go of it."""
     assert wanted.belief.held is not None
     lying = _up(spot.thing, OVER) * wanted.belief.held.tcp_to_thing.inverse()
-    no: Refusal | None = wanted.scene.met(wanted.belief.base() * lying, False)
+    no: Refused | None = wanted.scene.met(wanted.belief.base() * lying, False)
     return no or ""
 
 
-def _way_in(spot: Spot, wanted: Wanted) -> str | Refusal:
+def _way_in(spot: Spot, wanted: Wanted) -> str | Refused:
     """Check that the arm is free there, and leads the hand straight out of it and back."""
     out, back = (_led(spot.pose, end, wanted) for end in (spot.before, _back(spot.pose)))
     if out:
@@ -260,20 +256,16 @@ def _back(hand: Pose) -> Pose:
     return hand * Pose((0.0, 0.0, -BACK))
 
 
-def _led(start: Pose, end: Pose, wanted: Wanted) -> Refusal | None:
+def _led(start: Pose, end: Pose, wanted: Wanted) -> Refused | None:
     """Why the arm cannot lead what it holds from a TCP pose straight on to another; None where it can."""
-    from ..motion_planning.cartesian import plan_straight_line
-    from ..motion_planning.reach import collision_free_ik
-    from ..motion_planning.space import Refusal
-
     there = collision_free_ik(wanted.scene, wanted.context, start, wanted.belief.joints)
-    if isinstance(there, Refusal):
+    if isinstance(there, Refused):
         return there
     line = plan_straight_line(wanted.scene, wanted.context.robot, there, end)
-    return line if isinstance(line, Refusal) else None
+    return line if isinstance(line, Refused) else None
 
 
 FILTERS: Mapping[str, Filter] = {
-    "lying there": _lies, "near": near, "beside": beside, "collision-free": _room, "reachable": reachable, "visible": visible,
+    LYING: _lies, "near": near, "beside": beside, "collision-free": _room, "reachable": reachable, "visible": visible,
     "led in by the arm": _way_in, "free to open": room_to_open,
 }  # fmt: skip

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from cramlite.model import Remedy
+from cramlite.plugin import Refused
 
-if TYPE_CHECKING:
-    from ..motion_planning.space import Refusal
+from ..motion_planning.space import refusal
 
 
-def taken_by(said: str, thing: str, place: str, other: str, overlap: float, there: tuple[str, ...]) -> Refusal:
+def taken_by(said: str, thing: str, place: str, other: str, overlap: float, there: tuple[str, ...]) -> Refused:
     """Return the refusal of a place that another thing takes.
 
     Args:
@@ -21,14 +19,14 @@ def taken_by(said: str, thing: str, place: str, other: str, overlap: float, ther
     return _refusal(said, Remedy(f"room {place}", f"{more}: have '{other}' put elsewhere, or name another place", overlap), there)
 
 
-def too_narrow(said: str, thing: str, place: str, out: float, there: tuple[str, ...]) -> Refusal:
+def too_narrow(said: str, thing: str, place: str, out: float, there: tuple[str, ...]) -> Refused:
     """Return the refusal of an opening that is too narrow by a length [m]."""
     more = f"the opening of '{place}' lacks {1000 * out:.0f} mm for '{thing}'"
     says = f"{more}: take a smaller thing, have it put down otherwise, or name another container"
     return _refusal(said, Remedy(f"opening {place}", says, out), there)
 
 
-def too_high(thing: str, region: str, reaches: float, over: float) -> Refusal:
+def too_high(thing: str, region: str, reaches: float, over: float) -> Refused:
     """Return the refusal of a place in a region that ends lower, by a length [m], than where the origin of what stands there is."""
     said = f"its origin would be {1000 * over:.0f} mm too high for '{region}', which reaches {1000 * reaches:.0f} mm above the face in it"
     more = f"'{region}' reaches {1000 * reaches:.0f} mm above the face in it, {1000 * over:.0f} mm too little for the origin of '{thing}'"
@@ -36,7 +34,5 @@ def too_high(thing: str, region: str, reaches: float, over: float) -> Refusal:
     return _refusal(said, Remedy(f"region {region}", says, over), ())
 
 
-def _refusal(said: str, remedy: Remedy, there: tuple[str, ...]) -> Refusal:
-    from ..motion_planning.space import Refusal
-
-    return Refusal(said, blocking=there, remedy=remedy)
+def _refusal(said: str, remedy: Remedy, there: tuple[str, ...]) -> Refused:
+    return refusal(said, blocking=there, remedy=remedy)

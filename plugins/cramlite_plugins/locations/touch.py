@@ -6,23 +6,17 @@ import math
 from collections.abc import Iterator
 
 from cramlite.model import Belief, Location, Place, Pose, replace, thing_of
-from cramlite.plugin import Answers, Context, Grounding, Refused, Unresolvable, hookimpl
+from cramlite.plugin import Context, Grounding, Refused, Unresolvable
+
+from ..motion_planning.reach import bound, collision_free_ik, make_scene, shift
 
 YAWS = (0.0, 90.0, -90.0, 180.0, 45.0, -45.0)  # turns about the vertical that are tried, from facing away [deg]
 ABOVE, ALMOST = 0.06, 0.005  # finger tips above the surface at the stand-off, and where feeling begins [m]
 DOWN = Pose((0.0, 0.0, 0.0), (0.0, 1.0, 0.0, 0.0))  # the tool's z axis down, its x axis ahead
 
 
-@hookimpl
-def resolve_location(location: Location, belief: Belief, context: Context) -> Answers:
-    """Resolve location "touch"; None for other relations."""
-    return _places(location, belief, context) if location.relation == "touch" else None
-
-
-def _places(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
-    from ..motion_planning.reach import bound, collision_free_ik, make_scene, shift
-    from ..motion_planning.space import Refusal
-
+def touch(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
+    """Generate places of the fingers' tips above a surface."""
     entity = bound(context, location.of)
     surface = belief.feature(entity, "vrps:SurfaceFeature")
     if surface is None:
@@ -37,8 +31,8 @@ def _places(location: Location, belief: Belief, context: Context) -> Iterator[Gr
         before = shift(at, (0, 0, ABOVE))
         for where, pose, scene in (("above it", before, free), ("at it", at, near)):
             there = collision_free_ik(scene, context, pose, belief.joints)
-            if isinstance(there, Refusal):
-                yield replace(there, reason=f"{where}: {there.reason}").refused(f"turned {yaw:+.0f} deg")
+            if isinstance(there, Refused):
+                yield replace(there, reason=f"{where}: {there.reason}").of(f"turned {yaw:+.0f} deg")
                 break
         else:
             place = Place(at, before, approach=(0.0, 0.0, -1.0), thing=thing_of(entity))

@@ -9,7 +9,12 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from cramlite.model import Belief, Feature, Floats, Intrinsics, Location, Place, Pose, Thing, thing_of
-from cramlite.plugin import Answers, Context, Grounding, Refused, Unresolvable, hookimpl
+from cramlite.plugin import Context, Grounding, Refused, Unresolvable
+
+from ..motion_planning.reach import bound, collision_free_ik, make_scene
+from ..shapes.bounds import box_around
+from .parameters import Sight, asked
+from .place_filters import hidden_by
 
 
 def looking_at(eye: tuple[float, float, float], target: tuple[float, float, float]) -> Pose:
@@ -29,19 +34,11 @@ SEEN = 0.5  # share of each thing that others may not hide, as of a place that a
 BELOW = 0.08  # what hangs from a peg is about that far below it [m]
 
 
-@hookimpl
-def resolve_location(location: Location, belief: Belief, context: Context) -> Answers:
-    """Resolve location "view"; None for other relations."""
-    return _views(location, belief, context) if location.relation == "view" else None
-
-
-def _views(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
-    from ..motion_planning.reach import bound, collision_free_ik, make_scene
-    from ..motion_planning.space import Refusal
-
+def views(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
+    """Generate places from which the camera sees things."""
     if context.camera is None or context.camera.mount is None:
         raise Unresolvable("the robot has no camera on its flange; the scenario's 'camera' says where one is", ("",))
-    around = list(location.parameters.get("around", ())) or [bound(context, location.of)]
+    around = asked(location, Sight).around or (bound(context, location.of),)
     points = np.array([p for name in around for p in _points(belief, name)])
     to_flange = context.camera.pose.inverse()
     scene = make_scene(belief, context)
@@ -56,8 +53,8 @@ def _views(location: Location, belief: Belief, context: Context) -> Iterator[Gro
             continue
         tool = optical * to_flange * context.robot.gripper.tcp
         there = collision_free_ik(scene, context, tool, belief.joints)
-        if isinstance(there, Refusal):
-            yield there.refused(name, 3)
+        if isinstance(there, Refused):
+            yield there.of(name, 3)
             continue
         yield Grounding(Place(tool, tool), f"{', '.join(around)} in view from {name}", 0.05 * k, key=name)
 
@@ -100,7 +97,6 @@ def _eyes(target: Floats, heights: Sequence[float]) -> Iterator[tuple[str, Float
 
 
 def _optical(eye: Floats, target: Floats) -> Pose:
-
     return looking_at(
         (float(eye[0]), float(eye[1]), float(eye[2])), (float(target[0]), float(target[1]), float(target[2]))
     )
@@ -114,8 +110,6 @@ def _in_view(camera: Intrinsics, optical: Pose, points: Floats) -> bool:
 
 def _hidden(eye: Floats, around: Sequence[str], belief: Belief) -> str:
     """Which of the things others hide from there, as far as they are known; "" if all are seen."""
-    from .place_filters import hidden_by
-
     for name in around:
         points = _seen_of(belief, name)
         whole = thing_of(name)
@@ -133,8 +127,6 @@ def _hidden(eye: Floats, around: Sequence[str], belief: Belief) -> str:
 def _seen_of(belief: Belief, entity: str) -> Floats:
     """What should be seen of a thing, base frame: as of what is in view of a peg; else the middle of the box around it
     and its corners, drawn in by a tenth."""
-    from ..shapes.bounds import box_around
-
     thing = belief.thing(entity)
     if thing.feature("vrps:Peg") is not None or _cavity(thing):
         return np.array(_points(belief, entity))

@@ -149,7 +149,7 @@ def plan_base_path(floor: Ground, start: Vector3, goal: Vector3) -> list[Vector3
 
 
 class NoBasePath(Value):
-    """Refusal of a base path; ``shut_in``: whatever the goal, the start cannot be left by more than the lattice's cells."""
+    """Refused of a base path; ``shut_in``: whatever the goal, the start cannot be left by more than the lattice's cells."""
 
     reason: str
     shut_in: bool = False

@@ -27,7 +27,7 @@ from cramlite.model import (
     rotvec_quaternion,
     thing_of,
 )
-from cramlite.plugin import Context, Unresolvable, checkpoint
+from cramlite.plugin import Context, Refused, Unresolvable, checkpoint
 
 from ..kinematics.kinematics import (
     Joints,
@@ -38,7 +38,7 @@ from ..kinematics.kinematics import (
     smallest_singular_value,
 )
 from ..kinematics.timing import joint_speed_excess, leading
-from .space import Refusal
+from .space import refusal
 
 if TYPE_CHECKING:
     from .planning_scene import PlanningScene
@@ -49,7 +49,7 @@ SAME = 0.001, 0.01  # a pose is reached already within this [m, rad]
 COARSE = 0.025, 0.1  # steps of the quick look whether a line can follow [m, rad]; the line itself is checked finely
 
 
-def why_no_straight_line(joints: Any, place: Place, context: Context, scene: Any) -> Refusal | None:
+def why_no_straight_line(joints: Any, place: Place, context: Context, scene: Any) -> Refused | None:
     """Return why the arm cannot go straight from the stand-off to the place on the same branch; None when it can.
 
     An empty hand must also be free there, but for the thing of the place; where something is held, what it may touch
@@ -58,7 +58,7 @@ def why_no_straight_line(joints: Any, place: Place, context: Context, scene: Any
     if near(place.before, place.pose):
         return None
     line = plan_straight_line(scene, context.robot, joints, [place.pose], step_m=COARSE[0], step_rad=COARSE[1])
-    return line if isinstance(line, Refusal) else None
+    return line if isinstance(line, Refused) else None
 
 
 def line(motion: Motion, belief: Belief, context: Context, targets: list[Pose]) -> Any:
@@ -71,13 +71,13 @@ def line(motion: Motion, belief: Belief, context: Context, targets: list[Pose]) 
 
     scene = make_scene(belief, context, touched(motion.may_touch, context), clearance=0.0)
     found = plan_straight_line(scene, context.robot, belief.joints, targets)
-    if isinstance(found, Refusal):
+    if isinstance(found, Refused):
         said = f"no straight line to {motion.to}: {found.reason}"
         raise _refused(said, motion, belief, context, found)
     return found.points
 
 
-def _refused(said: str, motion: Motion, belief: Belief, context: Context, no: Refusal) -> Unresolvable:
+def _refused(said: str, motion: Motion, belief: Belief, context: Context, no: Refused) -> Unresolvable:
     """What to say where there is no straight line. Where the hand or what it moves meets something, no other position of the arm helps:
     how the arm was moved there is not to blame; where a door or a drawer does, whatever moves it there, nor is where the hand is on it."""
     pair = no.collision.pair if no.collision else ()
@@ -150,7 +150,7 @@ def plan_straight_line(
     speed: float | None = None,
     step_m: float = 0.005,
     step_rad: float = 0.02,
-) -> JointPath | Refusal:
+) -> JointPath | Refused:
     """Plan a straight motion of the tcp from a joint position through one pose or several.
 
     Args:
@@ -179,7 +179,7 @@ def plan_straight_line(
         reached, no = stopped
         return _refusal(no, reached, len(goals), ways)
     if reason:
-        return _refusal(Refusal(reason), len(points), len(goals), ways)
+        return _refusal(refusal(reason), len(points), len(goals), ways)
     return JointPath(tuple(points), tuple(ways))
 
 
@@ -190,10 +190,10 @@ def _ways(begin: Pose, goals: Sequence[Pose]) -> list[float]:
     return ways
 
 
-def _refusal(why: Refusal, reached: int, total: int, ways: Sequence[float]) -> Refusal:
+def _refusal(why: Refused, reached: int, total: int, ways: Sequence[float]) -> Refused:
     done = max(0, reached - 1)
     where = f"straight motion stops after {ways[done] * 1e3:.0f} of {ways[-1] * 1e3:.0f} mm"
-    return replace(why, reason=f"{where}: {why.reason}", fraction=done / total)
+    return replace(why, reason=f"{where}: {why.reason}", numbers={"fraction": done / total})
 
 
 def _follow(robot: Robot, origin: Joints, goals: Sequence[Pose]) -> tuple[list[Joints], str]:
@@ -224,7 +224,7 @@ def _singular(robot: Robot, q: Joints) -> str:
     return f"near a singularity (smallest singular value {smallest_singular_value(robot, q):.4f}, {_least(robot)} is kept)"
 
 
-def _stopped(scene: PlanningScene, points: Sequence[Joints]) -> tuple[int, Refusal] | None:
+def _stopped(scene: PlanningScene, points: Sequence[Joints]) -> tuple[int, Refused] | None:
     """How many points are reached before a collision, which one it is, and the things that must be moved before there is none."""
     eased = scene.relaxed([points[0], points[-1]])
     for k, (a, b) in enumerate(pairwise(points)):
@@ -233,5 +233,5 @@ def _stopped(scene: PlanningScene, points: Sequence[Joints]) -> tuple[int, Refus
         if part is not None:
             at = [x + part * (y - x) for x, y in zip(a, b, strict=True)]
             blocking = tuple(filter(None, [eased.blocking(at)]))
-            return k + 1, Refusal(eased.why(at), blocking=blocking, collision=eased.collision(at))
+            return k + 1, refusal(eased.why(at), blocking=blocking, collision=eased.collision(at))
     return None

@@ -21,12 +21,12 @@ from typing import Any
 import numpy as np
 
 from cramlite.model import Floats, Value
-from cramlite.plugin import checkpoint, stop_asked
+from cramlite.plugin import Refused, checkpoint, stop_asked
 
 from ..kinematics.timing import duration, leading
 from .round_off import blend_radii
 from .shorten import shortened
-from .space import Joints, Refusal, Space
+from .space import Joints, Space, refusal
 
 RANGE = 1.0  # longest tree extension [rad], with which 200 of 200 shelf problems were solved, in 3.3 ms (median)
 GOALS = 16  # nearest free inverse solutions that are used as goals
@@ -75,7 +75,7 @@ def plan(
     speed: float = 1.05,
     acceleration: float = 1.4,
     attempts: int = 120,
-) -> Path | Refusal:
+) -> Path | Refused:
     """Plan a short collision-free path from a joint position to one of several.
 
     Args:
@@ -88,7 +88,7 @@ def plan(
     """
     origin = _joints(start)
     if not goals:
-        return Refusal("there is no inverse solution to plan to")
+        return refusal("there is no inverse solution to plan to")
     if no := start_blocked(scene, origin):
         return no
     law = (speed, acceleration)
@@ -117,7 +117,7 @@ def _straight(scene: Space, origin: Joints, goals: Goals, law: tuple[float, floa
 
 def _around(
     scene: Space, origin: Joints, goals: Goals, law: tuple[float, float], seed: int, samples: int, attempts: int
-) -> Path | Refusal:
+) -> Path | Refused:
     """A path to any of the goals by way of other positions."""
     if no := _enclosed(scene, origin, [q for _, q in goals]):
         return no
@@ -130,14 +130,14 @@ def _around(
     return Path(short, index, spent, time_s, duration(points, *law), radii)
 
 
-def start_blocked(scene: Space, start: Joints) -> Refusal | None:
+def start_blocked(scene: Space, start: Joints) -> Refused | None:
     """Return why nothing can begin at a joint position; None where it is free, but for contacts that are there already."""
     eased = scene.relaxed([start])
     reason = eased.why(start)
     if not reason:
         return None
     said = f"start is blocked: {reason}"
-    return Refusal(said, blocking=in_the_way(eased, [start]), collision=eased.collision(start))
+    return refusal(said, blocking=in_the_way(eased, [start]), collision=eased.collision(start))
 
 
 def in_the_way(scene: Space, positions: Sequence[Sequence[float]]) -> tuple[tuple[str, ...], ...]:
@@ -167,17 +167,17 @@ def _free_goals(scene: Space, origin: Joints, goals: list[Joints]) -> list[tuple
     return result
 
 
-def _blocked_goals(scene: Space, goals: Sequence[Sequence[float]]) -> Refusal:
+def _blocked_goals(scene: Space, goals: Sequence[Sequence[float]]) -> Refused:
     at: dict[str, list[Sequence[float]]] = {}
     for q in goals:
         at.setdefault(scene.relaxed([q]).why(q), []).append(q)
     listed = sorted(at, key=lambda r: (-len(at[r]), r))[:3]
     said = f"all {len(goals)} goal positions are blocked: {'; '.join(listed)}"
     first = at[listed[0]][0]
-    return Refusal(said, blocking=in_the_way(scene, goals), collision=scene.relaxed([first]).collision(first))
+    return refusal(said, blocking=in_the_way(scene, goals), collision=scene.relaxed([first]).collision(first))
 
 
-def _enclosed(scene: Space, origin: Joints, goals: Sequence[Joints]) -> Refusal | None:
+def _enclosed(scene: Space, origin: Joints, goals: Sequence[Joints]) -> Refused | None:
     """Why no tree can grow from the start, or from any goal; None where both can."""
     if not _leaves(scene, origin):
         at, what = origin, "the start"
@@ -187,7 +187,7 @@ def _enclosed(scene: Space, origin: Joints, goals: Sequence[Joints]) -> Refusal 
         return None
     blocked = next((q for q in _ways(at) if scene.why(q)), at)
     said = f"no path: none of {AWAYS} short ways away from {what} is free: {scene.why(blocked)}"
-    return Refusal(said, blocking=None, collision=scene.collision(blocked))
+    return refusal(said, blocking=None, collision=scene.collision(blocked))
 
 
 def _leaves(scene: Space, q: Joints) -> bool:
@@ -204,12 +204,12 @@ def _ways(q: Joints) -> Iterator[Joints]:
         yield _joints(np.asarray(q) + AWAY / float(np.abs(way).max()) * way)
 
 
-def _no_path(scene: Space, origin: Joints, goal: Joints, spent: int, truncated: bool) -> Refusal:
+def _no_path(scene: Space, origin: Joints, goal: Joints, spent: int, truncated: bool) -> Refused:
     part = scene.blocked(origin, goal)
     at = [a + (part or 0.0) * (b - a) for a, b in zip(origin, goal, strict=True)]
     cut = f" (cut after {SAFETY_S:.0f} s of wall time)" if truncated else ""
     said = f"no path in {spent} samples{cut}; the straight way is blocked: {scene.why(at)}"
-    return Refusal(said, spent, truncated, blocking=None, collision=scene.collision(at))
+    return refusal(said, samples=spent, truncated=float(truncated), blocking=None, collision=scene.collision(at))
 
 
 def _search(

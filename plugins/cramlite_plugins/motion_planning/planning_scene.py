@@ -26,6 +26,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from cramlite.model import Collision, Floats, Pose, Robot, Value, World
+from cramlite.plugin import Refused
 
 from ..simulation.model.build import Carried
 from ..simulation.model.compile import Compiled
@@ -33,7 +34,7 @@ from ..simulation.model.index import RobotIndex
 from .inflated import Inflated
 from .pairs import Pairs, required_distances
 from .planning_models import inflated_model, moved_geoms, planning_model
-from .space import Refusal
+from .space import refusal
 
 Joints = tuple[float, ...]
 Position = Sequence[float] | Floats
@@ -132,7 +133,7 @@ class PlanningScene(Value):
         """Check whether the joints are inside their limits and every pair keeps the distance that it needs."""
         return self._inside(q) and all(d >= self._needed(q, g, h) for g, h, d in self._look(q, self.levels[0]))
 
-    def met(self, tcp: Pose, hand: bool = True) -> Refusal | None:
+    def met(self, tcp: Pose, hand: bool = True) -> Refused | None:
         """Return what is too near to the hand, or to what it holds, with the tcp at a pose in the world; None if nothing is.
 
         Then no joint position for the pose is free, which is known without one: of the hand there is no state to draw.
@@ -161,7 +162,7 @@ class PlanningScene(Value):
         reason = ", ".join(str(self._state(self.robot.home, *deepest[names])) for names in named)
         there = {name: tcp * pose for name, pose in self.held.items()}
         drawn = None if hand else replace(self._state(self.robot.home, *touch[0]), held={}, moved={**self.displaced, **there})
-        return Refusal(reason, blocking=() if "" in loose else (tuple(sorted(loose)),), collision=drawn)
+        return refusal(reason, blocking=() if "" in loose else (tuple(sorted(loose)),), collision=drawn)
 
     def line_free(self, a: Position, b: Position) -> bool:
         """Check whether the straight joint-space line from a free position is free; its end, long intervals first."""

@@ -10,13 +10,13 @@ from msgspec.structs import replace
 from numpy.typing import ArrayLike
 
 from cramlite.model import Belief, EntityName, Location, Motion, Place, Pose, World, enclosing_names, thing_of
-from cramlite.plugin import Context, Grounding, Unresolvable
+from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 
 from ..kinematics.kinematics import forward, inverse, why_no_inverse
 from ..shapes.mounts import mounts
 from .planner import in_the_way
 from .planning_scene import PlanningScene, scene
-from .space import Refusal
+from .space import refusal
 from .too_far import no_inverse
 
 Joints = tuple[float, ...]
@@ -105,7 +105,7 @@ def touched(names: Iterable[str], context: Context) -> list[str]:
     return [str(context.bindings[n]) for n in names if n in context.bindings]
 
 
-def collision_free_ik(place: PlanningScene, context: Context, pose: Pose, seed: Joints) -> Joints | Refusal:
+def collision_free_ik(place: PlanningScene, context: Context, pose: Pose, seed: Joints) -> Joints | Refused:
     """Return the collision-free inverse kinematics solution nearest to ``seed``; or why there is none, and what is in the way.
 
     Args:
@@ -114,10 +114,10 @@ def collision_free_ik(place: PlanningScene, context: Context, pose: Pose, seed: 
     """
     solutions = inverse(context.robot, pose, seed=seed)
     if not solutions:
-        return Refusal(why_no_inverse(context.robot, pose), remedy=no_inverse(context.robot, pose))
+        return refusal(why_no_inverse(context.robot, pose), remedy=no_inverse(context.robot, pose))
     free = next((q for q in solutions[:TRIED] if place.free(q)), None)
     nearest = solutions[0]
-    return free or Refusal(
+    return free or refusal(
         place.why(nearest), blocking=in_the_way(place, solutions[:TRIED]), collision=place.collision(nearest)
     )  # fmt: skip
 
@@ -159,7 +159,7 @@ def traverse(
     path = tuple(shift(here, s) for s in shifts)
     for k, pose in enumerate(path, 1):
         there = collision_free_ik(place, context, pose, seed)
-        if isinstance(there, Refusal):
+        if isinstance(there, Refused):
             said = f"corner {k} of {len(path)} of '{name}': {there.reason}"
             raise Unresolvable(said, causes(location, context), blocking=there.blocking, collision=there.collision, remedy=there.remedy)
         seed = there
@@ -177,7 +177,7 @@ def causes(location: Location, context: Context) -> tuple[str, ...]:
 def taken_at(belief: Belief, context: Context) -> tuple[str, ...]:
     """Return the names of the grasps of what is held: how it is in the hand depends on these, and on no place that it was led to since."""
     held = belief.held.thing if belief.held else ""
-    return tuple(n for n, v in context.bindings.items() if isinstance(v, Place) and v.thing == held and "width_m" in v.values)
+    return tuple(n for n, v in context.bindings.items() if isinstance(v, Place) and v.thing == held and v.grip is not None)
 
 
 def led_by(location: Location, context: Context) -> tuple[str, ...]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Protocol
 
-from cramlite.model import Collision, Floats, Remedy, Value
+from cramlite.model import Collision, Floats, Remedy
 from cramlite.plugin import InTheWay, Refused
 
 Joints = tuple[float, ...]
@@ -47,26 +47,16 @@ class Space(FreeLines, Protocol):
         """Return the same scene, asking near each of these positions for no more clearance than there is at it."""
 
 
-class Refusal(Value):
-    """Reason why there is no path, as a clause with numbers.
+def refusal(
+    reason: str, *, blocking: InTheWay = (), collision: Collision | None = None, remedy: Remedy | None = None, **numbers: float
+) -> Refused:
+    """Return a refusal that names no alternative yet (``Refused.of``).
 
     Args:
-        samples: tree extensions that were spent.
-        truncated: the wall clock ended the search: another run may find a path.
-        fraction: of a straight motion, how much of it was reached.
+        reason: a clause with numbers.
         blocking: the movable things that are in the way; None where that is not known.
         collision: the state that the reason speaks of, where that is a collision.
         remedy: what is missing and what to try.
+        numbers: "samples" of a search, "truncated" where the wall clock ended it, "fraction" of a straight motion that was reached.
     """
-
-    reason: str
-    samples: int = 0
-    truncated: bool = False
-    fraction: float = 0.0
-    blocking: InTheWay = ()
-    collision: Collision | None = None
-    remedy: Remedy | None = None
-
-    def refused(self, value: str, passed: int = 0) -> Refused:
-        """Return the answer that an alternative is refused for this reason."""
-        return Refused(value, self.reason, passed, blocking=self.blocking, collision=self.collision, remedy=self.remedy)
+    return Refused("", reason, numbers=numbers, blocking=blocking, collision=collision, remedy=remedy)

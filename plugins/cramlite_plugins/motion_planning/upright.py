@@ -18,7 +18,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from cramlite.model import Belief, Floats, Motion, MoveLinear, Place, Pose, Robot, Value
-from cramlite.plugin import Context, Grounding, Unresolvable
+from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 
 from ..kinematics.kinematics import forward, well_conditioned
 from ..kinematics.timing import duration, trapezoid
@@ -28,7 +28,7 @@ from .planner import resampled, start_blocked
 from .planning_scene import PlanningScene
 from .round_off import blend_radii
 from .shorten import shortened
-from .space import Joints, Refusal
+from .space import Joints, refusal
 
 PROPERTY = "cram:tiltLimitDeg"
 LIFTS = (0.0, 0.1, 0.2, 0.3)  # how far above the higher end the load is carried [m], tried in this order
@@ -137,11 +137,11 @@ def _over(
     about: str, pace: tuple[float, float],
 ) -> Iterator[Grounding]:  # fmt: skip
     """The first way up, over and down that is free: rounded off, and as straight lines of the tcp."""
-    nearest, blocking = Refusal("none"), dict[str | tuple[str, ...], None]()
+    nearest, blocking = refusal("none"), dict[str | tuple[str, ...], None]()
     for before, lift, around in product(BEFORE, LIFTS, (False, True)):
         corners = waypoints_over(*ends, carry.up, lift, around, before)
         found = _followed(corners, place, belief, context, carry, scene)
-        if isinstance(found, Refusal):
+        if isinstance(found, Refused):
             nearest, blocking = found, blocking | dict.fromkeys(found.blocking or ())
             continue
         yield from _rounded_off(motion, belief, context, carry, scene, found, about, pace)
@@ -159,12 +159,12 @@ def _over(
 
 
 @lru_cache(maxsize=256)
-def _quickly(robot: Robot, q: Joints, corner: Pose) -> JointPath | Refusal:
+def _quickly(robot: Robot, q: Joints, corner: Pose) -> JointPath | Refused:
     """Whether the arm can follow a line; remembered: ways to many places begin alike."""
     return plan_straight_line(None, robot, q, [corner], speed=SPEED, step_m=QUICK[0], step_rad=QUICK[1])
 
 
-def _closely(scene: PlanningScene, robot: Robot, q: Joints, corner: Pose) -> JointPath | Refusal:
+def _closely(scene: PlanningScene, robot: Robot, q: Joints, corner: Pose) -> JointPath | Refused:
     return plan_straight_line(scene, robot, q, [corner], speed=SPEED)
 
 
@@ -248,17 +248,17 @@ def _arc(a: Pose, b: Pose) -> list[Pose]:
 
 def _followed(
     corners: list[Pose], place: Place, belief: Belief, context: Context, carry: Load, scene: PlanningScene
-) -> list[Sequence[Joints]] | Refusal:
+) -> list[Sequence[Joints]] | Refused:
     """The joint positions along the line to each corner, or why the way cannot be gone, or does not lead straight on to the place."""
     here = forward(context.robot, belief.joints)
     worst = max(carry.tilt(p) for p in sampled(here, corners, *STEP))
     if worst > carry.limit:
-        return Refusal(_tilted(carry, worst))
+        return refusal(_tilted(carry, worst))
     for follow in (_quickly, partial(_closely, scene)):  # whether the arm can follow is known sooner than whether it is free
         q, result = belief.joints, list[Sequence[Joints]]()
         for corner in corners:
             found = follow(context.robot, q, corner)
-            if isinstance(found, Refusal):
+            if isinstance(found, Refused):
                 return found
             q = found.points[-1]
             result.append(found.points)

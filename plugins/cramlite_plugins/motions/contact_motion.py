@@ -13,6 +13,7 @@ from msgspec.structs import replace
 from cramlite.model import (
     Belief,
     CompliantSlide,
+    ExpectedContact,
     Floats,
     ForceExtract,
     ForceInsert,
@@ -33,7 +34,7 @@ from cramlite.plugin import Answers, Context, Grounding, Unresolvable, hookimpl
 
 from ..kinematics.timing import steady_speed
 from ..shapes.carried_along import carried_along, driven, driven_before, pushed_along
-from .motion_kinds import KINDS, value
+from .motion_kinds import KINDS, value, word
 from .ontology_limits import adapted, known, noted
 
 Found = Iterator[Grounding]
@@ -88,9 +89,9 @@ def _force_path(motion: Motion, belief: Belief, context: Context) -> Found:
 
     place = place_of(motion, context)
     out = np.subtract(place.path[-1].position, tcp(belief, context).position)
-    belief = driven_before(belief, place, out / np.linalg.norm(out)) if driven(place.values) else belief
+    belief = driven_before(belief, place, out / np.linalg.norm(out)) if driven(place) else belief
     moved = belief
-    if (way := place.values.get("moved")) is not None and belief.held is None:
+    if (way := place.carried.joint if place.carried else None) is not None and belief.held is None:
         belief, moved = _along(place.thing, belief, context), _pushed(place.thing, way, belief)
     first, last = (motion.parameters.get(name) for name in ("corner", "end"))
     path = place.path if first is None or last is None else place.path[first + 1 : last + 1]
@@ -182,15 +183,16 @@ def _until_contact(motion: Motion, belief: Belief, context: Context) -> Found:
     target = place.pose if corner is None else place.path[corner]
     way: Any = np.array(target.position) - np.array(here.position)
     long, (x, y, z) = float(np.linalg.norm(way)), way / np.linalg.norm(way)
-    deeper = place.values.get("height_m", 0.0) if corner is None else 0.0
+    deeper = place.release.height_m if place.release and corner is None else 0.0
     free = max(long + min(deeper - GUARDED, 0.0), 0.0) if value(motion, "free_m_s") else 0.0
     points = line(motion, belief, context, [target])
     before = _in_the_air(motion, belief, context, target, free * way / long) if free > GUARDED else ()
     distance = long - (free if before else 0.0) + max(value(motion, "beyond_m"), deeper + DEEPER if deeper else 0.0)
     speed, force = value(motion, "speed_m_s") * (context.robot.pace if value(motion, "free_m_s") else 1.0), value(motion, "force_n")
+    expect: Any = word(motion, "expect", ExpectedContact, ExpectedContact.CONTACT).value
     step = MoveUntilContact(
         (float(x), float(y), float(z)), speed, force, distance, timeout(distance, speed),
-        motion.parameters.get("expect", "contact"), points[-1], origin=motion.name, comment=motion.reason,
+        expect, points[-1], origin=motion.name, comment=motion.reason,
     )  # fmt: skip
     reason = f"at most {1000 * distance:.0f} mm at {1000 * speed:.0f} mm/s until {force:.0f} N"
     yield Grounding((*before, step), reason, 0.0, belief.moved(points[-1]), key="until contact")
@@ -255,7 +257,8 @@ def spiral_search(motion: Motion, belief: Belief, context: Context) -> Found:
 
     place, p = place_of(motion, context), motion.parameters
     points = line(motion, belief, context, [place.path[int(p["corner"])]])
-    pitch, radius, why = _spiral(motion, place.values["play_m"], belief, context)
+    assert place.fit is not None, f"motion '{motion.name}' needs a place on a peg"
+    pitch, radius, why = _spiral(motion, place.fit.play_m, belief, context)
     speed, force = value(motion, "speed_m_s"), value(motion, "force_n")
     # length of an Archimedean spiral, to first order: pi radius^2 / pitch
     seconds = math.ceil(2 * math.pi * radius**2 / pitch / speed + 3)
@@ -263,7 +266,7 @@ def spiral_search(motion: Motion, belief: Belief, context: Context) -> Found:
         _towards(place.approach), force, pitch, radius, speed, value(motion, "advance_m"), value(motion, "force_limit_n"),
         float(seconds), points[-1], origin=motion.name, comment=motion.reason,
     )  # fmt: skip
-    shape = f"radius {1000 * radius:.0f} mm, pitch {1000 * pitch:.1f} mm for a play of {1000 * place.values['play_m']:.1f} mm"
+    shape = f"radius {1000 * radius:.0f} mm, pitch {1000 * pitch:.1f} mm for a play of {1000 * place.fit.play_m:.1f} mm"
     yield Grounding((step,), f"{shape}{why}, pressing with {force:.0f} N", 0.0, belief.moved(points[-1]), key="spiral")
 
 
@@ -288,7 +291,8 @@ def force_insert(motion: Motion, belief: Belief, context: Context) -> Found:
     place, p = place_of(motion, context), motion.parameters
     first, last = int(p["corner"]), int(p["end"])
     points = line(motion, belief, context, list(place.path[first + 1 : last + 1]))
-    depth, speed, force = place.values["push_m"], value(motion, "speed_m_s"), value(motion, "force_n")
+    assert place.fit is not None, f"motion '{motion.name}' needs a place on a peg"
+    depth, speed, force = place.fit.push_m, value(motion, "speed_m_s"), value(motion, "force_n")
     step = ForceInsert(
         _towards(place.approach), force, depth, speed, value(motion, "force_limit_n"), timeout(depth, speed), points[-1],
         origin=motion.name, comment=motion.reason,

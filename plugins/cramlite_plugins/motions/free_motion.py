@@ -10,15 +10,15 @@ from typing import Any
 import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import TOOL_SPEED, Belief, Motion, MoveLinear, Place
-from cramlite.plugin import Answers, Context, Grounding, Unresolvable, hookimpl
+from cramlite.model import TOOL_SPEED, Belief, Motion, MoveLinear, Place, Stage
+from cramlite.plugin import Answers, Context, Grounding, Refused, Unresolvable, hookimpl
 
 from ..kinematics.timing import STEADY, steady_speed
 from ..kinematics.tool_speed import KEPT
 from ..motion_planning.cartesian import line, near, why_no_straight_line
 from ..motion_planning.too_far import no_inverse
 from ..shapes.carried_along import pushed_along
-from .motion_kinds import value
+from .motion_kinds import value, word
 from .ontology_limits import adapted, noted
 
 Found = Iterator[Grounding]
@@ -40,7 +40,6 @@ def _transfer(motion: Motion, belief: Belief, context: Context) -> Found:
     from ..motion_planning.joint_move import joint_move
     from ..motion_planning.planner import plan
     from ..motion_planning.reach import make_scene, tcp
-    from ..motion_planning.space import Refusal
     from ..motion_planning.upright import carried, load
 
     place, here = place_of(motion, context), tcp(belief, context)
@@ -49,8 +48,7 @@ def _transfer(motion: Motion, belief: Belief, context: Context) -> Found:
         return
     scene = make_scene(belief, context)
     goals, attempt, (speed, acceleration) = _goals(motion, place, belief, context, scene), 0, _pace(motion, context)
-    turned = place.values.get("turned", 0.0) > 0  # the place asks for another attitude
-    if not turned and (upright := load(belief, context)) is not None:
+    if not place.reorients and (upright := load(belief, context)) is not None:
         yield from carried(motion, place, belief, context, upright, scene, goals, (speed, acceleration))
         return
     again = list[Any]()
@@ -60,10 +58,10 @@ def _transfer(motion: Motion, belief: Belief, context: Context) -> Found:
             scene, belief.joints, goals, seed=context.seed + attempt, samples=context.samples,
             speed=speed, acceleration=acceleration,
         )  # fmt: skip
-        if isinstance(found, Refusal) and again:
+        if isinstance(found, Refused) and again:
             goals = []
             continue
-        if isinstance(found, Refusal):
+        if isinstance(found, Refused):
             said = f"no path to {motion.to}: {found.reason}"
             raise Unresolvable(said, blocking=found.blocking, collision=found.collision)  # where the arm starts matters too
         end = found.points[-1]
@@ -96,10 +94,10 @@ def _goals(motion: Motion, place: Place, belief: Belief, context: Context, scene
     from ..kinematics.kinematics import inverse, why_no_inverse
     from ..motion_planning.planner import in_the_way
     from ..motion_planning.reach import make_scene
-    from ..motion_planning.space import Refusal
+    from ..motion_planning.space import refusal
 
-    if motion.to is not None and motion.to.relation == "home":
-        return [context.robot.home]
+    if place.joints is not None:
+        return [place.joints]
     around = None if belief.held else make_scene(belief, context, [place.thing], place.opening, clearance=0.0)
     solutions = inverse(context.robot, place.before, seed=belief.joints)
     free = [q for q in solutions if scene.free(q)]
@@ -107,14 +105,14 @@ def _goals(motion: Motion, place: Place, belief: Belief, context: Context, scene
     if not goals:
         lines = [no for q in free if (no := why_no_straight_line(q, place, context, around)) is not None]
         if not solutions:
-            miss = Refusal(why_no_inverse(context.robot, place.before), remedy=no_inverse(context.robot, place.before))
+            miss = refusal(why_no_inverse(context.robot, place.before), remedy=no_inverse(context.robot, place.before))
         else:
-            miss = lines[0] if lines else Refusal(scene.why(solutions[0]), collision=scene.collision(solutions[0]))
+            miss = lines[0] if lines else refusal(scene.why(solutions[0]), collision=scene.collision(solutions[0]))
         count = f"{len(solutions)} inverse solutions at the stand-off of {motion.to}, {len(free)} of them free"
         blocking = (*in_the_way(scene, [q for q in solutions if q not in free]), *(b for no in lines for b in no.blocking or ()))
         said = f"{count}, none leads straight on to it; the nearest: {miss.reason}"
         raise Unresolvable(
-            said, because(motion, context), blocking=tuple(dict.fromkeys(blocking)), collision=miss.collision, remedy=miss.remedy
+            said, because(motion, belief, context), blocking=tuple(dict.fromkeys(blocking)), collision=miss.collision, remedy=miss.remedy
         )
     return goals
 
@@ -123,8 +121,8 @@ def _linear(motion: Motion, belief: Belief, context: Context) -> Found:
     from ..motion_planning.reach import tcp
 
     place, here = place_of(motion, context), tcp(belief, context)
-    stages = {"before": place.before, "end": (place.pose, *place.path)[-1]}
-    target = stages.get(str(motion.parameters.get("stage")), place.pose)
+    stages = {Stage.BEFORE: place.before, Stage.POSE: place.pose, Stage.END: (place.pose, *place.path)[-1]}
+    target = stages[word(motion, "stage", Stage, Stage.POSE)]
     if near(here, target):
         yield Grounding((), "the tool is there already", key="there")
         return
@@ -158,7 +156,8 @@ def _beside(place: Place, aside: tuple[float, float]) -> Place:
     return replace(place, pose=shift(place.pose, by), before=shift(place.before, by), path=tuple(shift(p, by) for p in place.path))
 
 
-def because(motion: Motion, context: Context) -> tuple[str, ...]:
-    """Return what a motion to a place depends on: the place, and the grasp that it is made with."""
-    grasps = tuple(k for k in context.bindings if k.startswith("grasp("))
+def because(motion: Motion, belief: Belief, context: Context) -> tuple[str, ...]:
+    """Return what a motion to a place depends on: the place, and the grasps of loose things before it."""
+    loose = {thing.name for thing in belief.world.things if thing.joint is None}
+    grasps = tuple(n for n, v in context.bindings.items() if isinstance(v, Place) and v.grip is not None and v.thing in loose)
     return ((motion.to.name,) if motion.to else ()) + grasps

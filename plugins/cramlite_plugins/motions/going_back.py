@@ -24,7 +24,7 @@ from cramlite.model import (
     ZeroSensor,
     walk,
 )
-from cramlite.plugin import Answers, Context, Grounding, Unresolvable, hookimpl  # fmt: skip
+from cramlite.plugin import Answers, Context, Grounding, Refused, Unresolvable, hookimpl
 
 SURE = (MoveJoints, MoveLinear, SetPayload, ZeroSensor, Wait)
 """Steps that cannot fail; nor does a gripper that expects nothing, unless it does not answer."""
@@ -82,13 +82,12 @@ def _check_lines(motion: Motion, start: Belief, context: Context, pivot: Joints,
     from ..kinematics.kinematics import forward
     from ..motion_planning.cartesian import plan_straight_line
     from ..motion_planning.reach import make_scene, touched
-    from ..motion_planning.space import Refusal
 
     scene = make_scene(start, context, touched(motion.may_touch, context), clearance=0.0)
     target = forward(context.robot, pivot)
     for q in ends:
         found = plan_straight_line(scene, context.robot, q, [target])
-        if isinstance(found, Refusal):
+        if isinstance(found, Refused):
             said = f"'{motion.name}': no way back to where it began: {found.reason}"
             raise Unresolvable(said, blocking=found.blocking, collision=found.collision)
 

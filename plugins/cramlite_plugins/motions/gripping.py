@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 from msgspec.structs import replace
@@ -11,6 +12,8 @@ from msgspec.structs import replace
 from cramlite.model import (
     Belief,
     Estimate,
+    ExpectedGrip,
+    Fingers,
     Gripper,
     Held,
     Motion,
@@ -26,12 +29,10 @@ from cramlite.model import (
 from cramlite.plugin import Answers, Context, Grounding, Unresolvable, hookimpl  # fmt: skip
 
 from .grip_force import grip_force, grip_of, load
-from .motion_kinds import value
+from .motion_kinds import value, word
 
 Found = Iterator[Grounding]
 PADS_SPEED = 0.10  # of the gripper's pads [m/s]: mid-range of the 2F-85's 20 to 150 mm/s, the most of a Franka Hand
-OPEN = "open_m"
-"""Value of a place: how wide the fingers have room to open there [m]."""
 LET_GO, DROPPED = 0.005, 0.1  # standard deviation of where a released thing is, in place and fallen [m]
 
 
@@ -41,9 +42,8 @@ def resolve_motion(motion: Motion, belief: Belief, context: Context) -> Answers:
     if motion.kind == "payload":
         return _payload(motion, belief, context)
     if motion.kind == "gripper":
-        return (
-            _close(motion, belief, context) if motion.parameters["to"] == "closed" else _open(motion, belief, context)
-        )
+        closed = word(motion, "to", Fingers) is Fingers.CLOSED
+        return _close(motion, belief, context) if closed else _open(motion, belief, context)
     return None
 
 
@@ -54,14 +54,14 @@ def _close(motion: Motion, belief: Belief, context: Context) -> Found:
     from .free_motion import place_of
 
     place, gripper = place_of(motion, context), context.robot.gripper
-    width = place.values.get("width_m", 0.0)
+    width = place.grip.width_m if place.grip else 0.0
     held = Held(
         place.thing, place.swing.start if place.swing else tcp(belief, context).inverse() * belief.pose(place.thing), width,
         carries=carried_along(belief, place.thing), swing=place.swing,
     )  # fmt: skip
     grip, is_it = grip_of(held, belief.world, gripper), _names_of(place.thing, context)
     force, why = grip_force(grip, value(motion, "force_n"), context, is_it, tuple(enclosing_names(motion.name)))
-    expect = motion.parameters.get("expect", "any")
+    expect: Any = word(motion, "expect", ExpectedGrip, ExpectedGrip.ANY).value
     comment = "; ".join(filter(None, (motion.reason, why)))
     step = SetGripper(gripper.opening[0], _speed(context.robot), force, expect, origin=motion.name, comment=comment)
     lifted = belief.unrelated("on", place.thing).unrelated("in", place.thing)  # nothing else supports it until that is known
@@ -81,10 +81,11 @@ def _open(motion: Motion, belief: Belief, context: Context) -> Found:
     ("place")."""
     gripper = context.robot.gripper
     opening = _opening(motion, belief, context)
-    if belief.held is None and (abs(belief.opening - opening) < 1e-6 or (motion.parameters["to"] == "open" and _is_open(belief, gripper))):
+    enough = word(motion, "to", Fingers) is Fingers.OPEN and _is_open(belief, gripper)
+    if belief.held is None and (abs(belief.opening - opening) < 1e-6 or enough):
         yield Grounding((), f"{1000 * belief.opening:.0f} mm open already", key="there")
         return
-    expect = motion.parameters.get("expect", "any")
+    expect: Any = word(motion, "expect", ExpectedGrip, ExpectedGrip.ANY).value
     after = _let_go(motion, belief, context, opening) if belief.held else replace(belief, opening=opening)
     step = SetGripper(opening, _speed(context.robot), gripper.force[0], expect, origin=motion.name, comment=motion.reason)
     yield Grounding((step,), f"open to {1000 * opening:.0f} mm", 0.0, after, key="open")
@@ -108,40 +109,39 @@ def release_opening(belief: Belief, context: Context) -> float:
     where that had; a finger in a bowl would else push against its other side."""
     held, most = belief.held.thing if belief.held else "", context.robot.gripper.opening[1]
     said = [
-        v.values.get(OPEN, v.opening) for v in context.bindings.values()
-        if isinstance(v, Place) and v.thing == held and {"width_m", OPEN} & set(v.values)
-    ]  # fmt: skip
+        v.release.opening_m if v.release and v.release.opening_m is not None else v.opening
+        for v in context.bindings.values()
+        if isinstance(v, Place) and v.thing == held and (v.grip or (v.release and v.release.opening_m is not None))
+    ]
     return said[-1] or most if said else most
 
 
 def _opening(motion: Motion, belief: Belief, context: Context) -> float:
     from .free_motion import place_of
 
-    fixed = {"open": release_opening(belief, context), "shut": context.robot.gripper.opening[0]}
-    high = context.robot.gripper.opening[1]
-    to = motion.parameters["to"]
-    return fixed[to] if to in fixed else place_of(motion, context).opening or high
+    low, high = context.robot.gripper.opening
+    match word(motion, "to", Fingers):
+        case Fingers.OPEN:
+            return release_opening(belief, context)
+        case Fingers.SHUT:
+            return low
+        case _:
+            return place_of(motion, context).opening or high
 
 
 def _let_go(motion: Motion, belief: Belief, context: Context, opening: float) -> Belief:
     """Released things are expected where they are; over a container, and if they were put down, on what is under them."""
-    from ..motion_planning.reach import bound, held_pose
-    from ..shapes.standing_up import stood_up
-    from ..shapes.tipping_over import tipped_over
+    from ..motion_planning.reach import held_pose
 
     assert belief.held is not None
-    pose = let_go_at = belief.base() * held_pose(belief, context)
-    if motion.to is not None and motion.to.relation == "aslant":  # a place from which it comes to stand
-        pose = stood_up(belief.world.thing(belief.held.thing), pose)
-    if motion.to is not None and motion.to.relation == "tipped":
-        over = tipped_over(belief.world.thing(belief.held.thing), pose)
-        pose = over[0] if over else pose
-    into = motion.to.of if motion.to is not None and motion.to.relation in ("in", "aslant", "tipped") else None
+    release = context.bindings[motion.to.name].release if motion.to is not None else None
+    let_go_at = belief.base() * held_pose(belief, context)
+    pose, into = (let_go_at * release.settles, release.into) if release else (let_go_at, "")
     if into or belief.relates("on", belief.held.thing):
         pose = fallen(belief, pose)
-    deepest = fallen(belief, pose, onto=thing_of(bound(context, into))) if into else pose  # what lies in there may give way
+    deepest = fallen(belief, pose, onto=into) if into else pose  # what lies in there may give way
     on_rails = belief.world.thing(belief.held.thing).joint is not None  # or on hinges: it neither falls nor shifts
-    sigma = math.hypot(DROPPED if into else 0.0 if on_rails else LET_GO, belief.held.sigma)
+    sigma = math.hypot(release.sigma_m if release else 0.0 if on_rails else LET_GO, belief.held.sigma)
     fall = max(0.0, float(let_go_at.position[2] - min(pose.position[2], deepest.position[2])))
     return belief.released(Estimate(pose, sigma, f"predicted: let go by {motion.name}", fall), opening)
 

@@ -6,33 +6,14 @@ are the words of the log, in simulation and on the robot alike, with the numbers
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from typing import TypeVar
 
-from cramlite.model import Motion, Value
-from cramlite.plugin import Parameter
+from cramlite.model import ExpectedContact, ExpectedGrip, Fingers, Hang, Motion, Stage, Tilt, Word
+from cramlite.plugin import MotionKind, Parameter, Unresolvable, hookimpl, nearest
 
+W = TypeVar("W", bound=Word)
 FORCE, LATE = "force # N > # N", "not done within # s"
-
-
-class MotionKind(Value):
-    """Declaration of a kind of motion.
-
-    Args:
-        name: ``Motion.kind``.
-        step: class of the program step that it becomes.
-        ends: where it ends well.
-        parameters: what a ``Motion`` may say; the name ends in the unit. A source of "task" means that there is no
-            default: whoever asks for the motion says it.
-        aborts: reasons in the log; "#" stands for a number.
-        widens: standard deviation that it adds to where a held thing is in the hand [m].
-    """
-
-    name: str
-    step: str
-    ends: str
-    parameters: tuple[Parameter, ...] = ()
-    aborts: tuple[str, ...] = ()
-    widens: float = 0.0
 
 
 LIMIT = Parameter("force_limit_n", 25.0, "a jammed rim reached 31 N in simulation; a free one stays below 12 N")
@@ -57,6 +38,7 @@ KINDS: Mapping[str, MotionKind] = {
                 Parameter("paced", 0.0, "a speed that is said is kept; 1: times the robot's pace, as speeds that nobody says"),
                 Parameter("free_m_s", 0.0, "a robot with a pace over 1 goes no faster than others"),
             ),
+            words={"stage": Stage}, other=("aside_m",),
         ),
         MotionKind(
             "force_path", "ForceMove", "at the last corner of the place's path",
@@ -66,6 +48,7 @@ KINDS: Mapping[str, MotionKind] = {
                 Parameter("paced", 0.0, "a speed that is said is kept; 1: times the robot's pace, where the path does not turn"),
             ),
             (FORCE, LATE), SHIFT_SLIDE,
+            other=("corner", "end"),
         ),
         MotionKind(
             "until_contact", "MoveUntilContact", "at a reaction of force_n along the way; with expect 'any' also beyond the place",
@@ -76,6 +59,7 @@ KINDS: Mapping[str, MotionKind] = {
                 Parameter("free_m_s", 0.0, "no part of the way is gone faster"),
             ),
             ("no contact within # m", "no contact within # s"), SHIFT / 2,
+            words={"expect": ExpectedContact}, other=("corner", "aside_m"),
         ),
         MotionKind(
             "spiral_search", "SpiralSearch", "when the tool gives way by advance_m, or a rim holds it",
@@ -86,6 +70,7 @@ KINDS: Mapping[str, MotionKind] = {
                 Parameter("advance_m", 0.002, "the tip is in the hole: its hemisphere is 3 mm high"), LIMIT,
             ),
             ("nothing gave way within a radius of # m", "nothing gave way within # s", FORCE), SHIFT,
+            other=("corner", "aside_m"),
         ),
         MotionKind(
             "force_insert", "ForceInsert", "at the depth that the place says",
@@ -94,6 +79,7 @@ KINDS: Mapping[str, MotionKind] = {
                 Parameter("speed_m_s", 0.02, "faster compliance oscillates against a stiff peg in simulation"), LIMIT,
             ),
             ("only # m deep within # s", FORCE), SHIFT,
+            other=("corner", "end"),
         ),
         MotionKind(
             "force_extract", "ForceExtract", "at the end of the place's path, measured along the peg",
@@ -119,6 +105,7 @@ KINDS: Mapping[str, MotionKind] = {
                 Parameter("speed_m_s", 0.10, "of the pads: mid-range of the 2F-85's 20 to 150 mm/s"),
             ),
             ("the gripper still moved after # s", "no object between the fingers", "an object stopped the fingers"),
+            words={"to": Fingers, "expect": ExpectedGrip},
         ),
         MotionKind("payload", "SetPayload", "at once"),
         MotionKind("zero_sensor", "ZeroSensor", "after 0.3 s at rest"),
@@ -135,6 +122,7 @@ KINDS: Mapping[str, MotionKind] = {
                 Parameter("speed_rad_s", 0.5, "of the tilt: contents slide on walls faster than that"),
                 Parameter("acceleration_rad_s2", 1.4, "of the leading axis: URScript's default"),
             ),
+            words={"to": Tilt},
         ),
         MotionKind(
             "swing", "MoveLinear", "at the place, where it hangs; or at the last corner of the place's path, where it lies",
@@ -142,6 +130,7 @@ KINDS: Mapping[str, MotionKind] = {
                 Parameter("speed_m_s", 0.05, "a plate of 0.13 m then turns at 25 mm/s in the hand; above 30 it would count as slipping"),
                 Parameter("acceleration_m_s2", 0.5, "under half of URScript's default 1.2"),
             ),
+            words={"to": Hang},
         ),
         MotionKind(
             "drive", "Drive", "where the platform stands at the place",
@@ -152,12 +141,30 @@ KINDS: Mapping[str, MotionKind] = {
                 Parameter("acceleration_rad_s2", 0.6, "full speed after a second, as on a straight leg"),
             ),
         ),
-        MotionKind("back", "MoveLinear", "where a control step began; only the plan language asks for it"),
+        MotionKind("back", "MoveLinear", "where a control step began; only the plan language asks for it", other=("to", "after")),
     )
 }  # fmt: skip
+
+
+def word(motion: Motion, name: str, of: type[W], default: W | None = None) -> W:
+    """Return a word of a motion, or the default.
+
+    Raises:
+        Unresolvable: it says none of the words that there are.
+    """
+    said = motion.parameters.get(name, default)
+    if (found := next((one for one in of if one == said), None)) is None:
+        raise Unresolvable(f"a motion of kind '{motion.kind}' knows no {name} '{said}'; {nearest(str(said), of)}")
+    return found
 
 
 def value(motion: Motion, name: str) -> float:
     """Return a parameter of a motion: its own, else the default of its kind."""
     default = next(p.default for p in KINDS[motion.kind].parameters if p.name == name)
     return float(motion.parameters.get(name, default))
+
+
+@hookimpl
+def motion_kinds() -> Iterable[MotionKind]:
+    """Declare the kinds that the motion plugins of cramlite resolve."""
+    return KINDS.values()

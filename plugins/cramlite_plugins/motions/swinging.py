@@ -9,11 +9,11 @@ from itertools import pairwise
 import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import Belief, Motion, MoveLinear, Pose
-from cramlite.plugin import Answers, Context, Grounding, Unresolvable, hookimpl
+from cramlite.model import Belief, Hang, Motion, MoveLinear, Pose
+from cramlite.plugin import Answers, Context, Grounding, Refused, Unresolvable, hookimpl
 
 from .free_motion import because, place_of
-from .motion_kinds import value
+from .motion_kinds import value, word
 
 RISES = 6  # parts of a lift, on each of which it hangs a little more: 20 mm of height each
 
@@ -28,7 +28,7 @@ def _swing(motion: Motion, belief: Belief, context: Context) -> Iterator[Groundi
     """To the place ("hangs"), the whole turn in one line; or along its path ("lies"), an even part of it on each line."""
     held = belief.held
     assert held is not None and held.swing is not None, f"motion '{motion.name}' needs something that swings in the hand"
-    place, hangs = place_of(motion, context), motion.parameters["to"] == "hangs"
+    place, hangs = place_of(motion, context), word(motion, "to", Hang) is Hang.HANGS
     targets, shares, swing = _raised(place.pose, belief, context) if hangs else place.path, (0.0, 1.0) if hangs else (1.0, 0.0), held.swing
     steps, now = list[MoveLinear](), belief
     speed, acceleration = value(motion, "speed_m_s"), value(motion, "acceleration_m_s2")
@@ -57,13 +57,12 @@ def _line(motion: Motion, belief: Belief, tcp_to_thing: Pose, target: Pose, cont
     """A straight line with the thing in the hand as it is at its beginning."""
     from ..motion_planning.cartesian import plan_straight_line
     from ..motion_planning.reach import make_scene, touched
-    from ..motion_planning.space import Refusal
 
     assert belief.held is not None
     there = replace(belief, held=replace(belief.held, tcp_to_thing=tcp_to_thing))
     scene = make_scene(there, context, touched(motion.may_touch, context), clearance=0.0)
     found = plan_straight_line(scene, context.robot, belief.joints, [target])
-    if isinstance(found, Refusal):
+    if isinstance(found, Refused):
         said = f"no straight line to {motion.to}, on which it swings: {found.reason}"
-        raise Unresolvable(said, because(motion, context), blocking=found.blocking, collision=found.collision, remedy=found.remedy)
+        raise Unresolvable(said, because(motion, belief, context), blocking=found.blocking, collision=found.collision, remedy=found.remedy)
     return found.points

@@ -6,10 +6,10 @@ import math
 from collections.abc import Iterator
 from itertools import pairwise
 
-from cramlite.model import Belief, Motion
-from cramlite.plugin import Answers, Context, Grounding, Unresolvable, hookimpl
+from cramlite.model import Belief, Motion, Tilt
+from cramlite.plugin import Answers, Context, Grounding, Refused, Unresolvable, hookimpl
 
-from .motion_kinds import value
+from .motion_kinds import value, word
 
 
 @hookimpl
@@ -25,15 +25,14 @@ def _tilt(motion: Motion, belief: Belief, context: Context) -> Iterator[Groundin
     from ..motion_planning.joint_move import joint_move
     from ..motion_planning.reach import make_scene
     from ..motion_planning.round_off import blend_radii
-    from ..motion_planning.space import Refusal
     from .free_motion import place_of
 
     path = place_of(motion, context).path
-    poses = path[1:] if motion.parameters["to"] == "tilted" else path[-2::-1]
+    poses = path[1:] if word(motion, "to", Tilt) is Tilt.TILTED else path[-2::-1]
     scene, points = make_scene(belief, context), [belief.joints]
     for pose in poses:
         part = plan_straight_line(scene, context.robot, points[-1], pose)
-        if isinstance(part, Refusal):
+        if isinstance(part, Refused):
             said, about = f"'{motion.name}' about the rim: {part.reason}", (motion.to.name if motion.to else "",)
             raise Unresolvable(said, about, blocking=part.blocking, collision=part.collision, remedy=part.remedy)
         points.append(part.points[-1])

@@ -36,7 +36,7 @@ class Pair(Value):
 
     @property
     def least(self) -> Entry:
-        """Refusal that came nearest to being none; it is the one that is drawn."""
+        """Refused that came nearest to being none; it is the one that is drawn."""
         return self.entries[0]
 
     @property

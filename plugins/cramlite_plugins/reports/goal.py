@@ -59,12 +59,12 @@ def _rows(done: Finished) -> Iterator[Row]:
     findings = [f for f in shown.verdict.findings if f.validator == JUDGE] if shown is not None else []
     names = [a.name for a in shown.candidate.actions] if shown is not None else []
     for answer in goal_answers(done.trace, shown.number if done.proven and shown is not None else 0):
-        finding = next((f for f in findings if f.reason.startswith(f"'{answer.says}'")), None)
+        finding = next((f for f in findings if f.literal == answer.says), None)
         findings = [f for f in findings if f is not finding]
         first, last = answer.tasks or (1, 0)
         yield Row(answer.says, _mark(answer, finding), answer, tuple(names[first - 1 : last]) if done.proven else (), finding)
     for finding in findings:
-        yield Row(finding.reason.split("'")[1], ("✓", "good") if finding.passed else ("✗", "bad"), None, (), finding)
+        yield Row(finding.literal, ("✓", "good") if finding.passed else ("✗", "bad"), None, (), finding)
 
 
 def _mark(answer: GoalAnswer, finding: Finding | None) -> tuple[str, str]:

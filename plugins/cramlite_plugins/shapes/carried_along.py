@@ -15,10 +15,6 @@ from .bounds import lowest
 from .contents import within
 from .surfaces import SUNK, resting_height
 
-PUSHED = "pushed_m"
-"""Value of a place: how far its thing comes along with fingers that go straight to it [m]."""
-DRIVEN = "driven_m "
-"""Begins the names of values of a place: how far its thing, such as a drawer that opens, drives another before it [m]."""
 CAME_ALONG = "predicted: pushed, as far as the fingers went"
 """Source of the pose of what did."""
 AT = ("on", "in", "hangs_on")
@@ -40,11 +36,10 @@ def carried_along(belief: Belief, name: str) -> dict[str, Estimate]:
 
 
 def pushed_along(belief: Belief, place: Place) -> Belief:
-    """Return a belief in which the thing of a place that says so (``PUSHED``) has come along straight to it, with what is in it."""
-    way, name = place.values.get(PUSHED, 0.0), place.thing
-    if not way:
+    """Return a belief in which the thing of a place has come along straight to it, as far as that says, with what is in it."""
+    if place.carried is None or not place.carried.pushed_m:
         return belief
-    return gone_along(belief, name, way * np.asarray(place.approach))
+    return gone_along(belief, place.thing, place.carried.pushed_m * np.asarray(place.approach))
 
 
 def gone_along(belief: Belief, name: str, way: Floats, sigma: float = 0.0, source: str = CAME_ALONG) -> Belief:
@@ -59,15 +54,15 @@ def gone_along(belief: Belief, name: str, way: Floats, sigma: float = 0.0, sourc
 
 
 def driven_before(belief: Belief, place: Place, way: Floats) -> Belief:
-    """Return a belief in which what the thing of a place drives before it (``DRIVEN``) has gone along (3,) in the base frame."""
-    for name, metres in driven(place.values).items():
+    """Return a belief in which what the thing of a place drives before it has gone along (3,) in the base frame."""
+    for name, metres in driven(place).items():
         belief = gone_along(belief, name, metres * way, metres, "predicted: driven along")
     return belief
 
 
-def driven(values: Mapping[str, float]) -> dict[str, float]:
-    """Return how far each thing is driven along, by the values of a place [m]."""
-    return {name.removeprefix(DRIVEN): metres for name, metres in values.items() if name.startswith(DRIVEN)}
+def driven(place: Place) -> Mapping[str, float]:
+    """Return how far each thing is driven along at a place [m]."""
+    return place.carried.driven_m if place.carried else {}
 
 
 def _directly(belief: Belief, name: str) -> Iterator[str]:

@@ -6,7 +6,7 @@ from abc import abstractmethod
 from collections.abc import Iterable
 from typing import ClassVar
 
-from cramlite.model import Action, Belief, Location, Motion
+from cramlite.model import Action, Belief, ExpectedGrip, Fingers, Location, Motion, Stage
 from cramlite.plugin import Decomposition, Parameter, Role, TaskType
 
 from .preconditions import empty_hand
@@ -42,21 +42,21 @@ class ByHandle(TaskType):
         """Return the steps that take the handle, lead it along a way, and let go."""
         patient, handle = action.roles["Patient"], self.begins_at(action)
         limits = {k: self.parameter(action, k) for k in ("speed_m_s", "force_limit_n")} | {"paced": 1.0}
-        close = {"to": "closed", "expect": "object", "force_n": self.parameter(action, "force_n")}
+        close = {"to": Fingers.CLOSED, "expect": ExpectedGrip.OBJECT, "force_n": self.parameter(action, "force_n")}
         touch, back = (patient.name,), Location(action.inside("away"), "retreat", None, {"straight": True})
         still = Motion(action.inside("rest"), "hold", None, {"duration_s": self.rest_s}, reason=f"{patient.entity} comes to rest")
         return (
             handle,
-            Motion(action.inside("open"), "gripper", handle, {"to": "place"}, reason="wider than the handle"),
+            Motion(action.inside("open"), "gripper", handle, {"to": Fingers.PLACE}, reason="wider than the handle"),
             Motion(action.inside("transfer"), "transfer", handle, reason="in front of the handle"),
-            Motion(action.inside("approach"), "linear", handle, {"stage": "pose", "speed_m_s": APPROACH}, touch, "around the handle"),
+            Motion(action.inside("approach"), "linear", handle, {"stage": Stage.POSE, "speed_m_s": APPROACH}, touch, "around the handle"),
             Motion(action.inside("close"), "gripper", handle, close, reason="hold the handle"),
             way,
             Motion(action.inside(self.stroke), "force_path", way, limits, touch, f"the way that {patient.entity} moves"),
             *((still,) if self.rest_s else ()),
-            Motion(action.inside("release"), "gripper", None, {"to": "open", "expect": "none"}, reason="let go"),
+            Motion(action.inside("release"), "gripper", None, {"to": Fingers.OPEN, "expect": ExpectedGrip.NONE}, reason="let go"),
             back,
-            Motion(action.inside("back"), "linear", back, {"stage": "pose"}, touch, "clear of the handle"),
+            Motion(action.inside("back"), "linear", back, {"stage": Stage.POSE}, touch, "clear of the handle"),
         )
 
     def begins_at(self, action: Action) -> Location:

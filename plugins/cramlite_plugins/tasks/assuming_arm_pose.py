@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from cramlite.model import Action, Belief, Location, Motion
+from cramlite.model import Action, Belief, Location, Motion, Stage
 from cramlite.plugin import Decomposition, TaskType, hookimpl
 
 # Something was let go with the fingers around it and stays there, known to this standard deviation [m]: gripping.LET_GO
@@ -25,7 +25,7 @@ class AssumingArmPose(TaskType):
         let_go = (e for e in belief.poses.values() if e.source.startswith("predicted"))
         if belief.held is None and any(0 < e.sigma <= IN_PLACE for e in let_go):
             away = Location(action.inside("away"), "retreat")
-            back = Motion(action.inside("back"), "linear", away, {"stage": "pose"}, reason="clear of what was let go")
+            back = Motion(action.inside("back"), "linear", away, {"stage": Stage.POSE}, reason="clear of what was let go")
             yield Decomposition((away, back, move), f"straight back, then collision-free motion to {goal}")
         yield Decomposition((move,), f"collision-free motion to {goal}", 1.0)
 

@@ -7,7 +7,7 @@ from typing import Any
 
 from msgspec.structs import replace
 
-from cramlite.model import Action, Belief, Location, Motion, thing_of
+from cramlite.model import Action, Belief, Location, Motion, Stage, thing_of
 from cramlite.plugin import HAND, HELD, Allowance, Decomposition, Parameter, Role, TaskType, Unresolvable, hookimpl
 
 
@@ -31,7 +31,7 @@ class AssumingArmPoseConstrained(TaskType):
         touched = (goal.of,) if goal.of else ()
         steps = (
             Motion(action.inside("transfer"), "transfer", goal, reason=f"to the stand-off of {goal}"),
-            Motion(action.inside("line"), "linear", goal, {"stage": "pose"}, touched, reason=f"straight into {goal}"),
+            Motion(action.inside("line"), "linear", goal, {"stage": Stage.POSE}, touched, reason=f"straight into {goal}"),
         )
         yield Decomposition(steps, f"straight line into {goal}")
 

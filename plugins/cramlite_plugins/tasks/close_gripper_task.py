@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from cramlite.model import Action, Belief, Motion
+from cramlite.model import Action, Belief, ExpectedGrip, Fingers, Motion
 from cramlite.plugin import Decomposition, Role, TaskType, hookimpl
 
 from ..task_kit.preconditions import empty_hand
@@ -21,7 +21,7 @@ class CloseGripperTask(TaskType):
         yield Decomposition(
             (
                 Motion(
-                    action.inside("close"), "gripper", None, {"to": "shut", "expect": "none"}, reason="close on nothing"
+                    action.inside("close"), "gripper", None, {"to": Fingers.SHUT, "expect": ExpectedGrip.NONE}, reason="close on nothing"
                 ),
             ),
             "close",

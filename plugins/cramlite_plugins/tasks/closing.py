@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from cramlite.model import Action, Belief, Location, Motion
+from cramlite.model import Action, Belief, ExpectedContact, ExpectedGrip, Fingers, Location, Motion, Stage
 from cramlite.plugin import Decomposition, Parameter, TaskType, hookimpl
 
 from ..task_kit.bases import FORCES, SPEED, ByHandle
 from ..task_kit.preconditions import empty_hand
 
-TOUCH = {"speed_m_s": 0.012, "free_m_s": 0.1, "force_n": 3.0, "beyond_m": 0.01, "expect": "any"}
+TOUCH = {"speed_m_s": 0.012, "free_m_s": 0.1, "force_n": 3.0, "beyond_m": 0.01, "expect": ExpectedContact.ANY}
 """Fingers meet the front slowly: what is hit sets off with a jolt. Through the air they come as fast as things are lifted."""
-PRESS = {"beyond_m": 0.05, "expect": "any"}
+PRESS = {"beyond_m": 0.05, "expect": ExpectedContact.ANY}
 """Until it is shut: a compliant push that a door's damping held back ended 13 mm before its place, and pressing 20 mm on left it open."""
 
 
@@ -40,7 +40,7 @@ class Closing(ByHandle):
         steps = (
             front,
             Motion(action.inside("transfer"), "transfer", front, reason=f"before {patient.entity}"),
-            Motion(action.inside("shut"), "gripper", None, {"to": "shut", "expect": "none"}, reason="fingers together"),
+            Motion(action.inside("shut"), "gripper", None, {"to": Fingers.SHUT, "expect": ExpectedGrip.NONE}, reason="fingers together"),
             Motion(action.inside("tare"), "zero_sensor", reason="what the sensor reads here is no contact force"),
             Motion(action.inside("touch"), "until_contact", front, TOUCH, touch, f"to the front of {patient.entity}"),
             way,
@@ -48,7 +48,7 @@ class Closing(ByHandle):
             end,
             Motion(action.inside("press"), "until_contact", end, press, touch, "to the stop"),
             back,
-            Motion(action.inside("back"), "linear", back, {"stage": "pose"}, touch, "clear of the front"),
+            Motion(action.inside("back"), "linear", back, {"stage": Stage.POSE}, touch, "clear of the front"),
         )
         return Decomposition(steps, "push its front with closed fingers, to the stop")
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from cramlite.model import Action, Belief, Location, Motion
+from cramlite.model import Action, Belief, ExpectedGrip, Fingers, Location, Motion, Stage
 from cramlite.plugin import Decomposition, Parameter, Role, TaskType, hookimpl
 
 from ..task_kit.preconditions import empty_hand, grasp_of
@@ -31,16 +31,16 @@ class Grasping(TaskType):
         grasp = self.begins_at(action)
         patient = action.roles["Patient"].name
         speed = self.parameter(action, "approach_speed_m_s")
-        close = {"to": "closed", "expect": "object", "force_n": self.parameter(action, "force_n")}
+        close = {"to": Fingers.CLOSED, "expect": ExpectedGrip.OBJECT, "force_n": self.parameter(action, "force_n")}
         steps = (
             grasp,
-            Motion(action.inside("open"), "gripper", grasp, {"to": "place"}, reason="as wide as the grasp needs"),
+            Motion(action.inside("open"), "gripper", grasp, {"to": Fingers.PLACE}, reason="as wide as the grasp needs"),
             Motion(action.inside("transfer"), "transfer", grasp, reason="to the pre-grasp"),
             Motion(
                 action.inside("approach"),
                 "linear",
                 grasp,
-                {"stage": "pose", "speed_m_s": speed, "paced": 1.0, "free_m_s": FREE},
+                {"stage": Stage.POSE, "speed_m_s": speed, "paced": 1.0, "free_m_s": FREE},
                 (patient,),
                 "to the grasp",
             ),
@@ -52,7 +52,7 @@ class Grasping(TaskType):
         if known and known.source.startswith("predicted") and 0 < known.sigma <= IN_PLACE:
             away = Location(action.inside("away"), "retreat")
             back = Motion(
-                action.inside("back"), "linear", away, {"stage": "pose"}, (patient,), "clear of what was let go"
+                action.inside("back"), "linear", away, {"stage": Stage.POSE}, (patient,), "clear of what was let go"
             )
             yield Decomposition((away, back, *steps), "straight back, then pre-grasp, straight approach, close")
         yield Decomposition(steps, "pre-grasp, straight approach, close on the object", 1.0)

@@ -4,7 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 
-from cramlite.model import Action, Belief, Location, Motion, Object, fallback, part_name, sequence
+from cramlite.model import (
+    Action,
+    Belief,
+    ExpectedContact,
+    Location,
+    Motion,
+    Object,
+    Stage,
+    fallback,
+    part_name,
+    sequence,
+)
 from cramlite.plugin import Decomposition, Parameter, Role, TaskType, Unresolvable, hookimpl
 
 from ..shapes.peg_fit import stands
@@ -71,9 +82,9 @@ class InsertHoleOntoPeg(TaskType):
 
         return sequence(
             named("thread"),
-            *([Motion(named("aside"), "linear", way, {"stage": "before", **beside}, (), "look beside it")] if k else []),
+            *([Motion(named("aside"), "linear", way, {"stage": Stage.BEFORE, **beside}, (), "look beside it")] if k else []),
             Motion(named("tare"), "zero_sensor", reason="the weight of the object is not a contact force"),
-            felt("touch", "until_contact", "to the tip", corner=TIP, beyond_m=beyond, expect="any", **beside),
+            felt("touch", "until_contact", "to the tip", corner=TIP, beyond_m=beyond, expect=ExpectedContact.ANY, **beside),
             felt("search", "spiral_search", "for the tip with the hole", corner=TIP, advance_m=advance, **beside),
             *self._push(felt, belief, relatum),
             Motion(named("tare_again"), "zero_sensor", reason="what the sensor drifted by is no contact either"),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from cramlite.model import Action, Belief, Motion
+from cramlite.model import Action, Belief, ExpectedGrip, Fingers, Motion
 from cramlite.plugin import Decomposition, Role, TaskType, Unresolvable, hookimpl
 
 
@@ -20,7 +20,7 @@ class OpenGripperTask(TaskType):
                 f"opening would drop '{belief.held.thing}'; Releasing does that on purpose"
             )
         yield Decomposition(
-            (Motion(action.inside("open"), "gripper", None, {"to": "open", "expect": "none"}, reason="open"),), "open"
+            (Motion(action.inside("open"), "gripper", None, {"to": Fingers.OPEN, "expect": ExpectedGrip.NONE}, reason="open"),), "open"
         )
 
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from msgspec.structs import replace
 
-from cramlite.model import Action, Belief, Location, Motion, Place
+from cramlite.model import Action, Belief, ExpectedGrip, Fingers, Location, Motion, Place, Stage
 from cramlite.plugin import Allowance, Decomposition, Parameter, TaskType, hookimpl
 
 from ..shapes.carried_along import driven
@@ -60,16 +60,17 @@ class Opening(ByHandle):
         begun = Location(action.inside("begun"), "opened", patient.name, {"ajar": least["least"]})
         inner = Location(action.inside("inner"), "inner_side", patient.name, least)
         limits = {k: self.parameter(action, k) for k in ("speed_m_s", "force_limit_n")}
+        meet = {"stage": Stage.POSE, "speed_m_s": TOUCH["free_m_s"]}
         steps = (
             *self.led_by_handle(action, begun),
             inner,
             Motion(action.inside("around"), "transfer", inner, reason=f"behind {patient.entity}, which stands ajar"),
-            Motion(action.inside("shut"), "gripper", None, {"to": "shut", "expect": "none"}, reason="fingers together"),
-            Motion(action.inside("meet"), "linear", inner, {"stage": "pose", "speed_m_s": TOUCH["free_m_s"]}, touch, "to its inner side"),
+            Motion(action.inside("shut"), "gripper", None, {"to": Fingers.SHUT, "expect": ExpectedGrip.NONE}, reason="fingers together"),
+            Motion(action.inside("meet"), "linear", inner, meet, touch, "to its inner side"),
             way,
             Motion(action.inside("push"), "force_path", way, limits, touch, f"{patient.entity} goes on its way"),
             off,
-            Motion(action.inside("leave"), "linear", off, {"stage": "pose"}, touch, "clear of its inner side"),
+            Motion(action.inside("leave"), "linear", off, {"stage": Stage.POSE}, touch, "clear of its inner side"),
         )
         return Decomposition(steps, "draw it ajar by its handle, then push it on from inside", 0.8)
 
@@ -80,26 +81,26 @@ class Opening(ByHandle):
         steps = (
             atop,
             Motion(action.inside("transfer"), "transfer", atop, reason=f"above the handle of {patient.entity}"),
-            Motion(action.inside("shut"), "gripper", None, {"to": "shut", "expect": "none"}, reason="fingers together"),
+            Motion(action.inside("shut"), "gripper", None, {"to": Fingers.SHUT, "expect": ExpectedGrip.NONE}, reason="fingers together"),
             Motion(action.inside("tare"), "zero_sensor", reason="what the sensor reads here is no contact force"),
             Motion(action.inside("touch"), "until_contact", atop, TOUCH, touch, "onto the handle"),
             way,
             Motion(action.inside("draw"), "force_path", way, limits, touch, f"{patient.entity} comes along"),
             back,
-            Motion(action.inside("back"), "linear", back, {"stage": "pose"}, touch, "clear of the handle"),
+            Motion(action.inside("back"), "linear", back, {"stage": Stage.POSE}, touch, "clear of the handle"),
         )
         return Decomposition(steps, "press on the handle from above and draw it along", 1.0)
 
     def begins_at(self, action: Action) -> Location:
         return replace(super().begins_at(action), parameters=self._least(action))
 
-    def _least(self, action: Action) -> dict[str, float]:
+    def _least(self, action: Action) -> dict[str, Any]:
         """How far it must get, whatever hand opens it."""
         return {"least": self.parameter(action, "share") or LESS[-1], **self._drives(action)}
 
     @staticmethod
-    def _drives(action: Action) -> dict[str, float]:
-        return {DRIVES: 1.0} if action.parameters.get(DRIVES) else {}
+    def _drives(action: Action) -> dict[str, bool]:
+        return {DRIVES: True} if action.parameters.get(DRIVES) else {}
 
     def way(self, action: Action) -> Location:
         patient = action.roles["Patient"].name
@@ -109,7 +110,7 @@ class Opening(ByHandle):
         """Return what it may touch, among it what the drawer drives before it, which may touch each other."""
         allowed, patient = super().allowance(action, bindings), action.roles["Patient"]
         way = bindings.get(self.way(action).name)
-        along = (patient.thing, *driven(way.values)) if isinstance(way, Place) else ()
+        along = (patient.thing, *driven(way)) if isinstance(way, Place) else ()
         return replace(allowed, touches=allowed.touches | {frozenset(pair) for pair in combinations(along, 2)})
 
 

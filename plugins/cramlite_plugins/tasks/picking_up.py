@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from cramlite.model import Action, Belief, Location, Motion
+from cramlite.model import Action, Belief, Hang, Location, Motion, Stage
 from cramlite.plugin import Decomposition, Parameter, Role, TaskType, Unresolvable, hookimpl
 
 SWINGS = "it turns between the pads until it hangs"
@@ -31,11 +31,11 @@ class PickingUp(TaskType):
         up = Location(action.inside("up"), "lift", parameters={"height_m": self.parameter(action, "height_m")})
         touched = tuple(o.name for k, o in action.roles.items() if k == "Relatum")
         if belief.held.swing is not None:
-            swings = Motion(action.inside("lift"), "swing", up, {"to": "hangs"}, touched, SWINGS)
+            swings = Motion(action.inside("lift"), "swing", up, {"to": Hang.HANGS}, touched, SWINGS)
             yield Decomposition((up, swings), f"straight up; {SWINGS}")
             return
         yield Decomposition(
-            (up, Motion(action.inside("lift"), "linear", up, {"stage": "pose"}, touched, "straight up")), "straight up"
+            (up, Motion(action.inside("lift"), "linear", up, {"stage": Stage.POSE}, touched, "straight up")), "straight up"
         )
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from cramlite.model import Action, Belief, Location, Motion
+from cramlite.model import Action, Belief, Location, Motion, Tilt
 from cramlite.plugin import HAND, Decomposition, Parameter, Role, TaskType, Unresolvable, hookimpl
 
 from ..shapes.contents import SHARE, SPILLED, pouring_obstacle
@@ -37,9 +37,9 @@ class Pouring(TaskType):
         steps = (
             place,
             Motion(action.inside("transfer"), "transfer", place, reason=f"the rim over {into.entity}"),
-            Motion(action.inside("tilt"), "tilt", place, {"to": "tilted", **speed}, reason="about the rim"),
+            Motion(action.inside("tilt"), "tilt", place, {"to": Tilt.TILTED, **speed}, reason="about the rim"),
             Motion(action.inside("flow"), "hold", None, wait, reason="until the last has left"),
-            Motion(action.inside("back"), "tilt", place, {"to": "upright", **speed}, reason="upright again"),
+            Motion(action.inside("back"), "tilt", place, {"to": Tilt.UPRIGHT, **speed}, reason="upright again"),
         )
         yield Decomposition(steps, f"tilt over {into.entity}, wait, tilt back")
 

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 
 from msgspec.structs import replace
 
-from cramlite.model import Action, Belief, Location, Motion
+from cramlite.model import Action, Belief, ExpectedContact, ExpectedGrip, Fingers, Location, Motion, Stage
 from cramlite.plugin import Decomposition, Parameter, Role, TaskType, Unresolvable, hookimpl
 
 from ..shapes.bounds import height
@@ -68,13 +68,13 @@ class Pushing(TaskType):
             action.inside("far"), "pushed", patient.name, {"distance_m": self.parameter(action, "distance_m")}
         )
         feel = {
-            "speed_m_s": 0.01, "force_n": self.parameter(action, "touch_force_n"), "beyond_m": 0.01, "expect": "any",
+            "speed_m_s": 0.01, "force_n": self.parameter(action, "touch_force_n"), "beyond_m": 0.01, "expect": ExpectedContact.ANY,
         }  # fmt: skip
-        push, touch = {"stage": "pose", "speed_m_s": self.parameter(action, "speed_m_s")}, (patient.name,)
+        push, touch = {"stage": Stage.POSE, "speed_m_s": self.parameter(action, "speed_m_s")}, (patient.name,)
         steps = (
             beside,
             Motion(action.inside("transfer"), "transfer", beside, reason=f"beside {patient.entity}"),
-            Motion(action.inside("shut"), "gripper", None, {"to": "shut", "expect": "none"}, reason="fingers together"),
+            Motion(action.inside("shut"), "gripper", None, {"to": Fingers.SHUT, "expect": ExpectedGrip.NONE}, reason="fingers together"),
             Motion(action.inside("tare"), "zero_sensor", reason="what the sensor reads here is no contact force"),
             Motion(action.inside("touch"), "until_contact", beside, feel, touch, f"to {patient.entity}"),
             far,
@@ -85,11 +85,11 @@ class Pushing(TaskType):
     def _from_behind(self, action: Action, behind: Location, apart: float, cost: float) -> Decomposition:
         behind = replace(behind, parameters={**behind.parameters, "apart": apart})
         says = "with open fingers" if apart else "with closed fingers"
-        patient, push = action.roles["Patient"], {"stage": "pose", "speed_m_s": self.parameter(action, "speed_m_s")}
+        patient, push = action.roles["Patient"], {"stage": Stage.POSE, "speed_m_s": self.parameter(action, "speed_m_s")}
         far = Location(action.inside("far"), "pushed_to", patient.name, {"begin": behind.name})
         steps = (
-            *self._over(action, behind, says, "place" if apart else "shut"),
-            Motion(action.inside("down"), "linear", behind, {"stage": "pose"}, (patient.name,), f"to {patient.entity}"),
+            *self._over(action, behind, says, Fingers.PLACE if apart else Fingers.SHUT),
+            Motion(action.inside("down"), "linear", behind, {"stage": Stage.POSE}, (patient.name,), f"to {patient.entity}"),
             far,
             Motion(action.inside("push"), "linear", far, push, (patient.name,), f"{patient.entity} moves along"),
         )
@@ -104,7 +104,7 @@ class Pushing(TaskType):
             "press_n": self.parameter(action, "press_n"), "speed_m_s": self.parameter(action, "slide_m_s"), "lost_s": LOST,
         }  # fmt: skip
         steps = (
-            *self._over(action, inside, "with closed fingers in it", "shut"),
+            *self._over(action, inside, "with closed fingers in it", Fingers.SHUT),
             Motion(action.inside("tare"), "zero_sensor", reason="what the sensor reads here is no contact force"),
             Motion(action.inside("down"), "until_contact", inside, DOWN, touch, f"to the floor of {patient.entity}"),
             far,
@@ -113,11 +113,11 @@ class Pushing(TaskType):
         return Decomposition(steps, f"at its rim from inside, {'around what is in its way' if around else 'straight'}", cost)
 
     @staticmethod
-    def _over(action: Action, begin: Location, says: str, fingers: str) -> tuple[Location | Motion, ...]:
+    def _over(action: Action, begin: Location, says: str, fingers: Fingers) -> tuple[Location | Motion, ...]:
         entity = action.roles["Patient"].entity
         return (
             begin,
-            Motion(action.inside("fingers"), "gripper", begin, {"to": fingers, "expect": "none"}, reason=says),
+            Motion(action.inside("fingers"), "gripper", begin, {"to": fingers, "expect": ExpectedGrip.NONE}, reason=says),
             Motion(action.inside("transfer"), "transfer", begin, reason=f"over the place where {entity} is pushed"),
         )
 

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 from msgspec.structs import replace
 
-from cramlite.model import Action, Belief, EntityName, Location, Motion
+from cramlite.model import Action, Belief, EntityName, Hang, Location, Motion, Stage
 from cramlite.plugin import Decomposition, Parameter, Role, TaskType, hookimpl
 
 from ..task_kit.preconditions import spot, what_is_held
@@ -50,11 +50,11 @@ class PuttingDown(TaskType):
         """What hangs from the fingers: its far side first, and the near one about that."""
         place, surface = self.begins_at(action), action.roles["Relatum"]
         rest = {"duration_s": self.parameter(action, "duration_s")}
-        lower = {"to": "lies"}
+        lower = {"to": Hang.LIES}
         steps = (
             place,
             Motion(action.inside("transfer"), "transfer", place, reason=f"above {surface.entity}"),
-            Motion(action.inside("reach"), "linear", place, {"stage": "pose", "speed_m_s": LED}, (surface.name,), "its far side first"),
+            Motion(action.inside("reach"), "linear", place, {"stage": Stage.POSE, "speed_m_s": LED}, (surface.name,), "its far side first"),
             Motion(action.inside("lower"), "swing", place, lower, (surface.name,), "it turns back about its far side until it lies"),
             Motion(action.inside("rest"), "hold", None, rest, reason="the object comes to rest before anybody lets go"),
         )
@@ -69,7 +69,7 @@ class PuttingDown(TaskType):
         steps = (
             place,
             Motion(action.inside("transfer"), "transfer", place, reason=f"before {surface.entity}"),
-            Motion(action.inside("enter"), "linear", place, {"stage": "pose"}, reason="in, level"),
+            Motion(action.inside("enter"), "linear", place, {"stage": Stage.POSE}, reason="in, level"),
             Motion(action.inside("tare"), "zero_sensor", reason="the weight of the object is not a contact force"),
             Motion(action.inside("lower"), "until_contact", place, guard, (surface.name,), f"down to {surface.entity}"),
             Motion(action.inside("rest"), "hold", None, rest, reason="the object comes to rest before anybody lets go"),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from cramlite.model import Action, Belief, Held, Location, Motion, thing_of
+from cramlite.model import Action, Belief, ExpectedGrip, Fingers, Held, Location, Motion, thing_of
 from cramlite.plugin import Decomposition, Role, TaskType, Unresolvable, hookimpl
 
 from ..task_kit.preconditions import near, what_is_held
@@ -20,7 +20,7 @@ class Releasing(TaskType):
     def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
         held = what_is_held(belief, "released")
         steps = (
-            Motion(action.inside("open"), "gripper", None, {"to": "open", "expect": "none"}, reason="let go"),
+            Motion(action.inside("open"), "gripper", None, {"to": Fingers.OPEN, "expect": ExpectedGrip.NONE}, reason="let go"),
             Motion(action.inside("payload"), "payload", reason="the gripper is empty again"),
         )
         if _rests(action, held, belief):

@@ -7,7 +7,7 @@ from typing import Any
 
 from msgspec.structs import replace
 
-from cramlite.model import Action, Belief, Location, Motion, Place, thing_of
+from cramlite.model import Action, Belief, ExpectedGrip, Fingers, Location, Motion, Place, Stage, thing_of
 from cramlite.plugin import Allowance, Decomposition, Role, TaskType, Unresolvable, hookimpl
 
 from ..shapes.roofs import has_a_roof
@@ -38,17 +38,17 @@ class Retracting(TaskType):
     def _back(action: Action) -> tuple[Location, Motion]:
         away = Location(action.inside("away"), "retreat")
         touched = tuple(o.name for o in action.roles.values())
-        return away, Motion(action.inside("back"), "linear", away, {"stage": "pose"}, touched, "straight back out of contact")
+        return away, Motion(action.inside("back"), "linear", away, {"stage": Stage.POSE}, touched, "straight back out of contact")
 
     @staticmethod
     def _farther_in(action: Action, what: str) -> tuple[Location | Motion, ...]:
         """What is to be closed later would meet the thing, and the hand comes no farther in with it: closed fingers do."""
         off, deeper = Location(action.inside("off"), "off", what), Location(action.inside("deeper"), "deeper", what)
-        push = {"stage": "pose", "speed_m_s": SPEED}
+        push = {"stage": Stage.POSE, "speed_m_s": SPEED}
         return (
             off,
-            Motion(action.inside("out"), "linear", off, {"stage": "pose"}, (what,), f"fingers off {what}"),
-            Motion(action.inside("shut"), "gripper", None, {"to": "shut", "expect": "none"}, reason="fingers together"),
+            Motion(action.inside("out"), "linear", off, {"stage": Stage.POSE}, (what,), f"fingers off {what}"),
+            Motion(action.inside("shut"), "gripper", None, {"to": Fingers.SHUT, "expect": ExpectedGrip.NONE}, reason="fingers together"),
             deeper,
             Motion(action.inside("push"), "linear", deeper, push, (what,), f"{what} farther in, out of the way of what is closed later"),
         )

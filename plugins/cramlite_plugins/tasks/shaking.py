@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from cramlite.model import Action, Belief, Location, Motion
+from cramlite.model import Action, Belief, Location, Motion, Stage
 from cramlite.plugin import Decomposition, Parameter, Role, TaskType, Unresolvable, hookimpl
 
 
@@ -33,7 +33,7 @@ class Shaking(TaskType):
             up = k % 2 == 0
             name = f"{'up' if up else 'down'}_{k // 2 + 1}"
             place = Location(action.inside(f"at_{name}"), "lift", parameters={"height_m": height if up else -height})
-            steps += [place, Motion(action.inside(name), "linear", place, {"stage": "pose", **pace}, (), f"swing {name}")]
+            steps += [place, Motion(action.inside(name), "linear", place, {"stage": Stage.POSE, **pace}, (), f"swing {name}")]
         yield Decomposition(tuple(steps), f"{count} swings of {1000 * height:.0f} mm")
 
 

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 from msgspec.structs import replace
 
-from cramlite.model import Action, Belief, EntityName, Location, Motion
+from cramlite.model import Action, Belief, EntityName, ExpectedGrip, Fingers, Location, Motion, Stage
 from cramlite.plugin import Decomposition, Role, TaskType, hookimpl
 
 from ..task_kit.preconditions import spot, what_is_held
@@ -31,16 +31,16 @@ class Ungrasping(TaskType):
         yield self._let_down(action, self.begins_at(action), f"move above {container}, lower, open")
         aslant = replace(spot("aslant", action), name=f"aslant({action.roles['Relatum'].name})")
         said = f"lean it to get it in under what is over {container}, straighten it there, open"
-        yield replace(self._let_down(action, aslant, said), cost=1.0)
+        yield replace(self._let_down(action, aslant, said, leans=True), cost=1.0)
 
-    def _let_down(self, action: Action, place: Location, said: str) -> Decomposition:
+    def _let_down(self, action: Action, place: Location, said: str, leans: bool = False) -> Decomposition:
         container = action.roles["Relatum"].entity
-        upright = Motion(action.inside("straighten"), "linear", place, {"stage": "end"}, reason="upright")
-        straighten = (upright,) if place.relation == "aslant" else ()
+        upright = Motion(action.inside("straighten"), "linear", place, {"stage": Stage.END}, reason="upright")
+        straighten = (upright,) if leans else ()
         steps = (
             place,
             Motion(action.inside("transfer"), "transfer", place, reason=f"above {container}"),
-            Motion(action.inside("lower"), "linear", place, {"stage": "pose"}, reason=f"as deep into {container} as the hand fits"),
+            Motion(action.inside("lower"), "linear", place, {"stage": Stage.POSE}, reason=f"as deep into {container} as the hand fits"),
             *straighten,
             *_let_go(action, place),
         )
@@ -51,17 +51,18 @@ class Ungrasping(TaskType):
         relatum, what = action.roles["Relatum"], action.roles["Locatum"].name
         place = replace(spot("tipped", action), name=f"tipped({relatum.name})")
         there = Location(f"pushed_in({what})", "pushed_in", what, {"begin": place.name})
-        push, touch = {"stage": "end", "speed_m_s": SPEED}, (what,)
+        apart = {"to": Fingers.PLACE, "expect": ExpectedGrip.NONE}
+        push, touch = {"stage": Stage.END, "speed_m_s": SPEED}, (what,)
         steps = (
             place,
             Motion(action.inside("transfer"), "transfer", place, reason=f"before {relatum.entity}"),
-            Motion(action.inside("enter"), "linear", place, {"stage": "pose"}, reason="its foot in, level"),
+            Motion(action.inside("enter"), "linear", place, {"stage": Stage.POSE}, reason="its foot in, level"),
             *_let_go(action, place),
-            Motion(action.inside("back"), "linear", place, {"stage": "end"}, touch, "from under what tips over"),
+            Motion(action.inside("back"), "linear", place, {"stage": Stage.END}, touch, "from under what tips over"),
             there,
-            Motion(action.inside("fingers"), "gripper", there, {"to": "place", "expect": "none"}, reason="both will touch it"),
+            Motion(action.inside("fingers"), "gripper", there, apart, reason="both will touch it"),
             Motion(action.inside("over"), "transfer", there, reason=f"over a place behind {what}"),
-            Motion(action.inside("down"), "linear", there, {"stage": "pose"}, touch, f"behind {what}"),
+            Motion(action.inside("down"), "linear", there, {"stage": Stage.POSE}, touch, f"behind {what}"),
             Motion(action.inside("push"), "linear", there, push, touch, "in again, by what it came out with the hand"),
         )
         return Decomposition(steps, f"under the roof of {relatum.entity} with its foot, where it tips over, and push it in")
@@ -76,7 +77,7 @@ class Ungrasping(TaskType):
 
 def _let_go(action: Action, place: Location) -> tuple[Motion, Motion]:
     return (
-        Motion(action.inside("open"), "gripper", place, {"to": "open", "expect": "none"}, reason="let go"),
+        Motion(action.inside("open"), "gripper", place, {"to": Fingers.OPEN, "expect": ExpectedGrip.NONE}, reason="let go"),
         Motion(action.inside("payload"), "payload", reason="the gripper is empty again"),
     )
 

@@ -64,7 +64,7 @@ class Goal(Value):
             wrong = wrong or _beside(literal, candidate) or _unsettled(literal, rollout) or _badly_rests(literal, candidate)
             end = _measured(literal, rollout, candidate.episode)
             said = f"{_what(literal)} {f'is not reached: {wrong}' if wrong else f'holds for the last {LASTS:g} s'}"
-            yield Finding(self.name, not wrong, f"{said}; {end}" if end else said, things=True)
+            yield Finding(self.name, not wrong, f"{said}; {end}" if end else said, things=True, literal=literal.says)
 
 
 def _what(literal: GoalLiteral) -> str:

@@ -10,10 +10,10 @@ import pytest
 from msgspec.structs import replace
 
 from cramlite.model import Pose
+from cramlite.plugin import Refused
 from cramlite_plugins.kinematics import kinematics as k
 from cramlite_plugins.kinematics import numeric_inverse
 from cramlite_plugins.motion_planning.cartesian import JointPath, plan_straight_line
-from cramlite_plugins.motion_planning.space import Refusal
 from cramlite_plugins.robots.dh_arm import arm_mjcf
 from cramlite_plugins.robots.fr3 import FR3
 from cramlite_plugins.robots.robotiq_2f85 import gripper_mjcf
@@ -91,7 +91,7 @@ def test_a_straight_line_is_followed_and_one_out_of_reach_is_not() -> None:
     assert isinstance(path, JointPath)
     assert k.forward(FR3, path.points[-1]).distance(ahead)[0] < 1e-6
     beyond = plan_straight_line(None, FR3, start, FORWARD * Pose((0.0, 0.0, 0.6)))
-    assert isinstance(beyond, Refusal)
+    assert isinstance(beyond, Refused)
     assert "stops after" in beyond.reason
 
 

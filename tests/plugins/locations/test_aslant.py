@@ -12,6 +12,7 @@ from cramlite import Engine
 from cramlite.model import (
     Action,
     Belief,
+    GripFacts,
     Held,
     Location,
     Motion,
@@ -28,7 +29,7 @@ from cramlite.plugin import Context, Grounding, Unresolvable
 from cramlite_plugins.kinematics.kinematics import inverse
 from cramlite_plugins.locations.aslant import LEFT, TILTS, goes_in_aslant
 from cramlite_plugins.locations.grips import Grip, ranked
-from cramlite_plugins.locations.set_down import resolve_location
+from cramlite_plugins.locations.kinds import ground
 from cramlite_plugins.robots.fr3 import FR3
 from cramlite_plugins.simulation.objects.furniture import cabinet, drawer
 from cramlite_plugins.simulation.objects.vessels import bowl
@@ -57,7 +58,7 @@ def _asked(radius: float, leans: bool = True, opened: float = 0.2, grip: int = 0
     hand = it.pose * _grips(it, world, leans)[grip].pose
     start = initial_belief(world, "arm", FR3.home, 0.04)
     belief = start.grasped(Held("it", hand.inverse() * it.pose, 0.003)).moved(inverse(FR3, hand, seed=FR3.home)[0])
-    bindings = {"drawer": "drawer", "it": "it", "grasp(it)": Place(hand, hand, thing="it", values={"width_m": 0.003})}
+    bindings = {"drawer": "drawer", "it": "it", "grasp(it)": Place(hand, hand, thing="it", grip=GripFacts(0.003))}
     return belief, Context(FR3, MOUNT, bindings, Engine().knowledge.taxonomy)
 
 
@@ -67,7 +68,7 @@ def _lean(pose: Pose) -> float:
 
 def _refused(location: Location, belief: Belief, context: Context) -> Unresolvable:
     with pytest.raises(Unresolvable) as no:
-        list(resolve_location(location, belief, context) or ())
+        list(ground(location, belief, context))
     return no.value
 
 
@@ -76,7 +77,7 @@ def _first_place() -> tuple[Belief, Context, Place]:
     for grip in range(20):
         belief, context = _asked(0.0705, grip=grip)
         try:
-            found = next(a for a in resolve_location(ASLANT, belief, context) or () if isinstance(a, Grounding))
+            found = next(a for a in ground(ASLANT, belief, context) if isinstance(a, Grounding))
         except Unresolvable:
             continue
         return belief, context, found.value
@@ -91,7 +92,7 @@ def test_a_bowl_comes_in_leaning_and_is_let_go_of_where_it_stands_up() -> None:
     assert _lean(there) == pytest.approx(_lean(before), abs=1e-3) and round(_lean(there)) in TILTS
     assert _lean(end) == pytest.approx(LEFT, abs=1e-3)
     assert end.position[0] > there.position[0] > before.position[0]  # in under the handle, away from the robot
-    assert place.values["turned"] == 1.0
+    assert place.reorients
 
 
 def test_upright_it_is_refused_at_once_and_another_way_of_the_task_is_asked_for() -> None:
@@ -101,7 +102,7 @@ def test_upright_it_is_refused_at_once_and_another_way_of_the_task_is_asked_for(
 
 
 def test_one_that_is_narrow_enough_is_not_refused_upright() -> None:
-    found = resolve_location(UPRIGHT, *_asked(0.045, leans=False)) or ()
+    found = ground(UPRIGHT, *_asked(0.045, leans=False))
     assert any(isinstance(a, Grounding) for a in found)
 
 

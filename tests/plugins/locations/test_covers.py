@@ -11,7 +11,7 @@ from cramlite import Engine
 from cramlite.model import Belief, Held, Location, Place, Pose, RobotMount, Thing, World, initial_belief
 from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 from cramlite_plugins.kinematics.kinematics import inverse
-from cramlite_plugins.locations import places, set_down
+from cramlite_plugins.locations.kinds import ground
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.simulation.objects.products_and_fixtures import basket, block, table
 
@@ -32,7 +32,7 @@ def box_under(x: float, over: float) -> tuple[Thing, Thing]:
 
 
 def found(*things: Thing) -> list[Grounding | Refused]:
-    return list(islice(set_down.resolve_location(INTO, *asked(*things)) or (), 40))
+    return list(islice(ground(INTO, *asked(*things)), 40))
 
 
 @pytest.mark.parametrize("x", [0.38, 0.42])
@@ -68,6 +68,6 @@ def test_a_short_way_back_depends_on_the_place_that_the_hand_was_led_to() -> Non
     low = Pose((0.4, -0.4, 0.13))
     there = replace(belief, joints=inverse(UR5E, Pose(low.position, (1.0, 0.0, 0.0, 0.0)), seed=UR5E.home)[0])
     context = replace(context, bindings={**context.bindings, **put})
-    answers = list(places.resolve_location(Location("away", "retreat"), there, context) or ())
+    answers = list(ground(Location("away", "retreat"), there, context))
     refused = [a for a in answers if isinstance(a, Refused)]
     assert refused and all(a.because == ("grasp", "spot") for a in refused)

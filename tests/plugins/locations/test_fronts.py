@@ -15,7 +15,8 @@ from cramlite.plugin import Context, Grounding, Refused
 from cramlite_plugins.kinematics.kinematics import inverse
 from cramlite_plugins.locations.antipodal import FINGER
 from cramlite_plugins.locations.handles import LEFT, ajar, along_joint, lever
-from cramlite_plugins.locations.push import BEHIND, NEARER, resolve_location
+from cramlite_plugins.locations.kinds import ground
+from cramlite_plugins.locations.push import BEHIND, NEARER
 from cramlite_plugins.motion_planning.cartesian import COARSE, JointPath, plan_straight_line
 from cramlite_plugins.robots.fr3 import FR3
 from cramlite_plugins.robots.ur5e import UR5E
@@ -29,7 +30,7 @@ def _fronts(robot: Robot, at: Pose, opened: float) -> tuple[list[Grounding], lis
     things = (cabinet("cabinet", at), door("door", at, "cabinet", swing=2.0, opened=opened))
     belief = initial_belief(World(things, (RobotMount("arm", robot.type),)), "arm", robot.home, 0.0)
     context = Context(robot, belief.world.robots[0], {"door": "door"}, Engine().knowledge.taxonomy)
-    found = list(resolve_location(Location("front", "front", "door"), belief, context) or ())
+    found = list(ground(Location("front", "front", "door"), belief, context))
     return [a for a in found if isinstance(a, Grounding)], [a for a in found if isinstance(a, Refused)], belief
 
 
@@ -128,7 +129,7 @@ def test_of_two_hands_half_a_turn_apart_the_one_is_first_that_the_hand_has_less_
     first = []
     for turn in (0.0, math.pi):
         q = (*UR5E.home[:5], UR5E.home[5] + turn)
-        found = resolve_location(Location("front", "front", "drawer"), replace(belief, joints=q), context) or ()
+        found = ground(Location("front", "front", "drawer"), replace(belief, joints=q), context)
         first.append(next(a for a in found if isinstance(a, Grounding)))
     one, other = (a.value.pose for a in first)
     assert one.position == pytest.approx(other.position, abs=1e-9)

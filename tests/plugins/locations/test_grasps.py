@@ -17,7 +17,8 @@ from cramlite import Engine
 from cramlite.model import Belief, Estimate, Geom, Location, Pose, RobotMount, Thing, World, initial_belief
 from cramlite.plugin import Context, Grounding
 from cramlite_plugins.locations import antipodal, grips
-from cramlite_plugins.locations.grasps import Grasp, _openings, resolve_location
+from cramlite_plugins.locations.grasps import Grasp, _openings
+from cramlite_plugins.locations.kinds import ground
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.shapes import ray_casting as rays
 from cramlite_plugins.simulation.objects.products_and_fixtures import block, product
@@ -145,7 +146,7 @@ def test_grasps_of_a_hand_that_leans_come_after_all_others_whatever_they_cost(mo
     box = Thing("box", "cram:Product", Pose((0.45, 0.0, half[2])), (Geom("box", half),), mass=0.1)
     belief = initial_belief(World((floor, wall, box), (mount,)), "arm", UR5E.home, 0.085)
     context = Context(UR5E, mount, {"box": "box"}, Engine().knowledge.taxonomy, seed=0)
-    found = [f for f in resolve_location(Location("grasp(box)", "grasp", "box"), belief, context) or () if isinstance(f, Grounding)]
+    found = [f for f in ground(Location("grasp(box)", "grasp", "box"), belief, context) if isinstance(f, Grounding)]
     kinds = [2 if "by their ends" in f.key else int("leaning" in f.key) for f in found]
     assert {0, 1} <= set(kinds) and kinds == sorted(kinds)
     costs = {k: [f.cost for f, kind in zip(found, kinds, strict=True) if kind == k] for k in (0, 1)}
@@ -186,7 +187,7 @@ def between_walls(above: float) -> list[str]:
     ]
     belief = initial_belief(World((*walls, board), (mount,)), "arm", UR5E.home, 0.085)
     context = Context(UR5E, mount, {"board": "board"}, Engine().knowledge.taxonomy, seed=0)
-    found = list(resolve_location(Location("grasp(board)", "grasp", "board"), belief, context) or ())
+    found = list(ground(Location("grasp(board)", "grasp", "board"), belief, context))
     return [f.key for f in found if isinstance(f, Grounding) and f.key.startswith("from +z")]
 
 

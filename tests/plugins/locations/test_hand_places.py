@@ -6,7 +6,7 @@ from cramlite import Engine
 from cramlite.model import Geom, Held, Location, Place, Pose, RobotMount, Thing, World, initial_belief
 from cramlite.plugin import Context, Grounding, Refused
 from cramlite_plugins.kinematics.kinematics import inverse
-from cramlite_plugins.locations.places import resolve_location
+from cramlite_plugins.locations.kinds import ground
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.simulation.objects.products_and_fixtures import block
 
@@ -17,7 +17,7 @@ def test_a_lift_that_is_out_of_reach_blames_the_places_that_led_there() -> None:
     belief = initial_belief(World((), (MOUNT,)), "arm", UR5E.home, 0.085)
     bindings = {"tea": "tea", "grasp(tea)": Place(Pose(), Pose(), thing="tea")}
     context = Context(UR5E, MOUNT, bindings, Engine().knowledge.taxonomy, seed=0)
-    answers = {h: list(resolve_location(Location("up", "lift", None, {"height_m": h}), belief, context) or ()) for h in (0.02, 2.0)}
+    answers = {h: list(ground(Location("up", "lift", None, {"height_m": h}), belief, context)) for h in (0.02, 2.0)}
     assert all(isinstance(a, Grounding) for a in answers[0.02])
     assert answers[2.0] and all(isinstance(a, Refused) and a.because == ("grasp(tea)",) for a in answers[2.0])
 
@@ -30,7 +30,7 @@ def _asides(*around: Thing) -> list[str]:
     hold = Held("it", down.inverse() * it.pose, 0.04)
     context = Context(UR5E, MOUNT, {"it": "it"}, Engine().knowledge.taxonomy, seed=0)
     belief = start.grasped(hold).moved(inverse(UR5E, down, seed=UR5E.home)[0])
-    found = list(resolve_location(Location("up", "lift", None, {"height_m": 0.1}), belief, context) or ())
+    found = list(ground(Location("up", "lift", None, {"height_m": 0.1}), belief, context))
     assert [f.key for f in found if isinstance(f, Grounding)][:2] == ["100 mm up", "60 mm up"]  # their ends are free
     return [f.key for f in found if isinstance(f, Grounding) and "aside" in f.key]
 

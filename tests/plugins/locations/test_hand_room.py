@@ -19,6 +19,7 @@ from cramlite.model import Belief, Geom, HandFile, Location, Pose, RobotMount, S
 from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 from cramlite_plugins.kinematics.kinematics import forward
 from cramlite_plugins.locations import grasps
+from cramlite_plugins.locations.kinds import ground
 from cramlite_plugins.robots.fr3 import FR3
 from cramlite_plugins.shapes import ray_casting as rays
 from cramlite_plugins.shapes.box_overlaps import overlaps
@@ -87,7 +88,7 @@ def _asked(*things: Thing, most: int = 3) -> list[Grounding | Refused]:
     world = World((TABLE, *things), (MOUNT,))
     belief: Belief = initial_belief(world, "arm", FR3.home, 0.08)
     context = Context(FR3, MOUNT, {"it": "it"}, Engine().knowledge.taxonomy)
-    found = grasps.resolve_location(Location("grasp(it)", "grasp", "it"), belief, context)
+    found = ground(Location("grasp(it)", "grasp", "it"), belief, context)
     assert found is not None
     return list(itertools.islice(found, most))
 
@@ -133,7 +134,7 @@ def _grasps_with(corners: list[tuple[float, float, float]], tmp_path: Path) -> l
     robot = read_robot(FILES / "six.urdf", "mine", Stated(4.0, sensor="flange", home=home, gripper=HandFile(str(where), pads=pads))).robot
     world = World((TABLE, block("it", Pose((0.5, 0.1, 0.05)), (0.04, 0.04, 0.1))), (mount := RobotMount("arm", "mine"),))
     context = Context(robot, mount, {"it": "it"}, Engine().knowledge.taxonomy)
-    found = grasps.resolve_location(Location("grasp(it)", "grasp", "it"), initial_belief(world, "arm", robot.home, 0.08), context)
+    found = ground(Location("grasp(it)", "grasp", "it"), initial_belief(world, "arm", robot.home, 0.08), context)
     assert found is not None
     return list(itertools.islice(found, 5))
 

@@ -11,7 +11,7 @@ import pytest
 from cramlite import Budget, Engine, find_scenario, read_scenario
 from cramlite.model import Held, Location, Place, Pose, RobotMount, Thing, World, initial_belief
 from cramlite.plugin import Context, Grounding
-from cramlite_plugins.locations.handles import resolve_location
+from cramlite_plugins.locations.kinds import ground
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.simulation.objects.controls import knob
 from cramlite_plugins.simulation.objects.products_and_fixtures import table
@@ -51,7 +51,7 @@ def _grips(*beside: Thing) -> dict[str, Place]:
     taken = knob("knob", Pose.from_rotvec((0.5, 0.0, 0.211), (0.0, -math.pi / 2, 0.0)), parent="plate")
     belief = initial_belief(World((plate, taken, *beside), (mount,)), "arm", UR5E.home, 0.085)
     context = Context(UR5E, mount, {"knob": "knob"}, Engine().knowledge.taxonomy)
-    answers = resolve_location(Location("handle(knob)", "handle", "knob"), belief, context)
+    answers = ground(Location("handle(knob)", "handle", "knob"), belief, context)
     return {str(a.key): a.value for a in answers or () if isinstance(a, Grounding)}
 
 
@@ -77,5 +77,5 @@ def test_a_knob_is_turned_off_to_its_stop(task: str, goal: float) -> None:
     belief = belief.grasped(Held("knob", Pose(), 0.0))
     context = Context(UR5E, mount, {"knob": "knob"}, Engine().knowledge.taxonomy)
     location = Location("turned(knob)", "closed", "knob", {task: True} if task else {})
-    [found] = [a for a in resolve_location(location, belief, context) or () if isinstance(a, Grounding)]
-    assert found.value.values["moved"] == pytest.approx(taken.joint.lower + goal * span - taken.joint.value, abs=1e-4)
+    [found] = [a for a in ground(location, belief, context) if isinstance(a, Grounding)]
+    assert found.value.carried.joint == pytest.approx(taken.joint.lower + goal * span - taken.joint.value, abs=1e-4)

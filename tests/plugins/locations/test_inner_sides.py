@@ -13,10 +13,10 @@ from cramlite import Engine
 from cramlite.model import Action, Belief, Held, Location, Object, Pose, RobotMount, Thing, World, initial_belief
 from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 from cramlite_plugins.kinematics.kinematics import inverse
-from cramlite_plugins.locations import handles
 from cramlite_plugins.locations.antipodal import FINGER
 from cramlite_plugins.locations.handles import BEGUN, OPENED, PUSHED_ON, along_joint, lever
-from cramlite_plugins.locations.push import INSIDE, resolve_location
+from cramlite_plugins.locations.kinds import ground
+from cramlite_plugins.locations.push import INSIDE
 from cramlite_plugins.motion_planning.cartesian import COARSE, JointPath, plan_straight_line
 from cramlite_plugins.motion_planning.reach import tcp
 from cramlite_plugins.robots.ur5e import UR5E
@@ -36,7 +36,7 @@ def _asked(opened: float, thing: Thing | None = None) -> tuple[Belief, Context]:
 
 def _behind(opened: float) -> tuple[list[Grounding], list[Refused], Belief]:
     belief, context = _asked(opened)
-    found = list(resolve_location(Location("it", "inner_side", "door", {"least": LEAST}), belief, context) or ())
+    found = list(ground(Location("it", "inner_side", "door", {"least": LEAST}), belief, context))
     return [a for a in found if isinstance(a, Grounding)], [a for a in found if isinstance(a, Refused)], belief
 
 
@@ -88,7 +88,7 @@ def test_behind_a_door_that_is_shut_there_is_no_hand() -> None:
 def test_a_drawer_has_no_side_to_be_pushed_open_from() -> None:
     belief, context = _asked(0.0, drawer("door", AT, "cabinet"))
     with pytest.raises(Unresolvable, match="'door' is no door with a handle"):
-        list(resolve_location(Location("it", "inner_side", "door", {"least": LEAST}), belief, context) or ())
+        list(ground(Location("it", "inner_side", "door", {"least": LEAST}), belief, context))
 
 
 def _relations(belief: Belief) -> list[str]:
@@ -112,12 +112,12 @@ def test_how_far_a_door_is_drawn_and_pushed(held: bool, parameters: dict[str, fl
     belief, context = _asked(0.0)
     if held:
         belief = replace(belief, held=Held("door", tcp(belief, context).inverse() * belief.pose("door"), 0.0))
-    found = handles.resolve_location(Location("it", "opened", "door", parameters), belief, context)
-    ends = [a.value.values["moved"] / SWING for a in found or () if isinstance(a, Grounding)]
+    found = ground(Location("it", "opened", "door", parameters), belief, context)
+    ends = [a.value.carried.joint / SWING for a in found or () if isinstance(a, Grounding)]
     assert ends == pytest.approx(list(shares))
 
 
 def test_a_drawer_that_is_pressed_on_is_drawn_as_far_as_by_its_handle() -> None:
     belief, context = _asked(0.0, drawer("door", AT, "cabinet"))
-    found = handles.resolve_location(Location("it", "opened", "door", {"share": 0.0}), belief, context)
+    found = ground(Location("it", "opened", "door", {"share": 0.0}), belief, context)
     assert len(list(found or ())) == len(OPENED)

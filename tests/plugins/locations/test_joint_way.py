@@ -12,6 +12,8 @@ from cramlite import Engine
 from cramlite.model import (
     Action,
     Belief,
+    CarriedAlong,
+    GripFacts,
     Held,
     JudgingLimits,
     Location,
@@ -19,16 +21,16 @@ from cramlite.model import (
     Object,
     Place,
     Pose,
+    Release,
     RobotMount,
     Thing,
     World,
     initial_belief,
 )
 from cramlite.plugin import Context, Grounding, Refused, Unresolvable
-from cramlite_plugins.locations import handles, push
 from cramlite_plugins.locations.joint_way import driven_along
+from cramlite_plugins.locations.kinds import ground
 from cramlite_plugins.motion_planning import reach
-from cramlite_plugins.motion_planning.space import Refusal
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.shapes.carried_along import driven, driven_before
 from cramlite_plugins.simulation.objects.furniture import cabinet, door, drawer
@@ -57,9 +59,8 @@ def standing(metres: float) -> Thing:
 
 @pytest.mark.parametrize("relation", ["handle", "atop"])
 def test_what_stands_in_the_way_of_a_drawer_is_named_before_any_hand_is_tried(relation: str) -> None:
-    resolve = handles.resolve_location if relation == "handle" else push.resolve_location
     with pytest.raises(Unresolvable, match=r"after 1[0-9][0-9] mm of its own way 'drawer' is .* mm inside 'it'") as ended:
-        list(resolve(place(relation, 0.8), *asked(standing(0.13))) or ())
+        list(ground(place(relation, 0.8), *asked(standing(0.13))))
     assert ended.value.blocking == (("it",),) and ended.value.because == ("drawer",)
 
 
@@ -67,8 +68,8 @@ def test_what_stands_in_the_way_of_a_drawer_is_named_before_any_hand_is_tried(re
 @pytest.mark.parametrize(("metres", "least"), [(0.19, 0.8), (0.13, None), (0.13, 0.5)])
 def test_what_it_does_not_come_to_is_not_in_its_way(metres: float, least: float | None) -> None:
     """The hand comes to the handle as it does where nothing stands there."""
-    free = [g.value for g in handles.resolve_location(place("handle", least), *asked()) or ()]
-    beside = [g.value for g in handles.resolve_location(place("handle", least), *asked(standing(metres))) or ()]
+    free = [g.value for g in ground(place("handle", least), *asked())]
+    beside = [g.value for g in ground(place("handle", least), *asked(standing(metres)))]
     assert beside[:10] == free[:10]  # fingers that come from its side may meet it: these follow later
 
 
@@ -81,21 +82,20 @@ def test_opening_says_how_far_it_must_get(parameters: dict[str, float]) -> None:
     begun = [s for s in steps if isinstance(s, Location) and s.relation in ("handle", "atop")]
     assert {b.relation for b in begun} == {"handle", "atop"}
     for location in begun:
-        resolve = handles.resolve_location if location.relation == "handle" else push.resolve_location
         with pytest.raises(Unresolvable, match=r"of its own way 'drawer' is .* inside 'it'"):
-            list(resolve(location, belief, context) or ())
+            list(ground(location, belief, context))
 
 
 def test_what_it_is_asked_for_need_not_be_more() -> None:
     belief, context = asked(standing(0.13))
     action = Action("1.Opening", "soma:Opening", {"Patient": Object("drawer", entity="drawer")}, parameters={"share": 0.5})
-    assert list(handles.resolve_location(Opening().begins_at(action), belief, context) or ())
+    assert list(ground(Opening().begins_at(action), belief, context))
 
 
 def test_what_touches_it_where_it_is_is_left_to_planned_paths() -> None:
     """They know what it may touch: a block that leans on the front is no reason to try no hand."""
     belief, context = asked(standing(-0.005))
-    assert list(handles.resolve_location(place("handle", 0.8), belief, context) or ())
+    assert list(ground(place("handle", 0.8), belief, context))
 
 
 @pytest.mark.parametrize("task", [Opening(), Closing()])
@@ -119,27 +119,27 @@ def test_all_that_stands_in_its_way_is_named_at_once() -> None:
     """To put aside what it comes to first would be no help."""
     behind = block("behind", Pose((0.73 - 0.02 - 0.15, 0.0, 0.03)), (0.04, 0.04, 0.06))
     with pytest.raises(Unresolvable, match=r"after 1[0-9][0-9] mm .* inside 'it'") as ended:
-        list(handles.resolve_location(place("handle", 0.9), *asked(standing(0.13), behind)) or ())
+        list(ground(place("handle", 0.9), *asked(standing(0.13), behind)))
     assert ended.value.blocking == (("behind", "it"),)
     screwed = table("screwed", behind.pose, (0.04, 0.04, 0.06))
     with pytest.raises(Unresolvable) as ended:
-        list(handles.resolve_location(place("handle", 0.9), *asked(standing(0.13), screwed)) or ())
+        list(ground(place("handle", 0.9), *asked(standing(0.13), screwed)))
     assert ended.value.blocking == ()
 
 
 def test_another_place_of_what_was_put_in_its_way_may_do() -> None:
     belief, context = asked(standing(0.13))
-    put, held = (Place(Pose(), Pose(), thing="it", values=v) for v in ({"height_m": 0.01}, {"width_m": 0.04}))
+    put, held = (Place(Pose(), Pose(), thing="it", **facts) for facts in ({"release": Release(0.01)}, {"grip": GripFacts(0.04)}))
     context = replace(context, bindings={**context.bindings, "spot": put, "grasp": held})
     with pytest.raises(Unresolvable) as ended:
-        list(handles.resolve_location(place("handle", 0.8), belief, context) or ())
+        list(ground(place("handle", 0.8), belief, context))
     assert ended.value.because == ("drawer", "spot")
 
 
 def test_what_lies_in_it_comes_along() -> None:
     """Its back would else run against it."""
     inside = block("it", Pose((0.88, 0.1, 0.1 - 0.082 + 0.016 + 0.03)), (0.04, 0.04, 0.06))
-    assert list(handles.resolve_location(place("handle", 0.8), *asked(inside)) or ())
+    assert list(ground(place("handle", 0.8), *asked(inside)))
 
 
 def unminded(*things: Thing) -> tuple[Belief, Context]:
@@ -154,14 +154,14 @@ def only_advised(*things: Thing) -> tuple[Belief, Context]:
     return belief, replace(context, limits=JudgingLimits(advisory=("bystanders",)))
 
 
-DRIVING = Location("it", "handle", "drawer", {"least": 0.8, "drives": 1.0})
+DRIVING = Location("it", "handle", "drawer", {"least": 0.8, "drives": True})
 
 
 def test_it_drives_along_what_it_meets_where_nobody_minds() -> None:
-    assert list(handles.resolve_location(DRIVING, *unminded(standing(0.13))) or ())
+    assert list(ground(DRIVING, *unminded(standing(0.13))))
     for things, location in ((asked, DRIVING), (only_advised, DRIVING), (unminded, place("handle", 0.8))):
         with pytest.raises(Unresolvable, match="of its own way 'drawer' is"):
-            list(handles.resolve_location(location, *things(standing(0.13))) or ())
+            list(ground(location, *things(standing(0.13))))
 
 
 def test_that_another_way_of_opening_may_drive_it_is_said_where_nobody_minds() -> None:
@@ -170,14 +170,14 @@ def test_that_another_way_of_opening_may_drive_it_is_said_where_nobody_minds() -
     for things, because in ((unminded, ("drawer", "1.Opening")), (asked, ("drawer",))):
         belief, context = things(standing(0.13))
         with pytest.raises(Unresolvable) as ended:
-            list(handles.resolve_location(place("handle", 0.8), belief, replace(context, agenda=led)) or ())
+            list(ground(place("handle", 0.8), belief, replace(context, agenda=led)))
         assert ended.value.because == because
 
 
 def test_what_is_driven_goes_the_rest_of_the_way() -> None:
     belief, context = asked(standing(0.13), block("aside", Pose((0.4, -0.5, 0.03)), (0.04, 0.04, 0.06)))
     found = driven_along(belief.thing("drawer"), 0.0, 0.19, belief, context)
-    assert not isinstance(found, Refusal) and found == {"it": pytest.approx(0.06, abs=0.011)}
+    assert not isinstance(found, Refused) and found == {"it": pytest.approx(0.06, abs=0.011)}
     assert driven_along(belief.thing("drawer"), 0.0, 0.1, belief, context) == {}
 
 
@@ -187,7 +187,7 @@ def test_nothing_is_driven_into_something_else(make: Callable[[str, Pose, tuple[
     behind = make("behind", Pose((0.73 - 0.06 - 0.13 - 0.03, 0.2, 0.03)), (0.04, 0.04, 0.06))
     belief, context = unminded(standing(0.13), behind)
     found = driven_along(belief.thing("drawer"), 0.0, 0.19, belief, context)
-    assert isinstance(found, Refusal) and found.reason.startswith("'it', driven along, would be") and "'behind'" in found.reason
+    assert isinstance(found, Refused) and found.reason.startswith("'it', driven along, would be") and "'behind'" in found.reason
     assert found.blocking == ((("behind",),) if make is block else ())
 
 
@@ -196,10 +196,10 @@ def test_what_would_tip_over_is_not_driven_and_no_other_way_of_opening_is_asked_
     thin = block("it", Pose((0.73 - 0.004 - 0.13, 0.2, 0.05)), (0.008, 0.04, 0.1))
     belief, context = unminded(thin)
     found = driven_along(belief.thing("drawer"), 0.0, 0.19, belief, context)
-    assert isinstance(found, Refusal) and found.reason.endswith("driven along, 'it' would tip over") and found.blocking == (("it",),)
+    assert isinstance(found, Refused) and found.reason.endswith("driven along, 'it' would tip over") and found.blocking == (("it",),)
     led = (Motion("1.Opening/transfer", "transfer", place("handle", 0.8)),)
     with pytest.raises(Unresolvable) as ended:
-        list(handles.resolve_location(place("handle", 0.8), belief, replace(context, agenda=led)) or ())
+        list(ground(place("handle", 0.8), belief, replace(context, agenda=led)))
     assert ended.value.because == ("drawer",) and ended.value.blocking == (("it",),)
 
 
@@ -209,24 +209,24 @@ def test_the_way_says_what_is_driven_and_that_is_believed_there(gripped: bool) -
     if gripped:
         hand = reach.tcp(belief, context).inverse() * belief.pose("drawer")
         belief = belief.grasped(Held("drawer", hand, 0.02))
-    way = Location("way", "opened", "drawer", {"share": 0.95, "drives": 1.0})
-    (answer,) = handles.resolve_location(way, belief, context) or ()
-    assert isinstance(answer, Grounding) and driven(answer.value.values) == {"it": pytest.approx(0.06, abs=0.011)}
+    way = Location("way", "opened", "drawer", {"share": 0.95, "drives": True})
+    (answer,) = ground(way, belief, context)
+    assert isinstance(answer, Grounding) and driven(answer.value) == {"it": pytest.approx(0.06, abs=0.011)}
     after = driven_before(belief, answer.value, np.array([-1.0, 0.0, 0.0]))
     moved = np.subtract(after.poses["it"].pose.position, belief.poses["it"].pose.position)
-    assert moved == pytest.approx((-driven(answer.value.values)["it"], 0.0, 0.0)) and after.poses["it"].sigma > 0.05
-    (plain,) = handles.resolve_location(replace(way, parameters={"share": 0.95}), belief, context) or ()
-    assert isinstance(plain, Grounding) and not driven(plain.value.values)
+    assert moved == pytest.approx((-driven(answer.value)["it"], 0.0, 0.0)) and after.poses["it"].sigma > 0.05
+    (plain,) = ground(replace(way, parameters={"share": 0.95}), belief, context)
+    assert isinstance(plain, Grounding) and not driven(plain.value)
     screwed = unminded(table("it", standing(0.13).pose, (0.04, 0.04, 0.06)))
-    (no,) = handles.resolve_location(way, *screwed) or ()
+    (no,) = ground(way, *screwed)
     assert isinstance(no, Refused)
 
 
 def test_the_drawer_may_touch_what_it_drives_and_no_door_drives_anything() -> None:
     belief, _ = asked(standing(0.13))
     action = Action("1.Opening", "soma:Opening", {"Patient": Object("drawer", entity="drawer")})
-    values = {"moved": 0.19, "driven_m it": 0.06}
-    bindings = {"opened(drawer)": Place(Pose(), Pose(), thing="drawer", values=values)}
+    carried = CarriedAlong(joint=0.19, driven_m={"it": 0.06})
+    bindings = {"opened(drawer)": Place(Pose(), Pose(), thing="drawer", carried=carried)}
     assert frozenset({"drawer", "it"}) in Opening().allowance(action, bindings).touches
     assert frozenset({"drawer", "it"}) not in Opening().allowance(action, {}).touches
     assert [w.reason for w in Opening().decompose(action, belief) if "driven along" in w.reason]

@@ -10,7 +10,8 @@ import pytest
 from cramlite import Engine
 from cramlite.model import Feature, Geom, Held, Location, Pose, RobotMount, Thing, World, initial_belief
 from cramlite.plugin import Context, Grounding, Unresolvable
-from cramlite_plugins.locations import leaning, set_down
+from cramlite_plugins.locations import leaning
+from cramlite_plugins.locations.kinds import ground
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.simulation.objects.products_and_fixtures import table
 
@@ -48,7 +49,7 @@ def _answers(front: float, origin: float, count: int = 1) -> list[tuple[Pose, Gr
     world = World((table("floor", Pose((0.2, 0, -0.005)), (1.6, 1.6, 0.02)), caddy, book), (MOUNT,))
     belief = initial_belief(world, "arm", UR5E.home, 0.085).grasped(held)
     context = Context(UR5E, MOUNT, {"caddy": "caddy/back"}, Engine().knowledge.taxonomy)
-    found = set_down.resolve_location(Location("in(caddy)", "in", "caddy", {"region": "back"}), belief, context)
+    found = ground(Location("in(caddy)", "in", "caddy", {"region": "back"}), belief, context)
     assert found is not None
     opening = caddy.pose * caddy.features[0].pose
     answers = islice((a for a in found if isinstance(a, Grounding)), count)
@@ -63,7 +64,7 @@ def test_a_book_with_its_origin_below_its_foot_is_let_go_of_leaning_over_the_low
     [(there, found)] = _answers(front=0.085, origin=0.002)
     assert 10.0 < _lean(there) < 26.0
     assert there.rotate((0.0, 0.0, 1.0))[0] > 0.0  # towards the lower wall, in front
-    assert found.value.values["turned"] == 1.0  # type: ignore[union-attr]
+    assert found.value.reorients  # type: ignore[union-attr]
 
 
 def test_one_with_its_origin_above_its_foot_stands() -> None:

@@ -12,7 +12,7 @@ from cramlite import Engine
 from cramlite.model import Belief, Held, Location, Object, Pose, RobotMount, World, initial_belief
 from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 from cramlite_plugins.kinematics.kinematics import forward, inverse
-from cramlite_plugins.locations import grasps, near
+from cramlite_plugins.locations.kinds import ground
 from cramlite_plugins.motion_planning.reach import make_scene
 from cramlite_plugins.predicates.places import NEAR
 from cramlite_plugins.robots.ur5e import UR5E
@@ -45,7 +45,7 @@ def _at(name: str) -> Location:
 @pytest.mark.parametrize("name", ["shelf", "hook"])
 def test_what_is_held_comes_near_without_a_collision(name: str) -> None:
     belief, context = _belief().grasped(HELD), _context()
-    found = [a for a in near.resolve_location(_at(name), belief, context) or () if isinstance(a, Grounding)]
+    found = [a for a in ground(_at(name), belief, context) if isinstance(a, Grounding)]
     assert found
     size = next(t for t in THINGS if t.name == name)
     there = belief.pose(name)
@@ -62,13 +62,13 @@ def test_what_is_held_comes_near_without_a_collision(name: str) -> None:
 
 def test_the_empty_hand_comes_near_too() -> None:
     first = next(
-        a for a in near.resolve_location(_at("shelf"), _belief(), _context()) or () if isinstance(a, Grounding)
+        a for a in ground(_at("shelf"), _belief(), _context()) if isinstance(a, Grounding)
     )
     assert first.value.pose.position != forward(UR5E, UR5E.home).position
 
 
 def test_what_is_out_of_reach_is_refused_with_numbers() -> None:
-    answers = list(islice(near.resolve_location(_at("far"), _belief(), _context()) or (), 100))
+    answers = list(islice(ground(_at("far"), _belief(), _context()), 100))
     assert answers and all(isinstance(a, Refused) for a in answers)
     assert "m of arm 'ur5e'" in answers[0].reason  # type: ignore[union-attr]
 
@@ -76,9 +76,9 @@ def test_what_is_out_of_reach_is_refused_with_numbers() -> None:
 def test_nobody_grasps_or_nears_what_is_in_the_hand_or_lost() -> None:
     held, place = _belief().grasped(HELD), Location("grasp(it)", "grasp", "it")
     with pytest.raises(Unresolvable, match="'it' is in the hand"):
-        list(grasps.resolve_location(place, held, _context()) or ())
+        list(ground(place, held, _context()))
     with pytest.raises(Unresolvable, match="'it' is in the hand"):
-        list(near.resolve_location(_at("it"), held, _context()) or ())
+        list(ground(_at("it"), held, _context()))
     lost = replace(held, held=None)
     with pytest.raises(Unresolvable, match="where 'it' came to lie is not known"):
-        list(grasps.resolve_location(place, lost, _context()) or ())
+        list(ground(place, lost, _context()))

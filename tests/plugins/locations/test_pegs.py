@@ -6,14 +6,14 @@ import pytest
 from msgspec.structs import replace
 
 from cramlite import Engine
-from cramlite.model import Held, Location, Place, Pose, RobotMount, World, initial_belief
+from cramlite.model import GripFacts, Held, Location, Place, Pose, RobotMount, World, initial_belief
 from cramlite.plugin import Context, Unresolvable
-from cramlite_plugins.locations import pegs
+from cramlite_plugins.locations.kinds import ground
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.simulation.objects.products_and_fixtures import hanger, product
 
 MOUNT = RobotMount("arm", "ur5e")
-GRASPED = Place(Pose(), Pose(), thing="coffee", values={"width_m": 0.05})
+GRASPED = Place(Pose(), Pose(), thing="coffee", grip=GripFacts(0.05))
 LIFTED = Place(Pose((0.0, 0.0, 0.1)), Pose((0.0, 0.0, 0.1)))
 
 
@@ -25,5 +25,5 @@ def test_a_peg_out_of_reach_is_blamed_on_the_grasp_and_on_no_lift(grasped: bool)
     bindings = {"peg": "hook/peg", **({"grasp": GRASPED} if grasped else {}), "up": LIFTED}
     context = Context(UR5E, MOUNT, bindings, Engine().knowledge.taxonomy)
     with pytest.raises(Unresolvable, match="the hole cannot be led onto the peg") as ended:
-        list(pegs.resolve_location(Location("onto", "insert", "peg"), belief, context) or ())
+        list(ground(Location("onto", "insert", "peg"), belief, context))
     assert ended.value.because == (("grasp", "peg") if grasped else ("up", "peg"))

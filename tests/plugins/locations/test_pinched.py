@@ -8,7 +8,7 @@ from msgspec.structs import replace
 from cramlite import Engine, find_scenario, read_scenario
 from cramlite.model import Location, Pose
 from cramlite.plugin import Context, Grounding
-from cramlite_plugins.locations.grasps import resolve_location
+from cramlite_plugins.locations.kinds import ground
 
 
 def _names(lifted: float) -> list[str]:
@@ -20,7 +20,7 @@ def _names(lifted: float) -> list[str]:
     there = Pose((x, y, z + lifted), belief.poses["plate"].pose.quaternion)
     belief = replace(belief, poses={**belief.poses, "plate": replace(belief.poses["plate"], pose=there)})
     context = Context(setting.robot, setting.world.robots[0], {"plate": "plate"}, engine.knowledge.taxonomy)
-    found = list(resolve_location(Location("grasp(plate)", "grasp", "plate"), belief, context) or ())
+    found = list(ground(Location("grasp(plate)", "grasp", "plate"), belief, context))
     return [str(a.key) if isinstance(a, Grounding) else str(a.value) for a in found]
 
 

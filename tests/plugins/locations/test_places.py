@@ -17,15 +17,28 @@ from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
-from cramlite.model import Feature, Geom, Held, Location, Place, Pose, Thing, World, initial_belief
+from cramlite.model import (
+    Feature,
+    Geom,
+    GripFacts,
+    Held,
+    Location,
+    Place,
+    Pose,
+    Release,
+    Stage,
+    Thing,
+    World,
+    initial_belief,
+)
 from cramlite.plugin import Grounding, Refused, Unresolvable
 from cramlite_plugins.kinematics.kinematics import inverse
 from cramlite_plugins.locations import place_filters, set_down
+from cramlite_plugins.locations.kinds import ground
 from cramlite_plugins.locations.place_filters import Wanted
 from cramlite_plugins.motion_planning.reach import make_scene
-from cramlite_plugins.motion_planning.space import Refusal
 from cramlite_plugins.motion_planning.too_far import too_far
-from cramlite_plugins.motions.gripping import OPEN, release_opening
+from cramlite_plugins.motions.gripping import release_opening
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.shapes import ray_casting as rays
 from cramlite_plugins.shapes.surfaces import Surface
@@ -46,7 +59,7 @@ def test_inside_means_all_of_it_is_over_the_opening() -> None:
     wanted = wanted_on(believed(box), "box")
     assert not place_filters.inside(spot_at((0.4, -0.4, 0.1)), wanted)
     said = place_filters.inside(spot_at((0.44, -0.4, 0.1)), wanted)
-    assert isinstance(said, Refusal) and "40 mm of it would stick out by 10 mm over the 100 mm width of 'box'" in said.reason
+    assert isinstance(said, Refused) and "40 mm of it would stick out by 10 mm over the 100 mm width of 'box'" in said.reason
     assert said.remedy is not None and "lacks 10 mm" in said.remedy.says
 
 
@@ -68,7 +81,7 @@ def test_reachable_asks_the_arm_alone() -> None:
     wanted = wanted_on(believed())
     assert not place_filters.reachable(spot_at((0.45, -0.35, 0.25)), wanted)
     refused = place_filters.reachable(spot_at((1.2, -0.35, 0.25)), wanted)
-    assert isinstance(refused, Refusal) and "wrist centre at 1.316 m > 0.917 m" in refused.reason
+    assert isinstance(refused, Refused) and "wrist centre at 1.316 m > 0.917 m" in refused.reason
     assert refused.remedy is not None and "0.40 m out of reach" in refused.remedy.says
 
 
@@ -81,8 +94,17 @@ def test_collision_free_names_what_is_in_the_way() -> None:
     tin = block("tin", Pose((0.45, -0.35, 0.23)), (0.05, 0.05, 0.16))
     wanted = wanted_on(believed(tin))
     refused = place_filters.collision_free(spot_at((0.46, -0.34, 0.25)), wanted)
-    assert isinstance(refused, Refusal) and "'tin'" in refused.reason and refused.blocking == (("tin",),)
+    assert isinstance(refused, Refused) and "'tin'" in refused.reason and refused.blocking == (("tin",),)
     assert not place_filters.collision_free(spot_at((0.45, -0.23, 0.25)), wanted_on(believed()))
+
+
+def test_a_refusal_names_its_check_and_where_on_the_way_it_objects() -> None:
+    spot = spot_at((0.46, -0.34, 0.25))
+    far = replace(spot.pose, position=(0.46, -0.34, 0.6))
+    tin = wanted_on(believed(block("tin", Pose((0.45, -0.35, 0.23)), (0.05, 0.05, 0.16))))
+    for before, at, where in ((far, spot.pose, Stage.POSE), (spot.pose, far, Stage.BEFORE)):
+        no = place_filters.first_objection(replace(spot, before=before, pose=at), tin, place_filters.DEAR)
+        assert no is not None and (no.check, no.where) == ("collision-free", where)
 
 
 def test_a_thing_is_let_go_of_where_the_fingers_can_open() -> None:
@@ -92,11 +114,11 @@ def test_a_thing_is_let_go_of_where_the_fingers_can_open() -> None:
     held = Held("it", Pose((0, 0, 0.0), Pose.from_axes((0, 0, 0), (0, 0, -1), (0, 1, 0)).quaternion), 0.05)
     down = inverse(UR5E, Pose.from_axes((0.45, 0.0, 0.45), (0, 0, -1), (0, 1, 0)), seed=UR5E.home)[0]
     belief = initial_belief(World((bowl_, it), (MOUNT,)), "arm", down, 0.05).grasped(held)
-    answers = list(itertools.islice(set_down.resolve_location(Location("in(shelf)", "in", "shelf"), belief, context_of(belief)) or (), 40))
+    answers = list(itertools.islice(ground(Location("in(shelf)", "in", "shelf"), belief, context_of(belief)), 40))
     refused = [a for a in answers if isinstance(a, Refused) and "not free to open: with open fingers" in a.reason]
     place = next(a.value for a in answers if isinstance(a, Grounding))
     lowest = set_down.OFF_FLOOR - bowl_.feature("cram:Cavity").size["height"]  # type: ignore[union-attr]
-    assert refused and place.values["height_m"] > lowest + set_down.RISE / 2
+    assert refused and place.release.height_m > lowest + set_down.RISE / 2
 
 
 def test_visible_means_that_others_do_not_hide_it() -> None:
@@ -155,7 +177,7 @@ def test_rays_meet_what_the_ray_caster_of_mujoco_meets(a: Any, b: Any, kind: int
 
 def test_places_come_lazily_and_best_first() -> None:
     belief = believed()
-    found = set_down.resolve_location(Location("on(shelf)", "on", "shelf"), belief, context_of(belief))
+    found = ground(Location("on(shelf)", "on", "shelf"), belief, context_of(belief))
     assert found is not None
     good = [g for g in itertools.islice(found, 6) if isinstance(g, Grounding)]
     assert good and [g.cost for g in good] == sorted(g.cost for g in good)
@@ -166,7 +188,7 @@ def test_near_draws_the_position_and_refusals_name_their_filter() -> None:
     tin = block("tin", Pose((0.45, -0.45, 0.19)), (0.04, 0.04, 0.08))
     belief = believed(tin)
     location = Location("on(shelf)", "on", "shelf", {"near": "tin", "within": 0.13, "left_of": "tin"})
-    answers = list(itertools.islice(set_down.resolve_location(location, belief, context_of(belief)) or (), 60))
+    answers = list(itertools.islice(ground(location, belief, context_of(belief)), 60))
     places = [a for a in answers if isinstance(a, Grounding)]
     assert places
     for answer in places:
@@ -175,7 +197,7 @@ def test_near_draws_the_position_and_refusals_name_their_filter() -> None:
         assert thing.position[1] > -0.45
     nowhere = Location("on(shelf)", "on", "shelf", {"left_of": "tin", "right_of": "tin"})
     with pytest.raises(Unresolvable, match=r"not beside: .* at least 20 mm is needed") as none:
-        list(set_down.resolve_location(nowhere, belief, context_of(belief)) or ())
+        list(ground(nowhere, belief, context_of(belief)))
     assert set(none.value.because) == {"shelf"}, "no other grasp, and no other way of carrying it, would help"
 
 
@@ -227,7 +249,7 @@ def into_pot(height: float, gap: float = 0.005, *openings: float) -> Wanted:
 @pytest.mark.parametrize(("height", "meets"), [(0.03, False), (0.09, True)])
 def test_the_hand_may_not_be_the_first_to_meet_what_a_thing_is_put_into(height: float, meets: bool) -> None:
     refused = place_filters.hand_off(spot_at((0.45, -0.35, 0.24)), into_pot(height))
-    assert (isinstance(refused, Refusal) and "'pot'" in refused.reason) == meets
+    assert (isinstance(refused, Refused) and "'pot'" in refused.reason) == meets
     assert not place_filters.hand_off(spot_at((0.45, -0.35, 0.24)), replace(into_pot(height), lowered=None))
 
 
@@ -238,7 +260,7 @@ def test_fingers_open_as_wide_as_there_is_room() -> None:
     assert blocked is None and scene.opening == 0.05
     assert place_filters.opened(at, narrow)[0] is None
     refused = place_filters.room_to_open(at, narrow)
-    assert isinstance(refused, Refusal) and refused.reason.startswith("with open fingers")
+    assert isinstance(refused, Refused) and refused.reason.startswith("with open fingers")
 
 
 @pytest.mark.parametrize(("height", "stays"), [(0.06, True), (0.04, False)])
@@ -254,8 +276,8 @@ def test_what_sinks_into_a_hollow_needs_no_level_support(height: float, stays: b
 
 def test_a_place_says_how_wide_the_fingers_open_when_they_let_go() -> None:
     belief = believed()
-    grasp = Place(Pose(), Pose(), 0.06, thing="it", values={"width_m": 0.04})
-    narrow, elsewhere = (replace(grasp, opening=None, thing=name, values={OPEN: 0.05}) for name in ("it", "tin"))
+    grasp = Place(Pose(), Pose(), 0.06, thing="it", grip=GripFacts(0.04))
+    narrow, elsewhere = (Place(Pose(), Pose(), thing=name, release=Release(0.0, 0.05)) for name in ("it", "tin"))
 
     def wide(*places: Place) -> float:
         return release_opening(belief, replace(context_of(belief), bindings={str(k): p for k, p in enumerate(places)}))

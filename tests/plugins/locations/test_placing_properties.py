@@ -19,6 +19,7 @@ from msgspec.structs import replace
 from cramlite.model import Belief, Location, Place, Pose, Thing
 from cramlite.plugin import Grounding, Refused, Unresolvable
 from cramlite_plugins.locations import set_down
+from cramlite_plugins.locations.kinds import ground
 from cramlite_plugins.locations.place_filters import CHEAP, DEAR, Spot, first_objection
 from cramlite_plugins.simulation.model.compile import compile_world
 from cramlite_plugins.simulation.objects.products_and_fixtures import basket, block
@@ -59,7 +60,7 @@ def into_box(seed: int) -> tuple[Location, Belief]:
 
 def offered(location: Location, belief: Belief) -> list[Grounding]:
     """The first places of a query; none where none is left."""
-    found = set_down.resolve_location(location, belief, replace(context_of(belief), samples=SAMPLES)) or ()
+    found = ground(location, belief, replace(context_of(belief), samples=SAMPLES))
     return list(itertools.islice(_places(iter(found)), MOST))
 
 
@@ -73,7 +74,7 @@ def _places(found: Iterator[Grounding | Refused]) -> Iterator[Grounding]:
 def objections(place: Place, location: Location, belief: Belief) -> list[str]:
     """What the checks of a relation say, asked anew; nothing if one of the targets has none."""
     context, filters = context_of(belief), {**CHEAP[location.relation], **DEAR, **set_down.LAST}
-    spot = Spot("again", _thing(place, belief), place.pose, place.before, place.values["height_m"])
+    spot = Spot("again", _thing(place, belief), place.pose, place.before, place.release.height_m)
     said = [first_objection(spot, target, filters) for target in set_down._targets(location, belief, context)]
     return [] if None in said else [no.reason for no in said if no is not None]
 

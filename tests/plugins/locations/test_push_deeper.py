@@ -10,11 +10,11 @@ from cramlite import Engine
 from cramlite.model import Action, Belief, Location, Motion, Object, Place, Pose, RobotMount, World, initial_belief
 from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 from cramlite_plugins.kinematics.kinematics import inverse
-from cramlite_plugins.locations.push_deeper import resolve_location
+from cramlite_plugins.locations.kinds import ground
 from cramlite_plugins.locations.room_to_close import first_met
 from cramlite_plugins.motions.gripping import LET_GO
 from cramlite_plugins.robots.ur5e import UR5E
-from cramlite_plugins.shapes.carried_along import PUSHED, pushed_along
+from cramlite_plugins.shapes.carried_along import pushed_along
 from cramlite_plugins.simulation.objects.furniture import WALL, cabinet, door
 from cramlite_plugins.simulation.objects.products_and_fixtures import block
 from cramlite_plugins.tasks.retracting import Retracting
@@ -47,7 +47,7 @@ def _asked(out: float, *agenda: Action, deep: float = 0.25, down: float = 0.0) -
 
 
 def _first(location: Location, belief: Belief, context: Context) -> Grounding | Refused:
-    return next(iter(resolve_location(location, belief, context) or ()))
+    return next(iter(ground(location, belief, context)))
 
 
 def test_fingers_come_off_it_and_push_it_so_far_in_that_the_door_can_be_closed() -> None:
@@ -59,12 +59,12 @@ def test_fingers_come_off_it_and_push_it_so_far_in_that_the_door_can_be_closed()
     deeper = _first(DEEPER, there, context)
     assert isinstance(deeper, Grounding), deeper
     place: Place = deeper.value
-    assert 0.003 < place.values[PUSHED] < 0.03 and abs(place.pose.position[2] - off.value.pose.position[2]) < 1e-6
+    assert 0.003 < place.carried.pushed_m < 0.03 and abs(place.pose.position[2] - off.value.pose.position[2]) < 1e-6
     gone = pushed_along(there, place)
     assert first_met("it", gone, context, LET_GO) is None
-    assert gone.pose("it").position[0] == pytest.approx(belief.pose("it").position[0] + place.values[PUSHED])
+    assert gone.pose("it").position[0] == pytest.approx(belief.pose("it").position[0] + place.carried.pushed_m)
     tips = place.pose.position[0] + UR5E.gripper.pad[1] / 2
-    assert tips == pytest.approx(0.70 + place.values[PUSHED], abs=0.003)  # they are at it in the end
+    assert tips == pytest.approx(0.70 + place.carried.pushed_m, abs=0.003)  # they are at it in the end
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ import pytest
 from cramlite import Engine
 from cramlite.model import Action, Belief, Location, Object, Pose, RobotMount, Thing, World, initial_belief
 from cramlite.plugin import Context, Grounding, Refused
-from cramlite_plugins.locations import push_to
+from cramlite_plugins.locations.kinds import ground
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.simulation.objects.products_and_fixtures import block, table
 
@@ -26,12 +26,13 @@ def asked(*things: Thing, about: str = "") -> list[Grounding | Refused]:
     agenda = (later,) if later else ()
     context = Context(UR5E, MOUNT, {"board": "board"}, Engine().knowledge.taxonomy, agenda=agenda)
     aside = Location("behind(board)", "behind", "board", {"aside_m": FAR, "apart": 0.6})
-    return list(push_to.resolve_location(aside, belief, context) or ())
+    return list(ground(aside, belief, context))
 
 
 def way(found: Grounding) -> tuple[float, float]:
     """Of the board [m]."""
-    return found.value.values["x_m"] - AT[0], found.value.values["y_m"] - AT[1]
+    x, y = found.value.carried.to_m
+    return x - AT[0], y - AT[1]
 
 
 @pytest.mark.parametrize(("y", "to"), [(0.3, -1.0), (-0.3, 1.0)])

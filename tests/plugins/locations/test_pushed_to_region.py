@@ -8,7 +8,8 @@ from msgspec.structs import replace
 from cramlite import Engine, find_scenario, read_scenario
 from cramlite.model import Location, Place, Pose, RobotMount, World, initial_belief
 from cramlite.plugin import Context, Grounding, Refused
-from cramlite_plugins.locations import push_to, push_way
+from cramlite_plugins.locations import push_way
+from cramlite_plugins.locations.kinds import ground
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.simulation.objects.products_and_fixtures import block, table
 
@@ -22,7 +23,7 @@ def _asked(location: Location, scenario: str, begin: Place | None = None) -> lis
     world = engine.setting(read_scenario(find_scenario(scenario))).world
     belief = initial_belief(world, world.robots[0].name, UR5E.home, 0.0)
     bindings = {"plate": "plate"} | ({BEGIN: begin} if begin else {})
-    return list(push_to.resolve_location(location, belief, Context(UR5E, world.robots[0], bindings, engine.knowledge.taxonomy)) or ())
+    return list(ground(location, belief, Context(UR5E, world.robots[0], bindings, engine.knowledge.taxonomy)))
 
 
 @pytest.mark.heavy

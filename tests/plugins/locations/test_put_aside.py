@@ -11,8 +11,8 @@ from msgspec.structs import replace
 from cramlite.model import Action, Belief, Location, Object, Pose, Thing
 from cramlite.plugin import Grounding
 from cramlite_plugins.kinematics.kinematics import inverse
+from cramlite_plugins.locations.kinds import ground
 from cramlite_plugins.locations.put_aside import AWAY
-from cramlite_plugins.locations.set_down import resolve_location
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.simulation.objects.products_and_fixtures import block, table
 
@@ -32,7 +32,7 @@ def first(location: Location, belief: Belief, *tasks: str) -> Grounding:
     """The first place, before tasks that are about the block, or about a drawer."""
     about = [(t, "it" if t.endswith("Retracting") else "drawer") for t in tasks]
     agenda = tuple(Action(f"{k}.{t}", t, {"Patient": Object(f"o{k}", entity=e)}) for k, (t, e) in enumerate(about, 2))
-    found = resolve_location(location, belief, replace(context_of(belief), agenda=agenda)) or ()
+    found = ground(location, belief, replace(context_of(belief), agenda=agenda))
     return next(a for a in found if isinstance(a, Grounding))
 
 

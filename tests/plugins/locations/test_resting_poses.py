@@ -13,7 +13,9 @@ from msgspec.structs import replace
 from cramlite import Engine
 from cramlite.model import Belief, Feature, Held, Location, Pose, RobotMount, Thing, World, initial_belief
 from cramlite.plugin import Context, Grounding, Unresolvable
-from cramlite_plugins.locations import place_filters, set_down
+from cramlite_plugins.locations import place_filters
+from cramlite_plugins.locations.kinds import ground
+from cramlite_plugins.locations.parameters import Where
 from cramlite_plugins.locations.place_filters import Spot
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.shapes.surfaces import Surface
@@ -31,7 +33,7 @@ def _answers(below: Thing, region: str = "", count: int = 2) -> list[Grounding]:
     world = World((table("floor", Pose((0.2, 0, -0.005)), (1.6, 1.6, 0.02)), below, it), (MOUNT,))
     belief: Belief = initial_belief(world, "arm", UR5E.home, 0.085).grasped(FROM_ABOVE)
     context = Context(UR5E, MOUNT, {"rack": f"rack/{region}" if region else "rack"}, Engine().knowledge.taxonomy)
-    found = set_down.resolve_location(Location("on(rack)", "on", "rack", {"region": region} if region else {}), belief, context)
+    found = ground(Location("on(rack)", "on", "rack", {"region": region} if region else {}), belief, context)
     assert found is not None
     return list(itertools.islice((a for a in found if isinstance(a, Grounding)), count))
 
@@ -73,6 +75,6 @@ def test_over_a_region_that_leans_it_is_where_it_rests_and_not_where_it_is_let_g
     lean = Pose.from_rotvec((0.45, -0.3, 0.2), (math.radians(60), 0, 0))
     there = lean * Pose((0.0, y, 0.01))
     lifted = Pose((there.position[0], there.position[1], there.position[2] + 0.02))
-    wanted = replace(wanted_on(believed()), target=Surface(lean, shapely.box(-0.1, -0.015, 0.1, 0.015)), where={"region": "left"})
+    wanted = replace(wanted_on(believed()), target=Surface(lean, shapely.box(-0.1, -0.015, 0.1, 0.015)), where=Where(region="left"))
     said = place_filters.over_region(Spot("here", lifted, lifted, lifted, 0.02), wanted)
     assert beside in said and bool(said) is bool(beside)

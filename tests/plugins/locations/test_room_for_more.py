@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 from msgspec.structs import replace
 
 from cramlite.model import Action, Object, Pose
-from cramlite_plugins.locations.room_for_more import corner, roomiest, to_come
+from cramlite_plugins.locations.later import puts_into
+from cramlite_plugins.locations.room_for_more import corner, roomiest
 from cramlite_plugins.simulation.objects.products_and_fixtures import basket, block
 
 SQUARE = shapely.box(-0.1, -0.1, 0.1, 0.1)
@@ -54,6 +55,6 @@ def named(task: str, **roles: str) -> Action:
 def test_what_later_tasks_bring_there(later: Action, names: tuple[str, ...]) -> None:
     box, tin = basket("box", Pose((0.4, -0.4, 0.0)), (0.2, 0.3, 0.1)), block("tin", Pose((0.45, 0.35, 0.19)), (0.05, 0.05, 0.08))
     belief = believed(box, tin)
-    assert to_come("box", belief, replace(context_of(belief), agenda=(later, later))) == names
+    assert puts_into("box", belief, replace(context_of(belief), agenda=(later, later))) == names
     inside = belief.related(("in", "tin", "box"))
-    assert to_come("box", inside, replace(context_of(belief), agenda=(later,))) == ()
+    assert puts_into("box", inside, replace(context_of(belief), agenda=(later,))) == ()

@@ -8,13 +8,27 @@ import numpy as np
 import pytest
 
 from cramlite import Engine
-from cramlite.model import Action, Belief, Held, Location, Object, Place, Pose, RobotMount, Thing, World, initial_belief
+from cramlite.model import (
+    Action,
+    Belief,
+    GripFacts,
+    Held,
+    Location,
+    Object,
+    Place,
+    Pose,
+    RobotMount,
+    Thing,
+    World,
+    initial_belief,
+)
 from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 from cramlite_plugins.kinematics.kinematics import inverse
 from cramlite_plugins.locations import through_side
 from cramlite_plugins.locations.handles import LEFT
-from cramlite_plugins.locations.room_to_close import TIGHT, is_closed_later
-from cramlite_plugins.locations.set_down import resolve_location
+from cramlite_plugins.locations.kinds import ground
+from cramlite_plugins.locations.later import closes
+from cramlite_plugins.locations.room_to_close import TIGHT
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.simulation.objects.furniture import cabinet, door, drawer
 from cramlite_plugins.simulation.objects.products_and_fixtures import block
@@ -46,12 +60,12 @@ def _asked(long: float, *agenda: Action, opened: float = 1.9) -> tuple[Belief, C
     things = (cabinet("cabinet", AT), door("door", AT, "cabinet", swing=2.0, opened=opened), it)
     start = initial_belief(World(things, (MOUNT,)), "arm", UR5E.home, 0.05)
     belief = start.grasped(Held("it", hand.inverse() * it.pose, 0.05)).moved(inverse(UR5E, hand, seed=UR5E.home)[0])
-    bindings = {"cabinet": "cabinet", "it": "it", "door": "door", "grasp(it)": Place(hand, hand, thing="it", values={"width_m": 0.05})}
+    bindings = {"cabinet": "cabinet", "it": "it", "door": "door", "grasp(it)": Place(hand, hand, thing="it", grip=GripFacts(0.05))}
     return belief, Context(UR5E, MOUNT, bindings, Engine().knowledge.taxonomy, agenda)
 
 
 def _answers(long: float, *agenda: Action) -> tuple[list[Grounding], list[Refused]]:
-    found = list(resolve_location(INSIDE, *_asked(long, *agenda)) or ())
+    found = list(ground(INSIDE, *_asked(long, *agenda)))
     return [a for a in found if isinstance(a, Grounding)], [a for a in found if isinstance(a, Refused)]
 
 
@@ -83,7 +97,7 @@ def test_places_with_little_room_come_last() -> None:
 
 def test_what_is_longer_than_its_cabinet_leaves_no_room_anywhere() -> None:
     with pytest.raises(Unresolvable, match=r"not free to be closed: with 'door', which a later task closes, open by [0-9]+ deg still"):
-        list(resolve_location(INSIDE, *_asked(0.31, PLACING, CLOSING)) or ())
+        list(ground(INSIDE, *_asked(0.31, PLACING, CLOSING)))
     assert _answers(0.31, PLACING)[0]
 
 
@@ -93,11 +107,11 @@ def test_what_a_later_task_takes_away_again_stands_in_no_way() -> None:
     released = _about("soma:Releasing", "3.Placing/Releasing", Locatum="it", Relatum="cabinet")
 
     def closed(*agenda: Action) -> bool:
-        return is_closed_later("door", "it", Context(UR5E, MOUNT, context.bindings, context.taxonomy, agenda))
+        return closes("door", "it", Context(UR5E, MOUNT, context.bindings, context.taxonomy, agenda))
 
     assert closed(PLACING, released, CLOSING) and not closed(PLACING, taken, CLOSING)
     assert not closed(PLACING, _about("soma:Opening", "4.Opening", Patient="door")) and not closed()
-    assert not is_closed_later("other", "it", Context(UR5E, MOUNT, context.bindings, context.taxonomy, (PLACING, CLOSING)))
+    assert not closes("other", "it", Context(UR5E, MOUNT, context.bindings, context.taxonomy, (PLACING, CLOSING)))
 
 
 @pytest.mark.heavy
@@ -109,7 +123,7 @@ def test_what_sticks_out_of_a_drawer_meets_the_board_over_it(high: float, fits: 
     it = block("it", Pose((0.4, 0.3, 0.5 + 0.03 - high / 2)), (0.04, 0.04, high))
     start = initial_belief(World((*things, it), (MOUNT,)), "arm", UR5E.home, 0.04)
     belief = start.grasped(Held("it", hand.inverse() * it.pose, 0.04)).moved(inverse(UR5E, hand, seed=UR5E.home)[0])
-    grasp = Place(hand, hand, thing="it", values={"width_m": 0.04})
+    grasp = Place(hand, hand, thing="it", grip=GripFacts(0.04))
     agenda = (_about("soma:Placing", "3.Placing", Locatum="it", Relatum="drawer"), _about("soma:Closing", "4.Closing", Patient="drawer"))
     bindings = {"drawer": "drawer", "it": "it", "grasp(it)": grasp}
     context = Context(UR5E, MOUNT, bindings, Engine().knowledge.taxonomy, agenda)
@@ -123,7 +137,7 @@ def _some(location: Location, belief: Belief, context: Context) -> list[Groundin
     """The first answers."""
     found = list[Grounding | Refused]()
     try:
-        for answer in resolve_location(location, belief, context) or ():
+        for answer in ground(location, belief, context):
             found.append(answer)  # type: ignore[arg-type]
             if isinstance(answer, Grounding):
                 break

@@ -12,11 +12,13 @@ import shapely
 from helpers.placing import HELD, Answer, answers, believed, context_of, first, into, on, placed, wanted_on
 from msgspec.structs import replace
 
-from cramlite.model import Belief, Feature, Filling, Geom, Location, Place, Pose, Thing
+from cramlite.model import Belief, Feature, Filling, Geom, GripFacts, Location, Place, Pose, Release, Thing
 from cramlite.plugin import Grounding, Refused, Unresolvable
 from cramlite_plugins.locations import set_down
 from cramlite_plugins.locations.attitude import as_asked, check_turn
 from cramlite_plugins.locations.covers import openings
+from cramlite_plugins.locations.kinds import ground
+from cramlite_plugins.locations.parameters import Where
 from cramlite_plugins.locations.place_filters import Spot, clear
 from cramlite_plugins.locations.set_down import ARM, GAP, INSET, OUTLINE, YAWS
 from cramlite_plugins.motion_planning.reach import held_pose, shift, tcp, uncertainty_margins
@@ -135,8 +137,8 @@ def test_its_centre_of_mass_is_over_the_position_and_its_lowest_point_above_it()
             offset = float(x) / 1000, float(y) / 1000
         x, y, z = placed(answer).position
         assert (x - 0.45, y + 0.35) == pytest.approx(offset, abs=0.0006)
-        assert z - 0.05 - 0.15 == pytest.approx(answer.value.values["height_m"], abs=1e-6)  # half the block, the shelf's top
-        assert "lowest point +20 mm from it" in answer.key and answer.value.values["height_m"] == 0.02
+        assert z - 0.05 - 0.15 == pytest.approx(answer.value.release.height_m, abs=1e-6)  # half the block, the shelf's top
+        assert "lowest point +20 mm from it" in answer.key and answer.value.release.height_m == 0.02
         before = np.subtract(answer.value.before.position, answer.value.pose.position)
         assert before == pytest.approx((0.0, 0.0, 0.06), abs=1e-9) and answer.value.approach == (0, 0, -1)
         assert answer.value.thing == "it" and answer.reason == f"'shelf', {answer.key}"
@@ -331,22 +333,18 @@ def test_what_has_no_place_is_said_so() -> None:
     assert ended is not None and "not at rest: it would slide or fall off 'box'" in ended.reason
     empty = replace(believed(), held=None)
     with pytest.raises(Unresolvable, match="nothing is held that could be brought there"):
-        list(set_down.resolve_location(on("shelf"), empty, context_of(empty)) or ())
-
-
-def test_nobody_else_asks() -> None:
-    assert set_down.resolve_location(Location("at", "at", "shelf"), believed(), context_of(believed())) is None
+        list(ground(on("shelf"), empty, context_of(empty)))
 
 
 def test_what_stands_there_and_was_put_there_is_to_blame() -> None:
     whole = block("tin", Pose((0.45, -0.35, 0.2)), (0.3, 0.3, 0.08))
     belief = believed(whole)
-    put = Place(Pose(), Pose(), thing="tin", values={"height_m": 0.02})
-    slid, other = replace(put, values={}), replace(put, thing="it")
+    put = Place(Pose(), Pose(), thing="tin", release=Release(0.02))
+    slid, other = replace(put, release=None), replace(put, thing="it")
     known = {"what": "tin", "by task": put, "slide": slid, "other": other, "held": "it", "else": "basket"}
     context = replace(context_of(belief), bindings={**context_of(belief).bindings, **known})
     with pytest.raises(Unresolvable) as none:
-        list(set_down.resolve_location(on("shelf"), belief, context) or ())
+        list(ground(on("shelf"), belief, context))
     assert set(none.value.because) == {"shelf", "by task", "what", "held"}
     assert none.value.reason.startswith("none of 1 placements fits; turned +0 deg, lowest point +20 mm from it: not clear: ")
     assert "cm2" in none.value.reason or "nowhere is a disc of" in none.value.reason
@@ -371,7 +369,7 @@ def test_a_feature_may_say_how_large_the_place_is() -> None:
     shelf = table("box", Pose((0.45, 0.35, 0.15)), (0.4, 0.4, 0.02))
     belief = believed(replace(shelf, features=(*shelf.features, spot)))
     context = replace(context_of(belief), bindings={"box": "box/spot"})
-    (answer,) = itertools.islice(set_down.resolve_location(on("box"), belief, context) or (), 1)
+    (answer,) = itertools.islice(ground(on("box"), belief, context), 1)
     assert isinstance(answer, Grounding) and placed(answer).position[:2] == pytest.approx((0.55, 0.35), abs=1e-6)
 
 
@@ -386,17 +384,17 @@ def angle(a: Any, b: Any) -> float:
 def test_it_is_turned_the_shortest_way(attitude: str, z: float) -> None:
     for leaning in ((0.3, -0.5, 1.1), (2.0, 0.2, -0.4), (1.2, 1.4, 0.0), (0.0, 0.0, 0.7)):
         now = Pose.from_rotvec((0.4, 0.3, 0.5), leaning)
-        asked = as_asked(now, {"attitude": attitude})
+        asked = as_asked(now, Where(attitude=attitude))  # type: ignore[arg-type]
         assert asked.rotate((0.0, 0.0, 1.0)) == pytest.approx((0.0, 0.0, z), abs=1e-9) and asked.position == now.position
         assert now.distance(asked)[1] == pytest.approx(angle(now.rotate((0.0, 0.0, 1.0)), (0.0, 0.0, z)), abs=1e-6)
-        assert as_asked(now, {}) is now
+        assert as_asked(now, Where()) is now
 
 
 @pytest.mark.parametrize(("attitude", "over"), [("upright", math.pi), ("upside down", 0.0)])
 def test_half_a_turn_is_about_its_own_side(attitude: str, over: float) -> None:
     """The x axis stays where it is: upside down it need not turn at all."""
     turned = Pose.from_rotvec((0.4, 0.3, 0.5), (0.0, 0.0, 0.7)) * Pose.from_rotvec((0, 0, 0), (math.pi, 0, 0))
-    asked = as_asked(turned, {"attitude": attitude})
+    asked = as_asked(turned, Where(attitude=attitude))  # type: ignore[arg-type]
     assert turned.distance(asked)[1] == pytest.approx(over, abs=1e-9)
     assert asked.rotate((1.0, 0.0, 0.0)) == pytest.approx(turned.rotate((1.0, 0.0, 0.0)))
 
@@ -410,8 +408,8 @@ def palm(degrees: float) -> Belief:
 @pytest.mark.parametrize(("degrees", "passes"), [(19.9, True), (20.1, False), (60.0, False)])
 def test_the_hand_does_not_come_under_what_it_holds(degrees: float, passes: bool) -> None:
     belief = palm(degrees)
-    grasp = Place(Pose(), Pose(), thing="it", values={"width_m": 0.04})
-    known = {"grasp": grasp, "other": replace(grasp, thing="tin"), "place": replace(grasp, values={}), "name": "it"}
+    grasp = Place(Pose(), Pose(), thing="it", grip=GripFacts(0.04))
+    known = {"grasp": grasp, "other": replace(grasp, thing="tin"), "place": replace(grasp, grip=None), "name": "it"}
     context = replace(context_of(belief), bindings={**context_of(belief).bindings, **known})
     wanted = replace(wanted_on(belief), belief=belief, context=context)
     if passes:
@@ -472,7 +470,7 @@ def test_each_height_above_the_lowest_costs_a_little() -> None:
     box = basket("box", Pose((0.4, 0.35, 0.0)), (0.2, 0.3, 0.1))
     found = first(20, into("box"), believed(box, block("tin", Pose((0.4, 0.35, 0.05)), (0.05, 0.05, 0.08))))
     lowest = min(h for h, _ in set_down._heights(replace(wanted_on(believed(box), "box"), depth=_depth(box)), _held(box), "in"))
-    steps = [round((g.value.values["height_m"] - lowest) / 0.03) for g in found]
+    steps = [round((g.value.release.height_m - lowest) / 0.03) for g in found]
     angles = [abs(math.radians(math.remainder(t, 360))) for _, t in turns(found)]
     assert max(steps) > 0
     rest = [g.cost - 0.1 * a - 0.02 * s for g, s, a in zip(found, steps, angles, strict=True)]

@@ -9,10 +9,23 @@ import pytest
 from msgspec.structs import replace
 
 from cramlite import Engine
-from cramlite.model import Action, Belief, Held, Location, Object, Place, Pose, RobotMount, Thing, World, initial_belief
+from cramlite.model import (
+    Action,
+    Belief,
+    GripFacts,
+    Held,
+    Location,
+    Object,
+    Place,
+    Pose,
+    RobotMount,
+    Thing,
+    World,
+    initial_belief,
+)
 from cramlite.plugin import Context, Grounding, Unresolvable
 from cramlite_plugins.kinematics.kinematics import inverse
-from cramlite_plugins.locations.set_down import resolve_location
+from cramlite_plugins.locations.kinds import ground
 from cramlite_plugins.locations.through_side import goes_under_a_roof
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.shapes.roofs import open_sides, roofed
@@ -31,18 +44,18 @@ def _asked(approach: tuple[float, float, float], *things: Thing) -> tuple[Belief
     hand = Pose.from_axes((0.4, 0.3, 0.4), approach, np.cross((0.0, 1.0, 0.0), approach))
     start = initial_belief(World((*things, it), (MOUNT,)), "arm", UR5E.home, 0.04)
     belief = start.grasped(Held("it", hand.inverse() * it.pose, 0.04)).moved(inverse(UR5E, hand, seed=UR5E.home)[0])
-    bindings = {"cabinet": "cabinet", "it": "it", "grasp(it)": Place(hand, hand, thing="it", values={"width_m": 0.04})}
+    bindings = {"cabinet": "cabinet", "it": "it", "grasp(it)": Place(hand, hand, thing="it", grip=GripFacts(0.04))}
     return belief, Context(UR5E, MOUNT, bindings, Engine().knowledge.taxonomy)
 
 
 def _refused(approach: tuple[float, float, float], *things: Thing) -> Unresolvable:
     with pytest.raises(Unresolvable) as no:
-        list(resolve_location(INSIDE, *_asked(approach, *things)) or ())
+        list(ground(INSIDE, *_asked(approach, *things)))
     return no.value
 
 
 def test_it_is_carried_in_level_through_the_front_and_let_down_there() -> None:
-    found = resolve_location(INSIDE, *_asked(LEVEL, cabinet("cabinet", AT))) or ()
+    found = ground(INSIDE, *_asked(LEVEL, cabinet("cabinet", AT)))
     place = next(a for a in found if isinstance(a, Grounding)).value
     way = np.subtract(place.pose.position, place.before.position)
     assert way == pytest.approx((way[0], 0.0, 0.0), abs=1e-6) and way[0] > 0.15
@@ -52,7 +65,7 @@ def test_it_is_carried_in_level_through_the_front_and_let_down_there() -> None:
 
 
 def test_positions_come_from_the_middle_outwards() -> None:
-    found = resolve_location(INSIDE, *_asked(LEVEL, cabinet("cabinet", AT))) or ()
+    found = ground(INSIDE, *_asked(LEVEL, cabinet("cabinet", AT)))
     names = [a.key for a in itertools.islice((a for a in found if isinstance(a, Grounding)), 20)]
     gone = [int(name.split()[0]) for name in names]
     assert gone == sorted(gone) and gone[0] < 100
@@ -114,12 +127,12 @@ def test_nothing_is_put_from_above_under_a_roof_that_is_shut_in_all_around() -> 
     """No grasp would help."""
     belief, context = _asked(DOWN, cabinet("cabinet", AT), door("door", AT, "cabinet"))
     with pytest.raises(Unresolvable, match="no hand comes into 'cabinet': 'cabinet' and 'door' are on all sides of it") as no:
-        list(resolve_location(Location("on(cabinet)", "on", "cabinet", {"region": "inside"}), belief, context) or ())
+        list(ground(Location("on(cabinet)", "on", "cabinet", {"region": "inside"}), belief, context))
     assert no.value.because == ("cabinet",) and no.value.blocking == ("cabinet", "door")
 
 
 def test_where_the_door_is_open_the_roof_alone_is_in_the_way() -> None:
     belief, context = _asked(DOWN, cabinet("cabinet", AT), door("door", AT, "cabinet", opened=1.2))
     on = Location("on(cabinet)", "on", "cabinet", {"region": "inside"})
-    found = list(itertools.islice(resolve_location(on, belief, context) or (), 5))
+    found = list(itertools.islice(ground(on, belief, context), 5))
     assert found and not any(isinstance(a, Grounding) for a in found)

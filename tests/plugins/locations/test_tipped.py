@@ -15,6 +15,7 @@ from cramlite.model import (
     Estimate,
     Feature,
     Geom,
+    GripFacts,
     Held,
     Location,
     Motion,
@@ -28,9 +29,8 @@ from cramlite.model import (
 )
 from cramlite.plugin import Context, Grounding, Unresolvable
 from cramlite_plugins.kinematics.kinematics import inverse
-from cramlite_plugins.locations import push_in
+from cramlite_plugins.locations.kinds import ground
 from cramlite_plugins.locations.push_in import CAME_OUT, FURTHER
-from cramlite_plugins.locations.set_down import resolve_location
 from cramlite_plugins.locations.tipped import BACK, LEANS
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.shapes.bounds import corners, support
@@ -62,19 +62,19 @@ def _asked(shelf: Thing, *things: Thing) -> tuple[Belief, Context]:
     floor = table("table", Pose((0.3, 0.0, -0.01)), (1.2, 1.2, 0.02))
     start = initial_belief(World((floor, shelf, *things, it), (MOUNT,)), "arm", UR5E.home, 0.04)
     belief = start.grasped(Held("it", hand.inverse() * it.pose, 0.024)).moved(inverse(UR5E, hand, seed=UR5E.home)[0])
-    bindings = {"shelf": "shelf", "it": "it", "grasp(it)": Place(hand, hand, thing="it", values={"width_m": 0.024})}
+    bindings = {"shelf": "shelf", "it": "it", "grasp(it)": Place(hand, hand, thing="it", grip=GripFacts(0.024))}
     return belief, Context(UR5E, MOUNT, bindings, Engine().knowledge.taxonomy)
 
 
 def _first(shelf: Thing) -> tuple[Belief, Context, Place]:
     belief, context = _asked(shelf)
-    found = next(a for a in resolve_location(TIPPED, belief, context) or () if isinstance(a, Grounding))
+    found = next(a for a in ground(TIPPED, belief, context) if isinstance(a, Grounding))
     return belief, context, found.value
 
 
 def _refused(location: Location, belief: Belief, context: Context) -> Unresolvable:
     with pytest.raises(Unresolvable) as no:
-        list(resolve_location(location, belief, context) or ())
+        list(ground(location, belief, context))
     return no.value
 
 
@@ -102,7 +102,7 @@ def test_fingers_bring_it_back_to_where_it_should_lie_from_behind() -> None:
     lies = Pose((x, y, 0.012), over[0].quaternion)
     there = belief.released(Estimate(lies, 0.0, "tipped over"), 0.08).moved(inverse(UR5E, place.path[-1], seed=belief.joints)[0])
     context = replace(context, bindings={**context.bindings, "tipped(shelf)": place})
-    found = next(a for a in push_in.resolve_location(PUSHED, there, context) or () if isinstance(a, Grounding)).value
+    found = next(a for a in ground(PUSHED, there, context) if isinstance(a, Grounding)).value
     way = np.subtract(found.path[-1].position, found.pose.position)
     assert way[1] > CAME_OUT and abs(way[0]) < 1e-6 and abs(way[2]) < 1e-6
     end = found.path[-1].position[1] + UR5E.gripper.pad[0] / 2  # of the fingers' front

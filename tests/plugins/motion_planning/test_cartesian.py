@@ -10,9 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cramlite.model import Pose
+from cramlite.plugin import Refused
 from cramlite_plugins.kinematics.kinematics import forward
 from cramlite_plugins.motion_planning.cartesian import JointPath, interpolate, plan_straight_line, sampled
-from cramlite_plugins.motion_planning.space import Refusal
 from cramlite_plugins.robots.ur5e import UR5E
 
 START = down(0.5, -0.25, 0.2)
@@ -38,19 +38,19 @@ def test_the_tool_stays_on_the_line() -> None:
 def test_it_stops_at_the_wall_and_says_so() -> None:
     place = make(TABLE, WALL)
     answer = plan_straight_line(place, UR5E, stance(place, START), down(0.5, 0.25, 0.2))
-    assert isinstance(answer, Refusal)
+    assert isinstance(answer, Refused)
     assert "'wall'" in answer.reason
-    assert 0.1 < answer.fraction < 0.5
+    assert 0.1 < answer.numbers["fraction"] < 0.5
     assert isinstance(plan_straight_line(None, UR5E, stance(place, START), down(0.5, 0.25, 0.2)), JointPath)
 
 
 def test_it_stops_out_of_reach_at_a_singularity_and_at_the_base() -> None:
     q = stance(make(), START)
     far = plan_straight_line(None, UR5E, q, down(1.2, -0.25, 0.2))
-    assert isinstance(far, Refusal)
+    assert isinstance(far, Refused)
     assert "singularity" in far.reason or "wrist centre" in far.reason
     near = plan_straight_line(None, UR5E, q, down(0.0, -0.05, 0.2))
-    assert isinstance(near, Refusal)
+    assert isinstance(near, Refused)
     assert "singularity" in near.reason
 
 
@@ -59,7 +59,7 @@ def test_it_stops_at_a_joint_limit() -> None:
     turned = (*q[:5], 6.2)
     target = forward(UR5E, turned) * Pose.from_rotvec((0, 0, 0), (0, 0, 0.5))
     answer = plan_straight_line(None, UR5E, turned, target)
-    assert isinstance(answer, Refusal)
+    assert isinstance(answer, Refused)
     assert "'wrist_3'" in answer.reason
 
 
@@ -67,7 +67,7 @@ def test_a_speed_that_a_joint_cannot_follow_is_refused() -> None:
     q = stance(make(), START)
     assert isinstance(plan_straight_line(None, UR5E, q, down(0.5, 0.25, 0.2), speed=0.25), JointPath)
     answer = plan_straight_line(None, UR5E, q, down(0.5, 0.25, 0.2), speed=4.0)
-    assert isinstance(answer, Refusal)
+    assert isinstance(answer, Refused)
     assert "rad/s >" in answer.reason
 
 

@@ -12,10 +12,10 @@ from helpers.scenes import BLOCK, TABLE, WALL, box, down, make, stance
 from msgspec.structs import replace
 
 from cramlite.model import Geom, Pose
+from cramlite.plugin import Refused
 from cramlite_plugins.kinematics.kinematics import forward, inverse
 from cramlite_plugins.motion_planning.planner import Path, plan, resampled
 from cramlite_plugins.motion_planning.planning_scene import PlanningScene
-from cramlite_plugins.motion_planning.space import Refusal
 from cramlite_plugins.robots.ur5e import UR5E
 
 SHELF = (
@@ -28,7 +28,7 @@ SHELF = (
 INTO = Pose.from_axes((0.5, 0.5, 0.2), (0, 1, 0), (1, 0, 0))
 
 
-def wall_query(seed: int, samples: int = 4000) -> tuple[PlanningScene, tuple[float, ...], Path | Refusal]:
+def wall_query(seed: int, samples: int = 4000) -> tuple[PlanningScene, tuple[float, ...], Path | Refused]:
     """From one side of the wall to the other, on the near branches only: the straight line is blocked."""
     place = make(TABLE, WALL)
     start = stance(place, down(0.5, -0.25, 0.2))
@@ -78,7 +78,7 @@ def test_around_a_wall_is_nearer_than_straight_on_with_the_arm_turned_over() -> 
     assert path.samples > 0 and path.duration < 1.2 * near.duration
 
 
-def in_a_sleeve(*sides: int) -> Path | Refusal:
+def in_a_sleeve(*sides: int) -> Path | Refused:
     """A rod in the hand, its lower end between walls that are 0.2 mm farther away than they must be; to be turned in the air."""
     gap, rod = 0.02 + 0.0052 + 0.01, box("rod", (0.02, 0.02, 0.08), (0.5, -0.25, 0.09), 0.2)
     at = ((gap, 0.0), (-gap, 0.0), (0.0, gap), (0.0, -gap))
@@ -91,7 +91,7 @@ def in_a_sleeve(*sides: int) -> Path | Refusal:
 
 def test_a_start_that_nothing_leads_away_from_is_refused_before_any_search() -> None:
     answer = in_a_sleeve(0, 1, 2, 3)
-    assert isinstance(answer, Refusal) and answer.samples == 0, answer
+    assert isinstance(answer, Refused) and not answer.numbers.get("samples"), answer
     assert "none of 500 short ways away from the start is free" in answer.reason and "'wall" in answer.reason
     assert isinstance(in_a_sleeve(0, 2), Path)  # in a corner
 
@@ -100,7 +100,7 @@ def test_a_goal_inside_the_wall_is_refused_and_the_wall_is_named() -> None:
     place = make(TABLE, WALL)
     start = stance(place, down(0.5, -0.25, 0.2))
     answer = plan(place, start, inverse(UR5E, down(0.55, 0.0, 0.2)), seed=1)
-    assert isinstance(answer, Refusal)
+    assert isinstance(answer, Refused)
     assert "goal positions are blocked" in answer.reason
     assert "inside 'wall'" in answer.reason
 
@@ -108,13 +108,13 @@ def test_a_goal_inside_the_wall_is_refused_and_the_wall_is_named() -> None:
 def test_a_start_in_collision_is_refused_and_the_wall_is_named() -> None:
     inside = inverse(UR5E, down(0.55, 0.0, 0.2))[0]
     answer = plan(make(TABLE, WALL), inside, [UR5E.home], seed=1)
-    assert isinstance(answer, Refusal)
+    assert isinstance(answer, Refused)
     assert answer.reason.startswith("start is blocked")
     assert "'wall'" in answer.reason
 
 
 def test_no_goals_are_refused() -> None:
-    assert isinstance(plan(make(TABLE), UR5E.home, [], seed=1), Refusal)
+    assert isinstance(plan(make(TABLE), UR5E.home, [], seed=1), Refused)
 
 
 def test_a_held_thing_makes_a_path_impossible() -> None:
@@ -134,17 +134,17 @@ def test_a_held_thing_makes_a_path_impossible() -> None:
     bar = replace(BLOCK, geoms=(Geom("box", (0.3, 0.02, 0.3)),))
     held = make(*window, bar, held={"block": Pose((0, 0, 0.0))})
     answer = plan(held, start, goals, seed=2, samples=300)
-    assert isinstance(answer, Refusal), answer
+    assert isinstance(answer, Refused), answer
     assert "'block'" in answer.reason or "samples" in answer.reason
 
 
 def test_the_budget_is_counted() -> None:
     answer = wall_query(5, samples=3)[2]
-    assert isinstance(answer, Refusal)
-    assert answer.samples <= 6
+    assert isinstance(answer, Refused)
+    assert answer.numbers["samples"] <= 6
     assert "no path in" in answer.reason
     assert "'wall'" in answer.reason
-    assert not answer.truncated
+    assert not answer.numbers["truncated"]
 
 
 def test_the_same_seed_gives_the_same_path_twice() -> None:

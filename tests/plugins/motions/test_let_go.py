@@ -5,11 +5,11 @@ from __future__ import annotations
 import pytest
 from helpers.scenes import TABLE, down, world
 
-from cramlite.model import Held, Location, Motion, Pose, initial_belief
+from cramlite.model import GripFacts, Held, Location, Motion, Place, Pose, Release, initial_belief
 from cramlite.plugin import Context
 from cramlite_plugins.kinematics.kinematics import inverse
 from cramlite_plugins.motion_planning.reach import held_pose
-from cramlite_plugins.motions.gripping import LET_GO, resolve_motion
+from cramlite_plugins.motions.gripping import DROPPED, LET_GO, resolve_motion
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.simulation.objects.furniture import cabinet, drawer
 from cramlite_plugins.simulation.objects.products_and_fixtures import basket, block
@@ -51,10 +51,29 @@ def test_a_payload_may_fall_past_what_lies_in_a_container(relation: str, deeper:
     there = inverse(UR5E, down(0.5, 0.2, 0.3), seed=UR5E.home)[0]
     belief = initial_belief(room, "arm1", there, 0.0).grasped(Held("it", Pose((0.0, 0.0, 0.05)), 0.02))
     belief = belief.related(("on", "it", "content")) if relation == "on" else belief
-    context = Context(UR5E, room.robots[0], {"target": "bin" if relation == "in" else "content"}, None)  # type: ignore[arg-type]
-    motion = Motion("1.Ungrasping/open", "gripper", Location("place", relation, "target"), {"to": "open"})
+    release = Release(0.1, into="bin", sigma_m=DROPPED) if deeper else Release(0.02, sigma_m=LET_GO)
+    context = Context(UR5E, room.robots[0], {"place": Place(Pose(), Pose(), release=release)}, None)  # type: ignore[arg-type]
+    motion = Motion("1.Ungrasping/open", "gripper", Location("place", "any", "target"), {"to": "open"})
     after = next(iter(resolve_motion(motion, belief, context) or ())).belief
     assert after is not None
     rest, let_go_at = after.poses["it"], belief.base() * held_pose(belief, context)
     believed = let_go_at.position[2] - rest.pose.position[2]
+    assert rest.sigma == pytest.approx(release.sigma_m)
     assert rest.fall == pytest.approx(believed + (CONTENT if deeper else 0.0), abs=1e-6)
+
+
+def test_a_payload_comes_to_rest_as_its_place_says() -> None:
+    """No relation is known by name: the place says how it settles, and into what it falls."""
+    room = world(TABLE, block("it", Pose((0.5, -0.2, 0.1)), (0.04, 0.04, 0.06)))
+    belief = initial_belief(room, "arm1", UR5E.home, 0.0).grasped(Held("it", Pose((0.0, 0.0, 0.05)), 0.02))
+    settles = Pose.from_rotvec((0.0, 0.0, 0.0), (0.3, 0.0, 0.0))
+    context = Context(UR5E, room.robots[0], {"place": Place(Pose(), Pose(), release=Release(0.0, settles=settles))}, None)  # type: ignore[arg-type]
+    motion = Motion("1.Ungrasping/open", "gripper", Location("place", "any"), {"to": "open"})
+    after = next(iter(resolve_motion(motion, belief, context) or ())).belief
+    assert after is not None
+    assert after.poses["it"].pose.distance(belief.base() * held_pose(belief, context) * settles) == pytest.approx((0.0, 0.0), abs=1e-9)
+
+
+def test_a_plugin_that_says_the_width_of_a_grip_among_the_values_says_a_grip() -> None:
+    assert Place(Pose(), Pose(), values={"width_m": 0.04}).grip == GripFacts(0.04)
+    assert Place(Pose(), Pose(), values={"depth_m": 0.04}).grip is None

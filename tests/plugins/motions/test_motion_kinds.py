@@ -24,16 +24,16 @@ from cramlite.model import (
     SetGripper,
     SetPayload,
     SpiralSearch,
+    Stage,
     Wait,
     ZeroSensor,
 )
-from cramlite.plugin import Unresolvable
+from cramlite.plugin import MotionKind, Unresolvable
 from cramlite.plugin.catalogue import Knowledge
 from cramlite.plugin.registry import Registry
-from cramlite.testing.task_checks import KINDS as NAMES
 from cramlite.testing.task_checks import sample_action, sample_belief
 from cramlite_plugins.backends.urscript.emit import emit
-from cramlite_plugins.motions.motion_kinds import KINDS, MotionKind, value
+from cramlite_plugins.motions.motion_kinds import KINDS, value, word
 from cramlite_plugins.robots.ur5 import UR5
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.simulation.urscript.parser import parse
@@ -49,22 +49,25 @@ WAY: tuple[AnyStep, ...] = (
     SetGripper(0.0, 0.1, 50.0), SetPayload(1.0, (0, 0, 0)), ZeroSensor(), Wait(1.0),
 )  # fmt: skip
 STEPS = {type(s).__name__: s for s in WAY}
-STRUCTURE = {"corner", "end", "stage", "to", "expect", "aside_m"}
 
 
 WRITTEN = {name: kind for name, kind in KINDS.items() if kind.step != "Drive"}
 """Kinds that URScript has words for; that it refuses to drive is tested in tests/plugins/simulation/test_platform_drive.py."""
 
 
-def tables() -> tuple[str, str]:
-    """The two tables of the page, from the code."""
+def tables() -> tuple[str, str, str]:
+    """The tables of the page, from the code."""
     kinds = ["| kind | step | ends well | aborts | widens |", "|---|---|---|---|---|"]
     parameters = ["| kind | parameter | default | source |", "|---|---|---|---|"]
     for k in KINDS.values():
         aborts = "; ".join(k.aborts) or "-"
         kinds.append(f"| `{k.name}` | `{k.step}` | {k.ends} | {aborts} | {_mm(k.widens)} |")
         parameters += [f"| `{k.name}` | `{p.name}` | {p.default:g} | {p.source} |" for p in k.parameters]
-    return "\n".join(kinds), "\n".join(parameters)
+    words = ["| kind | parameter | words |", "|---|---|---|"]
+    for k in KINDS.values():
+        said = ((name, "; ".join(f"`{w}`: {w.says}" for w in known)) for name, known in k.words.items())
+        words += [f"| `{k.name}` | `{name}` (`{k.words[name].__name__}`) | {text} |" for name, text in said]
+    return "\n".join(kinds), "\n".join(parameters), "\n".join(words)
 
 
 def _mm(metres: float) -> str:
@@ -75,10 +78,6 @@ def test_the_page_says_what_the_code_says() -> None:
     page = PAGE.read_text()
     for table in tables():
         assert table in page
-
-
-def test_every_kind_has_a_plugin_and_is_known_to_plugin_authors() -> None:
-    assert set(NAMES) == set(KINDS)
 
 
 @pytest.mark.parametrize("robot", [UR5E, UR5], ids=["e-Series", "CB3"])
@@ -104,13 +103,24 @@ def test_tasks_say_only_what_kinds_know() -> None:
                 continue
             for motion in (s for s in steps if isinstance(s, Motion) and s.kind in KINDS):
                 seen.add(motion.kind)
-                assert set(motion.parameters) <= {p.name for p in KINDS[motion.kind].parameters} | STRUCTURE, task.task
+                assert set(motion.parameters) <= set(KINDS[motion.kind].knows()), task.task
     assert {"force_extract", "compliant_slide", "spiral_search", "until_contact"} <= seen
 
 
 def test_a_motion_without_parameters_has_the_defaults() -> None:
     assert value(Motion("m", "force_extract"), "force_n") == 8.0
     assert value(Motion("m", "force_extract", parameters={"force_n": 5}), "force_n") == 5.0
+
+
+@pytest.mark.parametrize("said", ["end", Stage.END])
+def test_words_are_their_texts(said: str) -> None:
+    assert word(Motion("m", "linear", parameters={"stage": said}), "stage", Stage) is Stage.END
+    assert word(Motion("m", "linear"), "stage", Stage, Stage.POSE) is Stage.POSE
+
+
+def test_a_word_that_there_is_not_is_refused_with_the_nearest() -> None:
+    with pytest.raises(Unresolvable, match=r"kind 'linear' knows no stage 'ende'; did you mean 'end'\? valid are: before, end, pose"):
+        word(Motion("m", "linear", parameters={"stage": "ende"}), "stage", Stage)
 
 
 if __name__ == "__main__":

@@ -8,7 +8,7 @@ import pytest
 from helpers.scenes import TABLE, down, world
 from msgspec.structs import replace
 
-from cramlite.model import Location, Motion, Place, Pose, Robot, initial_belief
+from cramlite.model import Location, Motion, Place, Pose, Release, Robot, initial_belief
 from cramlite.plugin import Context
 from cramlite.plugin.task_type import TaskType
 from cramlite.testing.task_checks import sample_action, sample_belief
@@ -30,7 +30,7 @@ SLOW, PACED = {"speed_m_s": 0.05}, {"speed_m_s": 0.05, "paced": 1.0}
 def steps(robot: Robot, kind: str, parameters: dict[str, Any], to: Pose = THERE) -> tuple[Any, ...]:
     """The steps that a motion becomes, from 300 mm over the table."""
     room = world(TABLE)
-    place = Place(to, to, path=(to,), values={"height_m": 0.0})
+    place = Place(to, to, path=(to,), release=Release(0.0))
     context = Context(robot, room.robots[0], {"there": place}, None)  # type: ignore[arg-type]
     belief = initial_belief(room, "arm1", inverse(robot, HERE, seed=robot.home)[0], 0.08)
     motion = Motion("1.Grasping/it", kind, Location("there", "on"), {"stage": "pose", **parameters})

@@ -55,7 +55,7 @@ def moved(rollout: Rollout, by: tuple[float, float, float], *things: str) -> Rol
 )
 def test_what_holds_at_the_end_is_reached_and_its_contrary_is_not(things: tuple[Thing, ...], holds: str, fails: str) -> None:
     reached, missed = judged(settled(*things), holds, fails)
-    assert reached.passed and holds in reached.reason
+    assert reached.passed and holds in reached.reason and (reached.literal, missed.literal) == (holds, fails)
     assert not missed.passed and f"'{fails}' is not reached" in missed.reason
 
 

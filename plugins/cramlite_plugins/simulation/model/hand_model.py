@@ -30,7 +30,7 @@ FARTHEST = math.radians(170)
 
 
 class WristTooFar(UserError):
-    """Refusal of a pose that a wrist cannot turn to: what was to be shown does not come off."""
+    """Refused of a pose that a wrist cannot turn to: what was to be shown does not come off."""
 
 
 class HandIndex(EffectorIndex):

@@ -1,0 +1,66 @@
+"""Words that motion designators say what is meant with, each with a sentence."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+
+
+class Word(StrEnum):
+    """Word of a motion designator, equal to its text.
+
+    Args:
+        says: what it means, a clause.
+    """
+
+    says: str
+
+    def __new__(cls, text: str, says: str) -> Word:
+        made = str.__new__(cls, text)
+        made._value_, made.says = text, says
+        return made
+
+
+class Stage(Word):
+    """End of a linear motion to a place: "stage"."""
+
+    BEFORE = "before", "the stand-off of the place"
+    POSE = "pose", "the place itself"
+    END = "end", "the end of the place's path"
+
+
+class Fingers(Word):
+    """Goal of a gripper motion: "to"."""
+
+    OPEN = "open", "as wide as there is room to let go, else as far as they open"
+    SHUT = "shut", "on nothing"
+    CLOSED = "closed", "on the thing at the place"
+    PLACE = "place", "as wide as the place asks for"
+
+
+class Tilt(Word):
+    """Goal of a tilt: "to"."""
+
+    TILTED = "tilted", "the end of the place's path"
+    UPRIGHT = "upright", "the beginning of the place's path"
+
+
+class Hang(Word):
+    """Goal of a swing: "to"."""
+
+    HANGS = "hangs", "lifted until it hangs from the fingers"
+    LIES = "lies", "led down until it lies"
+
+
+class ExpectedGrip(Word):
+    """End of a gripper motion that is no failure: "expect"."""
+
+    OBJECT = "object", "an object stopped the fingers"
+    NONE = "none", "no object stopped the fingers"
+    ANY = "any", "either"
+
+
+class ExpectedContact(Word):
+    """End of a guarded motion that is no failure: "expect"."""
+
+    CONTACT = "contact", "something was felt"
+    ANY = "any", "either: felt, or gone to the end"

@@ -1,0 +1,120 @@
+"""Kinds of locations: relation, reference object, parameters and the function that grounds it.
+
+One table for the search, for ``cramlite.testing`` and for the page docs/reference/locations.md. The functions' modules are imported
+when a relation is first asked for.
+"""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Iterable, Mapping
+
+from cramlite.model import Belief, Location, Stand, Value
+from cramlite.plugin import Context, Grounding, LocationKind, Refused, hookimpl
+
+from .parameters import Along, Back, Begun, Handle, InnerSide, JointWay, PushedThing, Sight, Tilting, Up, Where
+
+Found = Iterable[Grounding | Refused]
+
+
+class Lazy(Value):
+    """Function of a module beside this one, imported when it is first called."""
+
+    module: str
+    function: str
+
+    def __call__(self, location: Location, belief: Belief, context: Context) -> Found:
+        """Ground a location."""
+        found: Found = getattr(importlib.import_module(f".{self.module}", __package__), self.function)(location, belief, context)
+        return found
+
+
+THING, JOINTED, FLAT = "a thing", "a drawer or a door with a handle", "a flat thing"
+
+KINDS: Mapping[str, LocationKind] = {
+    kind.name: kind
+    for kind in (
+        LocationKind("home", "The robot's home position.", Lazy("places", "home")),
+        LocationKind("retreat", "Back along the tool, or up, from where the hand is.", Lazy("places", "retreat"), parameters=Back),
+        LocationKind(
+            "lift", "Straight up from where the hand is; last, aside as well; what swings in the hand hangs there.",
+            Lazy("places", "lift"), parameters=Up,
+        ),
+        LocationKind("slide", "A straight path from where the hand is.", Lazy("places", "slide"), "a surface", Along),
+        LocationKind(
+            "grasp", "The hand around it, fingers open; last, across a slanted rim, where the place says how it swings as it is lifted.",
+            Lazy("grasps", "grasps"), THING,
+        ),
+        LocationKind("in", "The payload above or in its opening.", Lazy("set_down", "into"), "a thing with a cavity", Where),
+        LocationKind(
+            "on", "The payload over or on it; what hangs from a rim is laid down on a path about its far side.",
+            Lazy("set_down", "onto"), "a thing with a surface", Where,
+        ),
+        LocationKind(
+            "aslant", "The payload leans under what is over the opening; the path leads on to where it is let go of and stands up.",
+            Lazy("aslant", "places_aslant"), "a thing with a cavity that something is over", Where,
+        ),
+        LocationKind(
+            "tipped", "The foot of the payload is in there, and it leans out, to tip over when it is let go of; the path leads back.",
+            Lazy("tipped", "places_tipped"), "a thing with a cavity under a roof of its own", Where,
+        ),
+        LocationKind(
+            "through", "The payload on it; the stand-off is level before an open side.", Lazy("through_side", "places_through_a_side"),
+            "a thing with a surface under a roof", Where,
+        ),
+        LocationKind(
+            "pushed_in", "Fingers 100 mm behind it; the path ends where they have brought it to where it should lie.",
+            Lazy("push_in", "pushed_in"), "a thing that tipped over", Begun,
+        ),
+        LocationKind("off", "Level back, until closed fingers are before it.", Lazy("push_deeper", "off"), "a thing under a roof"),
+        LocationKind(
+            "deeper", "Straight inwards, until it is out of the way of what a later task closes.", Lazy("push_deeper", "deeper"),
+            "a thing under a roof",
+        ),
+        LocationKind("extract", "A path along the peg, over its tip.", Lazy("pegs", "extract"), "a peg"),
+        LocationKind(
+            "insert", "Before the tip; the path leads to the tip, past its bend, along the peg, and down.", Lazy("pegs", "insert"), "a peg"
+        ),
+        LocationKind("push", "Closed fingers beside one of its faces.", Lazy("push", "beside"), THING),
+        LocationKind("pushed", "Straight on from where the fingers are.", Lazy("push", "beyond"), THING, Along),
+        LocationKind("behind", "Fingers behind it, or in it.", Lazy("push_to", "behind"), FLAT, PushedThing),
+        LocationKind("pushed_to", "A path on which it comes to its region, or aside.", Lazy("push_to", "pushed_to"), FLAT, PushedThing),
+        LocationKind("near", "At rest beside or above it, clear of all else.", Lazy("near", "near_thing"), THING),
+        LocationKind("touch", "The fingers' tips above its middle.", Lazy("touch", "touch"), "a thing with a surface"),
+        LocationKind(
+            "handle", "The hand around its handle, straight or tilted about the bar, as wide open as what is beside it lets.",
+            Lazy("handles", "handle_grasps"), JOINTED, Handle,
+        ),
+        LocationKind("opened", "A path with its joint, held or pushed, open.", Lazy("handles", "joint_way"), JOINTED, JointWay),
+        LocationKind("closed", "A path with its joint, held or pushed, all but shut.", Lazy("handles", "joint_way"), JOINTED, JointWay),
+        LocationKind("stop", "A path with its joint on to its stop.", Lazy("handles", "joint_way"), JOINTED, JointWay),
+        LocationKind(
+            "front", "Closed fingers before its front or over its upper edge, where the arm can follow it until it is shut.",
+            Lazy("push", "before_front"), JOINTED,
+        ),
+        LocationKind(
+            "inner_side", "Closed fingers behind it, over its upper edge, where the arm can follow it until it is so far open.",
+            Lazy("push", "behind_door"), "a door that stands ajar", InnerSide,
+        ),
+        LocationKind(
+            "atop", "Closed fingers over the bar of its handle, pointing down.", Lazy("push", "atop_handle"), "a drawer with a handle",
+            Handle,
+        ),
+        LocationKind(
+            "pour", "The payload's lip over it; the path tilts the payload.", Lazy("pour", "pour"), "a vessel", Tilting
+        ),
+        LocationKind("stand", "The robot itself near it, so that the arm reaches it.", Lazy("stands", "stands"), THING, gives=Stand),
+        LocationKind("view", "The camera on the flange sees it.", Lazy("viewpoints", "views"), THING, Sight),
+    )
+}  # fmt: skip
+
+
+def ground(location: Location, belief: Belief, context: Context) -> Found:
+    """Ground a location of a shipped relation."""
+    return KINDS[location.relation].ground(location, belief, context)
+
+
+@hookimpl
+def location_kinds() -> Iterable[LocationKind]:
+    """Declare the relations of the shipped experts."""
+    return KINDS.values()

@@ -1,0 +1,61 @@
+"""Demands of later tasks on a place: what they close, bring somewhere, put into a container, or retract the hand from."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator
+
+from cramlite.model import Belief, EntityName, enclosing_names, thing_of
+from cramlite.plugin import Context
+
+CLOSING, RELEASING, RETRACTING = "soma:Closing", "soma:Releasing", "soma:Retracting"
+
+
+def closes(name: str, put: str, context: Context) -> bool:
+    """Check whether a later task closes a thing, before another one takes away what is put somewhere."""
+    now = _whole(context.agenda[0].name) if context.agenda else ""
+    for task in context.later:
+        if name in task.things and context.taxonomy.is_a(task.action.task, CLOSING):
+            return True
+        if put in task.things and _whole(task.action.name) != now:
+            return False
+    return False
+
+
+def closes_next(put: str, context: Context) -> bool:
+    """Check whether the first of the later tasks that is not about what is put aside closes something."""
+    others = (task for task in context.later if put not in task.things)
+    return any(context.taxonomy.is_a(task.action.task, CLOSING) for task in itertools.islice(others, 1))
+
+
+def retracts_from(put: str, context: Context) -> bool:
+    """Check whether the task right after letting go retracts the hand from what is put somewhere."""
+    for release, after in itertools.pairwise(context.later):
+        if context.taxonomy.is_a(release.action.task, RELEASING):
+            return put in after.things and context.taxonomy.is_a(after.action.task, RETRACTING)
+    return False
+
+
+def brings(thing: str, belief: Belief, context: Context) -> Iterator[tuple[EntityName, str]]:
+    """Generate what later tasks bring a thing to, of what is believed to be somewhere, each with the region that is meant, or ""."""
+    for task in context.later:
+        named = {role: EntityName.parse(entity) for role, entity in task.entities.items()}
+        what, onto = named.get("Locatum"), named.get("Relatum")
+        if what is not None and onto is not None and what.thing == thing and onto.thing in belief.poses:
+            yield onto, str(task.action.parameters.get("where", {}).get("region") or onto.part)
+
+
+def puts_into(entity: str, belief: Belief, context: Context) -> tuple[str, ...]:
+    """Return the names of the things that later tasks bring to a container, each once."""
+    held, into, found = belief.held.thing if belief.held else "", thing_of(entity), dict[str, None]()
+    for task in context.later:
+        named = {role: thing_of(name) for role, name in task.entities.items()}
+        thing = named.get("Locatum", "")
+        if named.get("Relatum") == into and thing not in (held, into) and not belief.relates("in", thing) and thing in belief.poses:
+            found[thing] = None
+    return tuple(found)
+
+
+def _whole(name: str) -> str:
+    """The task of the plan that a designator is part of."""
+    return [*enclosing_names(name)][-1]

@@ -1,0 +1,165 @@
+"""Parameters of locations: a class for each set that a relation takes; a line of its docstring for each field."""
+
+from __future__ import annotations
+
+from typing import Literal, TypeVar
+
+import msgspec
+
+from cramlite.model import Location, Value, Vector3
+
+
+class Where(Value):
+    """Constraints on a placement, as scenarios write them under ``where``.
+
+    Args:
+        near, left_of, right_of, in_front_of, behind: another thing; sides are those of the robot's base, which looks along x.
+        within: distance from ``near``, from middle to middle, seen from above [m].
+        visible_from: "camera", or a point in the world [m].
+        attitude: direction of the payload's z axis.
+        facing: thing that the payload's front looks at, seen from above.
+        region: feature of the reference object, a surface or a cavity.
+    """
+
+    near: str | None = None
+    left_of: str | None = None
+    right_of: str | None = None
+    in_front_of: str | None = None
+    behind: str | None = None
+    within: float = 0.2
+    visible_from: Literal["camera"] | Vector3 | None = None
+    attitude: Literal["upright", "upside down"] | None = None
+    facing: str | None = None
+    region: str | None = None
+
+
+class Back(Value):
+    """Way back.
+
+    Args:
+        straight: against the direction of the hand alone, as fingers around a bar come off it.
+    """
+
+    straight: bool = False
+
+
+class Up(Value):
+    """Way up.
+
+    Args:
+        height_m: of the way; negative for down.
+    """
+
+    height_m: float
+
+
+class Along(Value):
+    """Straight way.
+
+    Args:
+        distance_m: of the way.
+    """
+
+    distance_m: float
+
+
+class Begun(Value):
+    """Way that goes on from another place.
+
+    Args:
+        begin: name of the location where it begins.
+    """
+
+    begin: str
+
+
+class Handle(Value):
+    """Hand at a handle.
+
+    Args:
+        least: share of the joint's range that must be reached.
+        drives: whether what stands in the way may be driven along.
+    """
+
+    least: float | None = None
+    drives: bool = False
+
+
+class JointWay(Value):
+    """Way along a joint.
+
+    Args:
+        share: of the joint's range; 0 for as far as the arm comes.
+        ajar: share below which the way ends, at the most.
+        turned: whether it is a knob or a switch that is turned.
+        drives: whether what stands in the way is driven along; the place says how far.
+    """
+
+    share: float = 0.0
+    ajar: float = 0.0
+    turned: bool = False
+    drives: bool = False
+
+
+class InnerSide(Value):
+    """Hand behind a door.
+
+    Args:
+        least: share of the joint's range that must be reached.
+        drives: whether what stands in the way may be driven along.
+    """
+
+    least: float
+    drives: bool = False
+
+
+class PushedThing(Value):
+    """Push of a flat thing.
+
+    Args:
+        region: surface feature to which it goes.
+        within: distance from another thing [m]; pushes have no use for it.
+        aside_m: distance to any side, in the place of a region.
+        apart: opening of the fingers behind it, as a share of its width.
+        inside: whether the fingers are in it, behind its rim.
+        around: whether the way leads around what stands in it.
+        begin: name of the location where the way begins; the hand's own place has none.
+    """
+
+    region: str = ""
+    within: float = 0.2
+    aside_m: float | None = None
+    apart: float = 0.0
+    inside: bool = False
+    around: bool = False
+    begin: str = ""
+
+
+class Tilting(Value):
+    """Tilt of a vessel.
+
+    Args:
+        tilt_rad: angle of the tilt.
+        height_m: of the lip over the other vessel's rim.
+    """
+
+    tilt_rad: float
+    height_m: float
+
+
+class Sight(Value):
+    """View of things.
+
+    Args:
+        around: names of things in view, in the place of the reference object.
+    """
+
+    around: tuple[str, ...] = ()
+
+
+P = TypeVar("P", bound=Value)
+
+
+def asked(location: Location, of: type[P]) -> P:
+    """Return the parameters of a location."""
+    return msgspec.convert(dict(location.parameters), of)
