@@ -39,7 +39,7 @@ def test_a_folder_is_that_of_the_file(test: str, folder: str) -> None:
 def test_time_of_ended_children_counts() -> None:
     before = spent()
     subprocess.run([sys.executable, "-c", "import time\nwhile time.process_time() < 0.2: pass"], check=True)
-    assert spent() - before >= 0.2
+    assert spent() - before > 0.19  # the clock of a process counts in hundredths
 
 
 @pytest.mark.heavy

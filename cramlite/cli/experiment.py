@@ -44,8 +44,10 @@ def _refuse(arguments: argparse.Namespace, options: tuple[str, ...], why: str) -
 def _episodes(path: Path, arguments: argparse.Namespace) -> Order:
     from ..experiment.judged.spec import read_judged
     from ..experiment.judged.trials import Episodes
+    from ..model import ProofDoubts
 
     experiment = read_judged(path)
+    ProofDoubts(twins=arguments.twins)  # a number of twins that is none is refused first
     if not arguments.suite and (arguments.out is None or not arguments.out.is_dir()):
         raise UserError(f"Which suite is to be played is not said; add --suite NAME: {nearest('', experiment.spec.suites)}.")
     asked = tuple(e for suite in arguments.suite for e in experiment.episodes(suite, arguments.tasks, arguments.states or "0"))
