@@ -95,6 +95,7 @@ def test_contracts_hold_in_the_small_house(house: Path) -> None:
     assert seen and int(seen[1]) < 60  # this house, not the large one
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(
     ("contract", "package", "line"),
     [pytest.param(*b, id=f"{b[1]}: {b[2]}", marks=() if FIRST[b[0]] == b[1:] else pytest.mark.heavy) for b in BREAKS],

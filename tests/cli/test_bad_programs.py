@@ -117,6 +117,7 @@ def test_one_that_waits_for_ever_is_ended_by_the_next() -> None:
     assert any("replaced by a new program" in line for line in log) and any("the next one" in line for line in log)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(
     ("body", "outcome", "said"),
     [

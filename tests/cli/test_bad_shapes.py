@@ -57,6 +57,7 @@ def test_a_goal_out_of_reach(run: Run, tmp_path: Path) -> None:
     _says(ran, 1, "shelf", " m > ", "of arm 'ur5e'")
 
 
+@pytest.mark.heavy
 def test_a_start_in_collision(run: Run, tmp_path: Path) -> None:
     from cramlite_plugins.kinematics.kinematics import forward
     from cramlite_plugins.robots.ur5e import UR5E

@@ -18,6 +18,7 @@ from cramlite.cli.doctor import cores, folders, libraries, python
 WHATS = ["cramlite", "Python", "libraries", "extras", "cores", "memory", "OpenGL", "fonts", "folders", "plugins"]
 
 
+@pytest.mark.heavy
 def test_this_machine_has_what_is_needed(run: Run) -> None:
     ran = run("doctor")
     lines = ran.out.splitlines()

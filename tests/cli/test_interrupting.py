@@ -32,6 +32,7 @@ def interrupted(run: Path, scenario: str, number: signal.Signals) -> tuple[int, 
     return process.returncode, said
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), pytest.param(signal.SIGTERM, 143, marks=pytest.mark.heavy)])
 def test_trace_report_and_nearest_miss_are_left(tmp_path: Path, number: signal.Signals, code: int) -> None:
     ended, said = interrupted(tmp_path, "tasks/pouring", number)

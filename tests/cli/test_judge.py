@@ -52,6 +52,7 @@ def test_the_text_of_a_run_passes_with_every_judge_that_the_run_had(run: Run, sh
     assert typed.code == 0 and {f["validator"] for f in json.loads(typed.out)["findings"]} == {f["validator"] for f in first}
 
 
+@pytest.mark.heavy
 def test_a_text_that_was_edited_and_still_works_passes(run: Run, shelf: Path, edited: Callable[..., Path]) -> None:
     mine = ("# 3.Placing/Retracting", "sleep(0.3)  # mine\n  # 3.Placing/Retracting")
     text = edited(mine, ('textmsg("cramlite: finished")', 'textmsg("done")'))
@@ -60,6 +61,7 @@ def test_a_text_that_was_edited_and_still_works_passes(run: Run, shelf: Path, ed
     assert "ok  task_rules: 4.ParkingArms" in done.out and "not judged: joint_limits, program_safety" in done.out
 
 
+@pytest.mark.heavy
 def test_a_comment_that_moved_changes_no_finding(run: Run, shelf: Path, tmp_path: Path) -> None:
     lines = (shelf / "program.script").read_text().splitlines()
     k = next(k for k, line in enumerate(lines) if "# 3.Placing/Releasing/payload" in line)
@@ -85,6 +87,7 @@ def test_a_typed_program_on_one_line_is_judged_a_step_a_line(run: Run, shelf: Pa
     assert [line.strip().startswith('{"step"') for line in lines[first - 1 : last]] == [True] * 15
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(
     ("first", "last", "said"),
     [
@@ -139,6 +142,7 @@ def test_a_text_of_ones_own_is_judged_by_its_goal_alone(run: Run, shelf: Path, t
     assert stopped.code == 1 and "ended by halted" in stopped.err
 
 
+@pytest.mark.heavy
 def test_a_scenario_says_what_a_text_is_for(run: Run, shelf: Path, edited: Callable[..., Path], tmp_path: Path) -> None:
     done = run("judge", shelf / "program.script", "--world", "place_on_shelf", "--plan", "place_on_shelf")
     assert done.code == 0 and "no run directory says where" in done.out

@@ -30,6 +30,7 @@ def taken(scenario: Path) -> Path:
     return folder
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(
     ("old", "new", "judge"),
     [

@@ -263,6 +263,7 @@ def test_nothing_but_what_was_proven_moves(proven: Proven, arguments: dict[str, 
     assert says in said and "\x1b" not in said and len(said) < 1000
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("file", ["program.script", "program.json", "plan.json", "world.json"])
 def test_what_was_altered_after_the_proof_does_not_move(proven: Proven, file: str) -> None:
     path = proven.place / file

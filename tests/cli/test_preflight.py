@@ -31,6 +31,7 @@ def test_the_page_of_a_run_has_all_its_parts(run: Run, taken: Path) -> None:
     assert max(map(len, done.out.splitlines())) < 140
 
 
+@pytest.mark.heavy
 def test_numbers_are_those_of_the_run_and_of_its_twins(run: Run, taken: Path) -> None:
     found = json.loads(run("preflight", taken, "--json").out)
     force = next(c for c in found["checks"] if c["name"] == "tool force")

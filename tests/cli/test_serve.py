@@ -182,6 +182,7 @@ def test_cancel_within_a_run_and_the_next_request(process: subprocess.Popen[str]
     assert answers[2]["error"]["code"] == 2, "it was worked off: there is no such episode"
 
 
+@pytest.mark.heavy
 def test_a_request_for_the_next_program_is_cancelled_by_its_own_id(process: subprocess.Popen[str]) -> None:
     assert process.stdin is not None and process.stdout is not None
     said = (json.loads(line) for line in process.stdout)
@@ -195,6 +196,7 @@ def test_a_request_for_the_next_program_is_cancelled_by_its_own_id(process: subp
     assert "can go on, not 1" in answers[4]["error"]["message"]
 
 
+@pytest.mark.heavy
 def test_a_client_that_hangs_up(process: subprocess.Popen[str]) -> None:
     assert process.stdin is not None and process.stdout is not None and process.stderr is not None
     process.stdin.write(_request(1, "resolve", scenario="fetch_from_hanger") + "\n")
@@ -207,6 +209,7 @@ def test_a_client_that_hangs_up(process: subprocess.Popen[str]) -> None:
     assert "Exception" not in said
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("asked", [_request(1, "resolve", scenario="fetch_from_hanger"), _request(1, "tasks")])
 def test_a_client_that_closes_only_its_end_of_the_answers(process: subprocess.Popen[str], asked: str) -> None:
     """Whether a search is going on, or nothing is to be done."""

@@ -59,6 +59,7 @@ def test_every_dependency_is_explained() -> None:
     assert all(len(row) == 4 and all(row) for row in table)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("name", NEEDED)
 def test_sizes_are_those_of_what_goes_with_a_package(name: str) -> None:
     said = next(row[1] for row in rows("dependencies", "# Dependencies") if row[0] == f"`{name}`")
@@ -68,6 +69,7 @@ def test_sizes_are_those_of_what_goes_with_a_package(name: str) -> None:
     assert near(said, size(alone or {name}))
 
 
+@pytest.mark.heavy
 def test_all_sizes_together_are_said() -> None:
     text = (ROOT / "docs" / "reference" / "dependencies.md").read_text(encoding="utf-8")
     said = re.search(r"All of it is (\d+) MB", text)
@@ -80,6 +82,7 @@ def test_every_extra_is_explained() -> None:
     assert {n: re.findall(r"`([\w-]+)`", row[1]) for n, row in table.items()} == EXTRAS
 
 
+@pytest.mark.heavy
 def test_what_is_heavy_and_has_one_user_is_an_extra() -> None:
     sources = [p.read_text(encoding="utf-8") for folder in ("cramlite", "plugins") for p in (ROOT / folder).rglob("*.py")]
     used = {n: sum(bool(re.search(rf"^\s*(?:import|from) {m}\b", s, re.MULTILINE)) for s in sources) for n, m in _modules().items()}

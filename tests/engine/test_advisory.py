@@ -31,11 +31,13 @@ def resolved(folder: Path, limits: str, twins: int = 0) -> tuple[Solution | None
     return next(engine.resolve(scenario, setting=setting, trace=trace, budget=Budget(proofs=1)), None), trace
 
 
+@pytest.mark.heavy
 def test_an_objection_refuses(tmp_path: Path) -> None:
     solution, trace = resolved(tmp_path, STRICT)
     assert solution is None and any("bystanders: " in e.reason for e in trace.entries if e.kind == "proof")
 
 
+@pytest.mark.heavy
 def test_advice_is_told_and_refuses_nothing(tmp_path: Path) -> None:
     solution, _ = resolved(tmp_path, f"{STRICT}, advisory: [bystanders]", twins=1)
     assert solution is not None and solution.verdict.passed and solution.verdict.twins is not None
@@ -45,6 +47,7 @@ def test_advice_is_told_and_refuses_nothing(tmp_path: Path) -> None:
     assert any(line.startswith("    --  bystanders: advises only") for line in _finding_lines(solution.verdict))
 
 
+@pytest.mark.heavy
 def test_whoever_says_whether_a_program_does_what_it_is_for_may_not_advise_only(tmp_path: Path) -> None:
     may = [v.name for v in Engine().knowledge.validators if getattr(v, "may_advise", False)]
     assert may == ["bystanders"]
@@ -55,6 +58,7 @@ def test_whoever_says_whether_a_program_does_what_it_is_for_may_not_advise_only(
         assert "\n" not in str(caught.value)
 
 
+@pytest.mark.heavy
 def test_limits_that_say_more_than_validators_declare_are_not_heeded(tmp_path: Path) -> None:
     """A program that halts is refused, whatever is asked for by hand."""
     engine, scenario = Engine(), read_scenario(find_scenario("place_on_shelf"))
@@ -79,6 +83,7 @@ def test_what_only_advises_stands_in_the_headline(tmp_path: Path) -> None:
     assert findings_text(solution.verdict, ()).startswith("Passed, with advice:")
 
 
+@pytest.mark.heavy
 def test_nobody_who_advises_and_has_nothing_to_say_stands_in_it(tmp_path: Path) -> None:
     solution, _ = resolved(tmp_path, f"{STRICT}, bystander_motion: 200 mm, advisory: [bystanders]")
     assert solution is not None and solution.advice == () and solution.headline == "Solved"

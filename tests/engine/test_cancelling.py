@@ -187,6 +187,7 @@ def test_work_of_others_around_it_ends_it_too() -> None:
     assert [e.kind for e in trace.entries] == ["stop"]
 
 
+@pytest.mark.heavy
 def test_the_lines_say_what_is_done(proven: Proven) -> None:
     solution, lines = proven("grasp_one_thing"), list[str]()
     next(Engine().resolve(read_scenario(find_scenario("grasp_one_thing")), progress=lines.append))

@@ -35,6 +35,7 @@ def small(proven: Proven) -> Solution:
     return proven("grasp_one_thing")
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("name", [PLANNED, pytest.param("take_off_hanger_tasks", marks=pytest.mark.heavy)])
 def test_two_engines_in_two_threads(name: str, proven: Proven) -> None:
     scenario, alone = read_scenario(find_scenario(name)), proven(name)
@@ -60,6 +61,7 @@ def test_different_plugins_in_one_process(small: Solution) -> None:
     assert _first(Engine(), SMALL).code == small.code
 
 
+@pytest.mark.heavy
 def test_an_asyncio_server(small: Solution) -> None:
     engine, beats = Engine(), []
 

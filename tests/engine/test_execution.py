@@ -153,6 +153,7 @@ def placed(tmp_path: Path) -> tuple[Engine, Solution, Setting]:
     return engine, solution, solution.setting
 
 
+@pytest.mark.heavy
 def test_where_it_goes_on_is_known_after_the_execution_only(placed: tuple[Engine, Solution, Setting]) -> None:
     engine, solution, before = placed
     with pytest.raises(UserError, match=r"Engine\.execute"):

@@ -43,6 +43,7 @@ def limit_of(solution: Solution) -> tuple[float, str]:
     return next((c.limit, c.source) for c in shown if c.name == "tool force")
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(
     ("line", "robot", "limit", "source"),
     [
@@ -61,6 +62,7 @@ def test_the_scenarios_limit_else_the_robots(line: str, robot: str, limit: float
     assert limit_of(solution) == (limit, source)
 
 
+@pytest.mark.heavy
 def test_who_set_a_limit_changes_no_text(tmp_path: Path) -> None:
     own, _ = resolved(tmp_path, "grasp_one_thing", "")
     same, _ = resolved(tmp_path, "grasp_one_thing", "force_limit: 60 N")
@@ -69,6 +71,7 @@ def test_who_set_a_limit_changes_no_text(tmp_path: Path) -> None:
     assert limit_of(own) == (60.0, "of robot 'ur5e'") and limit_of(same) == (60.0, "of the scenario")
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(
     ("name", "low", "said", "enough"),
     [

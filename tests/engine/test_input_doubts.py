@@ -73,6 +73,7 @@ def test_without_a_force_the_gripper_presses_as_the_weight_needs(tmp_path: Path)
     assert said(trace, "chosen", "grip 50 N for 0.3 kg (2.9 N) on friction 0.72 (pads 0.9, 'block' 0.6)") >= 1
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("force", [20, 235])
 def test_a_force_at_the_end_of_its_range_is_used(force: float, tmp_path: Path) -> None:
     _, trace = searched(lift(tmp_path, force=force))
@@ -91,6 +92,7 @@ def test_a_load_just_below_it_is_not_refused_for_it(tmp_path: Path) -> None:
     assert said(trace, "chosen", "4.97 kg on the flange") >= 1
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(("limit", "proofs"), [(1.5, 1), (25, 1)])
 def test_a_limit_that_no_other_place_changes_is_tried_once(limit: float, proofs: int, tmp_path: Path) -> None:
     found, trace = searched(lift(tmp_path, second=SLIDE.format(limit=limit).replace("{{", "{").replace("}}", "}")))
@@ -112,6 +114,7 @@ def grounding(kind: str, name: str, value: str, cost: object) -> str:
     return GROUNDING.format(kind=kind, argument=argument, name=name, value=value, cost=cost)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(
     ("kind", "name", "value", "cost", "says"),
     [

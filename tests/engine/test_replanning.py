@@ -83,6 +83,7 @@ def test_looking_again_and_resolving_the_rest_succeeds(parametric: Path, tmp_pat
     assert "teabox_1: p[0.5" in header and "camera: tea_box by expert" in header, "the pose is perception's"
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(
     ("way", "said"),
     [((0.0, 5.0, 0.0), "the camera sees nothing that it knows"), ((0.6, 0.0, 0.0), "m > 1.01 m reach of arm 'ur5e'")],
@@ -120,6 +121,7 @@ def test_a_program_that_grasped_nothing_goes_back_the_way_it_came_and_on_with_a_
     assert max(abs(a - b) for a, b in zip(start.joints, typed.start, strict=True)) < 0.05
 
 
+@pytest.mark.heavy
 def test_with_something_in_the_hand_it_says_that_it_does_not_go_on(snapshot: tuple[Path, Path], tmp_path: Path, run: Run) -> None:
     """The shelf is not where the map has it: the program ends over it."""
     directory, scenario = snapshot

@@ -130,6 +130,7 @@ def simulators():
 """
 
 
+@pytest.mark.heavy
 def test_a_process_that_dies_again_and_again_is_no_success(plugin: Callable[[str, str], Path]) -> None:
     world = ENGINE.setting(read_scenario(PICK)).world
     with closing(ExecutorGroup(PluginChoice((plugin("dying", DYING),)), 1)) as group:
@@ -145,6 +146,7 @@ print(next(engine.resolve(scenario, setting=engine.setting(scenario, twins=1))).
 """
 
 
+@pytest.mark.heavy
 def test_a_script_without_a_guard_is_run_once(tmp_path: Path) -> None:
     (tmp_path / "mine.py").write_text(SCRIPT)
     done = subprocess.run([sys.executable, tmp_path / "mine.py"], capture_output=True, text=True, check=True)

@@ -58,6 +58,7 @@ def _borne(kitchen: Kitchen, thing: dict[str, Any]) -> bool:
     return any(abs(x - p["at"]["position"][0]) < 0.2 and abs(y - p["at"]["position"][1]) < 0.2 for p in plates)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(
     ("goal", "said"),
     [

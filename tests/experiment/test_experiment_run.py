@@ -132,6 +132,7 @@ def children(parent: int) -> list[int]:
     return [int(p.parent.name) for p, fields in zip(listed, pairs, strict=False) if int(fields[1]) == parent]
 
 
+@pytest.mark.heavy
 @pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="looks for processes in /proc")
 @pytest.mark.parametrize(("how", "code"), [(signal.SIGINT, 130), pytest.param(signal.SIGKILL, -9, marks=pytest.mark.heavy)])
 def test_ctrl_c_and_kill_lose_nothing(experiment: Path, tmp_path: Path, how: int, code: int) -> None:

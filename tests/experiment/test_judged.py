@@ -123,6 +123,7 @@ def test_episodes_are_proven_played_and_judged_once(run: Run, tmp_path: Path, sm
     assert "failed: goal" in html and "never true" in html and not re.search(r'(src|href)="(?!data:|#)', html)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(
     ("what", "said"),
     [
@@ -228,6 +229,7 @@ def descendants(process: int) -> set[int]:
     return found
 
 
+@pytest.mark.heavy
 @pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="looks for processes in /proc")
 @pytest.mark.parametrize(("how", "code"), [pytest.param(signal.SIGINT, 130, marks=pytest.mark.heavy), (signal.SIGKILL, -9)])
 def test_ctrl_c_and_kill_end_workers_and_judges_and_keep_what_is_done(how: int, code: int, tmp_path: Path, small: JudgedExperiment) -> None:

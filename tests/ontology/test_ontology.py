@@ -252,6 +252,7 @@ def test_the_check_compares_with_a_small_soma(tmp_path: Path) -> None:
     assert check_ontology([true], [theirs], tmp_path / "cache").sound, "what follows there may be said here"
 
 
+@pytest.mark.heavy
 @pytest.mark.skipif(not ORIGINALS.is_dir(), reason="SOMA and DUL are not here")
 def test_the_check_finds_false_claims_about_soma(tmp_path: Path) -> None:
     own = write(tmp_path, "soma:Cup rdfs:subClassOf soma:Bottle . soma:Teapotty rdfs:subClassOf soma:Crockery .")

@@ -47,6 +47,7 @@ def line_of(path: Path, query: str) -> int:
     return next(k for k, line in enumerate(path.read_text().splitlines(), 1) if query in line)
 
 
+@pytest.mark.heavy
 def test_an_attribute_of_a_plugin_is_looked_for(run: Run, bright: Path, tmp_path: Path) -> None:
     asked = run("perceive", SCENARIO, "--plugin", bright, "--query", QUERY)
     assert asked.code == 0, asked.err

@@ -37,6 +37,7 @@ def _plans(scenario: Path, engine: Engine, most: int = 1) -> list[str]:
     return [str(p) for p in islice(plans_in(setting, Goal(("red in box",)), engine.knowledge, Trace()), most)]
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("name", NUISANCES)
 def test_a_task_with_further_effects_changes_no_plan(name: str, box: Path, tmp_path: Path) -> None:
     assert _plans(box, Engine(files=[stranger(name, tmp_path)])) == [SHIPPED]

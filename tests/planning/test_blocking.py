@@ -155,6 +155,7 @@ def test_the_search_tells_in_which_part_a_task_was_refused(tmp_path: Path, size:
     assert trace.refutation is not None and trace.refutation.part == part
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(
     ("in_the_way", "moved"),
     [
@@ -171,6 +172,7 @@ def test_all_of_one_set_are_put_aside(in_the_way: tuple[tuple[str, ...], ...], m
     assert {n for n in ("before", "behind", "left", "right") if f"Grasping(Patient={n})" in plans[1]} in moved
 
 
+@pytest.mark.heavy
 def test_what_stands_in_a_closed_drawer_is_reached_by_opening_that(tmp_path: Path) -> None:
     """No rule asks for it, as the goal is about the bowl alone; and not where the drawer is not what is in the way."""
     path = tmp_path / "bowl.yaml"
@@ -208,6 +210,7 @@ def test_three_drawers_count_as_one_thing_that_is_carried(tmp_path: Path, tins: 
     assert few_things(given, Scope(frozenset(given.grounder.things))) is few
 
 
+@pytest.mark.heavy
 def test_a_closed_drawer_in_the_way_of_another_is_opened_last_of_all(tmp_path: Path) -> None:
     """Open it takes more room: what is loose is carried away, and where nothing is, one that is open is shut; else it is tried."""
     given = _drawers(tmp_path)
@@ -232,6 +235,7 @@ def test_a_drawer_in_the_way_is_moved_for_a_goal_about_which_no_rule_asks_of_joi
     assert plans[1].endswith("(Patient=drawer) LookingAt(Patient=cabinet)")
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(("height", "pushed"), [(16, True), (60, False)])
 def test_what_is_flat_and_no_hand_takes_hold_of_is_pushed_aside(tmp_path: Path, height: int, pushed: bool) -> None:
     """After it could not be carried; what is higher is only carried."""

@@ -109,6 +109,7 @@ def _plans(plugin: Plugin, symmetric: bool, goal: str) -> tuple[list[str], Trace
     return [str(p) for p in plans_in(setting, Goal((goal,)), engine.knowledge, trace)], trace
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("goal", ["block linked with shelf", "shelf gets linked with block"])
 def test_a_plugin_s_symmetric_predicate_with_a_goal_phrase_is_planned(goal: str, plugin: Plugin) -> None:
     plans, trace = _plans(plugin, True, goal)

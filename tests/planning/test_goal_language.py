@@ -39,6 +39,7 @@ def first(*says: str) -> tuple[list[str], list[dict[str, object]]]:
     return [a.task.split(":")[-1] for a in plan.actions], [dict(a.parameters) for a in plan.actions]
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(
     ("goal", "tasks", "told"),
     [
@@ -111,6 +112,7 @@ def test_each_part_has_its_answer() -> None:
     assert mug.tasks[1] - mug.tasks[0] == 2 and stands.tasks is None
 
 
+@pytest.mark.heavy
 def test_where_no_plan_is_each_part_says_why() -> None:
     trace = Trace()
     assert next(plans_in(SETTING, Goal(("mug in tray", "drawer open")), ENGINE.knowledge, trace), None) is None

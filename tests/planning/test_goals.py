@@ -105,6 +105,7 @@ def test_goals_that_cannot_be_used(goal: str, says: str) -> None:
         _plans("place_on_shelf", goal)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(
     ("goal", "says"),
     [

@@ -62,6 +62,7 @@ def test_the_look_would_see_an_instance(plan: Plan, episode: Episode) -> None:
     assert _survivors(posed, episode)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("scenario", [PLANNED, pytest.param(TASKS.stem, marks=pytest.mark.heavy)])
 def test_the_same_seed_gives_the_same_text(scenario: str, process: Run, proven: Proven, tmp_path: Path) -> None:
     """In this process and in another (twice in one: test_embedding.py); another seed gives another text."""

@@ -328,6 +328,7 @@ NO_FINDINGS = {
 }
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("what", NO_FINDINGS)
 def test_a_validator_that_answers_nonsense_is_named(what: str, plugin: Plugin, run: Run, tmp_path: Path) -> None:
     body, says = NO_FINDINGS[what]

@@ -26,6 +26,7 @@ BROKEN = {
 }
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("when", BROKEN)
 def test_a_broken_plugin_does_not_stop_the_others(when: str, plugin: Plugin, run: Run, tmp_path: Path) -> None:
     body, said = BROKEN[when]

@@ -74,6 +74,7 @@ def test_checks_that_are_left_out_are_said(run: Run, tmp_path: Path) -> None:
     assert json.loads((tmp_path / "full" / "verdict.json").read_text())["left_out"] == []
 
 
+@pytest.mark.heavy
 def test_a_scenario_that_leaves_checks_out_says_so_from_python(plugin: Plugin, tmp_path: Path) -> None:
     text = find_scenario("grasp_one_thing").read_text()
     scenario = tmp_path / "grasp.yaml"

@@ -202,6 +202,7 @@ def test_without_a_demonstration_its_sections_are_left_out(tmp_path: Path, solut
     assert ">The search</h2>" in page
 
 
+@pytest.mark.heavy
 def test_text_that_cannot_run_here_is_said_to(tmp_path: Path, solution: Solution, engine: Engine) -> None:
     candidate = replace(solution.candidate, rollout=None, episode=None)
     page = written(tmp_path, replace(solution, candidate=candidate), engine)

@@ -137,6 +137,7 @@ def experts():
 """
 
 
+@pytest.mark.heavy
 def test_a_broken_expert_is_named_and_the_next_one_answers(tmp_path: Path) -> None:
     (tmp_path / "hasty.py").write_text(BROKEN)
     done = cramlite(
@@ -151,6 +152,7 @@ def test_a_broken_expert_is_named_and_the_next_one_answers(tmp_path: Path) -> No
     assert "pose: [0.7" in done.stdout
 
 
+@pytest.mark.heavy
 def test_perceive_answers_and_writes_a_page(tmp_path: Path) -> None:
     done = cramlite("perceive", "fetch_from_hanger_camera", "--query", "colour=red on=Hanger", "--out", tmp_path, "--json")
     assert done.returncode == 0, done.stderr

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
 from helpers.edited import engine, objections, run
 
 from cramlite import read_scenario
@@ -31,6 +32,7 @@ def exceeded(candidate: Candidate) -> list[str]:
     return [c.name for c in checks(flight, {}) if not c.passed]
 
 
+@pytest.mark.heavy
 def test_what_is_proven_is_ready_and_what_is_not_ready_is_not_proven(tmp_path: Path) -> None:
     path = tmp_path / "far_round.yaml"
     path.write_text(FAR_ROUND)

@@ -97,6 +97,7 @@ def resolve_motion(motion, belief, context):
 """
 
 
+@pytest.mark.heavy
 def test_a_gripper_that_never_closes_is_seen(tmp_path: Path) -> None:
     plugin = tmp_path / "lazy_gripper.py"
     plugin.write_text(LAZY_GRIPPER)
@@ -157,6 +158,7 @@ def test_an_arm_that_there_is_not(tmp_path: Path) -> None:
     assert "ur6" in run.stderr
 
 
+@pytest.mark.heavy
 def test_the_program_sees_only_text_and_world(shipped: tuple[Path, CompletedProcess[str]]) -> None:
     """Another process that is given the program and the world file, nothing else, gets the same end."""
     run, _ = shipped

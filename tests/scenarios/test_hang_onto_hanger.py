@@ -35,6 +35,7 @@ def hook(world: World) -> Thing:
     return world.thing("hook")
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("seed", ["0", *(pytest.param(s, marks=pytest.mark.heavy) for s in ("2", "13", FAR))])
 def test_the_product_hangs_although_the_hanger_is_elsewhere(seed: str, tmp_path: Path) -> None:
     done = resolve("hang_onto_hanger", tmp_path / "run", "--seed", seed, "--json")

@@ -45,12 +45,14 @@ def planned() -> Planned:
     return Planned()
 
 
+@pytest.mark.heavy
 def test_it_was_tried_at_the_edge_of_what_is_declared(planned: Planned) -> None:
     found = [f for f in planned.solution.verdict.findings if f.validator == "late_pose"]
     assert len(found) == 4 and all(f.passed for f in found)
     assert "'block' +15, +0 mm and +8 deg off" in found[0].reason
 
 
+@pytest.mark.heavy
 def test_what_does_not_work_at_the_edge_of_what_is_declared_is_refused(planned: Planned) -> None:
     """400 mm off the block is out of reach."""
     made, setting = planned.solution.candidate, planned.solution.setting
@@ -61,6 +63,7 @@ def test_what_does_not_work_at_the_edge_of_what_is_declared_is_refused(planned: 
     assert "with 'block' +400, +0 mm and +0 deg off: " in verdict.reason
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(("dx", "dy", "yaw"), [(0.012, 0.0, 0.1), (-0.008, -0.008, -0.1)])
 def test_inside_the_tolerance_it_succeeds(planned: Planned, dx: float, dy: float, yaw: float) -> None:
     done = planned.run(dx, dy, yaw)

@@ -107,6 +107,7 @@ def test_prefer(side: str, files: list[Path], tmp_path: Path, capsys: pytest.Cap
 NO_PLUGIN = "yaml:7: there is no plugin 'objets' to block; did you mean 'objects'?"
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(
     ("asked", "says"), [("block: [pushing]", "def "), ("block: [objects]", "no plugin resolves"), ("block: [objets]", NO_PLUGIN)]
 )
@@ -123,6 +124,7 @@ def test_budget(asked: str, says: str, tmp_path: Path, files: list[Path], capsys
     assert says in _alike(_scenario(tmp_path, asked), [], tmp_path / "run", capsys)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(("asked", "says"), [("ontologies: [mine.ttl]", "def "), ("", "unknown class 'cram:Candle'")])
 def test_ontologies(asked: str, says: str, tmp_path: Path, files: list[Path], capsys: pytest.CaptureFixture[str]) -> None:
     assert says in _alike(_scenario(tmp_path, asked, "cram:Candle"), [], tmp_path / "run", capsys)

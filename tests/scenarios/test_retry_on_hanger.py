@@ -58,6 +58,7 @@ def test_without_the_retry_the_small_search_ends_the_program(tmp_path: Path) -> 
     assert "nothing gave way within a radius of 0.001 m" in said
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(("limit", "slides"), [(25, "yes"), (12.5, "2.SlidingObject/stroke: force "), (1.5, "it presses with 12 N")])
 def test_a_thing_slides_until_the_force_is_too_much(limit: float, slides: str, tmp_path: Path) -> None:
     path = tmp_path / "slide.yaml"

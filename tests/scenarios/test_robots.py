@@ -49,6 +49,7 @@ def variant(folder: Path, scenario: str, robot: str, *changes: tuple[str, str]) 
     return path
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(
     ("scenario", "end", "robot"),
     [
@@ -84,6 +85,7 @@ FAMILY = {"ur3": False, "ur3e": True, "ur10": True, "ur10e": True, "ur16e": True
 """Robot -> whether it is between others, so that these show what it would."""
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("robot", [pytest.param(r, marks=pytest.mark.heavy) if between else r for r, between in FAMILY.items()])
 def test_the_family_grasps_and_places(robot: str, run: Callable[..., Any], tmp_path: Path) -> None:
     """The small arms stand nearer to the peg; all else is as shipped."""

@@ -178,6 +178,7 @@ def test_a_task_of_every_name_that_is_accepted_works(tmp_path: Path) -> None:
         assert plan.actions[1].task == f"cram:{camel(word)}"
 
 
+@pytest.mark.heavy
 def test_a_task_with_a_name_of_soma_is_proven(tmp_path: Path) -> None:
     _, *files = write_skeleton("task", "mixing", tmp_path / "cramlite-mixing")
     module = next(f for f in files if f.name == "__init__.py")

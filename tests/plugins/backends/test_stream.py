@@ -53,6 +53,7 @@ def on(placed: Path, result: Path, *options: str) -> str:
     return " ".join([sys.executable, str(HELPERS / "robot_process.py"), str(placed), "--result", str(result), *options])
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("actions", ["joints", "deltas"])
 def test_a_proven_pick_and_place_succeeds_on_a_robot_process(placed: Path, tmp_path: Path, run: Run, actions: str) -> None:
     done = run("execute", placed / "program.json", "--on", on(placed, tmp_path / "result", "--actions", actions), "--out", tmp_path / "out")
@@ -63,11 +64,13 @@ def test_a_proven_pick_and_place_succeeds_on_a_robot_process(placed: Path, tmp_p
     assert json.loads((tmp_path / "out" / "execution.json").read_text())["outcome"] == "finished"
 
 
+@pytest.mark.heavy
 def test_a_thing_that_was_taken_away_is_missed(placed: Path, tmp_path: Path, run: Run) -> None:
     done = run("execute", placed / "program.json", "--on", on(placed, tmp_path / "result", "--take", "block", "--at", "5"))
     assert done.code == 1 and "no object between the fingers" in done.err
 
 
+@pytest.mark.heavy
 def test_a_robot_that_feels_nothing_is_refused_before_it_moves(placed: Path, tmp_path: Path, run: Run) -> None:
     done = run("execute", placed / "program.json", "--on", on(placed, tmp_path / "result", "--numb"))
     assert done.code == 2 and "tells none" in done.err and "lower" in done.err

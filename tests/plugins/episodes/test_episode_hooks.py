@@ -142,6 +142,7 @@ BAD_REPAIRS = {
 }
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("what", BAD_REPAIRS)
 def test_a_repair_that_fails_changes_nothing_and_is_named(what: str, tmp_path: Path, plugin: Plugin, run: Run) -> None:
     body, says = BAD_REPAIRS[what]
@@ -186,6 +187,7 @@ WRONG = {
 }
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("what", WRONG)
 def test_a_reader_that_answers_wrongly_is_named(what: str, tmp_path: Path, plugin: Plugin, run: Run) -> None:
     body, says = WRONG[what]

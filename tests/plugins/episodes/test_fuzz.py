@@ -166,6 +166,7 @@ def test_deep_and_long_files(tmp_path: Path, name: str, content: bytes) -> None:
     read(tmp_path / name)
 
 
+@pytest.mark.heavy
 @pytest.mark.skipif(sys.platform != "linux", reason="RLIMIT_AS binds on Linux only")
 @pytest.mark.parametrize(
     "name", ["X_ED.owl", "x.ttl", "x.jsonld", "tf.bson", "triples.bson", "w.json", "w.jsonl", "extras.npz"]

@@ -50,6 +50,7 @@ def exported(ran: Path, tmp_path_factory: pytest.TempPathFactory) -> Any:
     return write
 
 
+@pytest.mark.heavy
 def test_tasks_and_steps_follow_each_other(record: RunRecord) -> None:
     assert [s.name for s in record.tasks] == ["1.Grasping", "2.PickingUp", "3.Placing", "4.ParkingArms"]
     for spans in (record.tasks, record.steps):
@@ -110,6 +111,7 @@ def test_mcap_is_read_back_equal_by_foxgloves_reader(exported: Any, record: RunR
     assert np.array_equal(rows, record.scene.poses["block"])
 
 
+@pytest.mark.heavy
 def test_mcap_says_tasks_events_shapes_and_pictures(exported: Any, record: RunRecord) -> None:
     folder = exported("mcap")
     tasks = [(t, m.data) for t, m in _messages(folder, "/task")]

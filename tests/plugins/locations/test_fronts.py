@@ -34,6 +34,7 @@ def _fronts(robot: Robot, at: Pose, opened: float) -> tuple[list[Grounding], lis
     return [a for a in found if isinstance(a, Grounding)], [a for a in found if isinstance(a, Refused)], belief
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("every", [36, pytest.param(12, marks=pytest.mark.heavy)])
 def test_the_arm_follows_each_front_that_is_offered_until_it_is_all_but_shut(every: int) -> None:
     found, refused, belief = _fronts(UR5E, Pose.from_rotvec((0.75, 0.1, 0.35), (0, 0, math.pi)), 1.3)

@@ -40,6 +40,7 @@ def test_one_of_the_first_five_holds(seed: int) -> None:
     assert any(benchmark.holds(item, g) for g in found), [g.name for g in found]
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("seed", [10006, 10013])
 def test_pads_without_friction_hold_nothing(seed: int) -> None:
     item = grasp_objects.thing(seed)

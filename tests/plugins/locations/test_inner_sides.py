@@ -40,6 +40,7 @@ def _behind(opened: float) -> tuple[list[Grounding], list[Refused], Belief]:
     return [a for a in found if isinstance(a, Grounding)], [a for a in found if isinstance(a, Refused)], belief
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("every", [32, pytest.param(8, marks=pytest.mark.heavy)])
 def test_the_arm_follows_each_hand_behind_a_door_until_that_is_open(every: int) -> None:
     found, refused, belief = _behind(0.6)

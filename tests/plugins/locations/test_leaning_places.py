@@ -77,6 +77,7 @@ def test_between_walls_that_are_too_high_to_lean_far_enough_it_is_refused() -> N
         _answers(front=0.13, origin=0.004)
 
 
+@pytest.mark.heavy
 def test_it_is_in_its_region_wherever_it_is_let_go_of_nearby(monkeypatch: pytest.MonkeyPatch) -> None:
     """Where an arm may be as far off as there is room, no place is sure."""
     monkeypatch.setattr(leaning, "OFF_PATH", 0.015)

@@ -130,6 +130,7 @@ def test_a_block_inside_another_is_seen_to_touch_it() -> None:
     assert touching(Pose((0.45, -0.35, 0.6)), belief) == set()
 
 
+@pytest.mark.heavy
 def test_most_drawn_worlds_have_places() -> None:
     """Else nothing would be checked."""
     for drawn in (on_shelf, into_box):

@@ -52,6 +52,7 @@ def test_an_empty_floor_takes_one_leg() -> None:
     assert plan_base_path(floor_with(), (0, 0, 0), (3, 1, 0.5)) == [(3, 1, 0.5)]
 
 
+@pytest.mark.heavy
 @examples(4)
 @given(st.floats(-1.0, 1.0), st.floats(-3.1, 3.1), st.floats(-3.1, 3.1))
 def test_ways_around_a_crate_touch_nothing(y: float, turn: float, goal_turn: float) -> None:

@@ -155,6 +155,7 @@ def test_another_seed_gives_another_path() -> None:
     assert wall_query(7)[2] != wall_query(8)[2]
 
 
+@pytest.mark.heavy
 def test_the_same_seed_gives_the_same_path_in_another_process_and_nothing_leaks() -> None:
     code = f"import sys; sys.path[:0] = {sys.path!r}\nfrom test_planner import wall_query\nprint(wall_query(7)[2])"
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

@@ -81,6 +81,7 @@ def test_its_sibling_is_just_held(tmp_path: Path) -> None:
     assert solution is not None and made == 1
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(("friction", "held"), [(0.05, False), (0.14, True)])
 def test_a_force_that_is_given_stays_and_the_physics_says_whether_it_holds(friction: float, held: bool, tmp_path: Path) -> None:
     """50 N on each pad carry 2 x 50 x 0.0947 = 9.5 N of a weight of 14.7 N, or 24 N of it."""

@@ -84,6 +84,7 @@ def test_a_fragile_product_lowers_forces_and_the_source_is_named(tmp_path: Path)
     assert "instead" not in usual.text
 
 
+@pytest.mark.heavy
 def test_without_the_axiom_the_default_is_back(tmp_path: Path) -> None:
     files = []
     for file in sorted((ROOT / "ontologies").glob("*.ttl")):
@@ -131,6 +132,7 @@ def test_what_rails_carry_is_no_heavy_load(joint: Joint | None, heavy: bool) -> 
     assert ("cram:HeavyObject" in classes(drawer, context)) == heavy  # type: ignore[arg-type]
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(("diameter", "radius", "pitch"), [(8, 0.007, 0.00075), (9, 0.0065, 0.001125), (12, 0.005, 0.0015)])
 def test_sizes_of_hole_and_peg_say_how_to_search(tmp_path: Path, diameter: int, radius: float, pitch: float) -> None:
     changes = (("hole_diameter: 9 mm", f"hole_diameter: {diameter} mm"), ("{search_radius_m: 0.008}", "{search_radius_m: 0}"))
@@ -141,6 +143,7 @@ def test_sizes_of_hole_and_peg_say_how_to_search(tmp_path: Path, diameter: int, 
     assert "(from motions.ttl)" in found.reasons
 
 
+@pytest.mark.heavy
 def test_motions_in_contact_leave_the_held_thing_less_certain(tmp_path: Path) -> None:
     found = Resolved(tmp_path, "retry_on_hanger")
     known = [float(v) for v in re.findall(r"'coffee' is known to ([\d.]+) mm in the hand", found.reasons)]

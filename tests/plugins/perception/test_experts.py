@@ -47,6 +47,7 @@ def truth(sample: Sample, percept: Any) -> Thing:
     return sample.world.thing(str(names[counts.argmax()]))
 
 
+@pytest.mark.heavy
 def test_every_product_is_one_object_of_the_right_class() -> None:
     sample = scene()
     found = see("type=cram:BoxedProduct on=Hanger")
@@ -133,6 +134,7 @@ def test_the_pose_of_one_product() -> None:
     assert own[0].values["pose"].expert == "plausibility" and own[0].values["pose"].judged.others
 
 
+@pytest.mark.heavy
 def test_names_in_the_simulator_change_no_answer() -> None:
     """And neither does anything that happens after the picture: the view is all there is."""
     own, other = scene(), scene(SEED, True)
@@ -219,6 +221,7 @@ def test_outliers_are_removed_by_every_clustering(name: str) -> None:
         expert.run(Inputs({"cloud": few, "segment": Segment(mask[:, :10])}, expert.defaults()))
 
 
+@pytest.mark.heavy
 def test_names_stay_over_frames() -> None:
     first = see("type=cram:BoxedProduct on=Hanger", wanted=("instance",))
     centres = {a.value("instance"): (a.value("type"), np.median(a.value("points"), axis=0)) for a in first.answers}
@@ -231,6 +234,7 @@ def test_names_stay_over_frames() -> None:
     assert not {a.value("instance") for a in fresh.answers} & set(centres)
 
 
+@pytest.mark.heavy
 def test_a_peg_that_is_not_where_the_map_has_it() -> None:
     from cramlite.model import Pose, World
     from cramlite_plugins.locations.viewpoints import looking_at

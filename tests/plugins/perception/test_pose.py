@@ -44,6 +44,7 @@ def _hanging(yaw: float, seed: int) -> tuple[View, Mask, Pose]:
     return view, ids == compiled.things["tea"].body, tea.pose
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(("yaw", "seed"), [(0.0, 1), (0.3, 2)])
 def test_a_hanging_product_is_found(yaw: float, seed: int) -> None:
     view, mask, truth = _hanging(yaw, seed)
@@ -132,6 +133,7 @@ def test_a_part_of_the_mask_that_is_not_the_object() -> None:
     assert not alone or alone[0].score < 0.6
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("name", ["paper", "one_plane_icp", "one_icp"])
 def test_the_other_recipes_answer(name: str) -> None:
     """They need not be right (docs/figures/perception_methods.yaml), but say a pose near the cloud, and nothing for no cloud."""

@@ -34,6 +34,7 @@ def _registrations(engine: Engine) -> dict[str, Expert]:
     return {e.name: e for e in engine.knowledge.experts if "hypotheses" in e.outputs}
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("name", ["registration", "paper_registration"])
 def test_registrations_make_hypotheses(name: str) -> None:
     fits = _registrations(Engine(files=[PAPER]))[name].run(_inputs(0.9))["hypotheses"]

@@ -87,6 +87,7 @@ def test_mass_or_density(tmp_path: Path, mass: dict[str, float]) -> None:
         make("mesh", "it", Pose(), {"file": str(tmp_path / "bowl.stl"), **mass})
 
 
+@pytest.mark.heavy
 def test_an_open_mesh_is_closed_and_says_so(tmp_path: Path) -> None:
     made.opened(made.mug(), 1).export(tmp_path / "open.stl")
     thing = make("mesh", "it", Pose(), {"file": str(tmp_path / "open.stl"), "mass": 0.2})

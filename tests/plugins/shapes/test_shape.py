@@ -61,6 +61,7 @@ def test_without_the_bore_a_hole_is_filled_in() -> None:
     assert np.any(inside)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(("mesh", "most"), [(made.bowl(), 40), (made.mug(), 60), (trimesh.creation.torus(0.04, 0.01), 60)])
 def test_parts_fill_what_the_mesh_fills_and_little_more(mesh: trimesh.Trimesh, most: int) -> None:
     found = shape.from_mesh(mesh)
@@ -88,6 +89,7 @@ def test_a_tube_is_not_all_hole() -> None:
     assert any(g.part == "hole" for g in shape.from_mesh(made.tagged()).geoms)
 
 
+@pytest.mark.heavy
 def test_the_same_content_gives_the_same_shape_and_is_kept(tmp_path: Path) -> None:
     one, other = tmp_path / "a.stl", tmp_path / "b.stl"
     made.tagged().export(one)
@@ -101,6 +103,7 @@ def test_the_same_content_gives_the_same_shape_and_is_kept(tmp_path: Path) -> No
     assert shape.shape_of(one) != first
 
 
+@pytest.mark.heavy
 def test_mass_and_inertia_are_the_exact_ones(tmp_path: Path) -> None:
     made.bowl().export(tmp_path / "bowl.obj")
     thing = make("mesh", "it", Pose(), {"file": str(tmp_path / "bowl.obj"), "density": 2000})

@@ -45,6 +45,7 @@ def grasps(episode: Episode) -> list[tuple[str, str]]:
     return [(e.roles["gripper"], e.roles["object"]) for e in episode.of("state", ["cram:GraspState"])]
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(
     ("name", "order"), [("fetch_from_hanger", ("hand", "other_hand")), ("hang_onto_hanger", ("other_hand", "hand"))]
 )

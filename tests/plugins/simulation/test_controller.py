@@ -169,6 +169,7 @@ def test_a_program_that_goes_on_to_new_lines_may_take_longer_than_one_of_them() 
     assert rollout.outcome == "finished" and rollout.times[-1] > 1.5
 
 
+@pytest.mark.heavy
 def test_the_same_seed_gives_the_same_run() -> None:
     steps = (go(down(0.45, -0.2, FINGERTIP + 0.01)), CLOSED, GUARDED)
     runs = [execute(text(*steps), WORLD, ROBOTS, mount="arm", seed=s, settle=0.0, force_noise=0.3) for s in (1, 1, 2)]

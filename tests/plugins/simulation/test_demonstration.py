@@ -39,6 +39,7 @@ def spans(episode: Episode, type_: str, *fillers: str) -> list[tuple[float, floa
     return [(e.start, e.end) for e in episode.of("state", [type_]) if tuple(e.roles.values()) == fillers]
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("seed", range(5))
 def test_the_product_ends_in_the_basket(seed: int) -> None:
     recorded = performed(shelf(seed), seed=seed)
@@ -57,6 +58,7 @@ def test_the_product_ends_in_the_basket(seed: int) -> None:
     assert abs(y) < 0.15
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("seed", [0, 1, 2])
 def test_without_friction_the_same_script_grasps_nothing(seed: int) -> None:
     recorded = performed(shelf(seed, pad_friction=0.0), seed=seed)
@@ -68,6 +70,7 @@ def test_without_friction_the_same_script_grasps_nothing(seed: int) -> None:
     assert spans(found, "soma:SupportState", "hanger/peg", "product")[-1][1] > last, "it hangs where it hung"
 
 
+@pytest.mark.heavy
 def test_the_seed_is_the_only_variety() -> None:
     one, two, other = (performed(shelf(7), seed=s) for s in (7, 7, 8))
     assert np.array_equal(one.poses["effector"], two.poses["effector"])
@@ -75,6 +78,7 @@ def test_the_seed_is_the_only_variety() -> None:
     assert not np.array_equal(one.poses["effector"][:100], other.poses["effector"][:100])
 
 
+@pytest.mark.heavy
 def test_the_hand_trembles_but_does_not_jump() -> None:
     recorded = performed(shelf(3), seed=3)
     step = np.linalg.norm(np.diff(recorded.poses["effector"][:, :3], axis=0), axis=1) / np.diff(recorded.times)

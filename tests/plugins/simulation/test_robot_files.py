@@ -75,6 +75,7 @@ def test_so_are_those_of_a_published_model() -> None:
 FIRST = {"down": 'axis="0 0 -1"', "leaning": 'axis="0 0.6 0.8"', "level, beside the base": 'axis="1 0 0" pos="0.1 0.05 0.02"'}
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("first", FIRST)
 @pytest.mark.parametrize("path", [SEVEN, SIX], ids=lambda p: p.name)
 def test_the_first_axis_may_point_anywhere(path: Path, first: str, tmp_path: Path) -> None:
@@ -231,6 +232,7 @@ def test_a_program_is_proven(gripper: str, run: Callable[..., Any], tmp_path: Pa
     assert run("check", tmp_path / "run" / "program.json").code == 0
 
 
+@pytest.mark.heavy
 def test_an_arm_whose_first_and_last_axes_point_down_reaches_as_far(run: Callable[..., Any], tmp_path: Path) -> None:
     own, scenario = tmp_path / "own.urdf", tmp_path / "place.yaml"
     first, *between, last = SIX.read_text().split('<axis xyz="0 0 1"/>')
@@ -243,6 +245,7 @@ def test_an_arm_whose_first_and_last_axes_point_down_reaches_as_far(run: Callabl
         assert done.code == code and ("nearest point" in done.err) == bool(code), done.err
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(("own", "called"), [("sawyer", "sawyer (robot.xml)"), ("robot", "robot.xml"), ("", "robot.xml")])
 def test_a_vendors_arm_is_called_by_its_model(own: str, called: str, tmp_path: Path, run: Callable[..., Any]) -> None:
     model = f'model="{own}"' if own else ""

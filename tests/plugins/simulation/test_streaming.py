@@ -55,6 +55,7 @@ def test_what_the_controller_does_not_do_is_said(call: str, said: str) -> None:
     assert rollout.outcome in ("error", "protective stop") and said in rollout.reason
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(("down", "found"), [(-0.03, True), (0.03, False)])
 def test_tool_contact_finds_the_table_and_nothing_in_the_air(down: float, found: bool) -> None:
     body = f"""  zero_ftsensor()

@@ -84,6 +84,7 @@ def over_the_block() -> tuple[AnyStep, ...]:
     )  # fmt: skip
 
 
+@pytest.mark.heavy
 def test_both_languages_do_the_same() -> None:
     """On a flat block the search finds nothing, so both abort there, after the same motions."""
     steps = over_the_block()

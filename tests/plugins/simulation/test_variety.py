@@ -58,6 +58,7 @@ def test_a_seed_is_one_person_and_another_another() -> None:
     assert not any(habits(np.random.default_rng(k)).interrupted for k in range(60))
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(("own", "held"), [(Habits(False, False, False, 0.0), 1), (Habits(True, True, True, 0.0), 3)])
 def test_taking_again_and_putting_down_are_seen(own: Habits, held: int, monkeypatch: pytest.MonkeyPatch) -> None:
     from cramlite_plugins.simulation.person import variety

@@ -195,6 +195,7 @@ def test_a_watchdog_that_nobody_feeds_stops_the_program(controller: Path, action
     ask(29999, "stop")
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(
     ("host", "said"), [("0.0.0.0", "loopback addresses only"), ("10.1.2.3", "loopback"), (HOST, "cannot be opened")]
 )
@@ -204,6 +205,7 @@ def test_other_addresses_are_refused(controller: Path, host: str, said: str) -> 
     assert done.returncode == 2 and said in done.stderr and "Traceback" not in done.stderr
 
 
+@pytest.mark.heavy
 def test_it_closes_by_itself() -> None:
     command = [sys.executable, "-m", "cramlite", "controller", "--host", "127.0.0.32", "--idle", "0.5"]
     done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=60)

@@ -68,6 +68,7 @@ def test_what_is_let_go_above_its_place_was_not_put_down() -> None:
     assert "3.Placing/PuttingDown/lower has no line of code" in said["steps"]
 
 
+@pytest.mark.heavy
 def test_waiting_instead_of_lowering_is_no_putting_down_either() -> None:
     good = proven("placing")
     assert good.code is not None
@@ -76,16 +77,19 @@ def test_waiting_instead_of_lowering_is_no_putting_down_either() -> None:
     assert "after 3.Placing/PuttingDown 'touches(Locatum, Relatum)' does not hold" in said["task_rules"]
 
 
+@pytest.mark.heavy
 def test_a_pull_of_80_n_without_a_limit_is_refused_though_nothing_jams() -> None:
     said = against(*told_to_pull(80.0))
     assert "told the arm to apply 80.0 N" in said["commanded_force"]
     assert "limit 25 N of 2.ExtractHoleFromPeg" in said["commanded_force"]
 
 
+@pytest.mark.heavy
 def test_a_pull_just_inside_the_limit_of_its_task_is_not() -> None:
     assert "commanded_force" not in against(*told_to_pull(24.9))
 
 
+@pytest.mark.heavy
 def test_a_carried_block_that_knocks_a_bystander_over_is_an_objection() -> None:
     said = objections(with_bystander_hit())
     assert "'bystander' hit 'shelf'" in said["collision"]  # it falls onto it, harder than it was hit
@@ -94,12 +98,14 @@ def test_a_carried_block_that_knocks_a_bystander_over_is_an_objection() -> None:
     assert "limit 5 mm by default" in said["bystanders"]
 
 
+@pytest.mark.heavy
 def test_a_bystander_that_nothing_touches_is_none() -> None:
     good = proven("placing")
     assert good.code is not None
     assert against(good, good.code.text, with_bystander(good, 0.2, 0.5, 0.25)) == {}
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("name", ["bystander_motion", "bystander_tilt", "brush"])
 def test_limits_are_the_scenarios_and_are_kept_to_the_last_digit(name: str) -> None:
     ran = with_bystander_hit()
@@ -133,6 +139,7 @@ def test_one_number_makes_the_difference(judge: str, old: str, inside: str, outs
     assert says in against(good, replaced(good, (old, outside)))[judge]
 
 
+@pytest.mark.heavy
 def test_a_payload_that_is_told_a_little_late_is_harmless() -> None:
     good = proven("placing")
     assert good.code is not None
@@ -141,6 +148,7 @@ def test_a_payload_that_is_told_a_little_late_is_harmless() -> None:
     assert LOADED in late.split("sleep(0.3)\n")[1] and against(good, late) == {}
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(
     ("register", "passes"),
     [(47, True), (48, False), *(pytest.param(*far, marks=pytest.mark.heavy) for far in ((33, True), (255, False)))],
@@ -177,12 +185,14 @@ def test_joints_turn_no_faster_than_they_can() -> None:
         assert passes or ("wrist_3 at most" in said["joint_speeds"] and "of 3.14 rad/s" in said["joint_speeds"])
 
 
+@pytest.mark.heavy
 def test_who_does_not_let_go_has_put_nothing_down() -> None:
     good = proven("placing")
     said = against(good, without(good, "3.Placing/Releasing/open", "3.Placing/Retracting"))
     assert said["end_state"] == "the gripper still touches 'block' at the end"
 
 
+@pytest.mark.heavy
 def test_the_goal_is_judged_whatever_the_text_was_for() -> None:
     good = proven("placing")
     scene = symbolic_world(good.world, engine().knowledge.taxonomy)
@@ -193,6 +203,7 @@ def test_the_goal_is_judged_whatever_the_text_was_for() -> None:
         assert passes or f"'{goal}' is not reached" in said["goal"]
 
 
+@pytest.mark.heavy
 def test_a_thing_that_was_taken_for_another_is_one_when_the_program_runs() -> None:
     good = proven("placing")
     for kind, passes in (("cram:Product", True), ("cram:Jug", False)):
@@ -250,6 +261,7 @@ def test_what_is_poured_beside_the_bowl_has_not_arrived_and_is_spilled() -> None
     assert "12 of 12 grains of 'jug' are beside all vessels" in outside["spilled"]
 
 
+@pytest.mark.heavy
 def test_a_drawers_contents_go_with_it() -> None:
     good = proven("from_drawer", folder="compound")
     (said,) = (f.reason for f in findings(good) if f.validator == "bystanders")

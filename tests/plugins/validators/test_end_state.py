@@ -24,6 +24,7 @@ def moved_later(rollout: Rollout, by: float, *things: str) -> Rollout:
     return replace(rollout, poses=poses)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(("moved", "passes"), [((), True), (("basket",), False), (("basket", "block"), True)])
 def test_in_a_container_is_in_it_where_it_is_then(moved: tuple[str, ...], passes: bool) -> None:
     good = proven("ungrasping")

@@ -207,15 +207,18 @@ def with_lower(numbers: str) -> str:
     return good.code.text.replace(LOWER, numbers)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("force", [2.0, 6.0])
 def test_a_softer_and_a_little_harder_guard_put_the_block_down_too(force: float) -> None:
     assert against(proven("placing"), with_lower(f"0.03, 0.01, {force}, 9.0")) == {}
 
 
+@pytest.mark.heavy
 def test_a_guard_of_25_n_presses_harder_than_the_plan() -> None:
     assert "which ends at 3 N" in against(proven("placing"), with_lower("0.03, 0.01, 25.0, 9.0"))["force_peak"]
 
 
+@pytest.mark.heavy
 def test_a_guard_that_stops_in_the_air_put_nothing_down() -> None:
     text = with_lower("0.012, 0.01, 3.0, 9.0")
     found = against(proven("placing"), re.sub(r'(0\.012, 0\.01, 3\.0, 9\.0, )"contact"', r'\1"any"', text))

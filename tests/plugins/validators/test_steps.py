@@ -75,6 +75,7 @@ def test_a_jug_that_nobody_turns_back_was_not_poured_from_and_half_of_the_tilt_i
     assert said(good, "\n".join(line for line in lines_of(good) if not re.search(halves, line))) == []
 
 
+@pytest.mark.heavy
 def test_a_task_without_any_code_is_told_once_and_steps_without_code_by_their_names() -> None:
     good = proven("placing")
     held = without_lines(good, "3.Placing/Releasing/open", "set_target_payload(0.925, [0.0, 0.0, 0.077875])", BACK)
@@ -120,6 +121,7 @@ def test_fingers_that_open_behind_the_retreat_open_too_late() -> None:
     assert reason.endswith(" s, after that of 3.Placing/Retracting/back, which comes after it")
 
 
+@pytest.mark.heavy
 def test_what_only_sets_a_payload_may_change_places_with_its_neighbour() -> None:
     good = proven("placing")
     lines = lines_of(good)
@@ -150,6 +152,7 @@ def test_code_that_never_runs_carries_nothing_out() -> None:
     assert reason.startswith("3.Placing/Retracting/back was not carried out: the hand covered 0% of its way")
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("edit", ["aside", "via", "slower", "split"])
 def test_a_step_that_is_done_in_another_way_is_done(edit: str) -> None:
     good = proven("placing")

@@ -35,6 +35,7 @@ BAD: dict[str, tuple[str, str]] = {
 }
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("what", BAD)
 def test_a_text_that_does_more_than_its_tasks_is_refused(what: str) -> None:
     candidate = proven("placing")
