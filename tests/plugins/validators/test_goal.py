@@ -352,3 +352,20 @@ def test_what_is_in_its_region_by_less_than_simulators_differ_by_is_refused(by: 
     on, off = judged(still, "tin on desk/left", "not tin on desk/left")
     assert on.passed is sure and not off.passed
     assert sure or "by less than 1 mm 'tin' is in 'desk/left'" in on.reason
+
+
+def test_how_surely_it_is_in_its_region_is_asked_of_the_end() -> None:
+    desk = table("desk", Pose((0.5, 0.1, 0.1)), size=(0.4, 0.4, 0.02))
+    left = Feature("left", "vrps:SurfaceFeature", Pose((0, 0.1, 0.01)), {"width": 0.1, "depth": 0.1})
+    still = settled(replace(desk, features=(*desk.features, left)), block("tin", Pose((0.5, 0.2495, 0.131))))
+    (finding,) = judged(moved(still, (0.0, -0.01, 0.0), "tin"), "tin on desk/left")
+    assert finding.passed, finding.reason
+
+
+def test_what_is_stacked_has_its_centre_over_what_bears_it_at_the_end() -> None:
+    cube = (0.06, 0.06, 0.06)
+    still = settled(block("lower", Pose((0.5, 0.1, 0.031)), size=cube), block("upper", Pose((0.5, 0.1, 0.091)), size=cube))
+    assert judged(still, "upper on lower")[0].passed
+    for name, by in (("upper", 0.027), ("lower", -0.027)):
+        (finding,) = judged(moved(still, (0.0, by, 0.0), name), "upper on lower")
+        assert not finding.passed and "the centre of mass of 'upper' is 3 mm inside" in finding.reason

@@ -6,12 +6,12 @@ import math
 
 import numpy as np
 import pytest
-from helpers.short_runs import COUNT, FLOOR, STEP, WEIGHT, candidate, good, only, posed, said, shifted
+from helpers.short_runs import COUNT, FLOOR, LEFT, STEP, WEIGHT, candidate, good, only, posed, said, shifted
 from msgspec.structs import replace
 from test_bystanders import carried, hanging, moving, ran, swinging
 
 from cramlite.model import Floats, Pose, Rollout, Touch
-from cramlite_plugins.validators.bystanders import Bystanders, stays
+from cramlite_plugins.validators.bystanders import Bystanders, _carriers, stays
 from cramlite_plugins.validators.movers import moved_by
 from cramlite_plugins.validators.rest import at_the_end, borne_by, restless
 
@@ -337,3 +337,14 @@ def test_a_thing_at_the_end_stands_where_the_last_sample_has_it() -> None:
     rows[-1] = [0.1, 0.2, 0.3, 0.5, -0.5, 0.5, -0.5]
     left = at_the_end(replace(rollout, poses={**rollout.poses, "cup": rows}), "cup")
     assert left.name == "cup" and left.pose == Pose((0.1, 0.2, 0.3), (0.5, -0.5, 0.5, -0.5))
+
+
+def test_what_a_hand_bears_is_carried_by_no_thing() -> None:
+    base = ran(good())
+    borne = replace(base, touches=(*base.touches[:-1], (Touch(LEFT, "cup", WEIGHT, WEIGHT),)))
+    assert borne_by(borne, "cup", -1) == ["effector"]
+    assert _carriers(borne, base.world.thing("cup"), -1, {}) == []
+
+
+def test_a_scenario_may_take_its_word_as_advice() -> None:
+    assert Bystanders().may_advise
