@@ -11,7 +11,7 @@ from msgspec.structs import replace
 
 from cramlite import Engine
 from cramlite.interpretation.fluents import symbolic_world
-from cramlite.model import Feature, Finding, Plan, Pose, RobotMount, Rollout, Thing, Touch
+from cramlite.model import Entity, Episode, Feature, Finding, Plan, Pose, RobotMount, Rollout, Thing, Touch
 from cramlite.planning.goal_literals import literals_of_goals
 from cramlite.plugin import Candidate
 from cramlite_plugins.simulation.objects.controls import knob
@@ -269,6 +269,8 @@ def test_what_contacts_name_is_a_part_with_a_shape_or_the_whole_and_a_place_is_i
     assert episode.known("basket/cavity") is not None
     assert all(name == called for name, called in felt.items())
     assert _recorded("hook/ghost", episode) == "hook"
+    hole = Entity("basket/hole", ("vrps:Hole",), part_of="basket")  # it has no shape of its own, and nothing is in or over it
+    assert _recorded("basket/hole", Episode("run", (*episode.entities, hole), episode.events, episode.tracks, episode.effector)) == "basket"
 
 
 def turned(rollout: Rollout, thing: str, axis: tuple[float, float, float], degrees: float) -> Rollout:
