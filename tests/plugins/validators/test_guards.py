@@ -117,6 +117,16 @@ def test_a_guard_ends_where_it_meets_something() -> None:
     assert said(gone(0.02, met=range(FIRST, END - SPREAD - 2)), guard()), "what it met on its way is not where it ended"
     assert said(gone(0.05), guard()), "one that must meet something does not end at the end of its range"
     assert said(gone(0.0, met=AT_END), guard()) == "", "it may meet it at once"
+    for late, refused in ((2 * SPREAD, False), (2 * SPREAD + 1, True)):
+        assert bool(said(gone(0.02, met=range(END + late, END + late + 1)), guard())) is refused, "samples lag a little"
+
+
+def test_where_a_guard_ends_is_where_the_sample_after_its_code_has_it() -> None:
+    run = gone(0.02, met=AT_END)
+    assert run.rollout is not None
+    joints = run.rollout.joints.copy()
+    joints[END:] = lowered(0.08)
+    assert said(replace(run, rollout=replace(run.rollout, joints=joints)), guard()).startswith("it went on 30 mm beyond")
 
 
 @pytest.mark.parametrize(("way", "fine"), [(0.05, True), (0.041, True), (0.039, False)])
