@@ -56,7 +56,7 @@ def test_two_engines_take_turns(small: Solution) -> None:
 
 @pytest.mark.heavy
 def test_different_plugins_in_one_process(small: Solution) -> None:
-    other = Engine(blocked=["antipodal"] if "antipodal" in {i.name for i in Engine().registry.infos} else ["touch"])
+    other = Engine(blocked=["stability"] if "stability" in {i.name for i in Engine().registry.infos} else ["tracks"])
     assert _first(other, SMALL).verdict.passed
     assert _first(Engine(), SMALL).code == small.code
 

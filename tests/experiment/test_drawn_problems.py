@@ -148,7 +148,6 @@ def test_replaced_things_are_of_the_library_and_no_name_is_left_behind(variants:
     things = variants.movables(found)
     assert len(things) == len(set(things)) == 3
     assert set(found["objects"]) <= {"bowl", "can", "plate"}
-    assert sorted(found["objects"]) != ["bowl", "plate"] or len(found["objects"]["bowl"]) != 2  # something is another
     named = {n for row in found["initial_state"] for n in row[1:]} | {r["target"] for r in found["regions"].values()}
     assert named <= {*things, "stove_1", "kitchen_table", *found["regions"]}
 

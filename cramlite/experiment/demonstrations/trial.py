@@ -82,7 +82,7 @@ def _results(trial: Trial, reading: Reading, trace: Trace) -> Iterator[Candidate
 def _recorded(trial: Trial) -> tuple[Path, str]:
     """The folder of the demonstration, recorded once, and what the person did not bring about."""
     one, store, place = trial.demonstration, trial.store, trial.place
-    name = f"{RECORDED}/{one.name}"
+    name = "/".join((RECORDED, one.name))
     if (store.path / name).is_dir():
         return store.path / name, (store.folder(one.name) / "recorded").read_text(encoding="utf-8")
     recipe = place.scenario.spec.record

@@ -16,6 +16,7 @@ from cramlite.model import Belief, Filling, Floats, Pose, RobotMount, Rollout, T
 from cramlite.model.rollout import load_rollout, save_rollout
 from cramlite.plugin import UserError
 from cramlite_plugins.episodes.detection.detect import detect
+from cramlite_plugins.locations.parameters import Tilting
 from cramlite_plugins.locations.pour import radius, tilted
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.shapes.bounds import lowest
@@ -134,7 +135,7 @@ def test_the_lip_stays_over_one_point_and_nothing_dips_below_the_rim(
     assert cavity is not None and opening is not None
     target = BOWL.pose * opening.pose
     edge = cavity.pose.apply((radius(cavity, lip) * math.cos(lip), radius(cavity, lip) * math.sin(lip), 0.0))
-    poses = list(tilted(JUG, lip, heading, target, opening, {"tilt_rad": tilt, "height_m": height}))
+    poses = list(tilted(JUG, lip, heading, target, opening, Tilting(tilt, height)))
     points = np.array([p.apply(edge) for p in poses])
     assert np.ptp(points[:, :2], axis=0) == pytest.approx([0, 0], abs=1e-6)
     assert all(p.position[2] + lowest(JUG, p) >= target.position[2] + 0.0149 - 1e-9 for p in poses) or height < 0.015
