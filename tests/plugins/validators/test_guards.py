@@ -127,7 +127,7 @@ def test_where_a_guard_ends_is_where_the_sample_after_its_code_has_it() -> None:
     run = gone(0.02, met=AT_END)
     assert run.rollout is not None
     joints = run.rollout.joints.copy()
-    joints[END:] = lowered(0.08)
+    joints[END] = lowered(0.08)
     assert said(replace(run, rollout=replace(run.rollout, joints=joints)), guard()).startswith("it went on 30 mm beyond")
 
 
