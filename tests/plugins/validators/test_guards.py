@@ -166,6 +166,11 @@ def test_a_search_ends_within_its_radius() -> None:
     assert said(gone(0.017, force=6.0), search) == ""
     assert said(gone(0.019, force=6.0), search).startswith("it ended 19 mm from where it began")
     assert said(gone(0.019, force=6.0), replace(search, frame=DOWN)) == "", "along its axis it goes by its advance"
+    run = gone(0.0, force=6.0)
+    assert run.rollout is not None
+    joints = run.rollout.joints.copy()
+    joints[END] = lowered(0.019)
+    assert said(replace(run, rollout=replace(run.rollout, joints=joints)), search) != "", "where it ends is its last sample"
 
 
 @pytest.mark.parametrize(("way", "fine"), [(0.021, True), (0.019, False), (0.05, True), (0.059, True), (0.061, False)])
