@@ -104,6 +104,7 @@ YAML: Mapping[str, tuple[str, str]] = {
     "deep by aliases": ("".join(f"k{k}: &k{k} [{f'*k{k - 1}' if k else 'x'}]\n" for k in range(150)), "nested more than 100 deep"),
     "object": ('a: !!python/object/apply:os.system ["true"]', "not allowed"),
     "number": ("a: " + "9" * 5000, "not valid YAML"),
+    "codes of terminals": ('scenario: "\\e[2J"', "'\\x1b[2J' is no name"),
     "twice": ("a: 1\na: 2", "duplicate key"),
 }
 
