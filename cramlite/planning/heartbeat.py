@@ -108,7 +108,7 @@ def _recent(entries: list[Entry]) -> list[Entry]:
 def interrupted_text(trace: Trace) -> str:
     """Return where a search was interrupted, its nearest miss, and what to try. A program that runs is behind all that was refused on
     the way to it: of such a search only other programs are a miss."""
-    runs = next((e.text for e in reversed(trace.entries) if e.kind == "stop"), "")
+    runs = next((e.text for e in trace.entries if e.kind == "stop" and e.text), "")
     entries = [e for e in trace.entries if e.kind == "proof" or not runs]
     miss = nearest_miss(entries)
     found = "no program was refused yet" if runs else "nothing was refused yet"
