@@ -1,4 +1,4 @@
-"""Validator of safeguards: what watches over the tasks of the proven text is still there, and nothing switches it off."""
+"""Validator of safeguards: what watches over the tasks of the proven text is still there and on."""
 
 from __future__ import annotations
 
@@ -23,9 +23,10 @@ LEFT_ON = ("force_mode", "freedrive_mode", "teach_mode")
 class Safeguards(Value):
     """Check that an edited URScript text keeps the safeguards of the one that it was edited from.
 
-    Safeguards are the statements outside of tasks that are no poses, in their order (functions, force limit, start check, watchdog), and
-    what a call of a step expects. A lower force limit keeps them; other statements may stand between. A line that is new does not set
-    a variable that they set, nor kill their thread, and ends each state in which the arm gives way.
+    Safeguards are the statements before the first task that are no poses, in their order (functions, force limit,
+    start check, watchdog), and what a call of a step expects. A lower force limit keeps them; other statements may stand between. A line
+    that is new does not set a variable that they set, nor kill their thread, and ends each state in which the arm
+    gives way.
     """
 
     name: str = "safeguards"
@@ -55,11 +56,11 @@ def _objections(lines: list[str], proven: list[str], guards: list[str]) -> Itera
             yield f"'{lines[k]}' ends a safeguard before the tasks are done"
         for state in LEFT_ON:
             if lines[k].startswith(f"{state}(") and f"end_{state}()" not in lines[k:]:
-                yield f"'{state}' is switched on and nothing behind it switches it off: the arm gives way to whoever touches it"
+                yield f"'{state}' is switched on and nothing behind it switches it off: the arm gives way"
     asked, said = _expected(lines), _expected(proven)
     for step in said.keys() & asked.keys():
         if said[step] - asked[step]:
-            yield f"{step} no longer asks for '{min(said[step] - asked[step])}', so a failure of it would not be noticed"
+            yield f"{step} no longer asks for '{min(said[step] - asked[step])}': its failure would go unnoticed"
 
 
 def _statements(text: str) -> list[str]:

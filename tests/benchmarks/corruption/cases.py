@@ -8,8 +8,19 @@ from random import Random
 from cramlite.base.value import Value
 
 from . import (
-    deletions, forces, further, handling, handling_harmless, harmless, meanings, order, protections, sealed, sealed_harmless,
-    strangers, typed,
+    deletions,
+    forces,
+    further,
+    handling,
+    handling_harmless,
+    harmless,
+    meanings,
+    order,
+    protections,
+    sealed,
+    sealed_harmless,
+    strangers,
+    typed,
 )  # fmt: skip
 from .bases import BASES, Ready
 from .rule import Rule
@@ -25,7 +36,12 @@ SEALED = (*sealed.RULES, *sealed_harmless.RULES)
 FRESH = (*protections.RULES, *handling.RULES, *handling_harmless.RULES)
 """Rules that were written later, again without a look at the judges."""
 
-RULES: Mapping[str, tuple[Rule, ...]] = {"open": OPEN, "fresh": FRESH, "sealed": SEALED, "all": (*OPEN, *FRESH, *SEALED)}
+RULES: Mapping[str, tuple[Rule, ...]] = {
+    "open": OPEN,
+    "fresh": FRESH,
+    "sealed": SEALED,
+    "all": (*OPEN, *FRESH, *SEALED),
+}
 """Rules by the name of their set."""
 
 

@@ -1,4 +1,4 @@
-"""Class N: what is handled is squeezed, pressed, rubbed, thrown or shoved, often with an end that looks as it should."""
+"""Class N: what is handled is pressed, rubbed, let go of or shoved, often with an end as it should be."""
 
 from __future__ import annotations
 
@@ -9,7 +9,17 @@ from .bases import Ready
 from .order import FREE_SPOT, fell, held_again, not_where_it_was, opening
 from .rule import Rule, Seen, rule
 from .snippets import (
-    SHUT, USUAL_GRIP, WIDE, Lines, above, aside, fingers, go, pressed, shoved, wait,
+    SHUT,
+    USUAL_GRIP,
+    WIDE,
+    Lines,
+    above,
+    aside,
+    fingers,
+    go,
+    pressed,
+    shoved,
+    wait,
 )  # fmt: skip
 from .strangers import stranger_moved, visiting
 
@@ -87,9 +97,7 @@ def _touched_down(ready: Ready, draw: Random) -> str:
     """On its way what is held is pressed on the floor, and lifted again."""
     grasp = ready.grasp
     spot = [FREE_SPOT[0], FREE_SPOT[1] + draw.uniform(-0.04, 0.02), *grasp[2:]]
-    down = (
-        f'  move_until_contact([0.0, 0.0, -1.0], 0.06, 0.02, {draw.uniform(12, 25):.1f}, 15.0, "any", "press")'
-    )
+    down = f'  move_until_contact([0.0, 0.0, -1.0], 0.06, 0.02, {draw.uniform(12, 25):.1f}, 15.0, "any", "press")'
     return ready.script.after("PickingUp/lift", (go(above(spot, 0.05)), down, go(above(spot, 0.1), 0.1))).text
 
 

@@ -29,7 +29,12 @@ def _thread_writes(ready: Ready, draw: Random) -> str:
 
 
 def _counted(ready: Ready, draw: Random) -> str:
-    lines = "  global counted = 0", f"  while counted < {draw.randint(20, 90)}:", "    sync()", "    counted = counted + 1"
+    lines = (
+        "  global counted = 0",
+        f"  while counted < {draw.randint(20, 90)}:",
+        "    sync()",
+        "    counted = counted + 1",
+    )
     return ready.script.within(ready.script.origins()[0], [*lines, "  end"]).text
 
 
@@ -67,7 +72,9 @@ def _limit_lowered(ready: Ready, draw: Random) -> str:
 
 
 def _moved_while_parked(ready: Ready, draw: Random) -> str:
-    turn = f"  movej([here[0] + {draw.uniform(0.1, 0.3):.2f}, here[1], here[2], here[3], here[4], here[5]], a=1.4, v=1.0)"
+    turn = (
+        f"  movej([here[0] + {draw.uniform(0.1, 0.3):.2f}, here[1], here[2], here[3], here[4], here[5]], a=1.4, v=1.0)"
+    )
     return ready.script.after("ParkingArms/park", excursion([turn])).text
 
 

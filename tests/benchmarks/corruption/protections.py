@@ -1,6 +1,6 @@
-"""Class N: protections that a text switches off, or states in which it leaves the controller; the motions stay as they are.
+"""Class N: protections that a text switches off, states in which it leaves the arm; motions are as they were.
 
-What these edits do is no harm in the run itself: a rule's oracle only asks that the thing was carried, pushed or turned as before.
+What these edits do is no harm in the run itself: an oracle only asks that the thing ended where it did.
 """
 
 from __future__ import annotations

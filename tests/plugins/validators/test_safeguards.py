@@ -74,7 +74,7 @@ def test_a_safeguard_that_is_lost(old: str, new: str, said: str) -> None:
         ("lift_pose", "taught_point"),
         ("0.151", "0.171"),
         ("  # protective limit on the TCP force [N]", ""),
-        ("  check_start", "  textmsg(\"cell 4\")\n\n  check_start"),
+        ("  check_start", '  textmsg("cell 4")\n\n  check_start'),
         ("255, 157, 33", "255, 157, 36"),
         (MOVE, MOVE + "  sleep(0.5)\n"),
         (MOVE, MOVE + "  freedrive_mode()\n  sleep(0.5)\n  end_freedrive_mode()\n"),
