@@ -9,14 +9,14 @@ are is what errors of poses are about.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 
 from msgspec.structs import replace
 
 from ..base.value import Value
 from ..model.error_model import ErrorModel
 from ..model.geometry import Pose, Vector3
-from ..model.thing_boxes import Box, around, bottom, boxes
+from ..model.thing_boxes import Box, around, boxes
 from ..model.twin_drawing import DEG, MM, Drawing
 from ..model.world import Feature, Thing, World
 from .scaled_thing import scaled
@@ -49,6 +49,7 @@ class _Placing:
         self.factors = {t.name: draw.share("size", f"{t.name}: size", errors.size) for t in world.things if _free(t)}
         self.leans = {t.name: _lean(t, errors, draw) for t in world.things if not t.movable and t.geoms}
         self.found = dict[str, Thing]()
+        self.boxes = {t.name: boxes(t) for t in world.things}
 
     def put(self, thing: Thing) -> None:
         """Place a thing, after what carries it: files of others list drawers before their cabinets."""
@@ -75,7 +76,7 @@ class _Placing:
             self.leans[thing.name] = lean
         pose, height = _displaced(thing, self.offs[thing.name], lifted)
         if lean != Pose():
-            pose = _about((*pose.position[:2], bottom(thing) + height), lean) * pose
+            pose = _about((*pose.position[:2], self._foot(thing) + height), lean) * pose
         return replace(self._sized(thing), pose=self._raised(thing, pose, lean))
 
     def _sized(self, thing: Thing) -> Thing:
@@ -86,21 +87,26 @@ class _Placing:
         more = self.factors.get(thing.name, 1.0) - 1.0
         if not more:
             return pose
-        x, y, z = lean.rotate((0.0, 0.0, more * (thing.pose.position[2] - bottom(thing)))).tolist()
+        x, y, z = lean.rotate((0.0, 0.0, more * (thing.pose.position[2] - self._foot(thing)))).tolist()
         return _shifted(pose, (x, y, z))
 
     def _support(self, thing: Thing) -> tuple[str, float]:
         """What a thing stands or comes down on, and how far that was lifted where it stands [m]; "" and 0 for nothing."""
         if not thing.movable or not thing.geoms:
             return "", 0.0
-        others = (o for o in self.world.things if o.name in self.found or o.name in self.waiting)
-        tops = [(height, o.name) for o in others for height in _heights(thing, o)]
+        x, y, _ = thing.pose.position
+        others = (o.name for o in self.world.things if o.name in self.found or o.name in self.waiting)
+        tops = [(height, o) for o in others for height in _heights((x, y), self.boxes[thing.name], self.boxes[o])]
         if not tops:
             return "", 0.0
         height, name = max(tops)
         if name in self.waiting:
             self.put(self.world.thing(name))
-        return name, self._lifted(name, (*thing.pose.position[:2], height))
+        return name, self._lifted(name, (x, y, height))
+
+    def _foot(self, thing: Thing) -> float:
+        """The height of the lowest point of a thing with geoms, where it is believed to be [m]."""
+        return min(low[2] for low, _ in self.boxes[thing.name])
 
     def _lifted(self, name: str, point: Vector3) -> float:
         """How much higher a point of a thing is in the world [m]: the thing as a whole, and what scale and lean make of it there."""
@@ -165,15 +171,15 @@ def _hand_eye(errors: ErrorModel, draw: Drawing, sight: Sight) -> Callable[[Pose
     return at
 
 
-def _heights(thing: Thing, other: Thing) -> Iterator[float]:
+def _heights(middle: tuple[float, float], thing: Sequence[Box], other: Sequence[Box]) -> Iterator[float]:
     """Heights at which another thing may carry one whose middle is over it, or between parts of it that it lies on [m]."""
-    (x, y, _), foot = thing.pose.position, bottom(thing)
-    below = [box for box in boxes(other) if box[1][2] <= foot + INSIDE]
-    yield from (high[2] for low, high in below if _over((x, y), low, high))
-    soles = [box for box in boxes(thing) if box[0][2] <= foot + INSIDE]
+    foot = min(low[2] for low, _ in thing)
+    below = [box for box in other if box[1][2] <= foot + INSIDE]
+    yield from (high[2] for low, high in below if _over(middle, low, high))
+    soles = [box for box in thing if box[0][2] <= foot + INSIDE]
     touched = [box for box in below if any(_meet(box, sole) for sole in soles)]
     for top in [max(high[2] for _, high in touched)] if touched else []:
-        if _over((x, y), *around([box for box in touched if box[1][2] >= top - INSIDE])):
+        if _over(middle, *around([box for box in touched if box[1][2] >= top - INSIDE])):
             yield top
 
 
