@@ -206,7 +206,7 @@ class Registry(Struct, dict=True):
         What a source tree declares and its installation does not know is a fault, too: no other command looks for that.
         """
         for u in unknown_plugins():
-            if u.name not in self.blocked and u.name not in {i.name for i in self.infos}:
+            if u.name not in {*self.blocked, *(i.name for i in self.infos)}:
                 self._load(u.name, lambda: None, u.distribution, u.version, str(u.file), u.reason)
         list(self.collect("ontologies"))  # which have no names
         for hook, (key, *_) in NAMED_BY.items():

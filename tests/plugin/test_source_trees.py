@@ -75,11 +75,11 @@ def test_this_installation_knows_all_of_its_own() -> None:
     assert [u for u in unknown_plugins() if u.distribution == "cramlite"] == [], "install it again: pip install -e ."
 
 
-def test_who_blocks_it_is_not_told(install: Install) -> None:
+def test_the_registry_lists_it_as_not_loaded(install: Install) -> None:
     install()
     told = Registry()
     told.examine()
-    assert [f.plugin for f in told.faults if f.error.startswith("'")] == ["new_shop"]
+    assert [f.plugin for f in told.faults if "of shop" in f.error] == ["new_shop"]
     assert [i.fault != "" for i in told.infos if i.name in ("old_shop", "new_shop")] == [False, True]
     assert not Registry().faults, "other commands do not look for it"
 
