@@ -27,7 +27,7 @@ SIBLING = "_fails"
 
 
 def sibling_refused(engine: Engine, path: Path, seed: int, seconds: int) -> str:
-    """Empty where a search that was not cut short proves no program; else what happened."""
+    """Empty where a search that was not cut short proves no program, or none that succeeds in the real world."""
     scenario, trace = read_scenario(path), Trace()
     try:
         setting = engine.setting(scenario, seed=seed, twins=0)
@@ -37,6 +37,8 @@ def sibling_refused(engine: Engine, path: Path, seed: int, seconds: int) -> str:
         return ""
     if any(e.kind == "budget" and "seconds" in e.numbers for e in trace.entries):
         return f"the search was cut short after {seconds} s"
+    if solution is not None and setting.real is not None:
+        return "proven, and succeeds" if engine.execute(solution).succeeded else ""
     return "proven" if solution is not None else ""
 
 
