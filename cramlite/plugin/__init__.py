@@ -89,14 +89,19 @@ if TYPE_CHECKING:
     from .location_kind import LocationKind as LocationKind
     from .motion_kind import MotionKind as MotionKind
     from .protocols import (
+        Adviser as Adviser,
         Backend as Backend,
         Candidate as Candidate,
+        Doubting as Doubting,
         Driver as Driver,
         EpisodeRepair as EpisodeRepair,
         Exporter as Exporter,
+        GoalJudge as GoalJudge,
         ModelMaker as ModelMaker,
+        Remarking as Remarking,
         ReportSection as ReportSection,
         Simulator as Simulator,
+        StandIn as StandIn,
         Validator as Validator,
     )
     from .task_type import Decomposition as Decomposition, Parameter as Parameter, Role as Role, TaskType as TaskType
