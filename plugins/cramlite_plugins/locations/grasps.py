@@ -42,6 +42,7 @@ from .aslant import goes_in_aslant
 from .from_aside import is_free, slants
 from .grips import AGAIN, SLACK, Grip, ranked, too_wide, varied, why_none
 from .hand_room import HandRoom
+from .reached import Arm
 from .through_side import STEEP, goes_under_a_roof
 
 STANDOFF = 0.10  # pre-grasp distance [m]: the longest finger pad and the tab of a product fit in between
@@ -97,7 +98,7 @@ def grasps(location: Location, belief: Belief, context: Context) -> Iterator[Gro
     if not ordered and not rims:
         reason = f"at each of {len(grips)} grips of '{thing.name}' the hand would be inside it"
         raise Unresolvable(reason, (location.of or "",), blocking=(), remedy=too_wide(thing, gripper))
-    pinched_at = pinched.places(rims, thing, belief, context)
+    pinched_at = pinched.places(rims, thing, Arm(belief, context))
     as_near, as_free = lru_cache(OPENINGS)(near.opened), lru_cache(OPENINGS)(free.opened)
     for cost, grasp in sorted(ordered, key=lambda found: found[1].tight) if rims else ordered:
         if grasp.tight:  # of what lies flat these are hundreds, and the hand is in what carries it
