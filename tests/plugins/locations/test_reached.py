@@ -29,7 +29,7 @@ def one(name: str, *legs: Leg, group: str = "") -> Candidate:
 def test_what_may_be_touched_is_reached_and_what_may_not_be_is_refused_with_its_stage(arm: Arm) -> None:
     low = shift(DOWN, (0.0, 0.0, -0.02))
     above = Leg(shift(DOWN, (0.0, 0.0, 0.1)), said="above it", where=Stage.BEFORE)
-    good, bad = (one(n, above, Leg(low, touch, said="at it", where=Stage.POSE)) for n, touch in (("good", ("it",)), ("bad", ())))
+    good, bad = (one(n, above, Leg(low, touch, 0.0, said="at it", where=Stage.POSE)) for n, touch in (("good", ("it",)), ("bad", ())))
     refused, found = reached((bad, good), arm)
     assert isinstance(refused, Refused) and refused.value == "bad" and refused.where is Stage.POSE
     assert refused.reason.startswith("at it: ") and "'it'" in refused.reason and refused.blocking is not None
@@ -45,7 +45,7 @@ def test_of_a_group_one_is_enough(arm: Arm) -> None:
 
 def test_a_line_has_to_be_free_all_along(arm: Arm) -> None:
     start, end = (shift(DOWN, (x, 0.0, -0.02)) for x in (-0.15, 0.15))
-    through, over = (Leg(s, along=(e,)) for s, e in ((start, end), (shift(start, (0, 0, 0.1)), shift(end, (0, 0, 0.1)))))
+    through, over = (Leg(s, opening=0.0, along=(e,)) for s, e in ((start, end), (shift(start, (0, 0, 0.1)), shift(end, (0, 0, 0.1)))))
     blocked, free = reached((one("through", through), one("over", over)), arm)
     assert isinstance(blocked, Refused) and "'it'" in blocked.reason
     assert isinstance(free, Grounding)
