@@ -65,6 +65,7 @@ class Candidate(Value):
         key: identifies the alternative among its siblings; the name by default.
         group: of alternatives one of which is enough; "" for none.
         anew: whether the place is where it is wherever the arm comes from.
+        passed: number of checks that it passed before.
         check: further objection, given the joint positions of all legs.
     """
 
@@ -76,6 +77,7 @@ class Candidate(Value):
     key: str = ""
     group: str = ""
     anew: bool = False
+    passed: int = 0
     check: Callable[[Sequence[Joints]], Refused | None] | None = None
 
 
@@ -141,7 +143,7 @@ def reached(candidates: Iterable[Candidate | Refused], arm: Arm) -> Iterator[Gro
         elif candidate.group not in done:
             no = objection(candidate, arm)
             if no is not None:
-                yield no.of(candidate.name, no.passed)
+                yield no.of(candidate.name, max(candidate.passed, no.passed))
                 continue
             done |= {candidate.group} - {""}
             cost = IN_ORDER * k if candidate.cost is None else candidate.cost
