@@ -37,12 +37,11 @@ from ..motions import grip_force
 from ..shapes import ray_casting as rays
 from ..shapes.bounds import centre_of_mass
 from . import antipodal, pinched
-from .aslant import goes_in_aslant
 from .from_aside import slants
 from .grips import AGAIN, SLACK, Grip, ranked, too_wide, varied, why_none
 from .hand_room import HandRoom
+from .placing.ways_out import STEEP, goes_in_tilted, goes_under_a_roof
 from .reached import Arm, Leg
-from .through_side import STEEP, goes_under_a_roof
 
 STANDOFF = 0.10  # pre-grasp distance [m]: the longest finger pad and the tab of a product fit in between
 ALONG = (1.0, 0.75, 0.5, 0.25)
@@ -177,7 +176,7 @@ def _in_order(
     up = antipodal.Hands(hands.positions + LIFTED * belief.base().inverse().rotate((0.0, 0.0, 1.0)), hands.turns)
     others |= room.blocked(hands.moved(-STANDOFF), openings, CLEARANCE)[1] | room.blocked(up, openings, CLEARANCE)[1]
     others |= room.in_a_hole(hands, most)  # when it opens around what is threaded
-    kinds = (1, 0, 2) if goes_in_aslant(thing.name, belief, context) else (0, 1, 2)
+    kinds = (1, 0, 2) if goes_in_tilted(thing.name, belief, context) else (0, 1, 2)
     steep = (hands.approach[:, 2] < -STEEP) & goes_under_a_roof(thing.name, belief, context)
     return [
         (cost, replace(grasp, tight=blocked))
