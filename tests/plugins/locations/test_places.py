@@ -239,9 +239,9 @@ def pot(height: float, gap: float = 0.005) -> Thing:
     return Thing("pot", "soma:Bowl", Pose((0.45, -0.35, 0.17)), (floor, *walls), (hollow,), mass=0.3)
 
 
-def into_pot(height: float, gap: float = 0.005) -> Query:
-    """Fingers 40 mm apart may open to 85, 70 or 50 mm."""
-    belief = believed(pot(height, gap))
+def into_pot(height: float, gap: float = 0.005, opening: float = 0.04) -> Query:
+    """Fingers that hold something so far open may open by 10 or 30 mm more, or all the way."""
+    belief = believed(pot(height, gap)).grasped(replace(HELD, opening=opening))
     return replace(query_on(belief, "shelf"), entity="pot", under=belief.world.thing("pot"), settles=True)
 
 
@@ -253,7 +253,7 @@ def test_the_hand_may_not_be_the_first_to_meet_what_a_thing_is_put_into(height: 
 
 
 def test_fingers_open_as_wide_as_there_is_room() -> None:
-    wide, narrow = into_pot(0.09, 0.04), into_pot(0.09)
+    wide, narrow = into_pot(0.09, 0.04), into_pot(0.09, 0.04, 0.085)
     at = spot_at((0.45, -0.35, 0.24))
     assert wide.openings == pytest.approx((0.085, 0.07, 0.05))
     assert checks.opened(at, wide) == pytest.approx(0.07)
