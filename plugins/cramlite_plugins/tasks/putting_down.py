@@ -35,7 +35,7 @@ class PuttingDown(TaskType):
         rest = {"duration_s": self.parameter(action, "duration_s"), "paced": 1.0}
         steps = (
             place,
-            Motion(action.inside("transfer"), "transfer", place, reason=f"before or above {surface.entity}"),
+            Motion(action.inside("transfer"), "transfer", place, reason=f"to {surface.entity}"),
             Motion(action.inside("enter"), "linear", place, {"stage": Stage.VIA}, reason="in, level"),
             Motion(action.inside("tare"), "zero_sensor", reason="the weight of the object is not a contact force"),
             Motion(action.inside("lower"), "until_contact", place, guard, (surface.name,), f"down to {surface.entity}"),

@@ -26,8 +26,9 @@ from cramlite.model import (
 from cramlite.plugin import Context, Grounding, Unresolvable
 from cramlite_plugins.kinematics.kinematics import inverse
 from cramlite_plugins.locations.kinds import ground
+from cramlite_plugins.locations.placing.access import goes_under_a_roof
 from cramlite_plugins.locations.placing.query import queries
-from cramlite_plugins.locations.placing.ways_out import WAYS, goes_under_a_roof
+from cramlite_plugins.locations.placing.ways_out import WAYS
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.shapes.roofs import open_sides, roofed
 from cramlite_plugins.simulation.objects.furniture import cabinet, door

@@ -28,8 +28,10 @@ from cramlite.plugin import Context, Grounding, Unresolvable
 from cramlite_plugins.kinematics.kinematics import inverse
 from cramlite_plugins.locations.grips import Grip, ranked
 from cramlite_plugins.locations.kinds import ground
+from cramlite_plugins.locations.placing.access import goes_in_tilted
 from cramlite_plugins.locations.placing.query import queries
-from cramlite_plugins.locations.placing.ways_out import LEFT, TILTS, WAYS, goes_in_tilted
+from cramlite_plugins.locations.placing.tilting import LEFT, TILTS
+from cramlite_plugins.locations.placing.ways_out import WAYS
 from cramlite_plugins.robots.fr3 import FR3
 from cramlite_plugins.simulation.objects.furniture import cabinet, drawer
 from cramlite_plugins.simulation.objects.vessels import bowl

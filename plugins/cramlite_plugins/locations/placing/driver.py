@@ -13,10 +13,11 @@ from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 
 from ...motion_planning.reach import taken_at
 from ..laying_down import laid_down
+from .access import check_open
 from .checks import REACHED, SHAPES, SIDES, first_objection, lowered, opened
 from .demands import DEMANDS, TIGHT, is_tight
-from .query import AS_LET_GO, Placement, Query, queries
-from .ways_out import WAYS, Found, WayOut, check_open
+from .query import AS_LET_GO, Found, Placement, Query, queries
+from .ways_out import WAYS, WayOut
 
 SAME = 1e-6  # stand-offs that are one [m]
 IN_ORDER = 0.1  # cost of each placement that comes before, on a way that has an end

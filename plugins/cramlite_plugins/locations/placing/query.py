@@ -11,7 +11,7 @@ import shapely
 from msgspec.structs import replace
 
 from cramlite.model import Belief, EntityName, Held, Location, Pose, Release, Stage, Thing, Value, thing_of
-from cramlite.plugin import Context, Unresolvable
+from cramlite.plugin import Context, Refused, Unresolvable
 
 from ...motion_planning.planning_scene import PlanningScene
 from ...motion_planning.reach import bound, held_pose, reference_pose, uncertainty_margins
@@ -23,6 +23,7 @@ from ..grips import SLACK, WIDE
 from ..parameters import Where, asked
 from ..reached import Arm, Leg
 
+LEVELLY = (0.0, 0.33, 0.67, 1.0)  # parts of a level way out that are looked at before the arm is
 GAP = 0.006  # between outlines seen from above, and around what is over an opening [m]: a little more than paths keep
 AS_LET_GO = Pose()
 
@@ -183,6 +184,11 @@ class Placement(Value):
     def stage(self, pose: Pose) -> Stage | None:
         """Return the stage of the way that a pose of it is; None between them."""
         return Stage.BEFORE if pose == self.before else Stage.POSE if pose == self.pose else None
+
+
+Found = tuple[Query, Placement]
+Groups = Iterator[Iterator[Found] | Refused]
+"""Groups of candidates one of which is enough, best first; a refusal where there is no candidate to look at."""
 
 
 def queries(location: Location, belief: Belief, context: Context) -> list[Query]:
