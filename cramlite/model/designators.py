@@ -107,6 +107,7 @@ class Place(Value):
         fit: of the payload's hole on a peg; None where there is none.
         reorients: whether the payload is turned there, so that it need not be kept as it is held.
         joints: joint position that is meant [rad]; None where any will do.
+        via: further TCP poses on the way from ``before`` to ``pose``.
     """
 
     pose: Pose
@@ -123,6 +124,7 @@ class Place(Value):
     fit: PegFit | None = None
     reorients: bool = False
     joints: Joints | None = None
+    via: tuple[Pose, ...] = ()
 
     def __post_init__(self) -> None:
         """Take the grip from ``values`` where a plugin says it there."""

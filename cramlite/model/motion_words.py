@@ -24,6 +24,7 @@ class Stage(Word):
     """End of a linear motion to a place: "stage"."""
 
     BEFORE = "before", "the stand-off of the place"
+    VIA = "via", "the last pose on the way from the stand-off; the tool stays where there is none"
     POSE = "pose", "the place itself"
     END = "end", "the end of the place's path"
 

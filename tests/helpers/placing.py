@@ -15,8 +15,8 @@ from cramlite.ontology.taxonomy import Taxonomy
 from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 from cramlite_plugins.locations.kinds import ground
 from cramlite_plugins.locations.parameters import Where
-from cramlite_plugins.locations.place_filters import Spot, Wanted
-from cramlite_plugins.motion_planning.reach import make_scene
+from cramlite_plugins.locations.placing.query import Placement, Query
+from cramlite_plugins.locations.reached import Arm
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.shapes.surfaces import Surface, surfaces
 from cramlite_plugins.simulation.objects.products_and_fixtures import block, table
@@ -44,24 +44,22 @@ def context_of(belief: Belief) -> Context:
     return Context(UR5E, MOUNT, {"shelf": "shelf", "box": "box"}, taxonomy())
 
 
-def wanted_on(belief: Belief, on: str = "shelf", where: dict[str, Any] | None = None) -> Wanted:
+def query_on(belief: Belief, on: str = "shelf", where: dict[str, Any] | None = None) -> Query:
     """What filters are asked about: the first surface of a thing, or the opening of its cavity."""
-    context = context_of(belief)
-    scene = make_scene(belief, context)
     cavity = belief.world.thing(on).feature("cram:Cavity")
     if cavity is None:
         target = surfaces(belief.world.thing(on), belief.pose(on))[0]
     else:
         half = cavity.size["width"] / 2, cavity.size["depth"] / 2
         target = Surface(belief.pose(on) * cavity.pose, shapely.box(-half[0], -half[1], *half))
-    return Wanted(belief.world.thing("it"), on, target, belief, context, scene, Where(**(where or {})))
+    return Query(belief.world.thing("it"), on, target, Arm(belief, context_of(belief)), Where(**(where or {})))
 
 
-def spot_at(at: tuple[float, float, float]) -> Spot:
+def spot_at(at: tuple[float, float, float]) -> Placement:
     """The block upright at a place in the base frame, the hand above it pointing down."""
     down = Pose.from_axes((0, 0, 0), (0, 0, -1), (0, 1, 0))
     tcp = Pose((at[0], at[1], at[2] + 0.03), down.quaternion)
-    return Spot("here", Pose(at), tcp, Pose((at[0], at[1], at[2] + 0.09), down.quaternion), 0.02)
+    return Placement("here", Pose(at), tcp, Pose((at[0], at[1], at[2] + 0.09), down.quaternion), 0.02)
 
 
 def on(thing: str, **where: Any) -> Location:

@@ -64,7 +64,7 @@ BLOCKED = {
     "opening_blocked": "mm inside 'post'",
     "opening_turned_away_fails": "deg of its own way 'door/handle' is",
     "pushing_around_fails": "inside 'fence'",
-    "tipping_under_fails": "tipped: not lying there: 'book' is",
+    "tipping_under_fails": "toppling: not lying there: 'book' is",
     "laying_down_fails": "at the grasp: 'effector/body' is",
     "pouring_full": "'bowl' would overflow: it holds 80 of",
     "placing_deep_fails": "collision: 'block' hit 'door' with",

@@ -4,15 +4,11 @@ drawer, or one in a drawer that is half under what it comes out of."""
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 
 import numpy as np
 
-from cramlite.model import Floats, Pose
-from cramlite.plugin import Context, Refused
-
-from ..motion_planning.planning_scene import PlanningScene
-from ..motion_planning.reach import collision_free_ik, shift
+from cramlite.model import Floats
 
 ANGLES = (180.0, 90.0, -90.0, 0.0)
 """Sides, in the base frame, the robot's own first [deg]."""
@@ -23,11 +19,3 @@ def slants(rise: float, share: float = 1.0) -> Iterator[tuple[str, Floats]]:
     for angle in ANGLES:
         way: Floats = rise * np.array([share * math.cos(math.radians(angle)), share * math.sin(math.radians(angle)), 1.0])
         yield f"aside at {angle:.0f} deg", way
-
-
-def is_free(
-    scene: PlanningScene, context: Context, at: Pose, way: Floats, parts: Sequence[float], seed: tuple[float, ...]
-) -> bool:
-    """Check whether the arm is free at parts of a way from a TCP pose in the base frame."""
-    there = (collision_free_ik(scene, context, shift(at, part * way), seed) for part in parts)
-    return not any(isinstance(found, Refused) for found in there)

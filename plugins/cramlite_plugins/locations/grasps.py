@@ -11,7 +11,6 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterator, Sequence
-from functools import lru_cache
 
 import numpy as np
 from msgspec.structs import replace
@@ -32,24 +31,23 @@ from cramlite.model import (
 )
 from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 
-from ..motion_planning.planning_scene import CLEARANCE, PlanningScene
-from ..motion_planning.reach import bound, collision_free_ik, make_scene, reference_pose, shift, tcp
+from ..motion_planning.planning_scene import CLEARANCE
+from ..motion_planning.reach import bound, reference_pose, shift, tcp
 from ..motions import grip_force
 from ..shapes import ray_casting as rays
 from ..shapes.bounds import centre_of_mass
 from . import antipodal, pinched
-from .aslant import goes_in_aslant
-from .from_aside import is_free, slants
+from .from_aside import slants
 from .grips import AGAIN, SLACK, Grip, ranked, too_wide, varied, why_none
 from .hand_room import HandRoom
-from .through_side import STEEP, goes_under_a_roof
+from .placing.access import goes_in_tilted, goes_under_a_roof
+from .placing.ways_out import STEEP
+from .reached import Arm, Leg
 
 STANDOFF = 0.10  # pre-grasp distance [m]: the longest finger pad and the tab of a product fit in between
 ALONG = (1.0, 0.75, 0.5, 0.25)
 """Parts of a way in from aside at which the hand may not touch the thing; the rest is as long as open fingers are apart from it."""
 LIFTED = 0.10  # most things that are grasped are then picked up by so much [m]
-OPENINGS = 8
-"""Of the fingers for which a scene is kept: grips of about the same width follow one another."""
 HALF_TURN = Pose((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))
 PER_RADIAN = 0.005
 """Cost of a radian that the hand turns [m]. Of the two ways round the nearer one comes first: half a turn more drives a last axis that
@@ -82,6 +80,11 @@ class Grasp(Value):
         """The TCP at the pre-grasp."""
         return self.at * Pose((0, 0, -STANDOFF))
 
+    def legs(self, thing: str, opening: float) -> tuple[Leg, Leg]:
+        """Return what the arm has to reach, with the fingers so far open [m]."""
+        at = Leg(self.at, (thing,), opening, said="at the grasp", where=Stage.POSE)
+        return at, Leg(self.before, opening=opening, said="at the pre-grasp", where=Stage.BEFORE)
+
 
 def grasps(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
     """Generate grasps of a thing that the arm reaches, best first."""
@@ -91,26 +94,23 @@ def grasps(location: Location, belief: Belief, context: Context) -> Iterator[Gro
     rims = pinched.pinches(thing, belief, context)
     if not grips and not rims:
         raise Unresolvable(why_none(thing, gripper), (location.of or "",), blocking=(), remedy=too_wide(thing, gripper))
-    near, free = make_scene(belief, context, [thing.name]), make_scene(belief, context)
-    room = HandRoom.about(thing, belief, free)
-    ordered = _in_order(grips, thing, belief, context, room)
+    arm = Arm(belief, context)
+    ordered = _in_order(grips, thing, belief, context, HandRoom.about(thing, belief, arm.scene()))
     if not ordered and not rims:
         reason = f"at each of {len(grips)} grips of '{thing.name}' the hand would be inside it"
         raise Unresolvable(reason, (location.of or "",), blocking=(), remedy=too_wide(thing, gripper))
-    pinched_at = pinched.places(rims, thing, belief, context)
-    as_near, as_free = lru_cache(OPENINGS)(near.opened), lru_cache(OPENINGS)(free.opened)
+    pinched_at = pinched.places(rims, thing, arm)
     for cost, grasp in sorted(ordered, key=lambda found: found[1].tight) if rims else ordered:
         if grasp.tight:  # of what lies flat these are hundreds, and the hand is in what carries it
             yield from pinched_at
-        reached = _reached(grasp, as_near(grasp.opening), as_free(grasp.opening), belief, context)
-        if isinstance(reached, Refused):
-            yield reached.of(grasp.name)
-            if reached.where is Stage.POSE:  # wider fingers have less room there, from wherever they come
-                continue
-            opening = next(_openings(grasp, thing, belief, gripper))
-            yield from _aslant(grasp, thing.name, cost, as_near(opening), as_free(opening), belief, context)
+        led = arm.led(grasp.legs(thing.name, grasp.opening))
+        if isinstance(led, Refused):
+            yield led.of(grasp.name)
+            if led.where is Stage.BEFORE:  # wider fingers have less room at the thing, from wherever they come
+                yield from _from_aside(grasp, thing.name, cost, next(_openings(grasp, thing, belief, gripper)), arm)
             continue
-        wide = (o for o in _openings(grasp, thing, belief, gripper) if _as_wide(reached, as_near(o), as_free(o)))
+        openings = _openings(grasp, thing, belief, gripper)
+        wide = (o for o in openings if all(arm.of(g).free(q) for g, q in zip(grasp.legs(thing.name, o), led, strict=True)))
         place = _place(grasp, grasp.before, next(wide, grasp.opening), thing.name)
         yield Grounding(place, _says(grasp), cost, key=grasp.name, anew=True)
     yield from pinched_at
@@ -123,21 +123,16 @@ def _place(grasp: Grasp, before: Pose, opening: float, thing: str) -> Place:
     return Place(grasp.at, before, opening, approach, thing=thing, grip=GripFacts(grasp.grip.width))
 
 
-def _aslant(
-    grasp: Grasp, thing: str, cost: float, near: PlanningScene, free: PlanningScene, belief: Belief, context: Context
-) -> Iterator[Grounding]:
-    """A grasp for which there is no room straight before it: under what hangs over the thing the open hand comes in from aside.
-
-    Args:
-        near, free: as open as the hand can be around the thing, in which the hand may touch it, and may not.
-    """
-    there = collision_free_ik(near, context, grasp.at, belief.joints)
-    if isinstance(there, Refused):
+def _from_aside(grasp: Grasp, thing: str, cost: float, opening: float, arm: Arm) -> Iterator[Grounding]:
+    """A grasp for which there is no room straight before it: under what hangs over the thing the hand, as open as it can be, comes in
+    from aside."""
+    at, off = grasp.legs(thing, opening)
+    if isinstance(there := arm.at(at), Refused):
         return
     for side, way in slants(STANDOFF):
-        if is_free(free, context, grasp.at, way, ALONG, there):
+        if arm.free_along(replace(off, pose=grasp.at), way, ALONG, there):
             said = f"{grasp.name}, from above and {side}"
-            place = _place(grasp, shift(grasp.at, way), near.opening, thing)
+            place = _place(grasp, shift(grasp.at, way), opening, thing)
             yield Grounding(place, _says(replace(grasp, name=said)), cost, key=said, anew=True)
             return
 
@@ -149,22 +144,6 @@ def _says(grasp: Grasp) -> str:
         f" normals {math.degrees(grip.slant):.0f} deg off, {100 * grip.coverage:.0f} % of the pad,"
         f" {100 * grasp.load:.0f} % of the grip force"
     )
-
-
-def _reached(
-    grasp: Grasp, near: PlanningScene, free: PlanningScene, belief: Belief, context: Context
-) -> tuple[Sequence[float], Sequence[float]] | Refused:
-    """Joint positions at a grasp and before it; or why there are none."""
-    there = collision_free_ik(near, context, grasp.at, belief.joints)
-    if isinstance(there, Refused):
-        return replace(there, reason=f"at the grasp: {there.reason}", where=Stage.POSE)
-    off = collision_free_ik(free, context, grasp.before, there)
-    return replace(off, reason=f"at the pre-grasp: {off.reason}") if isinstance(off, Refused) else (there, off)
-
-
-def _as_wide(reached: tuple[Sequence[float], Sequence[float]], near: PlanningScene, free: PlanningScene) -> bool:
-    """Whether the hand can also be there, and before it, with its fingers as wide as in these scenes."""
-    return near.free(reached[0]) and free.free(reached[1])
 
 
 def _openings(grasp: Grasp, thing: Thing, belief: Belief, gripper: Gripper) -> Iterator[float]:
@@ -198,7 +177,7 @@ def _in_order(
     up = antipodal.Hands(hands.positions + LIFTED * belief.base().inverse().rotate((0.0, 0.0, 1.0)), hands.turns)
     others |= room.blocked(hands.moved(-STANDOFF), openings, CLEARANCE)[1] | room.blocked(up, openings, CLEARANCE)[1]
     others |= room.in_a_hole(hands, most)  # when it opens around what is threaded
-    kinds = (1, 0, 2) if goes_in_aslant(thing.name, belief, context) else (0, 1, 2)
+    kinds = (1, 0, 2) if goes_in_tilted(thing.name, belief, context) else (0, 1, 2)
     steep = (hands.approach[:, 2] < -STEEP) & goes_under_a_roof(thing.name, belief, context)
     return [
         (cost, replace(grasp, tight=blocked))

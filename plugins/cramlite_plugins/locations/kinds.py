@@ -45,22 +45,13 @@ KINDS: Mapping[str, LocationKind] = {
             "grasp", "The hand around it, fingers open; last, across a slanted rim, where the place says how it swings as it is lifted.",
             Lazy("grasps", "grasps"), THING,
         ),
-        LocationKind("in", "The payload above or in its opening.", Lazy("set_down", "into"), "a thing with a cavity", Where),
         LocationKind(
-            "on", "The payload over or on it; what hangs from a rim is laid down on a path about its far side.",
-            Lazy("set_down", "onto"), "a thing with a surface", Where,
+            "in", "The payload in its opening, or above it; ``via`` leads in what leans, ``path`` back from under what topples.",
+            Lazy("placing.driver", "placements"), "a thing with a cavity", Where,
         ),
         LocationKind(
-            "aslant", "The payload leans under what is over the opening; the path leads on to where it is let go of and stands up.",
-            Lazy("aslant", "places_aslant"), "a thing with a cavity that something is over", Where,
-        ),
-        LocationKind(
-            "tipped", "The foot of the payload is in there, and it leans out, to tip over when it is let go of; the path leads back.",
-            Lazy("tipped", "places_tipped"), "a thing with a cavity under a roof of its own", Where,
-        ),
-        LocationKind(
-            "through", "The payload on it; the stand-off is level before an open side.", Lazy("through_side", "places_through_a_side"),
-            "a thing with a surface under a roof", Where,
+            "on", "The payload over or on it, under a roof through an open side; what hangs from a rim is laid down on a path about its "
+            "far side.", Lazy("placing.driver", "onto"), "a thing with a surface", Where,
         ),
         LocationKind(
             "pushed_in", "Fingers 100 mm behind it; the path ends where they have brought it to where it should lie.",

@@ -10,9 +10,10 @@ import numpy as np
 from cramlite.model import Belief, Floats, Location, Place, Pose
 from cramlite.plugin import Context, Grounding, Refused
 
-from ..motion_planning.reach import bound, collision_free_ik, make_scene, reference_pose, shift, tcp
+from ..motion_planning.reach import bound, reference_pose, shift, tcp
 from ..predicates.places import NEAR
 from ..shapes.bounds import support
+from .reached import Arm, Candidate, Leg, reached
 
 GAPS = (0.03, 0.06)
 """Between the two bodies [m]: more than paths keep, and with half of most things that fit a hand less than ``NEAR``."""
@@ -25,7 +26,7 @@ def near_thing(location: Location, belief: Belief, context: Context) -> Iterator
     """Generate places around the thing, one on each side of it, the shortest way from here first: what fails later fails on all turns
     and distances of a side alike, and each would be searched below."""
     there, entity, hand = reference_pose(belief, location, context), bound(context, location.of), tcp(belief, context)
-    scene, to_body = make_scene(belief, context), belief.held.tcp_to_thing if belief.held else Pose()
+    to_body = belief.held.tcp_to_thing if belief.held else Pose()
     options = []
     for side, name, point, gap in _around(entity, there, hand * to_body, belief):
         if gap >= NEAR:
@@ -38,17 +39,9 @@ def near_thing(location: Location, belief: Belief, context: Context) -> Iterator
             body = turn * Pose((0, 0, 0), (hand * to_body).quaternion)
             pose = shift(body, point) * to_body.inverse()
             cost = PER_METRE * math.dist(pose.position, hand.position) + PER_TURN * abs(math.radians(yaw))
-            options.append((cost, f"{name} '{entity}', turned {yaw:+.0f} deg", side, pose))
-    done: set[str] = set()
-    for cost, name, side, pose in sorted(options, key=lambda option: option[:2]):
-        if side in done:
-            continue
-        found = collision_free_ik(scene, context, pose, belief.joints)
-        if isinstance(found, Refused):
-            yield found.of(name)
-        else:
-            done.add(side)
-            yield Grounding(Place(pose, pose), name, cost, key=name)
+            said = f"{name} '{entity}', turned {yaw:+.0f} deg"
+            options.append((cost, said, Candidate(said, Place(pose, pose), (Leg(pose),), cost=cost, group=side)))
+    yield from reached((candidate for *_, candidate in sorted(options, key=lambda option: option[:2])), Arm(belief, context))
 
 
 def _around(entity: str, there: Pose, body: Pose, belief: Belief) -> Iterator[tuple[str, str, Floats, float]]:

@@ -11,8 +11,9 @@ from msgspec.structs import replace
 from cramlite.model import Belief, Floats, Location, PegFit, Place, Pose, Remedy, Value, Vector3
 from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 
-from ..motion_planning.reach import bound, causes, collision_free_ik, held_pose, make_scene, taken_at, traverse
+from ..motion_planning.reach import bound, causes, held_pose, taken_at, traverse
 from ..shapes.peg_fit import PLAY, aligned, play, stands
+from .reached import Arm, Candidate, Leg, reached
 
 CLEAR = 0.04  # past the tip before a pull ends, and where a push begins [m]: more than a tab's rim, 8 mm
 DEEPEST = 0.06  # how far onto the peg a thing is pushed at most [m]: 60 mm deep was measured to hang safely
@@ -94,23 +95,23 @@ def insert(location: Location, belief: Belief, context: Context) -> Iterator[Gro
     centres = peg.root + peg.axis * peg.length + peg.over_tip + np.cumsum(steps, axis=0)
     depth = float(np.linalg.norm(steps[3]))
     fit = PegFit(peg.play, depth + float(peg.over_tip @ peg.axis))
-    refused: list[Refused] = []
-    for k, (side, hole) in enumerate(_ways_round(peg, belief, context)):
-        corners = [_hand(belief, Pose(_three(centre), hole.quaternion)) for centre in centres]
-        name = f"{side} of the hole along the peg, {1000 * depth:.0f} mm onto it"
-        no = _unreachable(location, belief, context, corners)
-        if no is not None:
-            refused.append(no)
-            yield no.of(name)
-            continue
-        place = Place(
-            corners[-1], corners[0], approach=_three(-peg.axis), path=tuple(corners[1:]),
-            thing=belief.held.thing if belief.held else "", fit=fit,
-        )  # fmt: skip
-        yield Grounding(place, name, 0.1 * k, key=side, anew=True)
-    if refused and refused[-1] is no:
+
+    def candidates() -> Iterator[Candidate]:
+        for side, hole in _ways_round(peg, belief, context):
+            corners = [_hand(belief, Pose(_three(centre), hole.quaternion)) for centre in centres]
+            held, path = belief.held.thing if belief.held else "", tuple(corners[1:])
+            place = Place(corners[-1], corners[0], approach=_three(-peg.axis), path=path, thing=held, fit=fit)
+            name = f"{side} of the hole along the peg, {1000 * depth:.0f} mm onto it"
+            yield Candidate(name, place, tuple(_legs(location, context, corners)), key=side, anew=True)
+
+    answers = list[Grounding | Refused]()
+    for answer in reached(candidates(), Arm(belief, context)):
+        answers.append(answer)
+        yield answer
+    if isinstance(no := answers[-1], Refused):
         said = f"the hole cannot be led onto the peg: {no.reason}"
-        because = causes(location, context) if any(r.blocking for r in refused) else _held_so(location, belief, context)
+        blocked = any(isinstance(r, Refused) and r.blocking for r in answers)
+        because = causes(location, context) if blocked else _held_so(location, belief, context)
         raise Unresolvable(said, because, blocking=no.blocking, collision=no.collision, remedy=no.remedy)
 
 
@@ -160,18 +161,11 @@ def _hand(belief: Belief, hole: Pose) -> Pose:
     return hole * (belief.held.tcp_to_thing * feature.pose).inverse()
 
 
-def _unreachable(location: Location, belief: Belief, context: Context, corners: list[Pose]) -> Refused | None:
-    """Why the arm cannot stand at all corners, one after the other; None when it can."""
-    free = make_scene(belief, context)
-    near = make_scene(belief, context, [bound(context, location.of)], clearance=0.0, hand=False)
-    seed = belief.joints
-    for k, pose in enumerate(corners):
-        there = collision_free_ik(near if k else free, context, pose, seed)
-        if isinstance(there, Refused):
-            where = ("before the tip", "at the tip", "past its bend", "on the peg", "let down")[k]
-            return replace(there, reason=f"{where}: {there.reason}")
-        seed = there
-    return None
+def _legs(location: Location, context: Context, corners: list[Pose]) -> Iterator[Leg]:
+    """What the arm has to reach, one after the other: only the payload may touch the peg, from the tip on."""
+    near = Leg(corners[0], (bound(context, location.of),), clearance=0.0, hand=False)
+    for stage, pose in zip(("before the tip", "at the tip", "past its bend", "on the peg", "let down"), corners, strict=True):
+        yield replace(near, pose=pose, said=stage) if pose is not corners[0] else Leg(pose, said=stage)
 
 
 def _unmoved(belief: Belief, context: Context) -> bool:

@@ -7,7 +7,8 @@ from collections.abc import Iterator
 from cramlite.model import Belief, GripFacts, Place, Pose, Thing, pair_friction
 from cramlite.plugin import Context, Grounding, Refused
 
-from ..motion_planning.reach import collision_free_ik, make_scene, tcp
+from ..motion_planning.reach import tcp
+from .reached import Arm, Candidate, Leg, reached
 from .rim_pinches import OPENING, RimPinch, rim_pinches
 
 COST = 1.0  # more than any grasp that holds a thing as it is
@@ -23,21 +24,17 @@ def pinches(thing: Thing, belief: Belief, context: Context) -> list[RimPinch]:
     return sorted(found, key=lambda p: (round(here.distance(p.at)[1], 4), p.name))
 
 
-def places(found: list[RimPinch], thing: Thing, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
+def places(found: list[RimPinch], thing: Thing, arm: Arm) -> Iterator[Grounding | Refused]:
     """Yield those that the arm reaches, and from which it can lift the thing."""
-    near, free = (make_scene(belief, context, touch, OPENING, clearance) for touch, clearance in (([thing.name], 0.0), ([], None)))
-    here = tcp(belief, context)
-    for pinch in found:
-        before = pinch.at * Pose((0.0, 0.0, -STANDOFF))
-        there = collision_free_ik(near, context, pinch.at, belief.joints)
-        off = there if isinstance(there, Refused) else collision_free_ik(free, context, before, there)
-        if isinstance(off, Refused):
-            yield off.of(pinch.name)
-            continue
-        place = Place(
-            pinch.at, before, OPENING, tuple(pinch.at.rotate((0, 0, 1)).tolist()), thing=thing.name, grip=GripFacts(pinch.width),
-            swing=pinch.swing,
-        )  # fmt: skip
-        cost = COST + PER_RADIAN * here.distance(pinch.at)[1]
-        yield Grounding(place, f"{pinch.name}: it swings down as it is lifted", cost, key=pinch.name, anew=True)
+    return reached((_candidate(pinch, thing.name, arm) for pinch in found), arm)
 
+
+def _candidate(pinch: RimPinch, thing: str, arm: Arm) -> Candidate:
+    before = pinch.at * Pose((0.0, 0.0, -STANDOFF))
+    place = Place(
+        pinch.at, before, OPENING, tuple(pinch.at.rotate((0, 0, 1)).tolist()), thing=thing, grip=GripFacts(pinch.width),
+        swing=pinch.swing,
+    )  # fmt: skip
+    cost = COST + PER_RADIAN * tcp(arm.belief, arm.context).distance(pinch.at)[1]
+    legs = Leg(pinch.at, (thing,), OPENING, 0.0), Leg(before, opening=OPENING)
+    return Candidate(pinch.name, place, legs, f"{pinch.name}: it swings down as it is lifted", cost, anew=True)

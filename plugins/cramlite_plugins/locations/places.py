@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterator, Sequence
 
@@ -12,10 +13,11 @@ from cramlite.model import Belief, Collision, Location, Place, Pose, Swing
 from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 
 from ..kinematics.kinematics import forward
-from ..motion_planning.reach import collision_free_ik, led_here, make_scene, shift, tcp, traverse
-from .from_aside import is_free, slants
+from ..motion_planning.reach import led_here, shift, tcp, traverse
+from .from_aside import slants
 from .laying_down import dropped
 from .parameters import Along, Back, Up, asked
+from .reached import Arm, Candidate, Leg, reached
 
 Found = Iterator[Grounding | Refused]
 BACK = (0.12, 0.08, 0.05)  # retreat distances that are tried [m]: the longest frees the pads of a 2F-85, 38 mm long
@@ -76,28 +78,23 @@ def _out_from_under(here: Pose, heights: Sequence[float], belief: Belief, contex
 
     Few where one straight up is free: what comes next fails for them as for that, unless that ends too near to something.
     """
-    height, first, touching = heights[0], len(heights), make_scene(belief, context, clearance=0.0)
-    straight = any(is_free(touching, context, here, np.array([0.0, 0.0, h]), ALONG, belief.joints) for h in heights)
+    height, first, arm, done = heights[0], len(heights), Arm(belief, context), set[str]()
+    keeping, touching = Leg(here), Leg(here, clearance=0.0)
+    straight = any(arm.free_along(touching, np.array([0.0, 0.0, h]), ALONG) for h in heights)
     shares = SHARES[:1] if straight else SHARES
     ways = [(f"{height * 1000:.0f} mm up, and {1000 * s * height:.0f} mm {side}", w) for s in shares for side, w in slants(height, s)]
-    done: set[str] = set()
-    for scene in (make_scene(belief, context), touching):
-        for name, way in ways:
-            if name not in done and is_free(scene, context, here, way, ALONG, belief.joints):
-                done.add(name)
-                place = shift(here, way)
-                yield Grounding(Place(place, place), name, 0.1 * (first + len(done) - 1), key=name)
+    for leg, (name, way) in itertools.product((keeping, touching), ways):
+        if name not in done and arm.free_along(leg, way, ALONG):
+            done.add(name)
+            place = shift(here, way)
+            yield Grounding(Place(place, place), name, 0.1 * (first + len(done) - 1), key=name)
 
 
-def _reachable(options: list[tuple[str, Pose]], belief: Belief, context: Context, first: int = 0) -> Found:
-    """Options whose end is reachable and free, in order; there were so many others before the first."""
-    scene = make_scene(belief, context)
-    for k, (name, pose) in enumerate(options, first):
-        there = collision_free_ik(scene, context, pose, belief.joints)
-        if isinstance(there, Refused):
-            yield replace(there.of(name), because=led_here(context))
-        else:
-            yield Grounding(Place(pose, pose), name, 0.1 * k, key=name)
+def _reachable(options: list[tuple[str, Pose]], belief: Belief, context: Context) -> Found:
+    """Options whose end is reachable and free, in order."""
+    ends = (Candidate(name, Place(pose, pose), (Leg(pose),)) for name, pose in options)
+    for answer in reached(ends, Arm(belief, context)):
+        yield replace(answer, because=led_here(context)) if isinstance(answer, Refused) else answer
 
 
 def slide(location: Location, belief: Belief, context: Context) -> Found:

@@ -14,10 +14,10 @@ import numpy as np
 from cramlite.model import Belief, Feature, Location, Place, Pose, Thing
 from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 
-from ..motion_planning.cartesian import plan_straight_line
-from ..motion_planning.reach import bound, collision_free_ik, held_pose, make_scene
+from ..motion_planning.reach import bound, held_pose
 from ..shapes.bounds import lowest
 from .parameters import Tilting, asked
+from .reached import Arm, Candidate, Leg, reached
 
 TURNS = (0.0, 90.0, -90.0, 45.0, -45.0, 135.0, -135.0, 180.0)  # of lips about the vessel, of its headings [deg]
 CLEAR = 0.015  # of the vessel above the other one's rim [m]
@@ -32,19 +32,15 @@ def pour(location: Location, belief: Belief, context: Context) -> Iterator[Groun
         raise Unresolvable("nothing is held that could be poured from")
     source, now = belief.world.thing(belief.held.thing), held_pose(belief, context)
     opening, target = _opening(belief, entity, location)
-    hand, scene, seed = belief.held.tcp_to_thing.inverse(), make_scene(belief, context), belief.joints
-    for k, (lip, heading) in enumerate(_ways(now, target)):
-        name = f"over its rim at {math.degrees(lip):+.0f} deg, towards {math.degrees(heading):+.0f} deg"
-        path = tuple(p * hand for p in tilted(source, lip, heading, target, opening, asked(location, Tilting)))
-        there = collision_free_ik(scene, context, path[0], seed)
-        if isinstance(there, Refused):
-            yield there.of(name)
-            continue
-        ways = (plan_straight_line(checked, context.robot, there, path[1:]) for checked in (None, scene))  # cheap first
-        if (blocked := next((w for w in ways if isinstance(w, Refused)), None)) is not None:
-            yield blocked.of(name)
-            continue
-        yield Grounding(Place(path[0], path[0], path=path, thing=source.name), name, 0.1 * k, key=name)
+    hand = belief.held.tcp_to_thing.inverse()
+
+    def candidates() -> Iterator[Candidate]:
+        for lip, heading in _ways(now, target):
+            name = f"over its rim at {math.degrees(lip):+.0f} deg, towards {math.degrees(heading):+.0f} deg"
+            path = tuple(p * hand for p in tilted(source, lip, heading, target, opening, asked(location, Tilting)))
+            yield Candidate(name, Place(path[0], path[0], path=path, thing=source.name), (Leg(path[0], along=path[1:]),))
+
+    yield from reached(candidates(), Arm(belief, context))
 
 
 def _opening(belief: Belief, entity: str, location: Location) -> tuple[Feature, Pose]:

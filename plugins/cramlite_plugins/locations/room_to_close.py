@@ -4,46 +4,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from functools import lru_cache
 
 from msgspec.structs import replace
 
-from cramlite.model import Belief, Estimate, Held, Joint, Pose, Thing, thing_of
+from cramlite.model import Belief, Held, Joint, Pose, Thing
 from cramlite.plugin import Context, Refused
 
 from ..motion_planning.reach import make_scene
-from ..motions.gripping import LET_GO, fallen
 from ..shapes.carried_along import carried_along
-from ..shapes.itself import Itself
 from .handles import ajar, joint_value
 from .later import closes
-from .place_filters import Spot, Wanted
 
 SHUT = 0.05  # share of its range up to which something counts as closed
 STEPS = 0.01, math.radians(2.0)  # between the values of a joint that are looked at [m, rad]: a door's edge goes on by less than it is thick
-TIGHT = 100.0  # cost of a place that comes after all others, since it leaves little room for what is to be closed
-
-
-def room_to_close(spot: Spot, wanted: Wanted) -> str | Refused:
-    """Check that what later tasks close can be closed: a door with nothing in its way, a drawer with what it takes along.
-
-    Later tasks are looked at only where something would be met, so that what follows elsewhere holds whatever they are.
-    """
-    return (is_tight(spot, wanted) and _stopped(spot, wanted, None)) or ""
-
-
-def is_tight(spot: Spot, wanted: Wanted) -> bool:
-    """Check whether what later tasks close would not get to its stop, with the room on the way that what is let go of may shift by."""
-    return _tight(Itself(spot), Itself(wanted))
-
-
-@lru_cache(maxsize=1)
-def _tight(spot: Itself[Spot], wanted: Itself[Wanted]) -> bool:
-    return _stopped(spot.it, wanted.it, LET_GO) is not None
-
-
-def _stopped(spot: Spot, wanted: Wanted, clearance: float | None) -> Refused | None:
-    return first_met(wanted.thing.name, let_go(spot, wanted), wanted.context, clearance)
 
 
 def first_met(put: str, after: Belief, context: Context, clearance: float | None) -> Refused | None:
@@ -55,15 +28,6 @@ def first_met(put: str, after: Belief, context: Context, clearance: float | None
             if met is not None and closes(thing.name, put, context):
                 return met
     return None
-
-
-def let_go(spot: Spot, wanted: Wanted) -> Belief:
-    """Return the belief once the thing is let go of there."""
-    belief, name = wanted.belief, wanted.thing.name
-    pose = fallen(belief, belief.base() * spot.thing)
-    opening = belief.held.opening if belief.held else 0.0
-    there = ("in" if wanted.depth else "on", name, thing_of(wanted.entity))
-    return belief.released(Estimate(pose, 0.0, "predicted: let go there"), opening).related(there)
 
 
 def _met(closing: Thing, put: str, after: Belief, context: Context, clearance: float | None) -> Refused | None:

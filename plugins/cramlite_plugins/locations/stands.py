@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 
@@ -19,11 +19,12 @@ from cramlite.model import Belief, Location, Pose, Stand, Value, Vector3, thing_
 from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 
 from ..motion_planning.base_planner import CLEARANCES, Ground, at, level
-from ..motion_planning.reach import bound, collision_free_ik, make_scene
+from ..motion_planning.reach import bound
 from ..motions.driving import floor_of
 from ..predicates.places import BESIDE, apart
 from ..shapes.bounds import box_around
 from .grasps import grasps
+from .reached import Arm, Candidate, Leg, reached
 from .viewpoints import views
 
 DISTANCES = (0.45, 0.55, 0.65, 0.75)  # of the arm's axis from the target [m]
@@ -126,31 +127,33 @@ def _gap(stand: Pose, thing: str, there: Belief, context: Context) -> float:
 def _grasp(target: Target, there: Belief, context: Context) -> str:
     """Why a thing cannot be grasped from a stand; "" where it can."""
     try:
-        answers = list(itertools.islice(grasps(Location("", "grasp", target.variable), there, context), GRASPS))
+        answers = itertools.islice(grasps(Location("", "grasp", target.variable), there, context), GRASPS)
+        return _none(answers, "nothing offers a grasp of it")
     except Unresolvable as impossible:
         return impossible.reason
-    if any(isinstance(a, Grounding) for a in answers):
-        return ""
-    return next((a.reason for a in answers if isinstance(a, Refused)), "nothing offers a grasp of it")
 
 
 def _over(target: Target, there: Belief, context: Context) -> str:
     """Why the tool cannot be brought before a thing, from above or from the robot's side; "" where it can."""
-    scene, point = make_scene(there, context), np.asarray(_middle(there, target).position)
+    arm, point = Arm(there, context), np.asarray(_middle(there, target).position)
     ahead = np.array([point[0], point[1], 0.0]) / max(float(np.hypot(point[0], point[1])), 1e-6)
     turns = [(math.cos(a), math.sin(a), 0.0) for a in (math.tau * k / TURNS for k in range(TURNS))]
     tries = [((0.0, 0.0, -1.0), x) for x in turns] + [
         (tuple(ahead), (0.0, 0.0, 1.0)),
         (tuple(ahead), (ahead[1], -ahead[0], 0.0)),
     ]
+    poses = (Pose.from_axes(tuple(point - OVER * np.asarray(approach)), approach, x) for approach, x in tries)
+    return _none(reached((Candidate("over it", pose, (Leg(pose),)) for pose in poses), arm), "")
+
+
+def _none(answers: Iterable[Grounding | Refused], otherwise: str) -> str:
+    """Why there is no grounding among answers, by the first refusal; "" where there is one."""
     first = ""
-    for approach, x in tries:
-        pose = Pose.from_axes(tuple(point - OVER * np.asarray(approach)), approach, x)
-        found = collision_free_ik(scene, context, pose, there.joints)
-        if not isinstance(found, Refused):
+    for answer in answers:
+        if isinstance(answer, Grounding):
             return ""
-        first = first or found.reason
-    return first
+        first = first or answer.reason
+    return first or otherwise
 
 
 def _middle(belief: Belief, target: Target) -> Pose:
@@ -178,9 +181,4 @@ def _unseen(target: Target, there: Belief, context: Context) -> str:
     """Why the camera on the flange cannot be brought to a free view of a thing; "" where it can, or there is no such camera."""
     if context.camera is None or context.camera.mount is None:
         return ""
-    first = ""
-    for answer in views(Location("", "view", target.variable), there, context):
-        if isinstance(answer, Grounding):
-            return ""
-        first = first or answer.reason
-    return first
+    return _none(views(Location("", "view", target.variable), there, context), "")

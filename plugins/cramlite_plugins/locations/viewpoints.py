@@ -11,10 +11,11 @@ import numpy as np
 from cramlite.model import Belief, Feature, Floats, Intrinsics, Location, Place, Pose, Thing, thing_of
 from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 
-from ..motion_planning.reach import bound, collision_free_ik, make_scene
+from ..motion_planning.reach import bound
 from ..shapes.bounds import box_around
 from .parameters import Sight, asked
-from .place_filters import hidden_by
+from .placing.checks import hidden_by
+from .reached import Arm, Candidate, Leg, reached
 
 
 def looking_at(eye: tuple[float, float, float], target: tuple[float, float, float]) -> Pose:
@@ -31,6 +32,7 @@ INTO = (60.0, 75.0, 45.0)  # the same of a cavity, over whose rim the camera loo
 FLOOR = 0.6  # share of a cavity's floor, about its middle, that is looked at: in its corners little can lie
 BORDER = 1 / 16  # share of the image's width that stays free around what is looked at
 SEEN = 0.5  # share of each thing that others may not hide, as of a place that a camera should see
+COST = 0.05  # of each viewpoint that comes before
 BELOW = 0.08  # what hangs from a peg is about that far below it [m]
 
 
@@ -40,23 +42,24 @@ def views(location: Location, belief: Belief, context: Context) -> Iterator[Grou
         raise Unresolvable("the robot has no camera on its flange; the scenario's 'camera' says where one is", ("",))
     around = asked(location, Sight).around or (bound(context, location.of),)
     points = np.array([p for name in around for p in _points(belief, name)])
-    to_flange = context.camera.pose.inverse()
-    scene = make_scene(belief, context)
     heights = INTO if all(_cavity(belief.thing(name)) for name in around) else HEIGHTS
-    for k, (name, eye) in enumerate(_eyes(points.mean(axis=0), heights)):
-        optical = _optical(eye, points.mean(axis=0))
-        if not _in_view(context.camera.intrinsics, optical, points):
-            yield Refused(name, "not all of it would be in view", 1)
-            continue
-        if reason := _hidden(eye, around, belief):
-            yield Refused(name, reason, 2)
-            continue
-        tool = optical * to_flange * context.robot.gripper.tcp
-        there = collision_free_ik(scene, context, tool, belief.joints)
-        if isinstance(there, Refused):
-            yield there.of(name, 3)
-            continue
-        yield Grounding(Place(tool, tool), f"{', '.join(around)} in view from {name}", 0.05 * k, key=name)
+    eyes = (_candidate(k, name, eye, points, around, belief, context) for k, (name, eye) in enumerate(_eyes(points.mean(axis=0), heights)))
+    yield from reached(eyes, Arm(belief, context))
+
+
+def _candidate(
+    k: int, name: str, eye: Floats, points: Floats, around: Sequence[str], belief: Belief, context: Context
+) -> Candidate | Refused:
+    """The camera at a point, unless it does not see everything from there."""
+    assert context.camera is not None
+    optical = _optical(eye, points.mean(axis=0))
+    if not _in_view(context.camera.intrinsics, optical, points):
+        return Refused(name, "not all of it would be in view", 1)
+    if reason := _hidden(eye, around, belief):
+        return Refused(name, reason, 2)
+    tool = optical * context.camera.pose.inverse() * context.robot.gripper.tcp
+    said = f"{', '.join(around)} in view from {name}"
+    return Candidate(name, Place(tool, tool), (Leg(tool),), said, COST * k, passed=3)
 
 
 def _points(belief: Belief, entity: str) -> Sequence[Sequence[float]]:

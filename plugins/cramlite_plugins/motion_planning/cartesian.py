@@ -57,7 +57,7 @@ def why_no_straight_line(joints: Any, place: Place, context: Context, scene: Any
     """
     if near(place.before, place.pose):
         return None
-    line = plan_straight_line(scene, context.robot, joints, [place.pose], step_m=COARSE[0], step_rad=COARSE[1])
+    line = plan_straight_line(scene, context.robot, joints, [*place.via, place.pose], step_m=COARSE[0], step_rad=COARSE[1])
     return line if isinstance(line, Refused) else None
 
 

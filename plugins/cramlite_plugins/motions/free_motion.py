@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import TOOL_SPEED, Belief, Motion, MoveLinear, Place, Stage
+from cramlite.model import TOOL_SPEED, Belief, Motion, MoveLinear, Place, Pose, Stage
 from cramlite.plugin import Answers, Context, Grounding, Refused, Unresolvable, hookimpl
 
 from ..kinematics.timing import STEADY, steady_speed
@@ -121,22 +121,33 @@ def _linear(motion: Motion, belief: Belief, context: Context) -> Found:
     from ..motion_planning.reach import tcp
 
     place, here = place_of(motion, context), tcp(belief, context)
-    stages = {Stage.BEFORE: place.before, Stage.POSE: place.pose, Stage.END: (place.pose, *place.path)[-1]}
-    target = stages[word(motion, "stage", Stage, Stage.POSE)]
-    if near(here, target):
+    end = (place.pose, *place.path)[-1]
+    stages = {Stage.BEFORE: (place.before,), Stage.VIA: place.via, Stage.POSE: (*place.via, place.pose), Stage.END: (end,)}
+    ways = stages[word(motion, "stage", Stage, Stage.POSE)]
+    steps, after, length = list[MoveLinear](), belief, 0.0
+    for target in ways if not ways or not near(here, ways[-1]) else ():
+        length += tcp(after, context).distance(target)[0]
+        steps.append(_straight(motion, target, after, context))
+        after = after.moved(steps[-1].joints)
+    if steps:
+        reason = f"straight {1000 * length:.0f} mm, free of collision{noted(motion)}"
+        yield Grounding(tuple(steps), reason, 0.0, pushed_along(belief, place).moved(after.joints), key="line")
+    else:
         yield Grounding((), "the tool is there already", key="there")
-        return
-    points = line(motion, belief, context, [target])
+
+
+def _straight(motion: Motion, target: Pose, belief: Belief, context: Context) -> MoveLinear:
+    """One line of the tcp from where it is."""
+    from ..motion_planning.reach import tcp
+
+    points, way = line(motion, belief, context, [target]), tcp(belief, context).distance(target)[0]
     bare = "speed_m_s" not in motion.parameters
     pace = context.robot.pace if bare or value(motion, "paced") else 1.0
     slow, acceleration = value(motion, "speed_m_s"), (pace if bare else math.sqrt(pace)) * value(motion, "acceleration_m_s2")
     fast = max(slow, value(motion, "free_m_s")) if pace > 1.0 else slow
     quick = min(pace * fast, max(slow, KEPT * TOOL_SPEED))
-    speed = steady_speed(context.robot, points, here.distance(target)[0], quick, slow)
-    step = MoveLinear(target, speed, acceleration, points[-1], origin=motion.name, comment=motion.reason)
-    reason = f"straight {1000 * here.distance(target)[0]:.0f} mm, free of collision{noted(motion)}"
-    after = pushed_along(belief, place).moved(points[-1])
-    yield Grounding((step,), reason, 0.0, after, key="line")
+    speed = steady_speed(context.robot, points, way, quick, slow)
+    return MoveLinear(target, speed, acceleration, points[-1], origin=motion.name, comment=motion.reason)
 
 
 def place_of(motion: Motion, context: Context) -> Place:

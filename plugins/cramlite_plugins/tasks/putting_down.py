@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from msgspec.structs import replace
-
-from cramlite.model import Action, Belief, EntityName, Hang, Location, Motion, Stage
+from cramlite.model import Action, Belief, Hang, Location, Motion, Stage
 from cramlite.plugin import Decomposition, Parameter, Role, TaskType, hookimpl
 
 from ..task_kit.preconditions import spot, what_is_held
@@ -37,14 +35,13 @@ class PuttingDown(TaskType):
         rest = {"duration_s": self.parameter(action, "duration_s"), "paced": 1.0}
         steps = (
             place,
-            Motion(action.inside("transfer"), "transfer", place, reason=f"above {surface.entity}"),
+            Motion(action.inside("transfer"), "transfer", place, reason=f"to {surface.entity}"),
+            Motion(action.inside("enter"), "linear", place, {"stage": Stage.VIA}, reason="in, level"),
             Motion(action.inside("tare"), "zero_sensor", reason="the weight of the object is not a contact force"),
             Motion(action.inside("lower"), "until_contact", place, guard, (surface.name,), f"down to {surface.entity}"),
             Motion(action.inside("rest"), "hold", None, rest, reason="the object comes to rest before anybody lets go"),
         )
         yield Decomposition(steps, "guarded motion down to the surface")
-        if _under_a_roof(action, belief):
-            yield self._through_a_side(action)
 
     def _laying_down(self, action: Action) -> Decomposition:
         """What hangs from the fingers: its far side first, and the near one about that."""
@@ -60,37 +57,12 @@ class PuttingDown(TaskType):
         )
         return Decomposition(steps, "lay down: what hangs touches with its far side first")
 
-    def _through_a_side(self, action: Action) -> Decomposition:
-        """What has a roof over it: in level, and down the rest of the way."""
-        surface = action.roles["Relatum"]
-        place = replace(spot("through", action), name=f"through({surface.name})")
-        guard = {"speed_m_s": self.parameter(action, "speed_m_s"), "force_n": self.parameter(action, "force_n"), "corner": 0}
-        rest = {"duration_s": self.parameter(action, "duration_s"), "paced": 1.0}
-        steps = (
-            place,
-            Motion(action.inside("transfer"), "transfer", place, reason=f"before {surface.entity}"),
-            Motion(action.inside("enter"), "linear", place, {"stage": Stage.POSE}, reason="in, level"),
-            Motion(action.inside("tare"), "zero_sensor", reason="the weight of the object is not a contact force"),
-            Motion(action.inside("lower"), "until_contact", place, guard, (surface.name,), f"down to {surface.entity}"),
-            Motion(action.inside("rest"), "hold", None, rest, reason="the object comes to rest before anybody lets go"),
-        )
-        return Decomposition(steps, "level through a side that is open, since there is a roof over it", 1.0)
-
     def effects(self, action: Action, belief: Belief) -> Belief:
         locatum, relatum = action.roles["Locatum"].entity or "", action.roles["Relatum"].thing
         return belief.unrelated("on", locatum).related(("on", locatum, relatum))
 
     def begins_at(self, action: Action) -> Location:
         return spot("on", action)
-
-
-def _under_a_roof(action: Action, belief: Belief) -> bool:
-    """Whether the surface that is meant, or one of those of the thing, has something of that over it."""
-    from ..shapes.roofs import roofed
-
-    entity = EntityName.parse(action.roles["Relatum"].entity or "")
-    region = str(action.parameters.get("where", {}).get("region") or entity.part)
-    return entity.thing in belief.poses and any(roofed(belief.thing(entity.thing), belief.pose(entity.thing), region))
 
 
 @hookimpl

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from msgspec.structs import replace
-
 from cramlite.model import Action, Belief, EntityName, ExpectedGrip, Fingers, Location, Motion, Stage
 from cramlite.plugin import Decomposition, Role, TaskType, hookimpl
 
@@ -27,29 +25,19 @@ class Ungrasping(TaskType):
         if _has_a_roof(action, belief):
             yield self._tip_over(action)
             return
-        container = action.roles["Relatum"].entity
-        yield self._let_down(action, self.begins_at(action), f"move above {container}, lower, open")
-        aslant = replace(spot("aslant", action), name=f"aslant({action.roles['Relatum'].name})")
-        said = f"lean it to get it in under what is over {container}, straighten it there, open"
-        yield replace(self._let_down(action, aslant, said, leans=True), cost=1.0)
-
-    def _let_down(self, action: Action, place: Location, said: str, leans: bool = False) -> Decomposition:
-        container = action.roles["Relatum"].entity
-        upright = Motion(action.inside("straighten"), "linear", place, {"stage": Stage.END}, reason="upright")
-        straighten = (upright,) if leans else ()
+        container, place = action.roles["Relatum"].entity, self.begins_at(action)
         steps = (
             place,
             Motion(action.inside("transfer"), "transfer", place, reason=f"above {container}"),
             Motion(action.inside("lower"), "linear", place, {"stage": Stage.POSE}, reason=f"as deep into {container} as the hand fits"),
-            *straighten,
             *_let_go(action, place),
         )
-        return Decomposition(steps, said)
+        yield Decomposition(steps, f"move above {container}, lower, open")
 
     def _tip_over(self, action: Action) -> Decomposition:
         """What has a roof over it: the foot of what is held in, level, and let go of leaning out; it tips over, and is pushed in again."""
         relatum, what = action.roles["Relatum"], action.roles["Locatum"].name
-        place = replace(spot("tipped", action), name=f"tipped({relatum.name})")
+        place = self.begins_at(action)
         there = Location(f"pushed_in({what})", "pushed_in", what, {"begin": place.name})
         apart = {"to": Fingers.PLACE, "expect": ExpectedGrip.NONE}
         push, touch = {"stage": Stage.END, "speed_m_s": SPEED}, (what,)

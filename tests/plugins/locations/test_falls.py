@@ -8,16 +8,17 @@ from typing import Any
 import pytest
 
 from cramlite.model import Pose
-from cramlite_plugins.locations.place_filters import Spot, falls
+from cramlite_plugins.locations.placing.checks import falls
+from cramlite_plugins.locations.placing.query import Placement
 
 ANY: Any = None  # it is about the hand alone
 
 
-def turned(x: float, y: float) -> Spot:
+def turned(x: float, y: float) -> Placement:
     """A hand that is turned about its closing direction and then about its third axis from pointing down [deg]."""
     pose = Pose.from_rotvec((0, 0, 0), (math.pi, 0, 0)) * Pose.from_rotvec((0, 0, 0), (math.radians(x), 0, 0))
     pose = pose * Pose.from_rotvec((0, 0, 0), (0, math.radians(y), 0))
-    return Spot("spot", Pose(), pose, pose, 0.1)
+    return Placement("spot", Pose(), pose, pose, 0.1)
 
 
 @pytest.mark.parametrize(("x", "y"), [(0, 0), (40, 0), (0, 90), (0, 130)])

@@ -10,7 +10,7 @@ from helpers.properties import examples
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cramlite_plugins.locations.free_area import around, beside, free_area, positions
+from cramlite_plugins.locations.placing.positions import around, beside, free_area, positions
 
 SHELF = shapely.box(-0.15, -0.1, 0.15, 0.1)
 

@@ -10,8 +10,8 @@ import pytest
 from cramlite import Engine
 from cramlite.model import Feature, Geom, Held, Location, Pose, RobotMount, Thing, World, initial_belief
 from cramlite.plugin import Context, Grounding, Unresolvable
-from cramlite_plugins.locations import leaning
 from cramlite_plugins.locations.kinds import ground
+from cramlite_plugins.locations.placing import at_rest
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.simulation.objects.products_and_fixtures import table
 
@@ -80,6 +80,6 @@ def test_between_walls_that_are_too_high_to_lean_far_enough_it_is_refused() -> N
 @pytest.mark.heavy
 def test_it_is_in_its_region_wherever_it_is_let_go_of_nearby(monkeypatch: pytest.MonkeyPatch) -> None:
     """Where an arm may be as far off as there is room, no place is sure."""
-    monkeypatch.setattr(leaning, "OFF_PATH", 0.015)
+    monkeypatch.setattr(at_rest, "ASTRAY", 0.015)
     with pytest.raises(Unresolvable, match="leaning"):
         _answers(front=0.085, origin=0.002)

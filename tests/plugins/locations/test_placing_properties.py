@@ -18,9 +18,11 @@ from msgspec.structs import replace
 
 from cramlite.model import Belief, Location, Place, Pose, Thing
 from cramlite.plugin import Grounding, Refused, Unresolvable
-from cramlite_plugins.locations import set_down
 from cramlite_plugins.locations.kinds import ground
-from cramlite_plugins.locations.place_filters import CHEAP, DEAR, Spot, first_objection
+from cramlite_plugins.locations.placing.checks import first_objection
+from cramlite_plugins.locations.placing.driver import CHECKS
+from cramlite_plugins.locations.placing.query import Placement, queries
+from cramlite_plugins.locations.placing.ways_out import prepared
 from cramlite_plugins.simulation.model.compile import compile_world
 from cramlite_plugins.simulation.objects.products_and_fixtures import basket, block
 
@@ -73,9 +75,9 @@ def _places(found: Iterator[Grounding | Refused]) -> Iterator[Grounding]:
 
 def objections(place: Place, location: Location, belief: Belief) -> list[str]:
     """What the checks of a relation say, asked anew; nothing if one of the targets has none."""
-    context, filters = context_of(belief), {**CHEAP[location.relation], **DEAR, **set_down.LAST}
-    spot = Spot("again", _thing(place, belief), place.pose, place.before, place.release.height_m)
-    said = [first_objection(spot, target, filters) for target in set_down._targets(location, belief, context)]
+    asked, filters = queries(location, belief, context_of(belief)), CHECKS[location.relation]
+    spot = Placement("again", _thing(place, belief), place.pose, place.before, place.release.height_m)
+    said = [first_objection(spot, target, filters) for target in prepared(asked)]
     return [] if None in said else [no.reason for no in said if no is not None]
 
 

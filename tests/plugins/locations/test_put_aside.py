@@ -12,7 +12,7 @@ from cramlite.model import Action, Belief, Location, Object, Pose, Thing
 from cramlite.plugin import Grounding
 from cramlite_plugins.kinematics.kinematics import inverse
 from cramlite_plugins.locations.kinds import ground
-from cramlite_plugins.locations.put_aside import AWAY
+from cramlite_plugins.locations.placing.positions import AWAY
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.simulation.objects.products_and_fixtures import block, table
 

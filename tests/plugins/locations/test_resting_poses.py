@@ -7,16 +7,16 @@ import math
 
 import pytest
 import shapely
-from helpers.placing import believed, wanted_on
+from helpers.placing import believed, query_on
 from msgspec.structs import replace
 
 from cramlite import Engine
 from cramlite.model import Belief, Feature, Held, Location, Pose, RobotMount, Thing, World, initial_belief
 from cramlite.plugin import Context, Grounding, Unresolvable
-from cramlite_plugins.locations import place_filters
 from cramlite_plugins.locations.kinds import ground
 from cramlite_plugins.locations.parameters import Where
-from cramlite_plugins.locations.place_filters import Spot
+from cramlite_plugins.locations.placing import checks
+from cramlite_plugins.locations.placing.query import Placement
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.shapes.surfaces import Surface
 from cramlite_plugins.simulation.objects.products_and_fixtures import table
@@ -75,6 +75,6 @@ def test_over_a_region_that_leans_it_is_where_it_rests_and_not_where_it_is_let_g
     lean = Pose.from_rotvec((0.45, -0.3, 0.2), (math.radians(60), 0, 0))
     there = lean * Pose((0.0, y, 0.01))
     lifted = Pose((there.position[0], there.position[1], there.position[2] + 0.02))
-    wanted = replace(wanted_on(believed()), target=Surface(lean, shapely.box(-0.1, -0.015, 0.1, 0.015)), where=Where(region="left"))
-    said = place_filters.over_region(Spot("here", lifted, lifted, lifted, 0.02), wanted)
+    wanted = replace(query_on(believed()), target=Surface(lean, shapely.box(-0.1, -0.015, 0.1, 0.015)), where=Where(region="left"))
+    said = checks.over_region(Placement("here", lifted, lifted, lifted, 0.02), wanted)
     assert beside in said and bool(said) is bool(beside)

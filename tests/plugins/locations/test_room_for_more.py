@@ -11,7 +11,7 @@ from msgspec.structs import replace
 
 from cramlite.model import Action, Object, Pose
 from cramlite_plugins.locations.later import puts_into
-from cramlite_plugins.locations.room_for_more import corner, roomiest
+from cramlite_plugins.locations.placing.positions import corner, roomiest
 from cramlite_plugins.simulation.objects.products_and_fixtures import basket, block
 
 SQUARE = shapely.box(-0.1, -0.1, 0.1, 0.1)

@@ -26,7 +26,9 @@ from cramlite.model import (
 from cramlite.plugin import Context, Grounding, Unresolvable
 from cramlite_plugins.kinematics.kinematics import inverse
 from cramlite_plugins.locations.kinds import ground
-from cramlite_plugins.locations.through_side import goes_under_a_roof
+from cramlite_plugins.locations.placing.access import goes_under_a_roof
+from cramlite_plugins.locations.placing.query import queries
+from cramlite_plugins.locations.placing.ways_out import WAYS
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.shapes.roofs import open_sides, roofed
 from cramlite_plugins.simulation.objects.furniture import cabinet, door
@@ -35,7 +37,7 @@ from cramlite_plugins.simulation.objects.products_and_fixtures import block, tab
 MOUNT = RobotMount("arm", "ur5e")
 AT = Pose.from_rotvec((0.70, -0.1, 0.30), (0, 0, np.pi))  # its front looks to the robot
 LEVEL, DOWN = (1.0, 0.0, 0.0), (0.0, 0.0, -1.0)
-INSIDE = Location("through(cabinet)", "through", "cabinet", {"region": "inside"})
+INSIDE = Location("on(cabinet)", "on", "cabinet", {"region": "inside"})
 
 
 def _asked(approach: tuple[float, float, float], *things: Thing) -> tuple[Belief, Context]:
@@ -57,11 +59,11 @@ def _refused(approach: tuple[float, float, float], *things: Thing) -> Unresolvab
 def test_it_is_carried_in_level_through_the_front_and_let_down_there() -> None:
     found = ground(INSIDE, *_asked(LEVEL, cabinet("cabinet", AT)))
     place = next(a for a in found if isinstance(a, Grounding)).value
-    way = np.subtract(place.pose.position, place.before.position)
+    way = np.subtract(place.via[0].position, place.before.position)
     assert way == pytest.approx((way[0], 0.0, 0.0), abs=1e-6) and way[0] > 0.15
     assert place.before.position[0] < 0.70 - 0.02 - 0.019  # all of it is before the front
     assert place.approach == pytest.approx(LEVEL, abs=1e-6)
-    assert np.subtract(place.pose.position, place.path[0].position) == pytest.approx((0.0, 0.0, 0.01))
+    assert np.subtract(place.via[0].position, place.pose.position) == pytest.approx((0.0, 0.0, 0.01))
 
 
 def test_positions_come_from_the_middle_outwards() -> None:
@@ -73,24 +75,31 @@ def test_positions_come_from_the_middle_outwards() -> None:
 
 def test_a_hand_that_points_down_is_higher_than_what_it_brings() -> None:
     no = _refused(DOWN, cabinet("cabinet", AT))
-    assert no.reason.startswith("the hand points down by 90 deg") and no.because == ("grasp(it)",)
+    assert "; the hand points down by 90 deg" in no.reason and no.because == ("cabinet", "grasp(it)")
 
 
 def test_what_is_too_high_is_brought_in_by_no_hand() -> None:
     no = _refused(LEVEL, cabinet("cabinet", AT, (0.3, 0.3, 0.17)))
-    assert no.reason == "the room under the roof of 'cabinet' is 10 mm higher than 'it', 20 mm is needed"
+    assert no.reason.startswith("the room under the roof of 'cabinet' is 10 mm higher than 'it', 20 mm is needed; ")
     assert no.because == ("cabinet",)
 
 
 def test_a_shut_door_is_in_the_way_of_every_hand() -> None:
     no = _refused(LEVEL, cabinet("cabinet", AT), door("door", AT, "cabinet"))
-    assert no.reason.startswith("through its sides: not let in") and "'door'" in no.reason
-    assert no.because == ("cabinet",) and no.blocking == (("door",),)
+    assert no.reason.startswith("no hand comes into 'cabinet': 'cabinet' and 'door' are on all sides of it")
+    assert no.because == ("cabinet",) and no.blocking == ("cabinet", "door")
+
+
+def test_what_stands_before_an_open_side_is_in_the_way_of_every_hand() -> None:
+    wall = block("wall", Pose((0.6, -0.1, 0.3)), (0.02, 0.6, 0.4))
+    no = _refused(LEVEL, cabinet("cabinet", AT), wall)
+    assert no.reason.startswith("through its sides: not ") and "'wall'" in no.reason
+    assert "cabinet" in no.because and ("wall",) in (no.blocking or ())
 
 
 def test_what_is_open_above_is_none_of_it() -> None:
-    no = _refused(LEVEL, table("cabinet", AT, (0.3, 0.3, 0.02)))
-    assert no.reason == "nothing is over a surface of 'cabinet': things are put there from above"
+    asked = queries(Location("on(cabinet)", "on", "cabinet"), *_asked(LEVEL, table("cabinet", AT, (0.3, 0.3, 0.02))))
+    assert [way.name for way in WAYS["on"] if way.rank(asked) is not None] == ["from above"]
 
 
 def test_roofs_and_open_sides() -> None:

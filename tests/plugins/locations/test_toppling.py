@@ -30,8 +30,10 @@ from cramlite.model import (
 from cramlite.plugin import Context, Grounding, Unresolvable
 from cramlite_plugins.kinematics.kinematics import inverse
 from cramlite_plugins.locations.kinds import ground
+from cramlite_plugins.locations.placing.query import queries
+from cramlite_plugins.locations.placing.tilting import BACK, LEANS
+from cramlite_plugins.locations.placing.ways_out import WAYS
 from cramlite_plugins.locations.push_in import CAME_OUT, FURTHER
-from cramlite_plugins.locations.tipped import BACK, LEANS
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.shapes.bounds import corners, support
 from cramlite_plugins.shapes.roofs import has_own_roof
@@ -40,8 +42,8 @@ from cramlite_plugins.simulation.objects.products_and_fixtures import block, tab
 from cramlite_plugins.tasks.ungrasping import Ungrasping
 
 MOUNT = RobotMount("arm", "ur5e")
-TIPPED = Location("tipped(shelf)", "tipped", "shelf", {"region": "below"})
-PUSHED = Location("pushed_in(it)", "pushed_in", "it", {"begin": "tipped(shelf)"})
+TIPPED = Location("in(shelf)", "in", "shelf", {"region": "below"})
+PUSHED = Location("pushed_in(it)", "pushed_in", "it", {"begin": "in(shelf)"})
 FRONT = 0.25  # of the room under the shelf, along y [m]
 
 
@@ -101,7 +103,7 @@ def test_fingers_bring_it_back_to_where_it_should_lie_from_behind() -> None:
     x, y, _ = over[0].position
     lies = Pose((x, y, 0.012), over[0].quaternion)
     there = belief.released(Estimate(lies, 0.0, "tipped over"), 0.08).moved(inverse(UR5E, place.path[-1], seed=belief.joints)[0])
-    context = replace(context, bindings={**context.bindings, "tipped(shelf)": place})
+    context = replace(context, bindings={**context.bindings, "in(shelf)": place})
     found = next(a for a in ground(PUSHED, there, context) if isinstance(a, Grounding)).value
     way = np.subtract(found.path[-1].position, found.pose.position)
     assert way[1] > CAME_OUT and abs(way[0]) < 1e-6 and abs(way[2]) < 1e-6
@@ -111,17 +113,18 @@ def test_fingers_bring_it_back_to_where_it_should_lie_from_behind() -> None:
 
 def test_where_it_lies_there_is_no_room_for_it_and_no_grasp_is_to_blame() -> None:
     no = _refused(TIPPED, *_asked(_shelf(room=0.022)))
-    assert no.reason.startswith("tipped: not lying there: 'it' is") and no.because == ("shelf",)
+    assert no.reason.startswith("toppling: not lying there: 'it' is") and no.because == ("shelf",)
 
 
 def test_what_stands_before_it_is_in_the_way() -> None:
     no = _refused(TIPPED, *_asked(_shelf(), block("wall", Pose((0.5, 0.18, 0.1)), (0.4, 0.05, 0.2), 1.0)))
-    assert no.reason == "tipped: not lying there: 'it' is 22.0 mm inside 'wall'" and no.blocking == (("wall",),)
+    assert no.reason == "toppling: not lying there: 'it' is 22.0 mm inside 'wall'" and no.blocking == (("wall",),)
 
 
 def test_without_a_roof_things_go_in_from_above() -> None:
     shelf = _shelf()
-    assert "things go in from above" in _refused(TIPPED, *_asked(replace(shelf, geoms=shelf.geoms[1:]))).reason
+    asked = queries(TIPPED, *_asked(replace(shelf, geoms=shelf.geoms[1:])))
+    assert [way.name for way in WAYS["in"] if way.rank(asked) is not None] == ["from above"]
 
 
 @pytest.mark.parametrize(("roof", "covered"), [(0.16, True), (0.02, False)])
@@ -131,11 +134,11 @@ def test_a_handle_over_the_middle_is_no_roof(roof: float, covered: bool) -> None
     assert not has_own_roof(shelf, shelf.pose, "above")
 
 
-@pytest.mark.parametrize(("roof", "first"), [(0.16, "tipped"), (0.02, "in")])
-def test_the_task_tips_it_over_under_a_roof_alone(roof: float, first: str) -> None:
+@pytest.mark.parametrize(("roof", "topples"), [(0.16, True), (0.02, False)])
+def test_the_task_tips_it_over_under_a_roof_alone(roof: float, topples: bool) -> None:
     belief, _ = _asked(_shelf(roof=roof))
     roles = {"Locatum": Object("it", entity="it"), "Relatum": Object("shelf", entity="shelf")}
     drop = Action("1", "artm:Ungrasping", roles, parameters={"where": {"region": "below"}})
     steps = [d.steps for d in Ungrasping().decompose(drop, belief)]
-    assert isinstance(steps[0][0], Location) and steps[0][0].relation == first
-    assert any(isinstance(s, Motion) and s.name.endswith("push") for s in steps[0]) == (first == "tipped")
+    assert isinstance(steps[0][0], Location) and steps[0][0].relation == "in"
+    assert any(isinstance(s, Motion) and s.name.endswith("push") for s in steps[0]) == topples

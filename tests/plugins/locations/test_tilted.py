@@ -15,7 +15,6 @@ from cramlite.model import (
     GripFacts,
     Held,
     Location,
-    Motion,
     Object,
     Place,
     Pose,
@@ -27,16 +26,19 @@ from cramlite.model import (
 )
 from cramlite.plugin import Context, Grounding, Unresolvable
 from cramlite_plugins.kinematics.kinematics import inverse
-from cramlite_plugins.locations.aslant import LEFT, TILTS, goes_in_aslant
 from cramlite_plugins.locations.grips import Grip, ranked
 from cramlite_plugins.locations.kinds import ground
+from cramlite_plugins.locations.placing.access import goes_in_tilted
+from cramlite_plugins.locations.placing.query import queries
+from cramlite_plugins.locations.placing.tilting import LEFT, TILTS
+from cramlite_plugins.locations.placing.ways_out import WAYS
 from cramlite_plugins.robots.fr3 import FR3
 from cramlite_plugins.simulation.objects.furniture import cabinet, drawer
 from cramlite_plugins.simulation.objects.vessels import bowl
 
 MOUNT = RobotMount("arm", "fr3")
 LOW, HIGH = (Pose.from_rotvec((0.65, 0.0, z), (0.0, 0.0, np.pi)) for z in (0.14, 0.24))  # their fronts look to the robot
-ASLANT, UPRIGHT = (Location(f"{relation}(drawer)", relation, "drawer", {}) for relation in ("aslant", "in"))
+INTO = Location("in(drawer)", "in", "drawer", {})
 
 
 def _cabinets(opened: float = 0.2) -> tuple[Thing, ...]:
@@ -77,7 +79,7 @@ def _first_place() -> tuple[Belief, Context, Place]:
     for grip in range(20):
         belief, context = _asked(0.0705, grip=grip)
         try:
-            found = next(a for a in ground(ASLANT, belief, context) if isinstance(a, Grounding))
+            found = next(a for a in ground(INTO, belief, context) if isinstance(a, Grounding))
         except Unresolvable:
             continue
         return belief, context, found.value
@@ -88,7 +90,7 @@ def _first_place() -> tuple[Belief, Context, Place]:
 def test_a_bowl_comes_in_leaning_and_is_let_go_of_where_it_stands_up() -> None:
     belief, _, place = _first_place()
     assert belief.held is not None
-    before, there, end = (pose * belief.held.tcp_to_thing for pose in (place.before, place.pose, place.path[-1]))
+    before, there, end = (pose * belief.held.tcp_to_thing for pose in (place.before, *place.via, place.pose))
     assert _lean(there) == pytest.approx(_lean(before), abs=1e-3) and round(_lean(there)) in TILTS
     assert _lean(end) == pytest.approx(LEFT, abs=1e-3)
     assert end.position[0] > there.position[0] > before.position[0]  # in under the handle, away from the robot
@@ -96,24 +98,24 @@ def test_a_bowl_comes_in_leaning_and_is_let_go_of_where_it_stands_up() -> None:
 
 
 def test_upright_it_is_refused_at_once_and_another_way_of_the_task_is_asked_for() -> None:
-    no = _refused(UPRIGHT, *_asked(0.0705))
+    no = _refused(INTO, *_asked(0.0705, leans=False))
     assert no.reason.startswith("'it' does not get into 'drawer' upright: 'cabinet' and 'upper' and 'upper_drawer' are over it")
     assert "upper_drawer" in (no.blocking or ())
 
 
 def test_one_that_is_narrow_enough_is_not_refused_upright() -> None:
-    found = ground(UPRIGHT, *_asked(0.045, leans=False))
+    found = ground(INTO, *_asked(0.045, leans=False))
     assert any(isinstance(a, Grounding) for a in found)
 
 
 def test_a_hand_that_does_not_lean_is_to_blame() -> None:
-    no = _refused(ASLANT, *_asked(0.0705, leans=False))
-    assert no.reason == "aslant: hand and thing have no way in between what is over it and its walls"
+    no = _refused(INTO, *_asked(0.0705, leans=False))
+    assert no.reason.endswith("; tilted: hand and thing have no way in between what is over it and its walls")
     assert no.because == ("drawer", "grasp(it)")
 
 
 def test_between_a_front_and_a_handle_that_are_too_near_to_each_other_nothing_comes_in() -> None:
-    assert "no way in" in _refused(ASLANT, *_asked(0.0705, opened=0.11)).reason
+    assert "no way in" in _refused(INTO, *_asked(0.0705, opened=0.11)).reason
 
 
 def test_under_nothing_things_go_in_from_above() -> None:
@@ -123,16 +125,14 @@ def test_under_nothing_things_go_in_from_above() -> None:
     assert held is not None
     free = initial_belief(alone, "arm", FR3.home, 0.04).grasped(held).moved(belief.joints)
     poses = {n: e for n, e in free.poses.items() if n != "cabinet"}  # which is over the half of it that is not open
-    led = (Motion("3.Ungrasping/transfer", "transfer", ASLANT),)
-    no = _refused(ASLANT, replace(free, poses=poses), replace(context, agenda=led))
-    assert "things go in from above" in no.reason
-    assert no.because == ("drawer", "3.Ungrasping")  # why it did not get in from above still counts, such as how it is held
+    names = [way.name for way in WAYS["in"] if way.rank(queries(INTO, replace(free, poses=poses), context)) is not None]
+    assert names == ["from above"]
 
 
 @pytest.mark.parametrize(("radius", "leaning"), [(0.0705, True), (0.045, False)])
-def test_hands_that_lean_come_first_for_what_goes_in_aslant(radius: float, leaning: bool) -> None:
+def test_hands_that_lean_come_first_for_what_goes_in_tilted(radius: float, leaning: bool) -> None:
     belief, context = _asked(radius, leans=False)
     there = initial_belief(belief.world, "arm", FR3.home, 0.04)
     drop = Action("1", "artm:Ungrasping", {"Locatum": Object("it", "it"), "Relatum": Object("drawer", "drawer")})
-    assert goes_in_aslant("it", there, replace(context, agenda=(drop,))) == leaning
-    assert not goes_in_aslant("it", there, context)  # nothing brings it there
+    assert goes_in_tilted("it", there, replace(context, agenda=(drop,))) == leaning
+    assert not goes_in_tilted("it", there, context)  # nothing brings it there

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import shapely
 from conftest import Run
-from helpers.placing import HELD, MOUNT, believed, context_of, spot_at, wanted_on
+from helpers.placing import HELD, MOUNT, believed, context_of, query_on, spot_at
 from helpers.properties import examples
 from hypothesis import given
 from hypothesis import strategies as st
@@ -33,10 +33,10 @@ from cramlite.model import (
 )
 from cramlite.plugin import Grounding, Refused, Unresolvable
 from cramlite_plugins.kinematics.kinematics import inverse
-from cramlite_plugins.locations import place_filters, set_down
 from cramlite_plugins.locations.kinds import ground
-from cramlite_plugins.locations.place_filters import Wanted
-from cramlite_plugins.motion_planning.reach import make_scene
+from cramlite_plugins.locations.placing import checks, stable_poses
+from cramlite_plugins.locations.placing.query import Query
+from cramlite_plugins.locations.reached import Arm
 from cramlite_plugins.motion_planning.too_far import too_far
 from cramlite_plugins.motions.gripping import release_opening
 from cramlite_plugins.robots.ur5e import UR5E
@@ -48,39 +48,39 @@ from cramlite_plugins.simulation.objects.vessels import bowl
 
 
 def test_supported_means_the_centre_of_mass_is_above() -> None:
-    wanted = wanted_on(believed())
-    assert not place_filters.supported(spot_at((0.45, -0.35, 0.22)), wanted)
-    assert not place_filters.supported(spot_at((0.59, -0.35, 0.22)), wanted)
-    assert "10 mm beyond the edge of 'shelf'" in place_filters.supported(spot_at((0.61, -0.35, 0.22)), wanted)
+    wanted = query_on(believed())
+    assert not checks.supported(spot_at((0.45, -0.35, 0.22)), wanted)
+    assert not checks.supported(spot_at((0.59, -0.35, 0.22)), wanted)
+    assert "10 mm beyond the edge of 'shelf'" in checks.supported(spot_at((0.61, -0.35, 0.22)), wanted)
 
 
 def test_inside_means_all_of_it_is_over_the_opening() -> None:
     box = basket("box", Pose((0.4, -0.4, 0.0)), (0.12, 0.10, 0.1))
-    wanted = wanted_on(believed(box), "box")
-    assert not place_filters.inside(spot_at((0.4, -0.4, 0.1)), wanted)
-    said = place_filters.inside(spot_at((0.44, -0.4, 0.1)), wanted)
+    wanted = query_on(believed(box), "box")
+    assert not checks.inside(spot_at((0.4, -0.4, 0.1)), wanted)
+    said = checks.inside(spot_at((0.44, -0.4, 0.1)), wanted)
     assert isinstance(said, Refused) and "40 mm of it would stick out by 10 mm over the 100 mm width of 'box'" in said.reason
     assert said.remedy is not None and "lacks 10 mm" in said.remedy.says
 
 
 def test_near_and_beside_are_measured_from_middle_to_middle() -> None:
     tin = block("tin", Pose((0.45, -0.45, 0.19)), (0.05, 0.05, 0.08))
-    near = wanted_on(believed(tin), where={"near": "tin", "within": 0.12})
-    assert not place_filters.near(spot_at((0.45, -0.35, 0.22)), near)
-    assert "150 mm from 'tin', up to 120 mm are near" in place_filters.near(spot_at((0.45, -0.30, 0.22)), near)
+    near = query_on(believed(tin), where={"near": "tin", "within": 0.12})
+    assert not checks.near(spot_at((0.45, -0.35, 0.22)), near)
+    assert "150 mm from 'tin', up to 120 mm are near" in checks.near(spot_at((0.45, -0.30, 0.22)), near)
     for side, good, bad in (
         ("left_of", (0.45, -0.35, 0.2), (0.45, -0.55, 0.2)), ("right_of", (0.45, -0.55, 0.2), (0.45, -0.35, 0.2)),
         ("behind", (0.55, -0.45, 0.2), (0.35, -0.45, 0.2)), ("in_front_of", (0.35, -0.45, 0.2), (0.55, -0.45, 0.2)),
     ):  # fmt: skip
-        wanted = wanted_on(believed(tin), where={side: "tin"})
-        assert not place_filters.beside(spot_at(good), wanted)
-        assert "at least 20 mm is needed" in place_filters.beside(spot_at(bad), wanted)
+        wanted = query_on(believed(tin), where={side: "tin"})
+        assert not checks.beside(spot_at(good), wanted)
+        assert "at least 20 mm is needed" in checks.beside(spot_at(bad), wanted)
 
 
 def test_reachable_asks_the_arm_alone() -> None:
-    wanted = wanted_on(believed())
-    assert not place_filters.reachable(spot_at((0.45, -0.35, 0.25)), wanted)
-    refused = place_filters.reachable(spot_at((1.2, -0.35, 0.25)), wanted)
+    wanted = query_on(believed())
+    assert not checks.reachable(spot_at((0.45, -0.35, 0.25)), wanted)
+    refused = checks.reachable(spot_at((1.2, -0.35, 0.25)), wanted)
     assert isinstance(refused, Refused) and "wrist centre at 1.316 m > 0.917 m" in refused.reason
     assert refused.remedy is not None and "0.40 m out of reach" in refused.remedy.says
 
@@ -92,18 +92,18 @@ def test_what_is_hardly_out_of_reach_says_so_in_millimetres() -> None:
 
 def test_collision_free_names_what_is_in_the_way() -> None:
     tin = block("tin", Pose((0.45, -0.35, 0.23)), (0.05, 0.05, 0.16))
-    wanted = wanted_on(believed(tin))
-    refused = place_filters.collision_free(spot_at((0.46, -0.34, 0.25)), wanted)
+    wanted = query_on(believed(tin))
+    refused = checks.collision_free(spot_at((0.46, -0.34, 0.25)), wanted)
     assert isinstance(refused, Refused) and "'tin'" in refused.reason and refused.blocking == (("tin",),)
-    assert not place_filters.collision_free(spot_at((0.45, -0.23, 0.25)), wanted_on(believed()))
+    assert not checks.collision_free(spot_at((0.45, -0.23, 0.25)), query_on(believed()))
 
 
 def test_a_refusal_names_its_check_and_where_on_the_way_it_objects() -> None:
     spot = spot_at((0.46, -0.34, 0.25))
     far = replace(spot.pose, position=(0.46, -0.34, 0.6))
-    tin = wanted_on(believed(block("tin", Pose((0.45, -0.35, 0.23)), (0.05, 0.05, 0.16))))
+    tin = query_on(believed(block("tin", Pose((0.45, -0.35, 0.23)), (0.05, 0.05, 0.16))))
     for before, at, where in ((far, spot.pose, Stage.POSE), (spot.pose, far, Stage.BEFORE)):
-        no = place_filters.first_objection(replace(spot, before=before, pose=at), tin, place_filters.DEAR)
+        no = checks.first_objection(replace(spot, before=before, pose=at), tin, checks.REACHED)
         assert no is not None and (no.check, no.where) == ("collision-free", where)
 
 
@@ -117,30 +117,30 @@ def test_a_thing_is_let_go_of_where_the_fingers_can_open() -> None:
     answers = list(itertools.islice(ground(Location("in(shelf)", "in", "shelf"), belief, context_of(belief)), 40))
     refused = [a for a in answers if isinstance(a, Refused) and "not free to open: with open fingers" in a.reason]
     place = next(a.value for a in answers if isinstance(a, Grounding))
-    lowest = set_down.OFF_FLOOR - bowl_.feature("cram:Cavity").size["height"]  # type: ignore[union-attr]
-    assert refused and place.release.height_m > lowest + set_down.RISE / 2
+    lowest = stable_poses.OFF_FLOOR - bowl_.feature("cram:Cavity").size["height"]  # type: ignore[union-attr]
+    assert refused and place.release.height_m > lowest + stable_poses.RISE / 2
 
 
 def test_visible_means_that_others_do_not_hide_it() -> None:
     eye = (0.45, -1.2, 0.25)
     screen = block("screen", Pose((0.45, -0.55, 0.25)), (0.3, 0.02, 0.3))
     spot = spot_at((0.45, -0.35, 0.22))
-    assert not place_filters.visible(spot, wanted_on(believed(), where={"visible_from": eye}))
-    assert not place_filters.visible(spot, wanted_on(believed(screen)))
-    said = place_filters.visible(spot, wanted_on(believed(screen), where={"visible_from": eye}))
+    assert not checks.visible(spot, query_on(believed(), where={"visible_from": eye}))
+    assert not checks.visible(spot, query_on(believed(screen)))
+    said = checks.visible(spot, query_on(believed(screen), where={"visible_from": eye}))
     assert "0 % of it is seen, 50 % is needed; 'screen' hides most" in said
-    assert "none is fixed" in place_filters.visible(spot, wanted_on(believed(), where={"visible_from": "camera"}))
+    assert "none is fixed" in checks.visible(spot, query_on(believed(), where={"visible_from": "camera"}))
 
 
 def test_a_camera_looks_one_way() -> None:
     from cramlite.model import Camera
 
-    wanted = wanted_on(believed(), where={"visible_from": "camera"})
+    wanted = query_on(believed(), where={"visible_from": "camera"})
     towards = Pose.from_axes((0.45, -1.2, 0.25), (0, 1, 0), (1, 0, 0))
     away = Pose.from_axes((0.45, -1.2, 0.25), (1, 0, 0), (0, -1, 0))
     for pose, sees in ((towards, True), (away, False)):
-        said = place_filters.visible(
-            spot_at((0.45, -0.35, 0.22)), replace(wanted, context=replace(wanted.context, camera=Camera(pose)))
+        said = checks.visible(
+            spot_at((0.45, -0.35, 0.22)), replace(wanted, arm=Arm(wanted.belief, replace(wanted.context, camera=Camera(pose))))
         )
         assert (not said) == sees
         assert sees or "deg off the camera's axis" in said
@@ -239,27 +239,26 @@ def pot(height: float, gap: float = 0.005) -> Thing:
     return Thing("pot", "soma:Bowl", Pose((0.45, -0.35, 0.17)), (floor, *walls), (hollow,), mass=0.3)
 
 
-def into_pot(height: float, gap: float = 0.005, *openings: float) -> Wanted:
-    belief = believed(pot(height, gap))
-    scenes = [make_scene(belief, context_of(belief), ("pot",), w, 0.0, hand=False) for w in (0.04, *openings)]
-    found = replace(wanted_on(belief, "shelf"), entity="pot", under=belief.world.thing("pot"), lowered=scenes[0])
-    return replace(found, opened=tuple(scenes[1:]))
+def into_pot(height: float, gap: float = 0.005, opening: float = 0.04) -> Query:
+    """Fingers that hold something so far open may open by 10 or 30 mm more, or all the way."""
+    belief = believed(pot(height, gap)).grasped(replace(HELD, opening=opening))
+    return replace(query_on(belief, "shelf"), entity="pot", under=belief.world.thing("pot"), settles=True)
 
 
 @pytest.mark.parametrize(("height", "meets"), [(0.03, False), (0.09, True)])
 def test_the_hand_may_not_be_the_first_to_meet_what_a_thing_is_put_into(height: float, meets: bool) -> None:
-    refused = place_filters.hand_off(spot_at((0.45, -0.35, 0.24)), into_pot(height))
+    refused = checks.hand_off(spot_at((0.45, -0.35, 0.24)), into_pot(height))
     assert (isinstance(refused, Refused) and "'pot'" in refused.reason) == meets
-    assert not place_filters.hand_off(spot_at((0.45, -0.35, 0.24)), replace(into_pot(height), lowered=None))
+    assert not checks.hand_off(spot_at((0.45, -0.35, 0.24)), replace(into_pot(height), settles=False))
 
 
 def test_fingers_open_as_wide_as_there_is_room() -> None:
-    wide, narrow = into_pot(0.09, 0.04, 0.085, 0.05), into_pot(0.09, 0.04, 0.085)
+    wide, narrow = into_pot(0.09, 0.04), into_pot(0.09, 0.04, 0.085)
     at = spot_at((0.45, -0.35, 0.24))
-    scene, blocked = place_filters.opened(at, wide)
-    assert blocked is None and scene.opening == 0.05
-    assert place_filters.opened(at, narrow)[0] is None
-    refused = place_filters.room_to_open(at, narrow)
+    assert wide.openings == pytest.approx((0.085, 0.07, 0.05))
+    assert checks.opened(at, wide) == pytest.approx(0.07)
+    assert isinstance(checks.opened(at, narrow), Refused)
+    refused = checks.room_to_open(at, narrow)
     assert isinstance(refused, Refused) and refused.reason.startswith("with open fingers")
 
 
@@ -268,10 +267,10 @@ def test_what_sinks_into_a_hollow_needs_no_level_support(height: float, stays: b
     """Its centre of mass, 50 mm over its lowest point, is below the rim or above it."""
     belief = believed(pot(height))
     slope = Surface(Pose((0.45, -0.35, 0.17)), shapely.box(0.03, -0.01, 0.04, 0.01))  # it touches on one side alone
-    wanted = replace(wanted_on(belief, "shelf"), entity="pot", target=slope, under=belief.world.thing("pot"))
-    assert (place_filters.supported(spot_at((0.45, -0.35, 0.24)), wanted) == "") == stays
-    assert place_filters.supported(spot_at((0.45, -0.35, 0.24)), replace(wanted, under=None))
-    assert place_filters.supported(spot_at((0.45 + 0.02, -0.35, 0.24)), wanted)  # beside its middle
+    wanted = replace(query_on(belief, "shelf"), entity="pot", target=slope, under=belief.world.thing("pot"))
+    assert (checks.supported(spot_at((0.45, -0.35, 0.24)), wanted) == "") == stays
+    assert checks.supported(spot_at((0.45, -0.35, 0.24)), replace(wanted, under=None))
+    assert checks.supported(spot_at((0.45 + 0.02, -0.35, 0.24)), wanted)  # beside its middle
 
 
 def test_a_place_says_how_wide_the_fingers_open_when_they_let_go() -> None:

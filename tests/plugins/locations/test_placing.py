@@ -9,20 +9,23 @@ from typing import Any
 import numpy as np
 import pytest
 import shapely
-from helpers.placing import HELD, Answer, answers, believed, context_of, first, into, on, placed, wanted_on
+from helpers.placing import HELD, Answer, answers, believed, context_of, first, into, on, placed, query_on
 from msgspec.structs import replace
 
 from cramlite.model import Belief, Feature, Filling, Geom, GripFacts, Location, Place, Pose, Release, Thing
 from cramlite.plugin import Grounding, Refused, Unresolvable
-from cramlite_plugins.locations import set_down
-from cramlite_plugins.locations.attitude import as_asked, check_turn
-from cramlite_plugins.locations.covers import openings
 from cramlite_plugins.locations.kinds import ground
 from cramlite_plugins.locations.parameters import Where
-from cramlite_plugins.locations.place_filters import Spot, clear
-from cramlite_plugins.locations.set_down import ARM, GAP, INSET, OUTLINE, YAWS
-from cramlite_plugins.motion_planning.reach import held_pose, shift, tcp, uncertainty_margins
+from cramlite_plugins.locations.placing.checks import clear
+from cramlite_plugins.locations.placing.driver import ARM, OUTLINE
+from cramlite_plugins.locations.placing.positions import INSET, anchor, free_for, radius
+from cramlite_plugins.locations.placing.query import GAP, Placement, Query, openings, queries, standing_on
+from cramlite_plugins.locations.placing.stable_poses import YAWS, as_asked, check_turn, heights, standing_at
+from cramlite_plugins.locations.placing.ways_out import _from_above, prepared
+from cramlite_plugins.locations.reached import Arm
+from cramlite_plugins.motion_planning.reach import held_pose, tcp, uncertainty_margins
 from cramlite_plugins.robots.ur5e import UR5E
+from cramlite_plugins.shapes.bounds import centre_of_mass
 from cramlite_plugins.shapes.surfaces import FLAT, surfaces
 from cramlite_plugins.simulation.objects.products_and_fixtures import basket, block, table
 
@@ -49,8 +52,7 @@ def test_what_a_look_takes() -> None:
 def test_as_many_are_looked_at_as_the_samples_allow(samples: int, count: int) -> None:
     found, ended = answers(on("shelf"), believed(), samples)
     assert len(found) == count and ended is not None and ended.because == ("shelf",)
-    looked = len({f.key.split(", turned")[0] if f.key.startswith("(") else "middle" for f in found if isinstance(f, Grounding)})
-    assert ended.reason == f"{looked} positions were looked at, as many as the {samples} samples of a query allow"
+    assert ended.reason == f"{count} placements were looked at, as many as the {samples} samples of a query allow"
 
 
 @pytest.mark.parametrize("samples", range(490, 540, 7))
@@ -70,7 +72,7 @@ def test_what_shapes_refuse_is_told_once_one_gets_past_them_and_in_order() -> No
     found, ended = answers(on("shelf", behind="tin"), believed(BAR), 51)
     assert [f.passed if isinstance(f, Refused) else None for f in found] == [1] * 10 + [None] and ended is not None
     assert [f.value.split(", ")[1] for f in found if isinstance(f, Refused)] == [f"turned {yaw:+.0f} deg" for yaw in YAWS]
-    assert ended.reason == "2 positions were looked at, as many as the 51 samples of a query allow"
+    assert ended.reason == "11 placements were looked at, as many as the 51 samples of a query allow"
 
 
 def test_what_none_gets_past_is_told_in_one() -> None:
@@ -162,12 +164,12 @@ def test_off_its_middle_the_centre_of_mass_counts() -> None:
     lopsided = replace(belief, world=replace(belief.world, things=things))
     thing = lopsided.world.thing("it")
     (answer,) = first(1, on("shelf"), lopsided)
-    centre = placed(answer).apply(set_down.centre_of_mass(thing))
+    centre = placed(answer).apply(centre_of_mass(thing))
     assert centre[:2] == pytest.approx((0.45, -0.35), abs=1e-6) and thing.inertia is None
 
 
 @pytest.mark.parametrize(
-    ("geoms", "radius"),
+    ("geoms", "wide"),
     [
         ((Geom("box", (0.02, 0.03, 0.05)),), 0.02),
         ((Geom("cylinder", (0.03, 0.05)),), 0.03),
@@ -175,52 +177,57 @@ def test_off_its_middle_the_centre_of_mass_counts() -> None:
         ((Geom("box", (0.02, 0.02, 0.002)), *RING), 0.055),
     ],
 )
-def test_the_largest_disc_in_its_outline(geoms: tuple[Geom, ...], radius: float) -> None:
+def test_the_largest_disc_in_its_outline(geoms: tuple[Geom, ...], wide: float) -> None:
     """Of an angle the centre of mass is outside; a bowl of boxes is as wide as its rim, though there are gaps between them."""
-    wanted = replace(wanted_on(believed()), thing=Thing("it", "cram:Product", Pose(), geoms, mass=0.1))
-    assert set_down._radius(wanted, Pose()) == pytest.approx(radius, rel=0.01)
+    wanted = replace(query_on(believed()), thing=Thing("it", "cram:Product", Pose(), geoms, mass=0.1))
+    assert radius(wanted, Pose()) == pytest.approx(wide, rel=0.01)
 
 
 def test_the_best_position_is_the_middle_near_what_is_asked_for_or_near_the_robot() -> None:
     belief = believed(TIN, replace(LARGE, name="box"))
-    shelf, box = wanted_on(belief), wanted_on(belief, "box")
-    assert set_down._anchor(shelf, Pose()) == (0.0, 0.0)
-    assert set_down._anchor(wanted_on(belief, where={"near": "tin"}), Pose()) == pytest.approx((0.0, -0.1))
+    shelf, box = query_on(belief), query_on(belief, "box")
+    assert anchor(shelf, Pose()) == (0.0, 0.0)
+    assert anchor(query_on(belief, where={"near": "tin"}), Pose()) == pytest.approx((0.0, -0.1))
     drove = replace(belief, at=Pose())
     for wanted, half in ((shelf, 0.15), (box, 0.6)):
         away = wanted.target.pose.inverse().apply((0.0, 0.0, 0.0))[:2]
-        there = set_down._anchor(replace(wanted, belief=drove), Pose())
+        there = anchor(replace(wanted, arm=Arm(drove, context_of(drove))), Pose())
         edge = half - INSET
         assert there == pytest.approx(np.clip(away, -edge, edge))
-    small = replace(shelf, belief=drove, target=replace(shelf.target, area=shapely.box(-0.05, -0.1, 0.05, 0.1)))
-    assert set_down._anchor(small, Pose()) == (0.0, 0.0)  # narrower than twice the inset
+    small = replace(shelf, arm=Arm(drove, context_of(drove)), target=replace(shelf.target, area=shapely.box(-0.05, -0.1, 0.05, 0.1)))
+    assert anchor(small, Pose()) == (0.0, 0.0)  # narrower than twice the inset
 
 
 def test_heights_over_a_surface_are_two() -> None:
-    assert set_down._heights(wanted_on(believed()), Pose(), "on") == [(0.02, 0.06), (0.01, 0.015)]
+    assert heights(query_on(believed()), Pose()) == [(0.02, 0.06), (0.01, 0.015)]
 
 
 @pytest.mark.parametrize(("depth", "hand_above"), [(0.09, 0.03), (0.05, 0.3), (0.2, -0.1)])
 def test_heights_over_a_container_go_from_its_floor_up_to_where_the_hand_is_over_the_rim(depth: float, hand_above: float) -> None:
     belief = believed().grasped(replace(HELD, tcp_to_thing=Pose((0.0, 0.0, hand_above))))
-    wanted = replace(wanted_on(belief), belief=belief, depth=depth)
+    wanted = replace(query_on(belief), depth=depth)
     now, hand = held_pose(belief, wanted.context), tcp(belief, wanted.context)
-    found = set_down._heights(wanted, now, "in")
-    heights, aboves = [h for h, _ in found], [a for _, a in found]
-    assert heights[0] == pytest.approx(0.01 - depth) and np.diff(heights) == pytest.approx([0.03] * (len(heights) - 1))
+    found = heights(wanted, now)
+    highs, aboves = [h for h, _ in found], [a for _, a in found]
+    assert highs[0] == pytest.approx(0.01 - depth) and np.diff(highs) == pytest.approx([0.03] * (len(highs) - 1))
     ball = math.hypot(*UR5E.gripper.tcp.position) + UR5E.gripper.pad[1]
     lowest = now.position[2] - min(abs(now.rotation[2]) @ np.array(s) for s in [(0.02, 0.02, 0.05)])
     least = max(0.0, ball - (hand.position[2] - lowest))
-    assert least <= heights[-1] < least + 0.03 + 1e-9
-    assert aboves == pytest.approx([max(0.06 - h, 0.06) for h in heights])
+    assert least <= highs[-1] < least + 0.03 + 1e-9
+    assert aboves == pytest.approx([max(0.06 - h, 0.06) for h in highs])
 
 
 # Between what stands there
 
 
+def targets(location: Location, belief: Belief) -> list[Query]:
+    """What a query from above is about."""
+    return prepared(queries(location, belief, context_of(belief)))
+
+
 def outlines(*things: Thing) -> dict[str, Any]:
     belief = believed(*things)
-    return {o.name: o.area for o in set_down._targets(on("shelf"), belief, context_of(belief))[0].obstacles}
+    return {o.name: o.area for o in targets(on("shelf"), belief)[0].obstacles}
 
 
 def test_what_stands_there_is_kept_clear_of_by_a_gap() -> None:
@@ -256,9 +263,8 @@ def test_what_is_further_beside_it_than_it_is_high_is_left_out(away: float, ther
 
 
 def bounds(belief: Belief, location: Location) -> tuple[float, ...]:
-    context = context_of(belief)
-    (wanted,) = set_down._targets(location, belief, context)
-    return tuple(set_down._free(wanted, held_pose(belief, context), location).bounds)
+    (wanted,) = targets(location, belief)
+    return tuple(free_for(wanted, wanted.now).bounds)
 
 
 def test_free_is_where_it_is_supported() -> None:
@@ -271,7 +277,7 @@ def test_free_in_a_container_is_where_its_disc_is_inside() -> None:
     cavity = box.feature("cram:Cavity")
     assert cavity is not None
     belief = believed(box)
-    disc = set_down._radius(wanted_on(belief, "box"), held_pose(belief, context_of(belief)))
+    disc = radius(query_on(belief, "box"), held_pose(belief, context_of(belief)))
     x, y = cavity.size["width"] / 2 - disc, cavity.size["depth"] / 2 - disc
     assert bounds(belief, into("box")) == pytest.approx((-x, -y, x, y))
 
@@ -280,8 +286,7 @@ def test_free_in_a_container_is_where_its_disc_is_inside() -> None:
 def test_beside_what_lies_in_a_container_is_tried_before_over_it(x: float, y: float, beside: bool) -> None:
     box = basket("box", Pose((0.4, 0.35, 0.0)), (0.4, 0.3, 0.1))
     belief = believed(box, block("tin", Pose((x, y, 0.05)), (0.05, 0.05, 0.08)))
-    targets = set_down._targets(into("box"), belief, context_of(belief))
-    assert [[o.name for o in w.obstacles] for w in targets] == ([["tin"], []] if beside else [[]])
+    assert [[o.name for o in w.obstacles] for w in targets(into("box"), belief)] == ([["tin"], []] if beside else [[]])
 
 
 @pytest.mark.parametrize(
@@ -411,32 +416,30 @@ def test_the_hand_does_not_come_under_what_it_holds(degrees: float, passes: bool
     grasp = Place(Pose(), Pose(), thing="it", grip=GripFacts(0.04))
     known = {"grasp": grasp, "other": replace(grasp, thing="tin"), "place": replace(grasp, grip=None), "name": "it"}
     context = replace(context_of(belief), bindings={**context_of(belief).bindings, **known})
-    wanted = replace(wanted_on(belief), belief=belief, context=context)
+    wanted = replace(query_on(belief), arm=Arm(belief, context))
+    check_turn(wanted, wanted.now)  # it is as asked for already
     if passes:
-        check_turn(Pose(), Pose(), wanted)
-        return check_turn(Pose.from_rotvec((0, 0, 0), (1.0, 0, 0)), Pose(), wanted)
-    check_turn(Pose(), Pose(), wanted)  # it is as asked for already
+        return check_turn(wanted, Pose())
     with pytest.raises(Unresolvable) as none:
-        check_turn(Pose.from_rotvec((0, 0, 0), (1.0, 0, 0)), Pose(), wanted)
+        check_turn(wanted, Pose())
     assert none.value.because == ("grasp",)
     assert none.value.reason == f"turned so, the hand would be under 'it' and reach up by {degrees:.0f} deg"
 
 
 def test_what_is_full_is_not_turned() -> None:
     belief = believed()
-    full = replace(wanted_on(belief), thing=replace(belief.world.thing("it"), filling=Filling(3, 0.005, 0.001)))
-    check_turn(Pose(), Pose.from_rotvec((0, 0, 0), (5e-7, 0, 0)), full)
+    full = replace(query_on(belief), thing=replace(belief.world.thing("it"), filling=Filling(3, 0.005, 0.001)))
+    check_turn(full, full.now * Pose.from_rotvec((0, 0, 0), (5e-7, 0, 0)))
     with pytest.raises(Unresolvable, match="'it' holds something that would be spilled") as none:
-        check_turn(Pose(), Pose.from_rotvec((0, 0, 0), (1e-5, 0, 0)), full)
+        check_turn(full, full.now * Pose.from_rotvec((0, 0, 0), (1e-5, 0, 0)))
     assert none.value.because == ("shelf",)
-    check_turn(Pose(), Pose.from_rotvec((0, 0, 0), (1.0, 0, 0)), replace(full, belief=replace(belief, held=None)))
 
 
 @pytest.mark.parametrize("yaw", [0.0, 6.0, -6.0])
 def test_its_front_looks_to_what_it_shall_face(yaw: float) -> None:
     belief = believed(TIN)
-    wanted = wanted_on(belief, where={"facing": "tin"})
-    spot = set_down._spot(wanted, Pose.from_rotvec((0.4, 0.3, 0.5), (0, 0, 0.4)), (0.05, 0.02), yaw, 0.02, 0.06)
+    wanted = query_on(belief, where={"facing": "tin"})
+    spot = standing_at(wanted, Pose.from_rotvec((0.4, 0.3, 0.5), (0, 0, 0.4)), (0.05, 0.02), yaw)
     ahead = spot.thing.rotate((1.0, 0.0, 0.0))
     to = np.subtract((0.45, -0.45), (0.50, -0.33))
     off = math.remainder(math.atan2(ahead[1], ahead[0]) - math.atan2(to[1], to[0]), 2 * math.pi)
@@ -460,7 +463,7 @@ def test_more_is_kept_from_what_is_not_known_well() -> None:
     for belief, place in ((believed(TIN), on("shelf")), (believed(box, lying), into("box"))):
         unsure = doubted(belief, 0.002)
         more = uncertainty_margins(unsure)["tin"]
-        obstacles = [o for b in (belief, unsure) for o in set_down._targets(place, b, context_of(b))[0].obstacles]
+        obstacles = [o for b in (belief, unsure) for o in targets(place, b)[0].obstacles]
         areas = [o.area.bounds for o in obstacles if o.name == "tin"]
         assert more > 0.001 and np.subtract(*areas) == pytest.approx((more, more, -more, -more))
 
@@ -469,7 +472,7 @@ def test_each_height_above_the_lowest_costs_a_little() -> None:
     """Beside what lies in the opening the hand comes lower than over it; a position later costs 0.5."""
     box = basket("box", Pose((0.4, 0.35, 0.0)), (0.2, 0.3, 0.1))
     found = first(20, into("box"), believed(box, block("tin", Pose((0.4, 0.35, 0.05)), (0.05, 0.05, 0.08))))
-    lowest = min(h for h, _ in set_down._heights(replace(wanted_on(believed(box), "box"), depth=_depth(box)), _held(box), "in"))
+    lowest = min(h for h, _ in heights(replace(query_on(believed(box), "box"), depth=_depth(box)), _held(box)))
     steps = [round((g.value.release.height_m - lowest) / 0.03) for g in found]
     angles = [abs(math.radians(math.remainder(t, 360))) for _, t in turns(found)]
     assert max(steps) > 0
@@ -497,9 +500,9 @@ def test_what_is_put_on_a_plate_may_stick_out_over_its_rim() -> None:
     for geoms, fits in (((foot, mouth), True), ((replace(foot, size=(0.045, 0.02)), mouth), False)):
         held = replace(belief.world.thing(HELD.thing), geoms=geoms)
         middle = next(s for s in surfaces(plate, plate.pose) if s.pose.position[2] == pytest.approx(0.202))
-        wanted = replace(wanted_on(belief, "plate"), thing=held, target=middle)
-        above = Spot("it", Pose((0.45, -0.35, 0.202 + 0.04)), Pose(), Pose(), 0.0)
-        wanted = replace(wanted, obstacles=set_down._obstacles(wanted, context_of(belief)))
+        wanted = replace(query_on(belief, "plate"), thing=held, target=middle)
+        above = Placement("it", Pose((0.45, -0.35, 0.202 + 0.04)), Pose(), Pose(), 0.0)
+        wanted = replace(wanted, obstacles=standing_on(wanted))
         assert any(o.name == "plate" for o in wanted.obstacles)
         assert (clear(above, wanted) == "") == fits
 
@@ -562,10 +565,8 @@ def test_an_origin_that_would_be_over_the_end_of_its_region_is_refused(reaches: 
 
 
 @pytest.mark.parametrize(("x", "asked"), [(0.45, True), (1.5, False)])
-def test_what_is_out_of_reach_is_not_come_at_from_aside(x: float, asked: bool, monkeypatch: pytest.MonkeyPatch) -> None:
-    belief, asides = believed(TIN, LARGE), list[object]()
-    monkeypatch.setattr(set_down, "is_free", lambda *args: asides.append(args))
-    at = Pose.from_axes((x, -0.3, 0.5), (0.0, 0.0, -1.0), (1.0, 0.0, 0.0))
-    spot = Spot("it", at, at, shift(at, (0.0, 0.0, 0.06)), 0.0)
-    assert set_down._from_aside(spot, wanted_on(belief), 0.06) is None
+def test_what_is_out_of_reach_is_not_come_at_from_aside(x: float, asked: bool) -> None:
+    box = basket("box", Pose((x, -0.3, 0.0)), (0.3, 0.3, 0.1))
+    query = replace(query_on(believed(box), "box"), depth=_depth(box))
+    asides = [one for _, one in _from_above(standing_at(query, query.now, (0.0, 0.0))) if one.aside]
     assert bool(asides) == asked

@@ -1,0 +1,159 @@
+"""Access of hand and payload to a target: what is around it and over it, and whether the payload gets in
+upright."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from itertools import product
+
+import numpy as np
+from msgspec.structs import replace
+
+from cramlite.model import Belief, Floats, Pose
+from cramlite.plugin import Context, Unresolvable
+
+from ...motion_planning.reach import shift
+from ...shapes import ray_casting as rays
+from ...shapes.bounds import corners
+from ...shapes.roofs import has_a_roof, roofed
+from ...shapes.surfaces import surfaces
+from ..from_aside import slants
+from ..later import brings
+from ..parameters import Where
+from ..reached import Arm
+from .checks import let_in
+from .positions import free_area
+from .query import Placement, Query, covers, is_roofed, openings
+from .stable_poses import (
+    heights,
+)
+
+OUT = 1.0  # from the middle of a surface to the outside of what it is in, at most [m]
+HAND = 0.25
+"""Room that a hand needs along itself: what it holds is at one end of that, the arm at the other [m]."""
+DIRECTIONS, BESIDE = 1000, math.cos(math.radians(8.0))
+"""Directions in which a way out is looked for, 6 deg between neighbours, and the cosine of the angle around
+one in which all must be free: a gap of less than 30 mm at 0.1 m, such as around the front of a drawer, is no
+way out for a hand."""
+RISE = 0.12
+"""Of a way into an opening [m]: twice as deep as drawers of desks are."""
+LOWS = (0.01, 0.02, 0.03)  # of its lowest point over the floor of a cavity at the end of one, which may be a little higher than stated [m]
+PITCH = 0.02  # between positions in an opening at which one is looked for [m]
+COVERS = 0.3  # over an opening what covers it is looked for [m]: as high as a thing is carried
+
+
+def check_open(asked: Sequence[Query]) -> None:
+    """Check that hands come to surfaces under a roof of their own thing, and to an opening that something is
+    over, whatever they hold.
+
+    Raises:
+        Unresolvable: there is no way out: a door is shut, or what is over an opening is on all sides.
+    """
+    first = asked[0]
+    doors = [t.name for t in first.belief.world.things if t.joint is not None and t.name in first.belief.poses]
+    if doors and all(math.isfinite(q.room) for q in asked):
+        amid = (replace(q, target=replace(q.target, pose=q.target.pose * Pose((0.0, 0.0, q.room / 2)))) for q in asked)
+        around, what = [closed_in(q, [first.whole.name, *doors], OUT) for q in amid], "it"
+    elif first.depth and not is_roofed(first) and covered(first).covers:
+        around, what = [closed_in(first)], "its opening"
+    else:
+        return
+    if all(around):
+        names = tuple(dict.fromkeys(name for one in around for name in one))
+        said = f"no hand comes into '{first.entity}': {' and '.join(map(repr, names))} are on all sides of {what}"
+        raise Unresolvable(said, blocking=names)
+
+
+def closed_in(query: Query, by: Sequence[str] = (), far: float = HAND) -> tuple[str, ...]:
+    """Return what stands around a covered opening so that no hand can hold anything in or over it; nothing
+    where there is a way out.
+
+    Ways are straight, as long as a hand, as thick as fingers, from the middle of the opening and of its
+    quarters, in all directions.
+
+    Args:
+        by: what is looked at; everything by default.
+        far: how long ways are [m].
+    """
+    x, y, x1, y1 = (bound / 2 for bound in query.target.area.bounds)
+    starts = query.target.pose.apply(np.array([(0.0, 0.0, 0.0), (x, y, 0.0), (x, y1, 0.0), (x1, y, 0.0), (x1, y1, 0.0)]))
+    directions = _directions()
+    points, ways = np.repeat(starts, DIRECTIONS, axis=0), np.tile(directions, (len(starts), 1))
+    stopped, around = np.zeros(len(points), dtype=bool), list[str]()
+    for name in sorted(by or query.belief.poses.keys() - {query.thing.name}):
+        to = query.belief.pose(name).inverse()
+        low, high = rays.intervals(rays.body(query.belief.world.thing(name).geoms), to.apply(points), to.rotate(ways))
+        met = ((low < far) & (high > 0.0)).any(axis=1)
+        around += [name] if met.any() else []
+        stopped |= met
+    blocked = (directions @ directions.T > BESIDE).astype(np.float32) @ stopped.reshape(len(starts), DIRECTIONS).T.astype(np.float32)
+    return tuple(around) if (blocked > 0).all() else ()
+
+
+def _directions() -> Floats:
+    """Unit vectors (n, 3), evenly spread: a spiral by the golden angle from pole to pole."""
+    k = np.arange(DIRECTIONS) + 0.5
+    z, turn = 1.0 - 2.0 * k / DIRECTIONS, math.pi * (3.0 - math.sqrt(5.0)) * k
+    level = np.sqrt(1.0 - z * z)
+    return np.column_stack([level * np.cos(turn), level * np.sin(turn), z])
+
+
+def over_floor(query: Query, turned: Pose, offset: tuple[float, float], over: float) -> Pose:
+    """Return the pose in the base frame of a thing, turned so, the middle of whose outline is over a position
+    of an opening and whose lowest point is so far over the floor [m]."""
+    points = corners(query.thing, Pose((0.0, 0.0, 0.0), turned.quaternion))
+    low, high = points.min(axis=0), points.max(axis=0)
+    x, y, z = query.target.pose.apply((*offset, over - query.depth))
+    return Pose((float(x - (low + high)[0] / 2), float(y - (low + high)[1] / 2), float(z - low[2])), turned.quaternion)
+
+
+def goes_in_upright(query: Query, now: Pose) -> bool:
+    """Check whether what is held, turned as at a pose in the base frame, gets into an opening from above or
+    aside, whatever holds it."""
+    points = corners(query.thing, Pose((0.0, 0.0, 0.0), now.quaternion))
+    half = float(np.min(np.ptp(points, axis=0)[:2])) / 2  # of the narrower side
+    low, high = np.reshape(query.target.area.buffer(-half).bounds or (0.0,) * 4, (2, 2))
+    ways = [np.array((0.0, 0.0, RISE)), *(way for _, way in slants(RISE))]
+    spots = product(*(np.arange(low[k], high[k] + PITCH, PITCH).tolist() for k in (0, 1)))
+    ends = [over_floor(query, now, spot, over) for spot, over in product(spots, LOWS)]
+    led = (Placement("", end, at := query.hand(end), shift(at, way), 0.0, led=True) for end in ends for way in ways)
+    return any(not let_in(one, query) for one in led)
+
+
+def covered(query: Query) -> Query:
+    """With what is over an opening, as high as things are let go of over it."""
+    return replace(query, covers=covers(query, heights(query, query.now)[-1][0]))
+
+
+def goes_in_tilted(thing: str, belief: Belief, context: Context) -> bool:
+    """Check whether a later task brings a thing into an opening that is covered so far that it does not get
+    in straight from above."""
+    narrow = [name for name in belief.poses if name != thing and _too_narrow(thing, name, belief, context)]
+    if not narrow:
+        return False  # later tasks are not looked at, so that what follows from this holds whatever they are
+    return any(onto.thing in narrow for onto, _ in brings(thing, belief, context))
+
+
+def _too_narrow(thing: str, into: str, belief: Belief, context: Context) -> bool:
+    """Whether a thing, turned as it is, goes into an opening, but for what is over that."""
+    held, now = belief.thing(thing), belief.pose(thing)
+    half = float(np.min(np.ptp(corners(held, now), axis=0)[:2])) / 2
+    for target, depth in openings(belief.thing(into), belief.pose(into)):
+        core, bare = target.area.buffer(-half), Query(held, into, target, Arm(belief, context), Where(), depth=depth)
+        if not core.is_empty and free_area(core, [o.area for o in covers(bare, COVERS)], half).is_empty:
+            return True
+    return False
+
+
+def goes_under_a_roof(thing: str, belief: Belief, context: Context) -> bool:
+    """Check whether a later task brings a thing onto a surface that nothing is put on from above: a named
+    one, or of what has no other. A table's board near the floor is not meant by the table, off which a thing
+    is picked up."""
+    if not any(has_a_roof(belief.thing(other), belief.pose(other)) for other in belief.poses if other != thing):
+        return False  # later tasks are not looked at, so that what follows from this holds whatever they are
+    for onto, region in brings(thing, belief, context):
+        there, at = belief.thing(onto.thing), belief.pose(onto.thing)
+        if (region or not surfaces(there, at)) and any(roofed(there, at, region)):
+            return True
+    return False

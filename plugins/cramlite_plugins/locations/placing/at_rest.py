@@ -1,0 +1,189 @@
+"""Stable poses that are simulated: at rest on what is not level, such as racks, cradles and bars, and leaning
+between walls."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from itertools import islice, product
+
+import numpy as np
+import shapely
+
+from cramlite.model import EntityName, Floats, Pose
+
+from ...predicates.places import RIM
+from ...shapes.bounds import corners, support
+from ...shapes.surfaces import footprint, resting_height
+from ...simulation.resting import let_down, resting_pose, rests
+from .query import Query
+
+QUARTER = math.pi / 2
+SIDES_DOWN = tuple(
+    Pose.from_rotvec((0.0, 0.0, 0.0), v)
+    for v in ((0, 0, 0), (QUARTER, 0, 0), (-QUARTER, 0, 0), (0, QUARTER, 0), (0, -QUARTER, 0), (math.pi, 0, 0))
+)
+"""Turns of a thing by which each side of the box around it comes to face down."""
+SHARES = (0.0, 0.15, -0.15, 0.3, -0.3, 0.45, -0.45)
+"""Of the length and of the width of what is below, from its middle: where a thing is let go of."""
+DROPS = 80
+"""That a query looks at, of some 30 ms each."""
+LARGE = 0.5
+"""Share of an outline that is level: what has as much is a table or a shelf rather than a rack."""
+SURE = 0.002
+"""Of an origin at rest from each side of its region [m]: contacts give way by some 0.5 mm, one simulator's by
+more than another's."""
+LEANS = (16.0, 20.0, 24.0, 12.0)  # from upright [deg]
+PITCH = 0.002  # between positions across a cavity [m]
+ASTRAY = 0.003
+"""How far beside its place what is let go may be [m]: 4 mm is where an arm has arrived, and it is nearer than
+that mostly."""
+LEANING_DROPS = 60
+"""Positions and attitudes that are let go of: up to ten times each, of some 10 ms."""
+NEAR_FLOOR = 0.03
+"""How high its lowest point may be over the floor where it is let go of [m]: what would lie on the walls is
+higher."""
+CLOSE = 0.001
+"""What is kept from the walls there [m]: it leans against them then."""
+PALM_UP = math.sin(math.radians(20.0))
+"""Of the hand's approach, upwards: with more of it the hand would be under what it holds, and in what that is
+put on."""
+
+
+def is_uneven(query: Query) -> bool:
+    """Check whether nothing is level of what a thing is put on, or no surface of it is large, against its
+    outline from above."""
+    if query.uneven:
+        return True
+    if query.depth or query.under is not None or query.where.region or EntityName.parse(query.entity).part:
+        return False
+    below = query.belief.thing(query.entity)
+    if not below.furniture:
+        return False
+    outline = footprint(below, query.belief.pose(below.name))
+    return bool(query.target.area.area < LARGE * outline.area)
+
+
+def resting_poses(query: Query, now: Pose) -> Iterator[Pose]:
+    """Generate poses in the base frame in which what is held stays on what it is put on.
+
+    Args:
+        now: of what is held, in the base frame.
+    """
+    below, at = query.whole, query.at
+    starts = [(x, y, turned) for (x, y), turned in product(_over(query), _attitudes(query, now, at))]
+    for x, y, turned in starts[:DROPS]:
+        if found := resting_pose(query.thing, Pose((x, y, 0.0), turned.quaternion), below, at):
+            yield found
+
+
+def _over(query: Query) -> list[tuple[float, float]]:
+    """Positions over a thing or a region of it, in the base frame [m]: along the middles of the box around
+    it, the nearest to its own middle first."""
+    below, at, target = query.whole, query.at, query.target
+    frame = _level(at)
+    corners_of_it = np.insert(shapely.get_coordinates(target.area), 2, 0.0, axis=1)
+    points: Floats = frame.inverse().apply(target.pose.apply(corners_of_it)) if query.uneven else corners(below, frame.inverse() * at)
+    low, high = points.min(axis=0), points.max(axis=0)
+    middle, size = (low + high) / 2, high - low
+    shifts = dict.fromkeys(shift for s in SHARES for shift in ((0.0, s), (s, 0.0)))
+    there = (frame.apply(middle + size * np.array((*shift, 0.0))) for shift in shifts)
+    return [(round(float(p[0]), 4), round(float(p[1]), 4)) for p in there]
+
+
+def _level(at: Pose) -> Pose:
+    """A frame whose z is up, turned about that as a thing is."""
+    x, y, _ = at.rotate((1.0, 0.0, 0.0) if abs(at.rotation[2, 0]) < math.sqrt(0.5) else (0.0, 1.0, 0.0))
+    return Pose.from_rotvec((0.0, 0.0, 0.0), (0.0, 0.0, math.atan2(y, x)))
+
+
+def _attitudes(query: Query, now: Pose, at: Pose) -> list[Pose]:
+    """Attitudes in line with what is below, those first for which the hand has to turn least; none with the
+    hand under the thing."""
+    frame = _level(at)
+    found: list[tuple[float, int, Pose]] = []
+    for side, quarter in product(SIDES_DOWN, range(4)):
+        turned = frame * Pose.from_rotvec((0.0, 0.0, 0.0), (0.0, 0.0, quarter * QUARTER)) * side
+        if float(query.hand(turned).rotate((0.0, 0.0, 1.0))[2]) <= PALM_UP:
+            found.append((round(math.hypot(*(now.inverse() * turned).rotvec), 3), len(found), turned))
+    return [turned for _, _, turned in sorted(found, key=lambda f: f[:2])]
+
+
+def must_lean(query: Query, now: Pose) -> str:
+    """Return why a thing on the floor of its region, turned as at a pose in the base frame, is below that; ""
+    where it is not.
+
+    What counts is where its origin is, and that may be below its foot.
+    """
+    if not query.depth or not query.where.region:
+        return ""
+    below, (x, y, top) = query.whole, query.target.pose.position
+    height, _ = resting_height(query.thing, Pose((x, y, top), now.quaternion), [(below, query.at)])
+    by = height + support(query.thing, Pose((0.0, 0.0, 0.0), now.quaternion), (0.0, 0.0, -1.0)) - top + query.depth
+    if by >= 0 or not math.isfinite(by):
+        return ""
+    return f"its origin would be {-1000 * by:.0f} mm below '{query.where.region}' of '{below.name}', where it stands as it is turned"
+
+
+def leaning(query: Query, now: Pose) -> Iterator[Pose]:
+    """Generate poses in the base frame in which what is held is let go of, so that it comes to rest leaning,
+    with its origin in the region that is asked for, by ``SURE``, wherever it is let go of within ``ASTRAY``.
+
+    Args:
+        now: of what is held, in the base frame.
+    """
+    below, at = query.whole, query.at
+    let_go = (let_down(query.thing, start, below, at) for start in _starts(query, now))
+    for pose in islice((p for p in let_go if p is not None and _stands(query, p)), LEANING_DROPS):
+        if all(end is not None and _inside(query, end) for end in rests(query.thing, pose, below, at, ASTRAY)):
+            yield pose
+
+
+def _starts(query: Query, now: Pose) -> Iterator[Pose]:
+    """Attitudes that lean over the narrow side of what is held, at positions across its opening; the nearest
+    to its middle first."""
+    for upright, lean, sign in product(along_walls(query, now), LEANS, (1.0, -1.0)):
+        low, high = extent(query, upright)
+        narrow = int(np.argmin((high - low)[:2]))
+        axis = query.target.pose.rotate(np.eye(3)[1 - narrow]) * sign * math.radians(lean)
+        turned = Pose.from_rotvec((0.0, 0.0, 0.0), tuple(axis.tolist())) * upright
+        low, high = extent(query, turned)
+        room = np.reshape(query.target.area.bounds, (2, 2))[:, narrow]
+        for k in sorted(range(math.ceil(room[0] / PITCH), math.floor(room[1] / PITCH) + 1), key=abs):
+            to = np.zeros(3)
+            to[narrow] = PITCH * k
+            there = query.target.pose.apply(to - (low + high) / 2)
+            yield Pose(tuple(there.tolist()), turned.quaternion)
+
+
+def along_walls(query: Query, now: Pose) -> list[Pose]:
+    """Return attitudes, turned about the vertical so that an outline's sides are along the walls and between
+    them, the nearest first."""
+    frame, here = query.target.pose, Pose((0.0, 0.0, 0.0), now.quaternion)
+    a, b = shapely.get_coordinates(shapely.minimum_rotated_rectangle(footprint(query.thing, here)))[:2]
+    x, y, _ = frame.rotate((1.0, 0.0, 0.0))
+    apart = math.atan2(y, x) - math.atan2(*(b - a)[::-1])
+    turns = sorted((math.remainder(apart + k * math.pi / 2, 2 * math.pi) for k in range(4)), key=abs)
+    room = np.reshape(query.target.area.bounds, (2, 2))
+    found = [Pose.from_rotvec((0.0, 0.0, 0.0), (0.0, 0.0, turn)) * here for turn in turns]
+    return [p for p in found if (np.subtract(*extent(query, p)[::-1])[:2] <= room[1] - room[0]).all()]
+
+
+def extent(query: Query, turned: Pose) -> tuple[Floats, Floats]:
+    """Return the lowest and highest corner (3,) of what is held with its origin at that of the opening, in
+    the frame of that [m]."""
+    to = Pose((0.0, 0.0, 0.0), query.target.pose.quaternion).inverse()
+    points = corners(query.thing, to * Pose((0.0, 0.0, 0.0), turned.quaternion))
+    return points.min(axis=0), points.max(axis=0)
+
+
+def _stands(query: Query, pose: Pose) -> bool:
+    """Whether its lowest point is near the floor."""
+    lowest = float(corners(query.thing, query.target.pose.inverse() * pose)[:, 2].min())
+    return lowest + query.depth <= NEAR_FLOOR
+
+
+def _inside(query: Query, end: Pose) -> bool:
+    """Whether an origin at rest is in the region by ``SURE``."""
+    x, y, z = map(float, query.target.pose.inverse().apply(end.position))
+    return SURE - query.depth <= z <= RIM - SURE and bool(query.target.area.buffer(-SURE).covers(shapely.Point(x, y)))

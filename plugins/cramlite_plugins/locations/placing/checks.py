@@ -1,0 +1,374 @@
+"""Checks of placements: pure functions, each returns a reason with numbers, or nothing.
+
+Those of the shapes alone are asked before the arm is; all work in the robot's base frame.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any
+
+import numpy as np
+import shapely
+from msgspec.structs import replace
+
+from cramlite.model import Belief, Floats, Pose, Remedy, Stage, Thing, thing_of
+from cramlite.plugin import Refused, checkpoint
+
+from ...kinematics.kinematics import inverse, reach_shortfall, why_no_inverse
+from ...motion_planning.reach import shift
+from ...motion_planning.space import refusal
+from ...motion_planning.too_far import no_inverse
+from ...shapes import ray_casting as rays
+from ...shapes.bounds import box_around, centre_of_mass, support
+from ...shapes.standing_up import stood_up
+from ...shapes.surfaces import FLAT, footprint, inset, standing
+from ...simulation.resting import rests
+from ..reached import Leg
+from .query import Placement, Query
+
+ASIDE = 0.02  # what is left of a thing is so by at least this [m]
+SIDES: Mapping[str, tuple[int, float]] = {
+    "left_of": (1, 1.0), "right_of": (1, -1.0), "behind": (0, 1.0), "in_front_of": (0, -1.0)
+}  # fmt: skip
+"""Axis of the robot's base and the sign of what lies on that side: x leads forwards, y to the left."""
+OFF_WALLS = 0.008
+"""Of an outline from the walls that it is let down between [m]: a streamed arm is up to 5 mm off its path."""
+WELL_IN = 0.01  # of an origin from the edge of its region [m]: a thing that is let go shifts by a few millimetres
+BELOW_TOP = 0.002  # of an origin at rest from the upper end of its region [m]: the judge of goals asks for half of that
+LEVEL = 45.0  # of closing or approach direction from level, up to which something falls out of a hand [deg]: friction of 1 holds on less
+SEEN = 0.5  # share of a thing that others may not hide
+STANDS = math.radians(3.0)  # what leans by no more has come to stand
+OFF_PATH = 0.004  # how far beside its place what is let go may be [m]: where an arm has arrived
+
+Check = Callable[[Placement, Query], "str | Refused"]
+"""Objects with a reason, with what is in the way where it looked for that; "" where it does not object."""
+
+
+def first_objection(placement: Placement, query: Query, checks: Mapping[str, Check]) -> Refused | None:
+    """Return which check objects and why, how many passed before it, and what is in the way; None where none
+    does.
+
+    What stands on the target is blamed whenever nothing else is: it takes away positions that are not even
+    looked at.
+    """
+    checkpoint()
+    for passed, (name, objects) in enumerate(checks.items()):
+        no = objects(placement, query)
+        if no:
+            why = no if isinstance(no, Refused) else refusal(no, blocking=query.standing_there())
+            return replace(why, reason=f"not {name}: {why.reason}", check=name).of(placement.name, passed)
+    return None
+
+
+def supported(placement: Placement, query: Query) -> str:
+    """Check that the thing's centre of mass is above what of the surface it would touch."""
+    local = query.target.pose.inverse() * placement.thing
+    inside, least = inset(standing(query.thing, local), query.target.area)
+    if inside >= least or _sunk(placement, query):
+        return ""
+    if not math.isfinite(inside):
+        return f"nothing of '{query.entity}' would be under what it stands on"
+    side = f"{-1000 * inside:.0f} mm beyond" if inside < 0 else f"only {1000 * inside:.0f} mm from"
+    return f"its centre of mass would be {side} the edge of '{query.entity}'; {1000 * least:.0f} mm inside is needed"
+
+
+def _sunk(placement: Placement, query: Query) -> bool:
+    """Whether its centre of mass comes to rest below the rim of a hollow: however it lies there, it does not
+    fall out."""
+    hollow = query.under.feature("cram:Cavity") if query.under else None
+    if query.under is None or hollow is None:
+        return False
+    centre = placement.thing.apply(centre_of_mass(query.thing)) - np.array([0.0, 0.0, placement.height])
+    x, y, z = (query.belief.pose(query.under.name) * hollow.pose).inverse().apply(centre)
+    half = [hollow.size.get("radius", hollow.size.get(name, 0.0) / 2) for name in ("width", "depth")]
+    return bool(z < 0 and abs(x) < half[0] / 2 and abs(y) < half[1] / 2)
+
+
+def clear(placement: Placement, query: Query) -> str | Refused:
+    """Check that its outline, seen from above, is apart from those of what stands there, as far up as that
+    reaches."""
+    there = query.target.pose.inverse() * placement.thing
+    foot = -support(query.thing, there, (0.0, 0.0, -1.0))  # it may still be above where it will stand
+    for found in query.obstacles:
+        outline = footprint(query.thing, there, high=foot + found.top)
+        if (overlap := float(outline.intersection(found.area).area)) > 0:
+            said = f"its outline would overlap that of '{found.name}' and the gap around it by {1e4 * overlap:.1f} cm2"
+            more = f"there is no room for '{query.thing.name}' beside '{found.name}' on or in '{query.entity}', {1e4 * overlap:.1f} cm2"
+            says = f"{more} are lacking: have '{found.name}' put elsewhere, or name another place"
+            return refusal(said, blocking=query.standing_there(), remedy=Remedy(f"room {query.entity}", says, overlap))
+    return ""
+
+
+def inside(placement: Placement, query: Query) -> str | Refused:
+    """Check that all of it is over the container's opening, and apart from its walls as far as there is room:
+    what meets one on its way down leans."""
+    outline = footprint(query.thing, query.target.pose.inverse() * placement.thing)
+    (low, left, high, right), (x, y, x1, y1) = outline.bounds, query.target.area.bounds
+    gap = min(OFF_WALLS, max(0.0, min(x1 - x - high + low, y1 - y - right + left) / 4))  # with half of the room to choose from
+    if query.target.area.buffer(-gap).covers(outline):
+        return ""
+    if query.target.area.covers(outline):
+        least = 1000 * query.target.area.boundary.distance(outline)
+        return f"only {least:.0f} mm from the walls of '{query.entity}', {1000 * gap:.0f} mm is needed"
+    out, across, room, side = max(
+        (max(x - low, high - x1), high - low, x1 - x, "width"), (max(y - left, right - y1), right - left, y1 - y, "depth")
+    )
+    if out <= 0:
+        return f"{1e4 * float(outline.difference(query.target.area).area):.1f} cm2 of it would be beside the opening of '{query.entity}'"
+    said = f"{1000 * across:.0f} mm of it would stick out by {1000 * out:.0f} mm over the {1000 * room:.0f} mm {side} of '{query.entity}'"
+    more = f"the opening of '{query.entity}' lacks {1000 * out:.0f} mm for '{query.thing.name}'"
+    says = f"{more}: take a smaller thing, have it put down otherwise, or name another container"
+    return refusal(said, blocking=query.standing_there(), remedy=Remedy(f"opening {query.entity}", says, out))
+
+
+def falls(placement: Placement, query: Query) -> str:
+    """Check that what is let go of falls out of the hand, and stays neither on the lower finger nor on the
+    palm."""
+    fingers, ahead = (float(placement.pose.rotate(axis)[2]) for axis in ((0.0, 1.0, 0.0), (0.0, 0.0, 1.0)))
+    for what, up in (("the lower finger", abs(fingers)), ("the palm below it", ahead)):
+        if (steep := math.degrees(math.asin(max(-1.0, min(1.0, up))))) > LEVEL:
+            return f"it would stay on {what}, since the hand is turned up by {steep:.0f} deg; up to {LEVEL:.0f} deg it falls"
+    return ""
+
+
+def falls_in(placement: Placement, query: Query) -> str | Refused:
+    """Check that what is let go of falls into the container, and not onto what is between, such as the
+    cabinet of a closed drawer."""
+    belief, to = query.belief, query.target.pose.inverse()
+    for name in (o.name for o in query.covers) if placement.height > 0 else ():
+        between = footprint(belief.world.thing(name), to * belief.pose(name), 2 * FLAT, placement.height)
+        if (overlap := float(footprint(query.thing, to * placement.thing).intersection(between).area)) > 0:
+            said = f"'{name}' is over {1e4 * overlap:.1f} cm2 of it, between it and '{query.entity}': it would come to rest on that"
+            return refusal(said, blocking=(name,))
+    return ""
+
+
+def in_region(placement: Placement, query: Query) -> str | Refused:
+    """Check that its origin is over the region that is asked for, a little inside, since what is let go may
+    shift, and no higher than that reaches."""
+    if not (region := query.where.region):
+        return ""
+    x, y, z = (query.target.pose.inverse() * placement.thing).position
+    at, area = shapely.Point(x, y), query.target.area
+    by = float(area.boundary.distance(at)) if area.covers(at) else -float(area.distance(at))
+    if by < WELL_IN:
+        said = f"{-1000 * by:.0f} mm beside" if by < 0 else f"only {1000 * by:.0f} mm from the edge of"
+        return f"its origin would be {said} '{region}'; {1000 * WELL_IN:.0f} mm inside is needed"
+    feature = next(f for f in query.belief.thing(thing_of(query.entity)).features if f.name == region)
+    over = 0.0 if query.depth else z - placement.height - feature.size.get("height", math.inf) + BELOW_TOP
+    if over <= 0:
+        return ""
+    what, reaches = f"'{thing_of(query.entity)}/{region}'", f"reaches {1000 * feature.size['height']:.0f} mm above the face in it"
+    more = f"{what} {reaches}, {1000 * over:.0f} mm too little for the origin of '{query.thing.name}'"
+    says = f"{more}: name the thing itself or a higher region, or make the site of this one higher"
+    said = f"its origin would be {1000 * over:.0f} mm too high for {what}, which {reaches}"
+    return refusal(said, blocking=(), remedy=Remedy(f"region {what[1:-1]}", says, over))
+
+
+def over_region(placement: Placement, query: Query) -> str:
+    """Check that its origin is over the region that is asked for, which may lean: what comes to rest of
+    itself shifts no more."""
+    resting = np.asarray(placement.thing.position) - (0.0, 0.0, placement.height)
+    at = shapely.Point(*query.target.pose.inverse().apply(resting)[:2])
+    if not query.where.region or query.target.area.covers(at):
+        return ""
+    return f"its origin would be {1000 * query.target.area.distance(at):.0f} mm beside '{query.where.region}'"
+
+
+def near(placement: Placement, query: Query) -> str:
+    """Check that the placement is near another thing, from middle to middle, seen from above."""
+    other = query.where.near
+    if not other:
+        return ""
+    gap = math.dist(placement.thing.position[:2], query.belief.pose(other).position[:2])
+    within = query.where.within
+    return "" if gap <= within else f"{1000 * gap:.0f} mm from '{other}', up to {1000 * within:.0f} mm are near"
+
+
+def beside(placement: Placement, query: Query) -> str:
+    """Check that the placement is on the right side of other things, as the base looks: x forwards, y to the
+    left."""
+    for side, (axis, sign) in SIDES.items():
+        other = getattr(query.where, side)
+        if not other:
+            continue
+        by = sign * (placement.thing.position[axis] - query.belief.pose(other).position[axis])
+        if by < ASIDE:
+            said = side.replace("_", " ")
+            return f"{1000 * by:.0f} mm {said} '{other}', at least {1000 * ASIDE:.0f} mm is needed"
+    return ""
+
+
+def let_in(placement: Placement, query: Query) -> str | Refused:
+    """Check that the payload has room on a way that leads aside, whatever holds it."""
+    return (placement.led and _met(placement, query, False)) or ""
+
+
+def room(placement: Placement, query: Query) -> str | Refused:
+    """Check that hand and payload have room at the placement and on the way out, wherever the arm is."""
+    return _met(placement, query, True) or ""
+
+
+def _met(placement: Placement, query: Query, hand: bool) -> Refused | None:
+    """What the payload meets on its way, with the hand or without it; of ends out of reach that is left to be said."""
+    for pose, far in placement.way:
+        short = not placement.led and reach_shortfall(query.context.robot, pose)
+        no: Refused | None = None if short else query.scene.met(query.belief.base() * pose, hand)
+        if no is not None and not placement.led:
+            return _at(placement, pose, no)
+        if no is not None:
+            return replace(no, reason=f"{1000 * far:.0f} mm before it: {no.reason}") if far else no
+    return None
+
+
+def _at(placement: Placement, pose: Pose, no: Refused) -> Refused:
+    """A refusal that says where on the way to a placement it objects."""
+    where = Stage.BEFORE if pose == placement.before else Stage.POSE
+    return replace(no, reason=f"{'above it' if where is Stage.BEFORE else 'at it'}: {no.reason}", where=where)
+
+
+def reachable(placement: Placement, query: Query) -> str | Refused:
+    """Check that inverse kinematics has solutions for the placement and its approach, whatever is in the
+    way."""
+    robot = query.context.robot
+    for pose in (placement.before, placement.pose):
+        if not inverse(robot, pose, seed=query.belief.joints):
+            no = refusal(why_no_inverse(robot, pose), blocking=query.standing_there(), remedy=no_inverse(robot, pose))
+            return _at(placement, pose, no)
+    return ""
+
+
+def collision_free(placement: Placement, query: Query) -> str | Refused:
+    """Check that arm and payload are free of collision there and above it; on a way that leads aside or
+    turns, all along it."""
+    pose, before, back = placement.pose, placement.before, placement.back
+    if placement.led:
+        legs = [Leg(pose, along=(*reversed(placement.through), before), said="on its way out")]
+        legs += [Leg(pose, along=(back,), said="back from under it")] if back else []
+    else:
+        legs = [Leg(before, said="above it", where=Stage.BEFORE), Leg(pose, said="at it", where=Stage.POSE)]
+    led = query.arm.led(replace(leg, clearance=query.clearance) for leg in legs)
+    return led if isinstance(led, Refused) else ""
+
+
+def room_to_open(placement: Placement, query: Query) -> str | Refused:
+    """Check that the fingers can open where they let go: beside them there may be less room than around what
+    they hold."""
+    found = opened(placement, query)
+    return replace(found, reason=f"with open fingers {found.reason}") if isinstance(found, Refused) else ""
+
+
+def opened(placement: Placement, query: Query) -> float | Refused:
+    """Return the first opening of the fingers for which there is room; or what is in the way of the last."""
+    low = lowered(placement, query)
+    found = [(width, query.arm.at(query.let_down(low, width))) for width in query.openings[:1]]
+    for width in query.openings[1:]:
+        found += [(width, query.arm.at(query.let_down(low, width)))] if isinstance(found[-1][1], Refused) else []
+    width, there = found[-1]
+    return there if isinstance(there, Refused) else width
+
+
+def lowered(placement: Placement, query: Query) -> Pose:
+    """Return the TCP where it lets go: what is put onto something is lowered before."""
+    return placement.pose if query.depth else shift(placement.pose, (0.0, 0.0, -placement.height))
+
+
+def hand_off(placement: Placement, query: Query) -> str | Refused:
+    """Check that the payload comes to rest on what is not level before the hand meets that: fingers around a
+    bowl's side reach below the rim of another one that it is put into."""
+    if not query.settles:
+        return ""
+    there = query.arm.at(query.let_down(lowered(placement, query)))
+    return replace(there, reason=f"lowered {there.reason}") if isinstance(there, Refused) else ""
+
+
+def rests_there(placement: Placement, query: Query) -> str | Refused:
+    """Check in simulation that a payload that is let go of leaning comes to stand in the opening, wherever
+    near its place."""
+    if placement.kind != "in" or placement.lies is None:
+        return ""
+    for end in rests(query.thing, placement.thing, query.whole, query.at, OFF_PATH):
+        stands = end is not None and end.distance(stood_up(query.thing, end))[1] <= STANDS
+        if end is None or not stands or not query.target.area.covers(footprint(query.thing, query.target.pose.inverse() * end)):
+            return refusal(f"'{query.thing.name}' may come to lie otherwise than it stands when it is let go of")
+    return ""
+
+
+def lying_there(placement: Placement, query: Query) -> str | Refused:
+    """Check that the payload has room where it comes to lie, whatever let go of it."""
+    lying = shift(placement.rests, (0.0, 0.0, placement.height))
+    no: Refused | None = query.scene.met(query.belief.base() * query.hand(lying), False)
+    return no or ""
+
+
+def visible(placement: Placement, query: Query) -> str:
+    """Check that other things hide no more than half of it, and a camera looks its way."""
+    asked = query.where.visible_from
+    if asked is None:
+        return ""
+    eye, axis, field = _eye(asked, query)
+    if eye is None:
+        return "it cannot be said whether a camera sees it: none is fixed in the world; give 'visible_from' a point"
+    points = placement.thing.apply(_grid(query.thing))
+    middle = points.mean(axis=0) - eye
+    off = math.acos(float(np.clip(middle @ axis / np.linalg.norm(middle), -1, 1))) if axis is not None else 0.0
+    if off > field:
+        return f"{math.degrees(off):.0f} deg off the camera's axis, it sees {math.degrees(field):.0f} deg to each side"
+    others = (t for t in query.belief.world.things if t.name != query.thing.name)
+    hidden, by = hidden_by(points, eye, query.belief, others)
+    share = 1.0 - float(hidden.mean())
+    if share >= SEEN:
+        return ""
+    return f"{100 * share:.0f} % of it is seen, {100 * SEEN:.0f} % is needed; '{by}' hides most"
+
+
+def _grid(thing: Thing) -> Floats:
+    """27 points in the box around a thing."""
+    low, high = box_around(thing.geoms)
+    shares = np.array([(x, y, z) for x in (0.1, 0.5, 0.9) for y in (0.1, 0.5, 0.9) for z in (0.1, 0.5, 0.9)])
+    found: Floats = low + shares * (high - low)
+    return found
+
+
+def _eye(asked: Any, query: Query) -> tuple[Floats | None, Floats | None, float]:
+    """Where the camera is and the way that it looks, if that is known, and how far to each side it sees
+    [rad]."""
+    base = query.belief.base().inverse()
+    if asked != "camera":
+        return base.apply(np.asarray(asked, dtype=float)), None, math.pi
+    camera = query.context.camera
+    if camera is None or camera.mount is not None:
+        return None, None, 0.0
+    pose = base * camera.pose
+    return np.asarray(pose.position), pose.rotate((0.0, 0.0, 1.0)), camera.intrinsics.min_half_field_of_view
+
+
+def hidden_by(points: Floats, eye: Floats, belief: Belief, others: Iterable[Thing]) -> tuple[Floats, str]:
+    """Return the occlusion (n,) of points (n, 3) in the base frame from an eye (1 is hidden), and the main
+    occluder."""
+    hidden, counts = np.zeros(len(points)), dict[str, int]()
+    for other in others:
+        to = belief.pose(other.name).inverse()
+        shape, start = rays.body(other.geoms), to.apply(eye)
+        stopped = [rays.crossed(shape, start[None], to.apply(p)[None]) for p in points]
+        counts[other.name] = sum(stopped)
+        hidden = np.maximum(hidden, np.array(stopped, dtype=float))
+    return hidden, max(counts, key=lambda n: counts[n], default="")
+
+
+SHAPES: Mapping[str, Mapping[str, Check]] = {
+    "on": {"supported": supported, "clear": clear, "near": near, "beside": beside, "in its region": in_region, "let in": let_in},
+    "in": {"inside": inside, "falls": falls, "near": near, "beside": beside, "in its region": in_region},
+    "at rest": {"near": near, "beside": beside, "over its region": over_region},
+    "toppled": {"lying there": lying_there, "near": near, "beside": beside},
+}
+"""Asked of the payload and what is around it alone, by kind of stable pose; "at rest" on what is not level
+physics have said already what supports it."""
+REACHED: Mapping[str, Check] = {
+    "free to fall": falls_in, "collision-free": room, "reachable": reachable, "visible": visible,
+    "collision-free with the arm": collision_free, "free to open": room_to_open, "let down by the thing alone": hand_off,
+    "at rest there": rests_there,
+}  # fmt: skip
+"""Asked of the hand, the arm and the camera, in this order."""

@@ -1,0 +1,116 @@
+"""Demands of later tasks on a placement: room to close a door or a drawer, room for the hand to leave, and a
+way to push in what tipped over."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from functools import lru_cache
+
+from msgspec.structs import replace
+
+from cramlite.model import Belief, Estimate, Remedy, thing_of
+from cramlite.plugin import Refused
+
+from ...kinematics.kinematics import inverse
+from ...motions.gripping import LET_GO, fallen
+from ...shapes.itself import Itself
+from ...shapes.roofs import roofed
+from ..later import retracts_from
+from ..places import ways_back
+from ..push_in import ways_in
+from ..reached import Arm, Leg
+from ..room_to_close import first_met
+from .checks import Check, lowered
+from .query import Placement, Query
+
+TIGHT = 100.0  # cost of a place that comes after all others, since it leaves little room for what is to be closed
+
+
+def room_to_close(placement: Placement, query: Query) -> str | Refused:
+    """Check that what later tasks close can be closed: a door with nothing in its way, a drawer with what it
+    takes along.
+
+    Later tasks are looked at only where something would be met, so that what follows elsewhere holds whatever
+    they are.
+    """
+    return (is_tight(placement, query) and _stopped(placement, query, None)) or ""
+
+
+def is_tight(placement: Placement, query: Query) -> bool:
+    """Check whether what later tasks close would not get to its stop, with the room on the way that what is
+    let go of may shift by."""
+    return _tight(Itself(placement), Itself(query))
+
+
+@lru_cache(maxsize=1)
+def _tight(placement: Itself[Placement], query: Itself[Query]) -> bool:
+    return _stopped(placement.it, query.it, LET_GO) is not None
+
+
+def _stopped(placement: Placement, query: Query, clearance: float | None) -> Refused | None:
+    return first_met(query.thing.name, let_go(placement, query), query.context, clearance)
+
+
+def let_go(placement: Placement, query: Query) -> Belief:
+    """Return the belief once the payload is let go of there."""
+    pose = fallen(query.belief, query.belief.base() * placement.rests)
+    there = ("in" if query.depth else "on", query.thing.name, thing_of(query.entity))
+    return query.belief.released(Estimate(pose, 0.0, "predicted: let go there"), query.held.opening).related(there)
+
+
+def room_to_leave(placement: Placement, query: Query) -> str | Refused:
+    """Check that the open hand has an end of a way back from the place, with no more than no contact there: a
+    later search of that way keeps a distance, and finds no more.
+
+    What a later task closes over a thing is left out: the hand pushes the thing farther in first, and leaves
+    from there. So is what swings in the hand. Later tasks are looked at only where no way is free, so that
+    what follows elsewhere holds whatever they are.
+    """
+    if query.held.swing is not None or placement.back is not None:
+        return ""
+    blocked = _blocked(placement, query)
+    if blocked is None or not retracts_from(query.thing.name, query.context) or is_tight(placement, query):
+        return ""
+    return blocked
+
+
+def _blocked(placement: Placement, query: Query) -> Refused | None:
+    """What is in the way of the hand on the way back that lacks least; None where one is free."""
+    after, thing, opening = Arm(let_go(placement, query), query.context), query.thing.name, query.openings[-1]
+    found = list[Refused]()
+    for name, pose in reversed(ways_back(lowered(placement, query))):  # the shortest first, which has most room
+        there = after.at(Leg(pose, (thing,), opening, 0.0))
+        if not isinstance(there, Refused):
+            return None
+        found.append(replace(there, reason=f"{name} {there.reason}"))
+    least = min(found, key=lambda no: no.collision.depth if no.collision else float("inf"))
+    return replace(least, remedy=_remedy(least, query) or least.remedy)
+
+
+def _remedy(no: Refused, query: Query) -> Remedy | None:
+    """What to try, where the hand meets what it puts the thing onto or into."""
+    if no.collision is None or thing_of(query.entity) not in {thing_of(name) for name in no.collision.pair}:
+        return None
+    into, more = query.belief.thing(query.entity), max(1.0, 1000 * no.collision.depth)
+    heights = [room for _, room in roofed(into, query.belief.pose(into.name))]
+    what = f"the opening of '{query.entity}' is {1000 * max(heights):.0f} mm high, and" if heights else f"beside '{query.entity}'"
+    says = f"{what} the hand needs at least {more:.0f} mm more room to come back from '{query.thing.name}'"
+    return Remedy(f"leave {query.entity}", f"{says}: take it from another side, or name another place", no.collision.depth)
+
+
+def pushed_in(placement: Placement, query: Query) -> str | Refused:
+    """Check that fingers could push in again what tips over, and comes out a little with the hand."""
+    if placement.back is None:
+        return ""
+    after = query.belief.released(Estimate(query.belief.base() * placement.rests, 0.0, "tipped over"), query.openings[0])
+    after = after.moved(inverse(query.context.robot, placement.back, seed=query.belief.joints)[0])
+    x, y, z = (a - b for a, b in zip(placement.pose.position, placement.before.position, strict=True))
+    far = math.hypot(x, y)
+    ways = [way for _, way in ways_in(query.thing.name, (x / far, y / far, 0.0 * z), after, query.context)]
+    stuck = [way for way in ways if isinstance(way, Refused)]
+    return "" if len(stuck) < len(ways) else stuck[0]
+
+
+DEMANDS: Mapping[str, Check] = {"free to be closed": room_to_close, "free to leave": room_to_leave, "pushed in": pushed_in}
+"""Asked after all others."""

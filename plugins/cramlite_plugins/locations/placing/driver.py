@@ -1,0 +1,177 @@
+"""Driver of placements: the candidates of each way out, best first, and what is said where there is none."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterable, Iterator
+
+import numpy as np
+from msgspec.structs import replace
+
+from cramlite.model import Belief, Location, Place, Pose, Stage
+from cramlite.plugin import Context, Grounding, Refused, Unresolvable
+
+from ...motion_planning.reach import taken_at
+from ..laying_down import laid_down
+from .access import check_open
+from .checks import REACHED, SHAPES, SIDES, first_objection, lowered, opened
+from .demands import DEMANDS, TIGHT, is_tight
+from .query import AS_LET_GO, Found, Placement, Query, queries
+from .ways_out import WAYS, WayOut
+
+SAME = 1e-6  # stand-offs that are one [m]
+IN_ORDER = 0.1  # cost of each placement that comes before, on a way that has an end
+OUTLINE, ARM = 5, 20
+"""What a look at the shapes, and one at the arm, take of the samples of a query: so many states does a
+sampling planner check in the same time."""
+CHECKS = {kind: {**shapes, **REACHED, **DEMANDS} for kind, shapes in SHAPES.items()}
+
+Answer = Grounding | Refused
+Answers = Iterator[Answer]
+
+
+def onto(location: Location, belief: Belief, context: Context) -> Answers:
+    """Generate placements on a thing."""
+    swings = belief.held is not None and belief.held.swing is not None
+    return laid_down(location, belief, context, placements) if swings else placements(location, belief, context)
+
+
+def placements(location: Location, belief: Belief, context: Context) -> Answers:
+    """Generate placements on or in a thing, by all ways out of there.
+
+    Raises:
+        Unresolvable: there is none by any way, or the samples of the query are used up.
+    """
+    asked, stuck = queries(location, belief, context), list[tuple[str, Unresolvable]]()
+    try:
+        check_open(asked)
+    except Unresolvable as shut:
+        raise _merged([shut], location) from None
+    ranked = [(rank, way) for way in WAYS[location.relation] if (rank := way.rank(asked)) is not None]
+    for rank, way in sorted(ranked, key=lambda one: one[0]):
+        try:
+            yield from _by(way, max(rank, 0), asked)
+        except Unresolvable as no:
+            stuck.append((way.name, no))
+    if len(stuck) == len(ranked):
+        raise _merged([no for _, no in stuck], location)
+    yield from (Refused(n, no.reason, because=no.because, blocking=no.blocking) for n, no in stuck)
+
+
+def _merged(stuck: list[Unresolvable], location: Location) -> Unresolvable:
+    """What to say where no way leads out: all reasons, and all choices that one of them depends on."""
+    because = dict.fromkeys(name for no in stuck for name in (location.of or "", *no.because))
+    blocking = dict.fromkeys(name for no in stuck for name in no.blocking or ())
+    remedy = next((no.remedy for no in stuck if no.remedy is not None), None)
+    return Unresolvable("; ".join(no.reason for no in stuck), tuple(because), blocking=tuple(blocking), remedy=remedy)
+
+
+def _by(way: WayOut, cost: float, asked: list[Query]) -> Answers:
+    """Placements by a way; those that leave little room for what is closed later last.
+
+    What shapes refuse is told when the first candidate gets past them. If none does, no other grasp would
+    help: it depends on the two things alone, and on where tasks have put what stands there.
+    """
+    work, kept, tight, refused = asked[0].context.samples, list[Refused](), list[Grounding](), list[Refused]()
+    passed, found, there = False, 0, dict[str, None]()
+    for query, answer, by_shapes in itertools.chain.from_iterable(map(_of_group, way.groups(asked))):
+        there |= dict.fromkeys(query.standing_there()) if query else {}
+        work -= OUTLINE if by_shapes else ARM
+        if isinstance(answer, Refused):
+            refused.append(answer)
+        if by_shapes and not passed:
+            kept += refused[-1:]
+        else:
+            yield from kept
+            passed, kept = True, []
+            if isinstance(answer, Grounding):
+                answer = replace(answer, cost=answer.cost + cost + (0.0 if way.endless else IN_ORDER * found))
+                found += 1
+            if isinstance(answer, Grounding) and answer.cost >= TIGHT:
+                tight.append(answer)
+            else:
+                yield answer
+        if way.endless and work <= 0:
+            break
+    yield from tight
+    if not passed and way.endless:
+        raise _no_room(refused, asked[0], there)
+    if way.endless and work <= 0:
+        count = found + len(refused)
+        said = f"{count} placements were looked at, as many as the {asked[0].context.samples} samples of a query allow"
+        raise Unresolvable(said, blocking=tuple(there))
+    if not found and not way.endless:
+        raise _blocked(way, refused, asked[0])
+
+
+def _of_group(group: Iterator[Found] | Refused) -> Iterator[tuple[Query | None, Answer, bool]]:
+    """The first of a group that passes all checks, and refusals before it, each with its query, and whether
+    shapes alone refuse it.
+
+    From a stand-off that is blocked no other height is tried, but from aside.
+    """
+    if isinstance(group, Refused):
+        yield None, group, True
+        return
+    blocked: Pose | None = None
+    for query, one in group:
+        again = blocked is not None and blocked.distance(one.before)[0] < SAME
+        if again or (one.aside and blocked is None):
+            continue
+        no = first_objection(one, query, {**REACHED, **DEMANDS} if one.aside else CHECKS[one.kind])
+        if no is None:
+            cost = one.cost + TIGHT * is_tight(one, query)
+            said = f"'{query.entity}', {one.name}"
+            yield query, Grounding(place_at(one, query), said, cost, key=one.name, anew=True), False
+            return
+        if one.aside:
+            continue
+        by_shapes = no.passed < len(SHAPES[one.kind])
+        yield query, no, by_shapes and one.kind != "at rest"
+        if by_shapes:
+            return  # no height changes what is seen from above
+        blocked = one.before if no.where is Stage.BEFORE else None
+
+
+def place_at(placement: Placement, query: Query) -> Place:
+    """Return the place of a placement; what is led aside onto a surface is lowered the rest of the way in the
+    end."""
+    via, pose, height = placement.through, placement.pose, placement.height
+    if placement.led and not query.depth:
+        via, pose, height = (*via, pose), lowered(placement, query), 0.0
+    opening = opened(placement, query) if placement.opens and len(query.openings) > 1 else query.openings[0]
+    settles = placement.thing.inverse() * placement.lies if placement.lies else AS_LET_GO
+    release = query.release(height, opening if placement.opens and not isinstance(opening, Refused) else None, settles)
+    way = np.subtract(placement.begins.position, placement.before.position)
+    x, y, z = (way / np.linalg.norm(way)).tolist() if placement.led else (0.0, 0.0, -1.0)
+    return Place(
+        pose, placement.before, approach=(x, y, z), path=(placement.back,) if placement.back else (), thing=query.thing.name,
+        release=release, reorients=placement.reorients, via=via,
+    )  # fmt: skip
+
+
+def _no_room(refused: list[Refused], query: Query, there: Iterable[str]) -> Unresolvable:
+    """What to say where shapes refuse every placement: the first that each check refused, and the choices
+    that it depends on."""
+    named = {thing for name in (*SIDES, "near") if (thing := getattr(query.where, name))}
+    named |= {*there, *(name for no in refused for name in no.blocking or () if isinstance(name, str))}
+    bindings = query.context.bindings
+    put = (n for n, v in bindings.items() if isinstance(v, Place) and v.thing in named and v.release is not None)
+    about = (n for n, v in bindings.items() if v in (query.thing.name, *named))
+    first = {r.passed: f"{r.value}: {r.reason}" for r in reversed(refused)}
+    said = "; ".join(first[passed] for passed in sorted(first, reverse=True))
+    turned = any(r.check == "falls" for r in refused)  # another grip turns the hand another way
+    grips = (n for n, v in bindings.items() if turned and isinstance(v, Place) and v.thing == query.thing.name)
+    lacks = min((r.remedy for r in refused if r.remedy is not None), key=lambda r: r.missing, default=None)
+    reason = f"none of {len(refused)} placements fits; {said}"
+    return Unresolvable(reason, (*put, *about, *grips), blocking=tuple(sorted(named)), remedy=lacks)
+
+
+def _blocked(way: WayOut, refused: list[Refused], query: Query) -> Unresolvable:
+    """What to say where no candidate of a way passes: the nearest miss. Where no shapes of a payload's own
+    are to blame, another grasp may help."""
+    nearest = max(reversed(refused), key=lambda no: no.passed)
+    own = any(nearest.check in shapes for shapes in SHAPES.values()) or not nearest.check
+    grasps = taken_at(query.belief, query.context) if way.by_hand or not own else ()
+    blocking = dict.fromkeys(name for no in refused for name in no.blocking or ())
+    return Unresolvable(f"{way.name}: {nearest.reason}", grasps, blocking=tuple(blocking), remedy=nearest.remedy)

@@ -1,0 +1,257 @@
+"""Positions on a surface or in an opening: where the payload has room, and of these which come first."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterable, Iterator
+from typing import Any
+
+import numpy as np
+import shapely
+from scipy.stats import qmc
+
+from cramlite.model import Floats, Pose
+
+from ...kinematics.kinematics import forward
+from ...shapes.bounds import centre_of_mass, support
+from ...shapes.surfaces import filled, footprint, inset, standing
+from ..later import closes_next, puts_into
+from ..parameters import Where
+from .checks import ASIDE, OFF_WALLS, SIDES
+from .query import Query, lying_in
+
+Offset = tuple[float, float]
+"""x and y in the frame of a surface [m]."""
+FIRST = 16
+"""How many positions the first round has; each further one has twice as many."""
+SMALL = 1e-6
+"""Of parts of an area that are smaller only the middle is tried [m2]."""
+
+INSET = 0.12  # of what is nearest to a robot that drove, from the edge [m]
+ROUNDED = 0.0002  # twice what positions are rounded by [m]
+ALIKE = 0.002  # radii of discs that are as good as one another [m]
+TRIED = 32  # corners that are looked at, of a round opening evenly spaced ones
+ON = 0.005  # from a surface to what stands on it at most [m]: more than it is known by, less than boards are thick
+AWAY = 0.1
+"""Between the payload that is put aside so that something can be shut, and where it stood [m]: half a hand.
+Before something is opened it goes farther."""
+
+
+def positions_on(query: Query, now: Pose) -> Iterator[Offset]:
+    """Generate the positions of a payload, turned as at a pose in the base frame, best first.
+
+    Of what is not level the middle alone, where things are least likely to tip or to slide. Of what stood on
+    the surface, and is put aside so that something can be shut, first those beside where it stood.
+    """
+    if query.under:
+        return iter([(0.0, 0.0)])
+    free = free_for(query, now)
+    first = beside_where_it_stood(query, free, radius(query, now)) if not query.depth and query.where == Where() else ()
+    return itertools.chain(first, positions(free, anchor(query, now)))
+
+
+def free_for(query: Query, now: Pose) -> Any:
+    """Return where the payload's middle may be: on what supports it, apart from what stands there, and where
+    ``where`` wants it."""
+    wide, area, where = radius(query, now), query.target.area, query.where
+    _, least = inset(standing(query.thing, now), area)
+    core = area.buffer(-wide) if query.depth else area.convex_hull.buffer(-least - ROUNDED)
+    free = free_area(core, [o.area.buffer(radius(query, now, o.top)) for o in query.obstacles], 0.0)
+    to = query.target.pose.inverse()
+    for side, (axis, sign) in SIDES.items():
+        if other := getattr(where, side):
+            way = sign * query.target.pose.rotation[axis, :2]
+            aside = sign * (query.belief.pose(other).position[axis] - query.target.pose.position[axis]) + ASIDE
+            free = beside(free, (float(way[0]), float(way[1])), aside)
+    if where.near:
+        free = free.intersection(shapely.Point(*to.apply(query.belief.pose(where.near).position)[:2]).buffer(where.within))
+    return free
+
+
+def radius(query: Query, now: Pose, top: float = math.inf) -> float:
+    """Return the radius of the largest disc about the middle of the payload's outline [m], up to a height
+    over what it stands on; 0 where that is beside it."""
+    low = -support(query.thing, now, (0.0, 0.0, -1.0))
+    outline, at = filled(footprint(query.thing, now, high=low + top)), shapely.Point(*middle(query, now))
+    return float(outline.boundary.distance(at)) if outline.covers(at) else 0.0
+
+
+def anchor(query: Query, now: Pose) -> Offset:
+    """Return the best position of all, whether it is free or not.
+
+    The middle; near a thing that is asked for; for a robot that drove there what is nearest to it, as a
+    table's middle may be out of reach from all sides; in a container where the rest finds room.
+    """
+    to, at = query.target.pose.inverse(), np.zeros(2)
+    if query.depth and not query.where.near:
+        return _with_room(query, now)
+    if other := query.where.near:
+        at = to.apply(query.belief.pose(other).position)[:2]
+    elif query.belief.at is not None:
+        low, high = np.reshape(query.target.area.bounds, (2, 2))
+        at = np.clip(to.apply((0.0, 0.0, 0.0))[:2], np.minimum(low + INSET, 0.0), np.maximum(high - INSET, 0.0))
+    return float(at[0]), float(at[1])
+
+
+def _with_room(query: Query, now: Pose) -> Offset:
+    """In a corner where more is to come, else amid the room that what lies there leaves; where nothing does,
+    in the middle."""
+    lying = [o.area for o in lying_in(query, sure=True)]
+    left = free_area(query.target.area, lying, 0.0)
+    if left.is_empty:
+        return 0.0, 0.0
+    if puts_into(query.entity, query.belief, query.context):
+        x, y, _ = query.target.pose.inverse().apply((0.0, 0.0, 0.0)).tolist()
+        a, b, c, _ = rectangle(query, now)
+        return corner(query.target.area.buffer(-OFF_WALLS), left, (math.dist(a, b), math.dist(b, c)), (x, y))
+    return roomiest(left) if lying else (0.0, 0.0)
+
+
+def rectangle(query: Query, now: Pose) -> Floats:
+    """Return the corners (4, 2) of the smallest rectangle around the payload's outline at a pose, from above
+    [m]."""
+    corners: Floats = shapely.get_coordinates(shapely.minimum_rotated_rectangle(footprint(query.thing, now)))[:4]
+    return corners
+
+
+def middle(query: Query, now: Pose) -> Floats:
+    """Return what of a payload is brought over a position (2,) [m]: its centre of mass, which has to be
+    supported; between walls of a container the middle of its outline, which has to get past them."""
+    if query.depth:
+        found: Floats = rectangle(query, now).mean(axis=0)
+        return found
+    return np.asarray(now.apply(centre_of_mass(query.thing)))[:2]
+
+
+def beside_where_it_stood(query: Query, free: Any, wide: float) -> Iterator[Offset]:
+    """Generate positions in a free area of a surface beside where the payload stood on it, nearest to the
+    robot first; none unless the next task that is about anything else shuts that.
+
+    Args:
+        wide: radius of the disc in the payload's outline [m].
+    """
+    stood = _stood(query)
+    if stood is not None and closes_next(query.thing.name, query.context):
+        x, y, _ = query.target.pose.inverse().apply((0.0, 0.0, 0.0)).tolist()
+        yield from around(free, stood, 2 * wide + AWAY, (x, y))
+
+
+def _stood(query: Query) -> Offset | None:
+    """Where on a surface the payload stood when it was taken; None where that was elsewhere, or the robot
+    drove since."""
+    held = query.held
+    if not held.joints or query.belief.at is not None:
+        return None
+    there, level = forward(query.context.robot, held.joints) * held.tcp_to_thing, query.target.pose.position[2]
+    x, y, _ = query.target.pose.inverse().apply(there.position).tolist()
+    low = -support(query.thing, there, (0.0, 0.0, -1.0))
+    return (x, y) if abs(low - level) < ON and query.target.area.covers(shapely.Point(x, y)) else None
+
+
+def free_area(core: Any, obstacles: Iterable[Any], radius: float) -> Any:
+    """Return where the middle of a disc may be, in a core of a surface and apart from obstacles.
+
+    Args:
+        core, obstacles: shapely areas [m].
+        radius: of the largest disc in the outline of what is put there, so that any turn of it needs as much
+            [m].
+    """
+    grown = [o.buffer(radius) for o in obstacles if not o.is_empty]
+    return core.difference(shapely.union_all(grown)) if grown else core
+
+
+def beside(area: Any, axis: Offset, least: float) -> Any:
+    """Return the part of an area [m] whose points p have p . axis of at least ``least``."""
+    along, far = np.asarray(axis, dtype=float), 100.0
+    length = float(np.linalg.norm(along))
+    if length < 1e-9:
+        return area
+    along = along / length
+    across, start = np.array([-along[1], along[0]]), along * least / length
+    half = [start + across * far, start - across * far, start - across * far + along * far, start + across * far + along * far]
+    return area.intersection(shapely.Polygon(half))
+
+
+def positions(area: Any, anchor: Offset) -> Iterator[Offset]:
+    """Generate positions in an area without end: the one nearest to an anchor, the middles of its parts, then
+    a Halton sequence (J. H. Halton, On the efficiency of certain quasi-random sequences, Numerische
+    Mathematik 2, 1960), which leaves ever smaller gaps and comes nowhere twice; in rounds of doubling size,
+    each from the anchor outwards.
+    """
+    if area.is_empty:
+        return
+    nearest = shapely.shortest_line(shapely.Point(anchor), area).coords[-1]
+    middles = [shapely.maximum_inscribed_circle(p).coords[0] for p in shapely.get_parts(area) if p.area > 0]
+    yield from dict.fromkeys([_rounded(nearest), *sorted(map(_rounded, middles), key=lambda p: (math.dist(p, anchor), p))])
+    rounds = [_rounds(p) for p in shapely.get_parts(area) if p.area > SMALL]
+    for parts in zip(*rounds, strict=True) if rounds else ():
+        points = [_rounded(p) for part in parts for p in part.tolist()]
+        yield from sorted(points, key=lambda p: (round(math.dist(p, anchor), 4), p))
+
+
+def around(area: Any, middle: Offset, distance: float, to: Offset) -> Iterator[Offset]:
+    """Generate the positions in an area that are at a distance from a point [m], in eight directions, the one
+    to another point first."""
+    first = math.atan2(to[1] - middle[1], to[0] - middle[0])
+    for turn in (0, 1, -1, 2, -2, 3, -3, 4):
+        angle = first + turn * math.pi / 4
+        point = _rounded((middle[0] + distance * math.cos(angle), middle[1] + distance * math.sin(angle)))
+        if area.covers(shapely.Point(point)):
+            yield point
+
+
+def _rounded(point: Iterable[float]) -> Offset:
+    x, y = (round(float(v), 4) + 0.0 for v in point)
+    return x, y
+
+
+def _rounds(area: Any) -> Iterator[Floats]:
+    """Points (n, 2) of a Halton sequence over the box around an area that are in it, round by round."""
+    low, high = np.reshape(area.bounds, (2, 2))
+    sequence = qmc.Halton(2, scramble=False)
+    sequence.fast_forward(1)  # its first point is a corner
+    for k in itertools.count():
+        points = low + sequence.random(FIRST * 2 ** min(k, 10)) * (high - low)
+        yield points[shapely.contains_xy(area, points)]
+
+
+def roomiest(area: Any) -> Offset:
+    """Return the middle of the largest disc in an area [m], or in its largest part."""
+    largest = max(shapely.get_parts(area), key=lambda p: float(p.area))
+    x, y = shapely.maximum_inscribed_circle(largest).coords[0]
+    return x, y
+
+
+def corner(area: Any, left: Any, sides: tuple[float, float], near: Offset) -> Offset:
+    """Return where a rectangle, along the axes of an area or across them, leaves the largest disc free beside
+    it; of places alike the nearest to a point.
+
+    Args:
+        area: convex, that it has to be in.
+        left: what of that is free.
+        sides: of the rectangle [m].
+        near: x and y in the same frame [m].
+    """
+    x, y = sides
+    found = [(*p, *turned) for turned in dict.fromkeys(((x, y), (y, x))) for p in _corners(area, turned)]
+    boxes = {f: shapely.box(f[0] - f[2] / 2, f[1] - f[3] / 2, f[0] + f[2] / 2, f[1] + f[3] / 2) for f in found}
+    discs = {f: _largest(left.difference(box)) for f, box in boxes.items() if box.intersection(left).area > 0.9 * box.area}
+    if not discs:
+        return roomiest(left)
+    best = max(discs.values())
+    return min((f[:2] for f in discs if discs[f] >= best - ALIKE), key=lambda p: (round(math.dist(p, near), 3), p))
+
+
+def _corners(area: Any, sides: tuple[float, float]) -> list[Offset]:
+    """Where the middle of a rectangle may be at most, so that its corners are in a convex area."""
+    x, y = sides[0] / 2, sides[1] / 2
+    moved = [shapely.affinity.translate(area, a * x, b * y) for a in (-1, 1) for b in (-1, 1)]
+    points = shapely.get_coordinates(shapely.intersection_all(moved)).round(4).tolist()
+    found = list(dict.fromkeys((float(a), float(b)) for a, b in points))
+    return found[:: max(1, len(found) // TRIED)]
+
+
+def _largest(area: Any) -> float:
+    """Radius of the largest disc in an area [m]."""
+    return max((float(shapely.maximum_inscribed_circle(p).length) for p in shapely.get_parts(area) if p.area > 0), default=0.0)

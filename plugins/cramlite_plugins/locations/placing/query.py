@@ -1,0 +1,298 @@
+"""Query of a placement: which payload goes onto or into what, and what stands there, lies there or is over
+it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from functools import cached_property
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import shapely
+from msgspec.structs import replace
+
+from cramlite.model import Belief, EntityName, Held, Location, Pose, Release, Thing, Value, thing_of
+from cramlite.plugin import Context, Refused, Unresolvable
+
+from ...motion_planning.cartesian import interpolate
+from ...motion_planning.planning_scene import PlanningScene
+from ...motion_planning.reach import bound, held_pose, reference_pose, shift, uncertainty_margins
+from ...motions.gripping import DROPPED, LET_GO, release_opening
+from ...shapes.bounds import corners, height, near
+from ...shapes.roofs import has_own_roof, roofed
+from ...shapes.surfaces import FLAT, Surface, footprint, outline, stated_surface, surfaces
+from ..grips import SLACK, WIDE
+from ..parameters import Where, asked
+from ..reached import Arm, Leg
+
+PARTS, STRAIGHTEN = (0.0, 0.1, 0.2, 0.3, 0.45, 0.7, 1.0), (0.25, 0.5, 0.75)
+"""Parts of a straight way out, and of a turn on it, at which hand and payload have to be free before the arm is asked."""
+GAP = 0.006  # between outlines seen from above, and around what is over an opening [m]: a little more than paths keep
+AS_LET_GO = Pose()
+
+
+class Obstacle(Value):
+    """What stands on a target, lies in it or is over it.
+
+    Args:
+        name: of the thing.
+        area: its outline with the gap around, in the frame of the target [m].
+        top: how high it reaches over the target [m]: what is put there may stick out over it.
+    """
+
+    name: str
+    area: Any
+    top: float = math.inf
+
+
+class Query(Value, dict=True):
+    """Payload, its target, and what a placement has to heed.
+
+    Args:
+        thing: the payload.
+        entity: what it is put on or in.
+        target: the surface, or the opening of the cavity, in the base frame.
+        arm: that brings it there.
+        where: further constraints, as scenarios write them.
+        obstacles: what stands on the target, or lies in it.
+        depth: of a cavity [m]; 0 for a surface.
+        covers: what is over the opening of a cavity.
+        room: over a surface, under a roof of its own thing [m].
+        under: what the payload comes to rest on in its middle, where that is not level.
+        uneven: nothing of the target is level: what is put there has to come to rest of itself.
+        settles: whether the payload comes to rest on what is not level, where it alone may touch that.
+        clearance: to everything else [m]; the planner's own by default.
+    """
+
+    thing: Thing
+    entity: str
+    target: Surface
+    arm: Arm
+    where: Where
+    obstacles: tuple[Obstacle, ...] = ()
+    depth: float = 0.0
+    covers: tuple[Obstacle, ...] = ()
+    room: float = math.inf
+    under: Thing | None = None
+    uneven: bool = False
+    settles: bool = False
+    clearance: float | None = None
+
+    @property
+    def belief(self) -> Belief:
+        """Return what is believed."""
+        return self.arm.belief
+
+    @property
+    def context(self) -> Context:
+        """Return the context of the search."""
+        return self.arm.context
+
+    @property
+    def held(self) -> Held:
+        """Return how the payload is held."""
+        assert self.belief.held is not None
+        return self.belief.held
+
+    @property
+    def whole(self) -> Thing:
+        """Return the thing that the target belongs to."""
+        return self.belief.world.thing(thing_of(self.entity))
+
+    @property
+    def at(self) -> Pose:
+        """Return the pose of that in the base frame."""
+        return self.belief.pose(self.whole.name)
+
+    @cached_property
+    def now(self) -> Pose:
+        """Return the pose of the payload in the base frame."""
+        return held_pose(self.belief, self.context)
+
+    @property
+    def scene(self) -> PlanningScene:
+        """Return the planning scene."""
+        return self.arm.scene(clearance=self.clearance)
+
+    @cached_property
+    def openings(self) -> tuple[float, ...]:
+        """Return how wide fingers may open to let go [m], the widest first."""
+        widest = release_opening(self.belief, self.context)
+        more = (min(widest, self.held.opening + by) for by in (WIDE, SLACK)) if self.settles else ()
+        return (widest, *more)
+
+    def let_down(self, pose: Pose, opening: float | None = None) -> Leg:
+        """Return the leg of a payload that touches what it comes to rest on, with the fingers so far open
+        [m]."""
+        touching = (thing_of(self.entity),) if self.settles else () if self.depth else (self.entity,)
+        return Leg(pose, touching, opening, 0.0, hand=not self.settles)
+
+    def hand(self, thing: Pose) -> Pose:
+        """Return the TCP with the payload at a pose."""
+        return thing * self.held.tcp_to_thing.inverse()
+
+    def standing_there(self) -> tuple[str, ...]:
+        """Return the names of what stands on the target, without the target itself, whose own shape goes
+        along with it."""
+        return tuple(n for n in dict.fromkeys(o.name for o in self.obstacles) if n != thing_of(self.entity))
+
+    def release(self, height: float, opening: float | None = None, settles: Pose = AS_LET_GO) -> Release:
+        """Return the release of the payload at a height over the target [m]: let fall into a cavity, or put
+        down."""
+        into = thing_of(self.entity) if self.depth else ""
+        return Release(height, opening, settles, into, DROPPED if into else LET_GO)
+
+
+class Placement(Value):
+    """Candidate: where the payload is let go of, and the way of the hand from the open to there.
+
+    Args:
+        name: for people; it also identifies the candidate.
+        thing: the payload where it is let go of, in the base frame.
+        pose, before: the TCP there, and at the stand-off in the open.
+        height: of the payload's lowest point above the target [m].
+        kind: of stable pose; it says which checks of the shapes there are.
+        through: TCP poses on the way from the stand-off.
+        led: whether hand and payload have to be free, and led by the arm, all the way; else at its two ends alone.
+        lies: the payload where it comes to rest; the same as where it is let go of by default, or straight
+            below.
+        back: the TCP to which the hand goes back right after letting go; None where it need not.
+        cost: as of groundings.
+        aside: whether it is only worth a look where the way straight up is blocked.
+        reorients: whether the payload is turned, so that it need not be kept as it is held.
+        opens: whether the place says how far the fingers open.
+    """
+
+    name: str
+    thing: Pose
+    pose: Pose
+    before: Pose
+    height: float
+    kind: str = "on"
+    through: tuple[Pose, ...] = ()
+    led: bool = False
+    lies: Pose | None = None
+    back: Pose | None = None
+    cost: float = 0.0
+    aside: bool = False
+    reorients: bool = False
+    opens: bool = False
+
+    @property
+    def rests(self) -> Pose:
+        """Return the payload where it comes to rest, or straight above."""
+        return self.lies or self.thing
+
+    @property
+    def begins(self) -> Pose:
+        """Return the TCP where the way straight out begins."""
+        return (*self.through, self.pose)[0]
+
+    @property
+    def way(self) -> list[tuple[Pose, float]]:
+        """Return TCP poses on the way at which there has to be room, and how far out of the place each is [m]."""
+        if not self.led:
+            return [(self.before, 0.0), (self.pose, 0.0)]
+        out = np.subtract(self.before.position, self.begins.position)
+        far, turns = float(np.linalg.norm(out)), pairwise((self.pose, *reversed(self.through)))
+        turning = [(interpolate(a, b, part), 0.0) for a, b in turns for part in (0.0, *STRAIGHTEN)]
+        return turning + [(shift(self.begins, part * out), part * far) for part in PARTS]
+
+
+Found = tuple[Query, Placement]
+Groups = Iterator[Iterator[Found] | Refused]
+"""Groups of candidates one of which is enough, best first; a refusal where there is no candidate to look
+at."""
+
+
+def queries(location: Location, belief: Belief, context: Context) -> list[Query]:
+    """Return what is put where: the opening of a cavity, or every surface of a thing or of the part that is
+    meant.
+
+    Raises:
+        Unresolvable: there is none, or nothing is held.
+    """
+    entity, into = bound(context, location.of), location.relation == "in"
+    if belief.held is None:
+        raise Unresolvable("nothing is held that could be brought there")
+    thing, pose, where = belief.thing(entity), reference_pose(belief, location, context), asked(location, Where)
+    region = where.region or EntityName.parse(entity).part
+    found = openings(thing, pose, region) if into else [(s, 0.0) for s in surfaces(thing, pose, region)]
+    uneven = not into and not found and thing.furniture
+    if uneven and (whole := stated_surface(thing, pose, region) if region else outline(thing, pose)):
+        found = [(whole, 0.0)]
+    if not found:
+        what = "cavity to put anything in" if into else "level face that looks upwards, to put anything on"
+        called = f", called {region!r}" if region else ""
+        raise Unresolvable(f"'{entity}' has no {what}{called}", (location.of or "",), blocking=())
+    held, arm = belief.world.thing(belief.held.thing), Arm(belief, context)
+    bare = [Query(held, entity, s, arm, where, depth=d, uneven=uneven) for s, d in found]
+    if into or uneven:
+        return bare
+    rooms = {s.pose: room for s, room in roofed(thing, pose, region)}
+    return [replace(q, room=rooms.get(q.target.pose, math.inf)) for q in bare]
+
+
+def is_roofed(query: Query) -> bool:
+    """Check whether all of a cavity is under a roof of its own thing."""
+    region = query.where.region or EntityName.parse(query.entity).part
+    return query.depth > 0 and has_own_roof(query.whole, query.at, region)
+
+
+def openings(thing: Thing, pose: Pose, region: str = "") -> list[tuple[Surface, float]]:
+    """Return the opening of a thing's cavity, the first or the one that is meant, as a surface, and how deep
+    it is [m]."""
+    cavity = next((f for f in thing.features if f.type == "cram:Cavity" and region in ("", f.name)), None)
+    if cavity is None:
+        return []
+    size = cavity.size
+    half = [size.get(name, math.inf) / 2 for name in ("width", "depth")]
+    area = shapely.Point(0, 0).buffer(size["radius"]) if "radius" in size else shapely.box(-half[0], -half[1], *half)
+    return [(Surface(pose * cavity.pose, area), size["height"])]
+
+
+def standing_on(query: Query) -> tuple[Obstacle, ...]:
+    """Return the outlines of what stands on a surface, or hangs down over it, as high as the payload is; with
+    the gap around."""
+    belief, to, margins = query.belief, query.target.pose.inverse(), uncertainty_margins(query.belief)
+    high, reach = height(query.thing, query.now), query.target.area
+    found = []
+    for name in belief.poses:
+        area = footprint(belief.world.thing(name), to * belief.pose(name), 2 * FLAT, high)
+        if not area.is_empty and area.distance(reach) < 2 * GAP + high:
+            top = float(corners(belief.world.thing(name), to * belief.pose(name))[:, 2].max()) + GAP
+            found.append(Obstacle(name, area.buffer(GAP + margins.get(name, 0.0)), top))
+    return tuple(found)
+
+
+def lying_in(query: Query, sure: bool = False) -> tuple[Obstacle, ...]:
+    """Return the outlines of what lies in a cavity, with the gap around, each as much wider as it is not
+    known where it came to rest; or as if that were sure."""
+    belief, to, margins = query.belief, query.target.pose.inverse(), {} if sure else uncertainty_margins(query.belief)
+    found = []
+    for name in belief.poses:
+        area = footprint(belief.world.thing(name), to * belief.pose(name), -query.depth, 0.0)
+        if not area.is_empty and query.target.area.covers(area):
+            found.append(Obstacle(name, area.buffer(GAP + margins.get(name, 0.0))))
+    return tuple(found)
+
+
+def covers(query: Query, high: float) -> tuple[Obstacle, ...]:
+    """Return the outlines of what is over an opening, with the gap around, up to the height from where a
+    thing is let go [m].
+
+    What reaches through the opening lies in it, and covers nothing.
+    """
+    return tuple(sorted(_over(query, high), key=lambda o: o.name))
+
+
+def _over(query: Query, high: float) -> Iterator[Obstacle]:
+    belief, to, area = query.belief, query.target.pose.inverse(), query.target.area
+    for name in belief.poses.keys() - {thing_of(query.entity), query.thing.name}:
+        thing, there = belief.world.thing(name), to * belief.pose(name)
+        if near(thing, there, area.bounds):
+            seen = footprint(thing, there, 2 * FLAT, high)
+            if seen.intersects(area) and not footprint(thing, there, -FLAT, 0.0).intersects(area):
+                yield Obstacle(name, seen.buffer(GAP))

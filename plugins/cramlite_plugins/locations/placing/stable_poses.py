@@ -1,0 +1,295 @@
+"""Stable poses of a payload: upright on a face, nested in what is not level, at rest or leaning as simulated,
+and toppled.
+
+Each is generated lazily, best first; what costs a simulation is let go of only where it would be near the
+floor or in line with what is below.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterator, Sequence
+from itertools import product
+
+import numpy as np
+import shapely
+from msgspec.structs import replace
+
+from cramlite.model import Floats, Pose, Value
+from cramlite.plugin import Refused, Unresolvable
+
+from ...motion_planning.reach import shift, taken_at, tcp
+from ...shapes.bounds import corners, lowest, support
+from ...shapes.front import front
+from ...shapes.nesting import nested
+from ...shapes.standing_up import stood_up
+from ...shapes.surfaces import footprint, resting_height
+from ...shapes.tipping_over import tipped_over
+from ..parameters import Where
+from .at_rest import CLOSE, DROPS, PALM_UP, is_uneven, leaning, must_lean, resting_poses
+from .checks import OFF_WALLS, WELL_IN, clear
+from .positions import Offset, free_for, middle, positions_on, rectangle
+from .query import Placement, Query
+
+FEW_YAWS = (0.0, 90.0, -45.0)  # away from the middle of a surface [deg]
+YAWS = (0.0, 30.0, -30.0, 60.0, -60.0, 90.0, -90.0, 135.0, -135.0, 180.0)  # turns about the vertical that are tried first [deg]
+FACING = (0.0, 6.0, -6.0)
+"""Turns from facing another thing [deg]: of the 15 deg that are judged, letting go may take some."""
+GOLDEN = 137.5077640500378  # of one further turn, another one everywhere: the golden angle [deg]
+STRAIGHT = 0.99  # of the rectangle about an outline, of one that is that rectangle
+PER_PLACE, PER_TURN = 0.5, 0.1  # cost of each position that comes before, and of a radian of turn
+ONTO = ((0.02, 0.06), (0.01, 0.015))
+"""Lowest point above a surface from where a guarded motion goes on, and the stand-off above that [m]; the
+second where there is little room above."""
+NESTED = ((0.02, 0.06), (0.035, 0.045))
+"""The same of what is let down between steep walls: 20 mm higher a bowl is 4 mm from the sides of one that
+holds it, and paths keep more."""
+OFF_FLOOR, RISE = 0.01, 0.03  # lowest point above a container's floor when let go, and steps up from there [m]
+ABOVE = 0.06  # stand-off above a rim [m]
+TURNLESS = 1e-6  # what is turned by less is as it was: rounding [rad]
+LET_GO = 0.004
+"""Over the 3 to 6 mm above where it first touches [m]: where it is let go of."""
+BEYOND = 0.01  # a centre of mass is beyond the edge that a thing topples over, at least [m]: the finger below it holds it up at first
+DEEPEST, STEP = 0.06, 0.005  # of the origin of what toppled in its region, and between positions [m]
+ACROSS = (0.0, 0.4, -0.4)  # positions across the way in, as shares of half of the room
+
+
+class Rest(Value):
+    """Stable pose of a payload on or in the target of a query.
+
+    Args:
+        query: with the surface that carries it.
+        thing: the payload there, in the base frame.
+        name: for people.
+        kind: which checks of the shapes there are.
+        heights: of its lowest point over that at which it may be let go of, and stand-offs above these [m].
+        cost: as of groundings.
+        reorients: whether it is turned.
+    """
+
+    query: Query
+    thing: Pose
+    name: str
+    kind: str
+    heights: Sequence[tuple[float, float]]
+    cost: float = 0.0
+    reorients: bool = False
+
+
+def stable_poses(queries: list[Query], now: Pose) -> Iterator[Rest | Refused]:
+    """Generate stable poses to which a payload is let down from above.
+
+    Args:
+        now: of the payload in the base frame, turned as it is put down.
+    """
+    first = queries[0]
+    if is_uneven(first):
+        lowered = replace(first, settles=True)
+        none = f"it would slide or fall off '{first.entity}', let go of in any of {DROPS} ways"
+        yield from _simulated(lowered, resting_poses(lowered, now), now, ONTO, none)
+    if first.uneven:
+        return
+    if not (why := must_lean(first, now)):
+        yield from _upright(queries, now)
+        return
+    near = replace(first, clearance=CLOSE)
+    none = f"{why}; nor would it be, leaning against a wall"
+    yield from _simulated(near, leaning(near, now), now, ((LET_GO, near.depth + ABOVE),), none)
+
+
+def _simulated(
+    query: Query, found: Iterator[Pose], now: Pose, heights: Sequence[tuple[float, float]], none: str
+) -> Iterator[Rest | Refused]:
+    """Poses that simulation says are stable; or that there is none."""
+    pose = None
+    for pose in found:
+        x, y, z = (1000 * v for v in pose.position)
+        turn = PER_TURN * math.hypot(*(now.inverse() * pose).rotvec)
+        name = f"at rest at ({x:+.0f} {y:+.0f} {z:+.0f}) mm from the robot"
+        yield Rest(query, pose, name, "at rest", heights, turn, True)
+    if pose is None:
+        yield Refused("anywhere", f"not at rest: {none}")
+
+
+def _upright(queries: list[Query], now: Pose) -> Iterator[Rest]:
+    """Positions on all surfaces, in turn, and turns at each."""
+    streams = [zip(itertools.repeat(q), positions_on(q, now)) for q in queries]
+    every = (found for row in itertools.zip_longest(*streams) for found in row if found is not None)
+    for k, (query, offset) in enumerate(every):
+        yaws = _turns(query, now, offset, YAWS if k < len(queries) else FEW_YAWS)
+        for yaw in FACING if query.where.facing else (*yaws, *((GOLDEN * k % 360,) if k else ())):
+            yield standing_at(query, now, offset, yaw, PER_PLACE * k)
+
+
+def standing_at(query: Query, now: Pose, offset: Offset, yaw: float = 0.0, cost: float = 0.0) -> Rest:
+    """Return the stable pose of a payload over a position, turned as ``stood`` says [deg]."""
+    settled = _settled(query, now, yaw)
+    turn, asked = PER_TURN * abs(math.radians(math.remainder(yaw, 360.0))), query.where.attitude is not None
+    there = f"({1000 * offset[0]:+.0f} {1000 * offset[1]:+.0f}) mm from its middle, " if any(offset) else ""
+    name, thing = f"{there}turned {math.remainder(yaw, 360.0):+.0f} deg", stood(settled, now, offset, yaw)
+    return Rest(settled, thing, name, "in" if query.depth else "on", heights(query, now), cost + turn, asked)
+
+
+def _turns(query: Query, now: Pose, offset: Offset, few: tuple[float, ...]) -> tuple[float, ...]:
+    """Turns [deg], and between the walls of an opening those by which the sides of what is held are along
+    them: first of all where it would else be near a wall."""
+    area = query.target.area
+    if not query.depth or area.area < STRAIGHT * shapely.box(*area.bounds).area:
+        return few  # nothing is let down, or the opening is round
+    there, axis = stood(query, now, offset, 0.0), query.target.pose.rotate((1.0, 0.0, 0.0))
+    side = np.subtract(*rectangle(query, there)[:2])
+    apart = math.degrees(math.atan2(axis[1], axis[0]) - math.atan2(side[1], side[0]))
+    along = sorted((round(math.remainder(apart + quarter, 360.0), 2) for quarter in (0.0, 90.0, 180.0, 270.0)), key=abs)
+    seen = footprint(query.thing, query.target.pose.inverse() * there)
+    narrow = not area.buffer(-OFF_WALLS).covers(seen) or seen.area > STRAIGHT * shapely.minimum_rotated_rectangle(seen).area
+    return (*along, *few) if narrow else (*few[:1], *along, *few[1:])
+
+
+def _settled(query: Query, now: Pose, yaw: float) -> Query:
+    """With the surface that carries what is held, turned so, on what is not level; as it is where there is
+    none."""
+    if query.under is None:
+        return query
+    there = stood(query, now, (0.0, 0.0), yaw)
+    found = nested(query.thing, there, query.under, query.belief.pose(query.under.name))
+    return replace(query, target=found) if found else query
+
+
+def stood(query: Query, now: Pose, offset: Offset, yaw: float) -> Pose:
+    """Return a payload on its target, its middle over a position.
+
+    It is turned by an angle [deg] from facing the robot as it does now, or from facing what it shall face.
+    """
+    hand, target = tcp(query.belief, query.context), query.target.pose.apply((*offset, 0.0))
+    facing = math.atan2(target[1], target[0]) - math.atan2(hand.position[1], hand.position[0])
+    if other := query.where.facing:
+        ahead, to = now.rotate(front(query.thing.features)), query.belief.pose(other).position - target
+        facing = math.atan2(to[1], to[0]) - math.atan2(ahead[1], ahead[0])
+    turned = about_vertical(now, facing + math.radians(yaw))
+    x, y = target[:2] - middle(query, turned)
+    return Pose((float(x), float(y), float(target[2]) + support(query.thing, turned, (0, 0, -1))), turned.quaternion)
+
+
+def about_vertical(pose: Pose, angle: float) -> Pose:
+    """Return the attitude of a pose, turned about the vertical [rad]."""
+    return Pose((0, 0, 0), (Pose.from_rotvec((0, 0, 0), (0, 0, angle)) * Pose((0, 0, 0), pose.quaternion)).quaternion)
+
+
+def heights(query: Query, now: Pose) -> list[tuple[float, float]]:
+    """Return heights of a payload's lowest point above its target at which it is let go of, and stand-offs
+    above these [m].
+
+    Over a container from its floor up to where the whole hand is over the rim, however it holds the payload.
+    """
+    if not query.depth:
+        return list(NESTED if query.under else ONTO)
+    gripper, hand = query.context.robot.gripper, query.hand(now)
+    ball = math.hypot(*gripper.tcp.position) + gripper.pad[1]  # about the TCP, that holds the hand
+    low, high = -query.depth + OFF_FLOOR, ball - (hand.position[2] + support(query.thing, now, (0.0, 0.0, -1.0)))
+    return [(float(h), max(ABOVE - float(h), ABOVE)) for h in np.arange(low, max(high, 0.0) + RISE, RISE)]
+
+
+def put_down(query: Query) -> Pose:
+    """Return the pose of a payload as it is put somewhere, in the base frame: turned as it is asked for, else
+    as it is; what leans and is put onto something, so that it stands. What is in it stays as level as it
+    was."""
+    if not query.depth and not query.where.attitude and query.thing.filling is None:
+        return stood_up(query.thing, query.now)
+    return as_asked(query.now, query.where)
+
+
+def as_asked(now: Pose, where: Where) -> Pose:
+    """Return a pose in the base frame turned the shortest way so that its z axis points up or down, where
+    ``attitude`` wants it."""
+    if not where.attitude:
+        return now
+    up, axis = now.rotate((0.0, 0.0, 1.0)), {"upright": 1.0, "upside down": -1.0}[where.attitude]
+    way = np.cross(up, (0.0, 0.0, axis))
+    sine = float(np.linalg.norm(way))
+    angle = math.atan2(sine, axis * float(up[2]))
+    if sine < TURNLESS:  # half a turn is as short about any level axis
+        way, sine = now.rotate((1.0, 0.0, 0.0)), 1.0
+    x, y, z = (way / sine * angle).tolist()
+    turned = Pose.from_rotvec((0, 0, 0), (x, y, z)) * Pose((0, 0, 0), now.quaternion)
+    return Pose(now.position, turned.quaternion)
+
+
+def check_turn(query: Query, asked: Pose) -> None:
+    """Check that a payload can be brought to the attitude of a pose, as it is held.
+
+    Raises:
+        Unresolvable: what is in it would be spilled, or the hand would come under it; then another grasp may
+            do.
+    """
+    if math.hypot(*(query.now.inverse() * asked).rotvec) < TURNLESS:  # rounding turns nothing
+        return
+    if query.thing.filling is not None:
+        raise Unresolvable(f"'{query.thing.name}' holds something that would be spilled", (query.entity,))
+    rise = float(query.hand(asked).rotate((0.0, 0.0, 1.0))[2])
+    if rise > PALM_UP:
+        up = math.degrees(math.asin(min(rise, 1.0)))
+        said = f"turned so, the hand would be under '{query.thing.name}' and reach up by {up:.0f} deg"
+        raise Unresolvable(said, taken_at(query.belief, query.context))
+
+
+def with_middle(level: list[Query]) -> list[Query]:
+    """Return surfaces with the middle first of what can be moved itself and whose own shape, such as a
+    plate's rim, stands about its largest surface; of the surfaces then that alone on which there is room
+    beside what stands there."""
+    first, thing = level[0], level[0].whole
+    if thing.furniture or first.where.region or not any(o.name == thing.name for o in first.obstacles):
+        return level
+    hollow, others = thing.feature("cram:Cavity"), tuple(o for o in first.obstacles if o.name != thing.name)
+    x, y, _ = (first.at * hollow.pose if hollow else first.target.pose).position
+    target = replace(first.target, pose=Pose((x, y, first.target.pose.position[2])))
+    amid, now = replace(first, target=target, obstacles=others, under=thing, settles=True), put_down(first)
+    own = replace(first, obstacles=tuple(o for o in first.obstacles if o.name == thing.name))
+    spots = (shift(stood(own, now, (0.0, 0.0), yaw), (0.0, 0.0, ONTO[0][0])) for yaw in YAWS)
+    within = any(not clear(Placement("", spot, spot, spot, ONTO[0][0]), own) for spot in spots)
+    return [amid, first] if within and not free_for(first, now).is_empty else [amid]
+
+
+def toppled(query: Query, upright: Pose, out: Floats, lean: float) -> Iterator[tuple[Pose, Pose, str]]:
+    """Generate where a payload is let go of that leans out of an opening by an angle [deg], and where it lies
+    when it has toppled over its lowest edge, with its origin in the region; the farthest in first.
+
+    Args:
+        upright: attitude of the payload.
+        out: level unit vector (3,).
+    """
+    x, y, z = (math.radians(lean) * np.cross((0.0, 0.0, 1.0), out)).tolist()
+    turned = Pose((0.0, 0.0, 0.0), (Pose.from_rotvec((0.0, 0.0, 0.0), (x, y, z)) * upright).quaternion)
+    over = tipped_over(query.thing, turned)
+    if over is None or over[1] < BEYOND or (low := _floor(query, over[0])) is None:
+        return
+    area = query.target.area.buffer(-WELL_IN)
+    for deep, share in product(np.arange(DEEPEST, WELL_IN, -STEP).tolist(), ACROSS):
+        by = _inside_from(query, out, deep, share) - over[0].position
+        by[2] = low - lowest(query.thing, turned)
+        lies = shift(over[0], by)
+        x, y, z = map(float, query.target.pose.inverse().apply(lies.position))
+        if -query.depth <= z <= 0.0 and area.covers(shapely.Point(x, y)):
+            said = f"leaning out by {lean:.0f} deg, to lie {1000 * deep:.0f} mm in, at {100 * share:+.0f} % across"
+            yield shift(turned, by), lies, said
+
+
+def _floor(query: Query, lying: Pose) -> float | None:
+    """Height of what carries a thing that lies turned so, with its middle in the opening's [m]; None for
+    nothing."""
+    points = corners(query.thing, lying)
+    middle = query.target.pose.apply((0.0, 0.0, -query.depth / 2)) - (points.min(axis=0) + points.max(axis=0)) / 2
+    there = Pose(tuple((np.asarray(lying.position) + middle).tolist()), lying.quaternion)
+    height, _ = resting_height(query.thing, there, [(query.belief.thing(n), query.belief.pose(n)) for n in query.belief.poses])
+    return height if math.isfinite(height) else None
+
+
+def _inside_from(query: Query, out: Floats, deep: float, share: float) -> Floats:
+    """A position so far inside an opening from its open side, and across that (3,)."""
+    low, high = np.reshape(query.target.area.bounds, (2, 2))
+    way = query.target.pose.inverse().rotate(out)[:2]
+    across = np.array([-way[1], way[0]])
+    half, middle = (high - low) / 2, (low + high) / 2
+    x, y = middle + (np.abs(way) @ half - deep) * way + share * (np.abs(across) @ half) * across
+    found: Floats = query.target.pose.apply((float(x), float(y), 0.0))
+    return found

@@ -1,0 +1,226 @@
+"""Ways of a payload out of a stable pose into the open, planned backwards: up, obliquely, through a side,
+tilted first, and toppling.
+
+Each is a generator of placements for the one driver, which checks hand and payload, arm, and what later tasks
+need. Another way to put something is another function here, and an entry of ``WAYS``.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from itertools import product
+
+import numpy as np
+from msgspec.structs import replace
+
+from cramlite.model import Floats, Pose, Remedy, Value
+from cramlite.plugin import Refused, Unresolvable
+
+from ...kinematics.kinematics import inverse
+from ...motion_planning.reach import shift, taken_at, tcp
+from ...shapes.bounds import centre_of_mass, height, support
+from ...shapes.roofs import open_sides
+from ..from_aside import slants
+from ..parameters import Where
+from .access import COVERS, covered, goes_in_upright
+from .checks import SHAPES, first_objection
+from .positions import free_for, positions_on, radius
+from .query import Found, Groups, Placement, Query, covers, is_roofed, lying_in, standing_on
+from .stable_poses import (
+    Rest,
+    about_vertical,
+    check_turn,
+    put_down,
+    stable_poses,
+    standing_at,
+    with_middle,
+)
+from .tilting import tilted, toppling
+
+PER_HEIGHT = 0.02  # cost of each height above the lowest
+
+HIGH = 0.010  # lowest point above a surface on a level way [m]
+BEFORE_IT = 0.02  # between the payload and the thing that it goes into, where a level way begins [m]
+STEP = 0.01  # between positions, from the middle of a surface outwards [m]
+ASIDE = (0.0, 0.3, -0.3, 0.1, -0.1, 0.2, -0.2)
+"""Positions across the way in, as shares of half the width: in a microwave beside its open door a hand had
+room on 15 mm of it."""
+TURNS = (0.0, 10.0, -10.0, 20.0, -20.0, 5.0, -5.0)  # of the hand from pointing straight inwards [deg]
+STEEP = 0.85  # of the hand's approach, downwards, from which on it points nowhere: it would be as high as it is long
+
+
+
+class WayOut(Value):
+    """Way of a payload out of a target.
+
+    Args:
+        name: for people.
+        rank: of the way among others for some queries, the lowest first; None where it leads nowhere.
+        groups: generator of candidates.
+        endless: whether there are always further candidates, up to the samples of a query.
+        by_hand: whether what there is to look at depends on the grasp.
+    """
+
+    name: str
+    rank: Callable[[Sequence[Query]], int | None]
+    groups: Callable[[list[Query]], Groups]
+    endless: bool = False
+    by_hand: bool = False
+
+
+def up(asked: list[Query]) -> Groups:
+    """Generate placements from above, and of what has no room above some from aside."""
+    asked = prepared(asked)
+    now = put_down(asked[0])
+    check_turn(asked[0], now)
+    _check_way_in(asked[0], now)
+    none = True
+    for rest in stable_poses(asked, now):
+        none = False
+        yield rest if isinstance(rest, Refused) else _from_above(rest)
+    if none:
+        yield from _at_best(asked, now)
+
+
+def _from_above(rest: Rest) -> Iterator[Found]:
+    """Heights at which it is let go of, and at each the ways from above and aside: a drawer under another one
+    has no room above, and some before it."""
+    query = rest.query
+    for k, (over, above) in enumerate(rest.heights):
+        thing = shift(rest.thing, (0.0, 0.0, over))
+        pose, name = query.hand(thing), f"{rest.name}, lowest point {1000 * over:+.0f} mm from it"
+        straight = Placement(
+            name, thing, pose, shift(pose, (0.0, 0.0, above)), over, rest.kind, cost=rest.cost + PER_HEIGHT * k,
+            reorients=rest.reorients, opens=query.settles,
+        )  # fmt: skip
+        yield query, straight
+        if rest.kind == "in" and _may_be_there(straight, query):
+            for side, way in slants(above):
+                yield query, replace(straight, name=f"{name}, from {side}", before=shift(pose, way), led=True, aside=True)
+
+
+def _may_be_there(placement: Placement, query: Query) -> bool:
+    """Whether hand and payload have room at a place that is within reach, wherever they come from."""
+    if not inverse(query.context.robot, placement.pose, seed=query.belief.joints):
+        return False
+    return query.scene.met(query.belief.base() * placement.pose) is None
+
+
+def _at_best(asked: list[Query], now: Pose) -> Iterator[Refused]:
+    """What objects at the best position of each target, where there is not one free position."""
+    for query in asked:
+        offset = next(positions_on(replace(query, where=Where(), obstacles=()), now), (0.0, 0.0))
+        _, found = next(_from_above(standing_at(query, now, offset)))
+        said = f"not clear: nowhere is a disc of {2000 * radius(query, now):.0f} mm free, which its outline holds"
+        no = first_objection(found, query, SHAPES[found.kind])
+        yield no or Refused(found.name, said, 0, blocking=query.standing_there())
+
+
+def prepared(bare: list[Query]) -> list[Query]:
+    """Return the targets of what comes from above: with what stands there; of an opening beside what lies in
+    it and is over it, and anywhere."""
+    if not bare[0].depth:
+        return bare if bare[0].uneven else with_middle([replace(q, obstacles=standing_on(q)) for q in bare])
+    anywhere = [covered(q) for q in bare]
+    beside_it = [replace(q, obstacles=(*lying_in(q), *q.covers)) for q in anywhere]
+    return [*(q for q in beside_it if q.obstacles), *anywhere]
+
+
+def _check_way_in(query: Query, now: Pose) -> None:
+    """Check that what covers an opening leaves room to get in as it is turned, whatever holds it.
+
+    Raises:
+        Unresolvable: it does not; tilted it may.
+    """
+    if query.covers and free_for(query, now).is_empty and not goes_in_upright(query, now):
+        over = [o.name for o in query.covers]
+        said = f"'{query.thing.name}' does not get into '{query.entity}' upright: {' and '.join(map(repr, over))} are over it"
+        raise Unresolvable(said, blocking=tuple(over))
+
+
+def sideways(asked: list[Query]) -> Groups:
+    """Generate placements under a roof, such as in a microwave or on a level of a shelf: carried in level
+    through a side that is open.
+
+    The hand points inwards, so that it stays before the opening or is no higher than what it holds; of the
+    positions those come first that are farthest in.
+
+    Raises:
+        Unresolvable: the hand points down, the payload is too high, or no side is open.
+    """
+    first = asked[0]
+    if (down := _down(first)) > STEEP:
+        said = f"the hand points down by {math.degrees(math.asin(min(down, 1.0))):.0f} deg, and would be higher than what it brings"
+        raise Unresolvable(said, taken_at(first.belief, first.context), blocking=())
+    under, tall = [q for q in asked if math.isfinite(q.room)], height(first.thing, first.now) + 2 * HIGH
+    ways = [(q, out) for q in under if tall <= q.room for out in open_sides(q.whole, q.at, q.target, tall / 2 - HIGH)]
+    if not ways:
+        raise _too_high(max(under, key=lambda q: q.room), tall)
+    for query, out in ways:
+        yield from (iter([(query, placement)]) for placement in _level(query, out))
+
+
+def _down(query: Query) -> float:
+    return -float(tcp(query.belief, query.context).rotate((0.0, 0.0, 1.0))[2])
+
+
+def _too_high(query: Query, needed: float) -> Unresolvable:
+    """What to say where a payload is too high for the room under a roof, or no side is open."""
+    low = query.room - needed + 2 * HIGH
+    if low >= 2 * HIGH:
+        return Unresolvable(f"no side of '{query.entity}' is open", blocking=())
+    more = f"{1000 * low:.0f} mm higher than '{query.thing.name}', {2000 * HIGH:.0f} mm is needed"
+    says = (
+        f"the opening of '{query.entity}' is {1000 * query.room:.0f} mm high, '{query.thing.name}' needs {1000 * needed:.0f} mm with "
+        "the gap around it: take a lower thing, lay it down, or name another place"
+    )
+    remedy = Remedy(f"room {query.entity}", says, needed - query.room)
+    return Unresolvable(f"the room under the roof of '{query.entity}' is {more}", blocking=(), remedy=remedy)
+
+
+def _level(query: Query, out: Floats) -> Iterator[Placement]:
+    """Positions from the middle outwards, at each the turns at which the hand points inwards."""
+    ahead = tcp(query.belief, query.context).rotate((0.0, 0.0, 1.0))
+    facing = math.atan2(-out[1], -out[0]) - math.atan2(ahead[1], ahead[0])
+    low, high = np.reshape(query.target.area.bounds, (2, 2))
+    way = query.target.pose.inverse().rotate(out)[:2]
+    across, half = np.array([-way[1], way[0]]), (high - low) / 2
+    deep, wide = float(np.abs(way) @ half), float(np.abs(across) @ half)
+    for gone, share, yaw in product(np.arange(0.0, deep, STEP).tolist(), ASIDE, TURNS):
+        turned = about_vertical(query.now, facing + math.radians(yaw))
+        x, y = gone * way + share * wide * across
+        over = query.target.pose.apply((float(x), float(y), 0.0)) - turned.apply(centre_of_mass(query.thing)) * (1.0, 1.0, 0.0)
+        thing = shift(shift(turned, over), (0.0, 0.0, HIGH + support(query.thing, turned, (0, 0, -1))))
+        far = support(query.whole, query.at, out) + support(query.thing, thing, -out) + BEFORE_IT
+        pose, aside = query.hand(thing), f"{1000 * share * wide:+.0f} mm aside, turned {yaw:+.0f} deg"
+        name = f"{1000 * gone:.0f} mm out from its middle, {aside}, through its side"
+        yield Placement(name, thing, pose, shift(pose, far * out), HIGH, led=True)
+
+
+def _rank_up(asked: Sequence[Query]) -> int | None:
+    return None if is_roofed(asked[0]) else 0
+
+
+def _rank_sideways(asked: Sequence[Query]) -> int | None:
+    """Of what is all under a roof first, with a hand that points inwards."""
+    under = [math.isfinite(q.room) for q in asked]
+    return (-1 if all(under) and _down(asked[0]) <= STEEP else 1) if any(under) else None
+
+
+def _rank_tilted(asked: Sequence[Query]) -> int | None:
+    return 1 if not is_roofed(asked[0]) and covers(asked[0], COVERS) else None
+
+
+def _rank_toppling(asked: Sequence[Query]) -> int | None:
+    return 0 if is_roofed(asked[0]) else None
+
+
+WAYS: Mapping[str, tuple[WayOut, ...]] = {
+    "on": (WayOut("from above", _rank_up, up, endless=True), WayOut("through its sides", _rank_sideways, sideways)),
+    "in": (
+        WayOut("from above", _rank_up, up, endless=True), WayOut("tilted", _rank_tilted, tilted, by_hand=True),
+        WayOut("toppling", _rank_toppling, toppling),
+    ),
+}  # fmt: skip
+"""Ways out by relation."""

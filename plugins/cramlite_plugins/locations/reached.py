@@ -1,0 +1,161 @@
+"""Reached candidates: places of any generator, refused where the arm has no free joint position at a leg.
+
+As ``ComputeIK`` of MoveIt Task Constructor wraps a generator of poses. A generator yields candidates, best
+first, and names no inverse kinematics and no planning scene.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from functools import lru_cache
+from typing import Any
+
+from msgspec.structs import replace
+
+from cramlite.model import Belief, Joints, Pose, Stage, Value
+from cramlite.plugin import Context, Grounding, Refused
+
+from ..motion_planning.cartesian import plan_straight_line
+from ..motion_planning.planning_scene import PlanningScene
+from ..motion_planning.reach import collision_free_ik, make_scene, shift
+
+SCENES = 24
+"""Of an arm that are kept: grasps of about the same width follow one another."""
+IN_ORDER = 0.1
+"""Cost of each candidate that comes before, where a candidate says none."""
+
+
+class Leg(Value):
+    """TCP pose at which the arm has to be free of collision, next to the joint position of the leg before.
+
+    Args:
+        pose: in the base frame.
+        touching: entities that hand and payload may touch there.
+        opening: of the fingers [m]; the believed one by default.
+        clearance: to everything else [m]; the planner's own by default.
+        hand: whether the hand may touch these entities, and not the payload alone.
+        along: poses through which the arm has to lead the hand straight on from there, checked all the way.
+        said: clause before a refusal there, such as "at the grasp".
+        where: stage of the way that a refusal there is about.
+    """
+
+    pose: Pose
+    touching: tuple[str, ...] = ()
+    opening: float | None = None
+    clearance: float | None = None
+    hand: bool = True
+    along: tuple[Pose, ...] = ()
+    said: str = ""
+    where: Stage | None = None
+
+    def refused(self, no: Refused) -> Refused:
+        """Return a refusal with what it is about."""
+        return replace(no, reason=f"{self.said}: {no.reason}" if self.said else no.reason, where=self.where or no.where)
+
+
+class Candidate(Value):
+    """Alternative of a location, before the arm is asked.
+
+    Args:
+        name: for people; it also identifies the alternative.
+        place: what the location is grounded to.
+        legs: the TCP poses on the way, in the order in which the arm is asked.
+        reason: why this one; the name by default.
+        cost: ``IN_ORDER`` times the number of those before it by default.
+        key: identifies the alternative among its siblings; the name by default.
+        group: of alternatives one of which is enough; "" for none.
+        anew: whether the place is where it is wherever the arm comes from.
+        passed: number of checks that it passed before.
+        check: further objection, given the joint positions of all legs.
+    """
+
+    name: str
+    place: Any
+    legs: tuple[Leg, ...]
+    reason: str = ""
+    cost: float | None = None
+    key: str = ""
+    group: str = ""
+    anew: bool = False
+    passed: int = 0
+    check: Callable[[Sequence[Joints]], Refused | None] | None = None
+
+
+class Arm:
+    """Arm of a belief, with the planning scenes that legs ask for."""
+
+    def __init__(self, belief: Belief, context: Context) -> None:
+        self.belief, self.context = belief, context
+        self._scene = lru_cache(SCENES)(self._made)
+        self._kept = lru_cache(SCENES)(self._built)
+
+    def scene(
+        self, touching: tuple[str, ...] = (), opening: float | None = None, clearance: float | None = None, hand: bool = True
+    ) -> PlanningScene:
+        """Return the planning scene in which hand and payload may touch some entities, made once."""
+        return self._scene(touching, opening, clearance, hand)
+
+    def _made(self, touching: tuple[str, ...], opening: float | None, clearance: float | None, hand: bool) -> PlanningScene:
+        closed = self._kept(touching, clearance, hand)
+        return closed if opening is None else closed.opened(opening)
+
+    def _built(self, touching: tuple[str, ...], clearance: float | None, hand: bool) -> PlanningScene:
+        return make_scene(self.belief, self.context, touching, None, clearance, hand)
+
+    def of(self, leg: Leg) -> PlanningScene:
+        """Return the planning scene of a leg."""
+        return self.scene(leg.touching, leg.opening, leg.clearance, leg.hand)
+
+    def at(self, leg: Leg, seed: Joints | None = None) -> Joints | Refused:
+        """Return the free joint position of a leg that is nearest to a seed, the believed one by default; or
+        why there is none."""
+        there = collision_free_ik(self.of(leg), self.context, leg.pose, self.belief.joints if seed is None else seed)
+        if not isinstance(there, Refused) and leg.along:
+            line = plan_straight_line(self.of(leg), self.context.robot, there, leg.along)
+            there = line if isinstance(line, Refused) else there
+        return leg.refused(there) if isinstance(there, Refused) else there
+
+    def led(self, legs: Iterable[Leg]) -> tuple[Joints, ...] | Refused:
+        """Return the joint positions of legs, each the nearest to the one before; or why the first of them
+        has none."""
+        found = list[Joints]()
+        for leg in legs:
+            there = self.at(leg, found[-1] if found else None)
+            if isinstance(there, Refused):
+                return there
+            found.append(there)
+        return tuple(found)
+
+    def free_along(self, leg: Leg, way: Any, parts: Iterable[float], seed: Joints | None = None) -> bool:
+        """Check whether the arm is free at parts of a straight way (3,) [m] from a leg."""
+        legs = (replace(leg, pose=shift(leg.pose, part * way)) for part in parts)
+        return not any(isinstance(self.at(one, seed), Refused) for one in legs)
+
+
+def reached(candidates: Iterable[Candidate | Refused], arm: Arm) -> Iterator[Grounding | Refused]:
+    """Yield the places that an arm reaches, and why it does not reach the others.
+
+    Args:
+        candidates: best first; refusals among them are passed on.
+    """
+    done = set[str]()
+    for k, candidate in enumerate(candidates):
+        if isinstance(candidate, Refused):
+            yield candidate
+        elif candidate.group not in done:
+            no = objection(candidate, arm)
+            if no is not None:
+                yield no.of(candidate.name, max(candidate.passed, no.passed))
+                continue
+            done |= {candidate.group} - {""}
+            cost = IN_ORDER * k if candidate.cost is None else candidate.cost
+            reason, key = candidate.reason or candidate.name, candidate.key or candidate.name
+            yield Grounding(candidate.place, reason, cost, key=key, anew=candidate.anew)
+
+
+def objection(candidate: Candidate, arm: Arm) -> Refused | None:
+    """Return why an arm does not reach a candidate; None where it does."""
+    led = arm.led(candidate.legs)
+    if isinstance(led, Refused):
+        return led
+    return candidate.check(led) if candidate.check else None
