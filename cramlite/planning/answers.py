@@ -16,7 +16,6 @@ from ..base.errors import Unresolvable
 from ..model.belief import Belief, Estimate
 from ..model.designators import Designator, Location, Place
 from ..plugin.grounding import Context, Refused
-from .in_vain import Unanswered
 
 NOTHING = object()
 """What a name is bound to that is not bound."""
@@ -151,12 +150,10 @@ class Answers(Struct):
     Args:
         known: name of a designator, where the arm is, and what is held -> the questions then.
         asked: how many were asked of plugins.
-        unanswered: questions about places that had no answer.
     """
 
     known: dict[tuple[object, ...], list[Question]] = field(default_factory=dict)
     asked: int = 0
-    unanswered: Unanswered = field(default_factory=Unanswered)
 
     def of(
         self, item: Designator, belief: Belief, context: Context, ask: Callable[[Context], Streams]

@@ -15,7 +15,7 @@ from msgspec.structs import replace
 from ..base.errors import DEFECTS, Unresolvable
 from ..base.pulse import checkpoint
 from ..model.control_flow import Compound, Mark
-from ..model.designators import Action, Designator, Location, Motion
+from ..model.designators import Action, Designator, Motion
 from ..plugin.grounding import Context
 from ..plugin.registry import Registry
 from ..plugin.task_type import TaskType
@@ -24,7 +24,6 @@ from .answers import Answers
 from .budget import Budget, BudgetSpent
 from .choice_point import ChoicePoint, Conflict, Nogoods, key_of
 from .control_steps import state_after_mark
-from .in_vain import InCommon
 from .refutation import WHOLE, Capped, InTask, Later, Part, as_they_are
 from .state import Effect, State, ground_roles, renewed, state_after_action, state_after_choice
 from .trace import Trace
@@ -42,7 +41,6 @@ class Effort(Struct):
         nogoods: choices that do not go together.
         capped: whether the last round left out alternatives, so that a wider one may find more.
         objected: tasks of the plan, from 1, that the judges of every program objected to; None before one ran.
-        in_vain: what unanswered questions about places had in common.
     """
 
     breadth: int = 1
@@ -51,7 +49,6 @@ class Effort(Struct):
     nogoods: Nogoods = field(default_factory=Nogoods)
     capped: bool = False
     objected: frozenset[int] | None = None
-    in_vain: InCommon = field(default_factory=InCommon)
 
     def judged(self, conflict: Conflict) -> None:
         """Take over which tasks the judges of one more program objected to."""
@@ -60,7 +57,7 @@ class Effort(Struct):
 
     def widened(self) -> Effort:
         """Return the effort with which the next round begins; it tries twice as many alternatives of each designator."""
-        return Effort(2 * self.breadth, self.expanded, self.proofs, self.nogoods.lasting(), in_vain=self.in_vain)
+        return Effort(2 * self.breadth, self.expanded, self.proofs, self.nogoods.lasting())
 
 
 class Search(Struct, dict=True):
@@ -168,7 +165,6 @@ class Search(Struct, dict=True):
             self._count()
         tried = 0
         for plugin, answer in self._alternatives.of(point):
-            self.answers.unanswered.answered.add(asked_about(item, state))
             key = answer.key or key_of(answer.value)
             choices = (*state.choices, (item.name, key))
             if (nogood := self._nogoods.made_again(choices)) is not None:
@@ -187,23 +183,11 @@ class Search(Struct, dict=True):
             if item.name not in below:
                 return below
             point.conflict |= below - {item.name}
-        if isinstance(item, Location) and asked_about(item, state) not in self.answers.unanswered.answered:
-            self._conclude(point)
         point.conflict |= {InTask(number, self._part(item, state, tried))} if (number := within.get("task")) else set()
         point.conflict |= set() if tried else point.unfit
         self._nogoods.remember(frozenset(point.conflict), state.choices)
         point.exhausted(tried)
         return frozenset(point.conflict)
-
-    def _conclude(self, point: ChoicePoint) -> None:
-        """Where a place had no answer in many situations, leave out of the conflict set what differed between these, but for objects."""
-        name, made = asked_about(point.item, point.state), point.state.bindings
-        common = self.effort.in_vain.after(name, (c for c in point.state.choices if c[0] in point.conflict))
-        differed = {c for c in point.conflict if isinstance(c, str) and c not in common and not isinstance(made.get(c), str)}
-        if self.answers.unanswered.is_enough(name) and differed:
-            asked = self.answers.unanswered.asked[name]
-            point.say("impossible", "engine", f"it was asked for in {asked} situations and never answered: no other one is tried")
-            point.conflict = (point.conflict - differed) | {Capped()}
 
     def _within(self, item: Designator, state: State) -> dict[str, int]:
         """Of what comes up within a task of the plan, or is one: which task it is, and how many
@@ -237,11 +221,6 @@ class Search(Struct, dict=True):
         if self.effort.expanded > self.budget.expansions:
             reason = f"{self.budget.expansions} nodes were expanded, the budget of one task sequence"
             raise BudgetSpent("expansions", reason)
-
-
-def asked_about(item: Designator, state: State) -> str:
-    """Return what a place is asked for: its name, and the payload."""
-    return f"{item.name}, {state.belief.held.thing if state.belief.held else 'nothing'}"
 
 
 def _needed_by(item: Designator, state: State) -> dict[str, int]:

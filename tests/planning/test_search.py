@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from msgspec.structs import replace
 
 from cramlite import Budget, Trace
 from cramlite.base.errors import PluginError
@@ -16,9 +15,8 @@ from cramlite.base.seeds import derive_seed
 from cramlite.model import Action, Belief, Location, Object, RobotMount, World
 from cramlite.planning.budget import BudgetSpent
 from cramlite.planning.choice_point import CAPS
-from cramlite.planning.in_vain import ENOUGH
-from cramlite.planning.refutation import Capped, Later
-from cramlite.planning.search import Effort, Search
+from cramlite.planning.refutation import Later
+from cramlite.planning.search import Search
 from cramlite.planning.state import State
 from cramlite.plugin import Context, UserError
 from cramlite.plugin.entry_points import GROUP
@@ -402,43 +400,6 @@ def test_where_a_place_within_a_task_is_refused_the_task_is_tried_in_another_way
     trial = Trial(plugin("two_ways", f"BLOCKING = {blocking!r}\n{TWO_WAYS}"))
     assert len(trial.bindings(Action("1.Task", "x:Task"))) == 1
     assert trial.outcomes("1.Task", "chosen") == ["back first", "as it is"]
-
-
-HARD_PLACE = """
-@hookimpl
-def resolve_location(location, belief, context):
-    if location.relation != "hard":
-        return [Grounding(Stand(Pose(), f"{location.name}_{k}"), f"number {k}", cost=k, key=f"{location.name}_{k}") for k in range(6)]
-    if tuple(context.bindings[name].thing for name in ("grasp", "table")) != ANSWERED:
-        raise Unresolvable("it would be inside the shelf")
-    return [Grounding(Stand(Pose(), "there"), "free", key="there")]
-"""
-HARD = (Object("tea"), Location("grasp", "any"), Location("table", "any"), Location("on", "hard"))
-
-
-def test_a_place_that_is_never_answered_is_asked_for_so_often_and_what_differed_is_not_to_blame(plugin: Plugin) -> None:
-    """Three objects, each with 36 situations."""
-    trial = Trial(plugin("my_objects", _with(OBJECTS, 3)), plugin("hard", f"ANSWERED = ()\n{HARD_PLACE}"))
-    assert trial.bindings(*HARD) == []
-    assert ENOUGH <= len(trial.outcomes("on", "asked")) <= ENOUGH + 3
-    assert any("situations and never answered" in e.reason for e in trial.trace.entries)
-    assert trial.search.refuted is not None and Capped() in trial.search.refuted
-
-
-def test_a_place_that_was_answered_once_is_asked_for_in_every_situation(plugin: Plugin) -> None:
-    trial = Trial(plugin("my_objects", _with(OBJECTS, 3)), plugin("hard", f"ANSWERED = ('grasp_3', 'table_4')\n{HARD_PLACE}"))
-    assert ENOUGH > 3 * 6 + 4
-    assert len(trial.bindings(*HARD)) == 3
-    assert len(trial.outcomes("on", "asked")) == 3 * 6 * 6
-
-
-def test_the_next_sequence_for_the_goal_knows_how_often_a_place_was_asked_for(plugin: Plugin) -> None:
-    trial = Trial(plugin("my_objects", _with(OBJECTS, 3)), plugin("hard", f"ANSWERED = ()\n{HARD_PLACE}"))
-    trial.bindings(*HARD)
-    before = len(trial.outcomes("on", "asked"))
-    trial.search = replace(trial.search, effort=Effort())
-    assert trial.bindings(*HARD) == []
-    assert 0 < len(trial.outcomes("on", "asked")) - before < ENOUGH
 
 
 # Declared relations
