@@ -5,135 +5,55 @@ values that both talk about, and `cramlite.testing` checks plugins. These four a
 when they are first used, so that ``import cramlite`` costs next to nothing.
 """
 
+# ruff: noqa: I001  # names of one module stay together, each with the alias that exports it
+
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from .base.lazy_names import LazyNames
 from .version import VERSION
 
 if TYPE_CHECKING:
-    from .base.errors import CramliteError, NoSolution, PluginError, Unresolvable, UserError
-    from .base.resources import data_folder, find_scenario
-    from .cli.trace_text import trace_text
-    from .engine.candidates import CandidateSequence
-    from .engine.engine import Engine
-    from .engine.reading import Reading
-    from .engine.setting import Setting
-    from .engine.solution import Solution
-    from .interpretation.interpretation import Interpretation
-    from .model.plan import Plan
-    from .model.verdict import Verdict
-    from .perception.active_perception import Picture
-    from .perception.pictures import depth_image, overlay
-    from .perception.result import Percept
-    from .planning.budget import Budget
-    from .planning.diagnosis import how_it_ended, nearest_miss
-    from .planning.failure import failure_text
-    from .planning.goal_parts import GoalAnswer, goal_answers
-    from .planning.heartbeat import NowDone
-    from .planning.operators import Operator
-    from .planning.pddl import PddlText, PlanStep
-    from .planning.plan_file import checked_steps, steps_of
-    from .planning.planning_problem import PlanningProblem, planning_problem
-    from .planning.task_goals import Goal
-    from .planning.trace import Entry, Trace
-    from .planning.what_to_try import what_to_try
-    from .report import Finished
-    from .report.reading_picture import reading_picture
-    from .scenario.scenario import Scenario, read_scenario
-    from .scenario.task_specs import RuleSpec, TaskSpec, task_entry
+    from .base.errors import (
+        CramliteError as CramliteError,
+        NoSolution as NoSolution,
+        PluginError as PluginError,
+        Unresolvable as Unresolvable,
+        UserError as UserError,
+    )
+    from .base.resources import data_folder as data_folder, find_scenario as find_scenario
+    from .cli.trace_text import trace_text as trace_text
+    from .engine.candidates import CandidateSequence as CandidateSequence
+    from .engine.engine import Engine as Engine
+    from .engine.reading import Reading as Reading
+    from .engine.setting import Setting as Setting
+    from .engine.solution import Solution as Solution
+    from .interpretation.interpretation import Interpretation as Interpretation
+    from .model.plan import Plan as Plan
+    from .model.verdict import Verdict as Verdict
+    from .perception.active_perception import Picture as Picture
+    from .perception.pictures import depth_image as depth_image, overlay as overlay
+    from .perception.result import Percept as Percept
+    from .planning.budget import Budget as Budget
+    from .planning.diagnosis import how_it_ended as how_it_ended, nearest_miss as nearest_miss
+    from .planning.failure import failure_text as failure_text
+    from .planning.goal_parts import GoalAnswer as GoalAnswer, goal_answers as goal_answers
+    from .planning.heartbeat import NowDone as NowDone
+    from .planning.operators import Operator as Operator
+    from .planning.pddl import PddlText as PddlText, PlanStep as PlanStep
+    from .planning.plan_file import checked_steps as checked_steps, steps_of as steps_of
+    from .planning.planning_problem import PlanningProblem as PlanningProblem, planning_problem as planning_problem
+    from .planning.task_goals import Goal as Goal
+    from .planning.trace import Entry as Entry, Trace as Trace
+    from .planning.what_to_try import what_to_try as what_to_try
+    from .report import Finished as Finished
+    from .report.reading_picture import reading_picture as reading_picture
+    from .scenario.scenario import Scenario as Scenario, read_scenario as read_scenario
+    from .scenario.task_specs import RuleSpec as RuleSpec, TaskSpec as TaskSpec, task_entry as task_entry
 
 __version__ = VERSION
-
-_HOMES = {
-    ".base.errors": "CramliteError NoSolution PluginError Unresolvable UserError",
-    ".base.resources": "data_folder find_scenario",
-    ".engine.candidates": "CandidateSequence",
-    ".engine.engine": "Engine",
-    ".engine.reading": "Reading",
-    ".engine.setting": "Setting",
-    ".engine.solution": "Solution",
-    ".interpretation.interpretation": "Interpretation",
-    ".model.plan": "Plan",
-    ".model.verdict": "Verdict",
-    ".perception.active_perception": "Picture",
-    ".perception.pictures": "depth_image overlay",
-    ".perception.result": "Percept",
-    ".planning.budget": "Budget",
-    ".planning.planning_problem": "PlanningProblem planning_problem",
-    ".planning.goal_parts": "GoalAnswer goal_answers",
-    ".planning.heartbeat": "NowDone",
-    ".planning.operators": "Operator",
-    ".planning.pddl": "PddlText PlanStep",
-    ".planning.plan_file": "checked_steps steps_of",
-    ".planning.diagnosis": "how_it_ended nearest_miss",
-    ".planning.failure": "failure_text",
-    ".planning.what_to_try": "what_to_try",
-    ".planning.task_goals": "Goal",
-    ".planning.trace": "Entry Trace",
-    ".report": "Finished",
-    ".report.reading_picture": "reading_picture",
-    ".scenario.scenario": "Scenario read_scenario",
-    ".scenario.task_specs": "RuleSpec TaskSpec task_entry",
-    ".cli.trace_text": "trace_text",
-}
-_NAMES = LazyNames(__name__, _HOMES)
-
-__all__ = [
-    "Budget",
-    "CandidateSequence",
-    "CramliteError",
-    "Engine",
-    "Entry",
-    "Finished",
-    "Goal",
-    "GoalAnswer",
-    "Interpretation",
-    "NoSolution",
-    "NowDone",
-    "Operator",
-    "PddlText",
-    "Percept",
-    "Picture",
-    "Plan",
-    "PlanStep",
-    "PlanningProblem",
-    "PluginError",
-    "Reading",
-    "RuleSpec",
-    "Scenario",
-    "Setting",
-    "Solution",
-    "TaskSpec",
-    "Trace",
-    "Unresolvable",
-    "UserError",
-    "Verdict",
-    "checked_steps",
-    "data_folder",
-    "depth_image",
-    "failure_text",
-    "find_scenario",
-    "goal_answers",
-    "how_it_ended",
-    "nearest_miss",
-    "overlay",
-    "planning_problem",
-    "read_scenario",
-    "reading_picture",
-    "steps_of",
-    "task_entry",
-    "trace_text",
-    "what_to_try",
-]
-
+_NAMES = LazyNames(__name__)
 
 if not TYPE_CHECKING:  # else any name would do
-
-    def __getattr__(name: str) -> Any:
-        return _NAMES.load(name)
-
-
-def __dir__() -> list[str]:
-    return sorted([*globals(), *__all__])
+    __getattr__, __dir__ = _NAMES.load, _NAMES.known

@@ -16,7 +16,6 @@ from conftest import ROOT
 from released.doors import DOORS, List, broken, doors, last_released, promised
 
 import cramlite
-from cramlite.base.lazy_names import LazyNames
 from cramlite.testing.skeleton import KINDS, fill, write_skeleton
 
 PLUGINS = sorted((ROOT / "plugins" / "cramlite_plugins").rglob("*.py"))
@@ -200,7 +199,7 @@ def test_what_a_builder_would_miss_is_seen(name: str, now: dict[str, list[str]],
 
 def test_a_name_that_is_gone_is_seen_and_a_deprecated_one_is_not_gone(monkeypatch: pytest.MonkeyPatch) -> None:
     assert list(broken(BEFORE, {"cramlite": {"f": BEFORE["cramlite"]["f"], "LIMIT": {}, "more": {}}})) == ["cramlite.K is gone"]
-    monkeypatch.setattr(cramlite, "_NAMES", LazyNames("cramlite", cramlite._HOMES, {"Plannings": ("Plan", "0.2")}))
+    monkeypatch.setattr(cramlite._NAMES, "deprecated", {"Plannings": ("Plan", "0.2")})
     before = {"cramlite": {"Plannings": promised(cramlite.Plan)}}
     assert list(broken(before, doors())) == []
 

@@ -6,6 +6,7 @@ import importlib
 import sys
 import warnings
 from collections.abc import Mapping
+from functools import cached_property
 from types import MappingProxyType
 from typing import Any
 
@@ -16,28 +17,44 @@ NONE: Mapping[str, tuple[str, str]] = MappingProxyType({})
 class LazyNames:
     """Table of a package's public names, each with the module that defines it (PEP 562).
 
+    The package writes each name once, where type checkers read it: ``from .module import Name as Name`` under
+    ``if TYPE_CHECKING``. Its source is read when a name is first asked for.
+
     Args:
-        package: whose ``__getattr__`` asks.
-        homes: module, relative to the package -> names, separated by blanks.
+        package: whose ``__getattr__`` and ``__dir__`` ask.
         deprecated: old name -> the name to use instead, and the version since which the old one warns.
     """
 
-    def __init__(self, package: str, homes: Mapping[str, str], deprecated: Mapping[str, tuple[str, str]] = NONE) -> None:
+    def __init__(self, package: str, deprecated: Mapping[str, tuple[str, str]] = NONE) -> None:
         self.deprecated = deprecated
         self._package = package
-        self._home_of = {name: module for module, names in homes.items() for name in names.split()}
+
+    @cached_property
+    def homes(self) -> Mapping[str, str]:
+        """Name -> module that defines it, relative to the package."""
+        import ast
+
+        loader: Any = sys.modules[self._package].__loader__
+        imports = [n for n in ast.walk(ast.parse(loader.get_source(self._package))) if isinstance(n, ast.ImportFrom)]
+        return {a.name: "." * n.level + (n.module or "") for n in imports for a in n.names if a.asname == a.name}
+
+    def known(self) -> list[str]:
+        """Return what ``dir()`` of the package says: its public names, and what it has loaded."""
+        return sorted({*vars(sys.modules[self._package]), *self.homes})
 
     def load(self, name: str) -> Any:
-        """Import a name, and keep it in the package so that it is looked up once.
+        """Import a name, and keep it in the package so that it is looked up once; "__all__" has all of them.
 
         Raises:
             AttributeError: the package has no such name.
         """
         if name in self.deprecated:
             return self._instead(name)
-        if name not in self._home_of:
+        if name == "__all__":
+            return sorted(self.homes)
+        if name.startswith("__") or name not in self.homes:
             raise AttributeError(f"module '{self._package}' has no attribute '{name}'")
-        found = getattr(importlib.import_module(self._home_of[name], self._package), name)
+        found = getattr(importlib.import_module(self.homes[name], self._package), name)
         setattr(sys.modules[self._package], name, found)
         return found
 
@@ -45,5 +62,5 @@ class LazyNames:
         """Warn of a deprecated name whoever uses it, each time; give what the new name stands for."""
         new, since = self.deprecated[old]
         said = f"{self._package}.{old} is deprecated since cramlite {since}: use {self._package}.{new}"
-        warnings.warn(said, DeprecationWarning, stacklevel=4)
+        warnings.warn(said, DeprecationWarning, stacklevel=3)
         return self.load(new)

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from ..planning.trace import Trace
     from ..plugin.catalogue import Knowledge
     from ..plugin.protocols import Candidate
-    from .executor_group import RunGroup
+    from .executor_group import ExecutorGroup
     from .reading import Reading
     from .setting import Setting
 
@@ -66,7 +66,7 @@ class CandidateSequence(Value, eq=False):
     answers: Answers = field(default_factory=Answers)
     effort: Effort = field(default_factory=Effort)
 
-    def attempts(self, group: RunGroup | None = None) -> Iterator[Solution]:
+    def attempts(self, group: ExecutorGroup | None = None) -> Iterator[Solution]:
         """Generate complete programs with what the judges found, lazily; refused ones are among them.
 
         Args:
@@ -75,7 +75,7 @@ class CandidateSequence(Value, eq=False):
         beat = Heartbeat(self.trace, self.progress, self.stop, len(self.plan.actions))
         yield from beat.over(self._attempts(group))
 
-    def _attempts(self, group: RunGroup | None) -> Iterator[Solution]:
+    def _attempts(self, group: ExecutorGroup | None) -> Iterator[Solution]:
         self.trace.candidate = self.number
         wider = f", {self.effort.breadth} times as many alternatives as at first" if self.effort.breadth > 1 else ""
         if wider:
@@ -144,7 +144,7 @@ def doubted_last(
 
 
 def attempts(
-    search: Search, plan: Plan, setting: Setting, knowledge: Knowledge, group: RunGroup | None = None
+    search: Search, plan: Plan, setting: Setting, knowledge: Knowledge, group: ExecutorGroup | None = None
 ) -> Iterator[tuple[Candidate, Verdict]]:
     """Generate complete programs for a plan with what the judges found, lazily; refused ones are among them.
 
@@ -163,7 +163,7 @@ def attempts(
 
 
 def _attempts(
-    search: Search, plan: Plan, setting: Setting, knowledge: Knowledge, group: RunGroup | None
+    search: Search, plan: Plan, setting: Setting, knowledge: Knowledge, group: ExecutorGroup | None
 ) -> Iterator[tuple[Candidate, Verdict]]:
     budget, trace, progress = search.budget, search.trace, search.progress
     states, conflict, unproven, proven = search.solve(setting.start(plan)), None, set[object](), False
@@ -196,7 +196,7 @@ def _attempts(
 
 
 def _judged(
-    candidate: Candidate, search: Search, setting: Setting, knowledge: Knowledge, group: RunGroup | None
+    candidate: Candidate, search: Search, setting: Setting, knowledge: Knowledge, group: ExecutorGroup | None
 ) -> tuple[Candidate, Verdict]:
     """A complete program that ran in the believed world, then in twins of it, and what the judges found.
 

@@ -7,7 +7,7 @@ from collections import deque
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from queue import SimpleQueue
-from typing import TYPE_CHECKING, Protocol, TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 from ..base.errors import UserError
 from ..base.pulse import awaited
@@ -27,27 +27,6 @@ def processes_here() -> int:
     """Return how many processes can work at once on this machine."""
     own = getattr(os, "sched_getaffinity", None)  # not everywhere
     return len(own(0)) if own is not None else os.cpu_count() or 1
-
-
-class RunGroup(Protocol):
-    """Whoever runs a text in several worlds: processes here, or a cluster."""
-
-    @property
-    def seconds(self) -> float:
-        """CPU time of the runs so far [s]."""
-        ...
-
-    def start(self) -> None:
-        """Prepare for runs that will be asked for soon."""
-        ...
-
-    def runs(self, text: str, places: Iterator[tuple[World, int]]) -> Iterator[Rollout | str]:
-        """Run a text in one world with its seed after another, lazily; what happened comes in their order, or why nothing did."""
-        ...
-
-    def close(self) -> None:
-        """End all runs: nobody asks any more."""
-        ...
 
 
 def in_order(submit: Callable[[World, int], Future[T]], places: Iterator[tuple[World, int]], ahead: int) -> Iterator[Future[T]]:

@@ -23,7 +23,7 @@ from ..model.verdict import Finding, Verdict
 from ..model.world import World
 from ..planning.goal_literals import literals_of_goals, literals_of_plan
 from ..plugin.catalogue import Knowledge, pick
-from ..plugin.protocols import Candidate
+from ..plugin.protocols import Candidate, GoalJudge
 from .intent import Intent
 from .line_origins import Origins, origins_by_labels, origins_of
 from .proof import allowances, judge
@@ -161,7 +161,7 @@ def _typed(text: str, ran: Candidate, purpose: Purpose, knowledge: Knowledge) ->
 
 def _by_goal(candidate: Candidate, knowledge: Knowledge) -> list[Finding]:
     """What those find that judge a text by its goal alone."""
-    names = [v.name for v in knowledge.validators if getattr(v, "by_goal", False)]
+    names = [v.name for v in knowledge.validators if isinstance(v, GoalJudge) and v.by_goal]
     return judge(candidate, knowledge, rollout=True, only=names)
 
 

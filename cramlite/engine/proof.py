@@ -26,7 +26,7 @@ from ..planning.refutation import InTask, Later, as_they_are
 from ..planning.state import State
 from ..plugin.allowance import Allowance
 from ..plugin.catalogue import Knowledge
-from ..plugin.protocols import Backend, Candidate, Validator
+from ..plugin.protocols import Adviser, Backend, Candidate, Remarking, StandIn, Validator
 from ..plugin.validation import WrongAnswer
 from .late_poses import worlds_at_tolerance
 from .setting import Setting
@@ -154,16 +154,21 @@ def text_that_runs(candidate: Candidate, backend: Backend) -> Code | None:
     """Return what of a candidate runs here: its own text, the typed program in its place, or None for nothing."""
     if backend.executable or candidate.code is None:
         return candidate.code
-    return typed_code(candidate.program) if getattr(backend, "typed_stands_in", False) else None
+    return typed_code(candidate.program) if _stands_in(backend) else None
+
+
+def _stands_in(backend: Backend) -> bool:
+    """Whether the typed program runs in place of the text."""
+    return isinstance(backend, StandIn) and backend.typed_stands_in
 
 
 def _remark(backend: Backend) -> str:
     """What a result says of a text: whether it ran, and what the backend has to say of it."""
-    own = getattr(backend, "remark", "")
+    own = backend.remark if isinstance(backend, Remarking) else ""
     if backend.executable:
         return own
     said = own or f"text of backend '{backend.name}' cannot be run here"
-    if getattr(backend, "typed_stands_in", False):
+    if _stands_in(backend):
         return f"{said}; its typed program ran on the controller model instead"
     return f"{said}; its program was checked, its text was not"
 
@@ -194,7 +199,7 @@ def _ask(validator: Validator, candidate: Candidate, knowledge: Knowledge) -> It
     name = validator.name
     try:
         findings = _findings(validator.check(candidate))
-        advises = name in candidate.limits.advisory and getattr(validator, "may_advise", False)
+        advises = name in candidate.limits.advisory and isinstance(validator, Adviser) and validator.may_advise
         return [f.as_advice() for f in findings] if advises else findings
     except DEFECTS as error:
         fault = knowledge.registry.fault(knowledge.registry.owner("validators", name), "validators", name, error)

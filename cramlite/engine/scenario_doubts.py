@@ -6,6 +6,8 @@ import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
+from ..plugin.protocols import Doubting
+
 if TYPE_CHECKING:
     from ..plugin.catalogue import Knowledge
     from ..scenario.pose_spec import PoseSpec
@@ -25,11 +27,10 @@ def doubts(scenario: Scenario, setting: Setting, knowledge: Knowledge) -> list[s
     found = list(_numbers(scenario))
     shut = setting.look.shut if setting.look else {}
     found += [f"{scenario.where('camera')}: nobody looked into '{name}': {why}" for name, why in shut.items()]
-    look = getattr(knowledge.simulator, "doubts", None)  # a simulator need not have any
     world = setting.real if setting.look and setting.real else setting.world  # as it was written, not as it was seen
-    for name, said in look(world, knowledge.robots_of(world)) if look else ():
-        found.append(f"{scenario.where_thing(name)}: {said}")
-    return found
+    doubting = knowledge.simulator
+    told = doubting.doubts(world, knowledge.robots_of(world)) if isinstance(doubting, Doubting) else ()
+    return [*found, *(f"{scenario.where_thing(name)}: {said}" for name, said in told)]
 
 
 def doubts_of_files(scenario: Scenario, setting: Setting) -> list[str]:

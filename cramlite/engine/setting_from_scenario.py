@@ -12,6 +12,7 @@ from ..base.errors import NoSolution, UserError, nearest
 from ..model.error_model import ErrorModel
 from ..model.proof_doubts import ProofDoubts
 from ..plugin.catalogue import pick
+from ..plugin.protocols import Adviser
 from ..scenario.asked_text import asked_text
 from ..scenario.robots import robot_of
 from ..scenario.worlds import build_world, real_world
@@ -146,7 +147,7 @@ def _check_advisory(scenario: Scenario, knowledge: Knowledge) -> None:
         UserError: one is not, or does not; with file and line.
     """
     names = [v.name for v in knowledge.validators]
-    may = [v.name for v in knowledge.validators if getattr(v, "may_advise", False)]
+    may = [v.name for v in knowledge.validators if isinstance(v, Adviser) and v.may_advise]
     for k, name in enumerate(scenario.spec.limits.advisory or ()):
         place = scenario.where("limits", "advisory", k)
         if name not in names:

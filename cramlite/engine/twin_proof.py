@@ -26,7 +26,7 @@ from ..model.verdict import Finding, Verdict
 from ..plugin.selection import PluginChoice
 from ..scenario.twin import Twin, draw_twin
 from ..scenario.twin_places import Sight
-from .executor_group import ExecutorGroup, RunGroup, processes_here
+from .executor_group import ExecutorGroup, processes_here
 from .late_poses import flange
 from .proof import judge_run, text_that_runs
 
@@ -54,7 +54,7 @@ class Doubtful(Value):
     text: Code
     setting: Setting
     knowledge: Knowledge
-    group: RunGroup
+    group: ExecutorGroup
 
     def twin(self, seed: int, errors: ErrorModel) -> Twin:
         """Draw a twin of what is believed."""
@@ -83,7 +83,7 @@ def executors(knowledge: Knowledge, setting: Setting) -> ExecutorGroup | None:
 
 
 def doubt(
-    candidate: Candidate, verdict: Verdict, setting: Setting, knowledge: Knowledge, group: RunGroup, progress: Progress,
+    candidate: Candidate, verdict: Verdict, setting: Setting, knowledge: Knowledge, group: ExecutorGroup, progress: Progress,
     seconds: float,
 ) -> Verdict:  # fmt: skip
     """Return the verdict about a program that was accepted in the believed world, after its runs in twins.

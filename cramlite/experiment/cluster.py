@@ -16,7 +16,7 @@ from typing import Any
 
 from ..base.errors import UserError
 from .cluster_tasks import Arrived, trial_task
-from .order import LOCAL, Order, Twins
+from .order import LOCAL, Order
 from .progress import Progress
 from .store import Store
 
@@ -118,19 +118,15 @@ def connected(executor: str, workers: int, patience: float = CONNECT) -> Iterato
 
 
 def _handed_out(client: Any, order: Order, left: Sequence[str], key: dict[str, Any], store: Store) -> Iterator[tuple[str, Any]]:
-    """A trial for each place, and none that waits there: Dask blames a death on all that a worker was given.
-
-    Where there are fewer trials than places, these give their twins away.
-    """
+    """A trial for each place, and none that waits there: Dask blames a death on all that a worker was given."""
     pool, todo = client.get_executor(pure=False), deque(left)
     waiting: dict[Future[Arrived], str] = {}
     try:
         while todo or waiting:
             places = max(1, sum(client.nthreads().values()))
             while todo and len(waiting) < places:
-                twins: Twins = "tasks" if len(todo) + len(waiting) < places else "itself"
                 name = todo.popleft()
-                waiting[pool.submit(trial_task, order, name, key, twins)] = name
+                waiting[pool.submit(trial_task, order, name, key)] = name
             for future in wait(waiting, ASK_AGAIN, FIRST_COMPLETED).done:
                 name = waiting.pop(future)
                 yield name, _received(future, order, name, store)

@@ -11,7 +11,8 @@ from msgspec.structs import replace
 
 from ..base.errors import UserError
 from ..base.value import Value
-from .order import Order, Trials, Twins
+from ..engine.executor_group import processes_here
+from .order import LOCAL, Order, Trials
 from .store import BEGUN, MOVED
 
 
@@ -22,7 +23,7 @@ class Arrived(Value):
     files: dict[str, bytes]
 
 
-def run_trial(order: Order, name: str, twins: Twins = "processes") -> Any:
+def run_trial(order: Order, name: str) -> Any:
     """Run a trial, or what is left of it; whatever is finished is written at once, so that this process may die at any time.
 
     Raises:
@@ -33,14 +34,14 @@ def run_trial(order: Order, name: str, twins: Twins = "processes") -> Any:
         return done
     store.mark(name)  # it stays if this process dies
     try:
-        store.save(name, result := order.trials.run(name, store, twins))
+        store.save(name, result := order.trials.run(name, store, processes_here() if order.executor == LOCAL else 1))
         store.unmark(name, MOVED)
     finally:
         store.unmark(name, BEGUN)
     return result
 
 
-def trial_task(order: Order, name: str, key: dict[str, Any], twins: Twins = "itself") -> Arrived:
+def trial_task(order: Order, name: str, key: dict[str, Any]) -> Arrived:
     """Run a trial in a folder of the worker's own, and send back what it wrote.
 
     Args:
@@ -52,7 +53,7 @@ def trial_task(order: Order, name: str, key: dict[str, Any], twins: Twins = "its
     _require_same(order.trials, key)
     with tempfile.TemporaryDirectory(prefix="cramlite-trial-") as folder:
         place = Path(folder)
-        result = run_trial(replace(order, out=place), name, twins)
+        result = run_trial(replace(order, out=place), name)
         paths = (p for p in place.rglob("*") if p.is_file())
         return Arrived(result, {p.relative_to(place).as_posix(): p.read_bytes() for p in paths})
 

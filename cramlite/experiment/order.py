@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Hashable
 from pathlib import Path
-from typing import Any, Literal, Protocol
+from typing import Any, Protocol
 
 from msgspec import field
 
@@ -14,9 +14,6 @@ from .figure import Number, Published
 from .store import Store
 
 LOCAL = "local"
-Twins = Literal["processes", "itself", "tasks"]
-"""Who runs programs in twins: processes of this machine; the trial itself, where it is a task of a cluster that has no place free; or
-further tasks of the cluster."""
 
 
 class Report(Value):
@@ -33,7 +30,7 @@ class Report(Value):
 
     data: Any
     text: str
-    files: dict[str, str | bytes]
+    files: dict[str, str]
     numbers: list[Number]
     title: str
     seeds: str
@@ -65,8 +62,8 @@ class Trials(Hashable, Protocol):
     def prepare(self) -> None:
         """Check what any trial needs, before the first one begins."""
 
-    def run(self, name: str, store: Store, twins: Twins) -> Any:
-        """Run a trial, or what is left of it; return its result."""
+    def run(self, name: str, store: Store, processes: int) -> Any:
+        """Run a trial, or what is left of it, its twins in so many processes; return its result."""
 
     def lost(self, name: str, reason: str) -> Any:
         """Return the result of a trial that was given up."""

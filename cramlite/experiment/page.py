@@ -8,6 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from ..base.html_template import html_template
+from ..model.rollout import Rollout
+from ..plugin.catalogue import Knowledge
 
 
 def page(package: str | None, title: str, **values: Any) -> str:
@@ -30,6 +32,11 @@ def picture(path: Path) -> str:
         return ""
     kind = "png" if path.suffix == ".png" else "jpeg"
     return f"data:image/{kind};base64," + base64.b64encode(path.read_bytes()).decode()
+
+
+def last_picture(rollout: Rollout, knowledge: Knowledge, size: tuple[int, int]) -> bytes:
+    """Return a picture of a rollout's last sample as the bytes of a JPEG file."""
+    return jpeg(knowledge.simulator.picture(rollout, len(rollout.times) - 1, knowledge.robots_of(rollout.world), size))
 
 
 def jpeg(pixels: Any) -> bytes:

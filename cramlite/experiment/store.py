@@ -15,7 +15,9 @@ from msgspec import DecodeError, json
 from ..base.errors import UserError
 from ..base.file_lock import lock
 from ..base.json_text import as_json
-from ..base.run_directory import write_whole
+from ..base.run_directory import content_key, write_whole
+from ..plugin.registry import Registry
+from ..version import VERSION
 
 LOCK, BEGUN, MOVED = "lock", "begun", "moved"
 """File of a run that is under way; of a trial that is, in its folder; of one that must not be done again, since a robot was moved."""
@@ -135,10 +137,22 @@ def locked(path: Path) -> IO[str]:
     return file
 
 
-def code_key(folders: Iterable[Path]) -> str:
-    """Return a hash over all Python source below some folders."""
+def run_key(experiment: str, files: Iterable[Path], registry: Registry, **asked: Any) -> dict[str, Any]:
+    """Return what the results of a run depend on, the same on every machine that would give the same results.
+
+    Args:
+        files: that the experiment reads.
+        registry: plugins, whose source counts as the core's does.
+        asked: whatever else changes results.
+    """
+    code = {Path(__file__).resolve().parents[1], *(Path(i.file).resolve().parent for i in registry.infos)}
+    return {"cramlite": VERSION, "experiment": experiment, "files": content_key(*files), "code": _code_key(code), **asked}
+
+
+def _code_key(folders: Iterable[Path]) -> str:
+    """A hash over all Python source below some folders."""
     digest = hashlib.blake2b(digest_size=16)
-    for folder in sorted(set(folders)):
+    for folder in sorted(folders):
         for file in sorted(folder.rglob("*.py")):
             digest.update(file.relative_to(folder).as_posix().encode() + b"\0" + file.read_bytes())
     return digest.hexdigest()

@@ -3,292 +3,157 @@
 Names are imported when they are first used, so that ``import cramlite.model`` costs next to nothing.
 """
 
+# ruff: noqa: I001  # names of one module stay together, each with the alias that exports it
+
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from ..base.lazy_names import LazyNames
 
 if TYPE_CHECKING:
-    from ..base.value import Value, replace
-    from .belief import Belief, Estimate, Held, Relation, initial_belief
-    from .collision import Collision
-    from .control_flow import Compound, choose, fallback, monitor, parallel, repeat, retry, sequence, try_all
-    from .designator_name import enclosing_names, is_part_of, part_name, task_of
-    from .designators import Action, Designator, Late, Location, Motion, Object, Place, Stand
-    from .entity_name import EntityName, thing_of
-    from .episode import Entity, Episode, Event, Repair, Track
-    from .error_model import ErrorModel, PoseError
-    from .friction import pair_friction
-    from .geometry import Floats, Pose, Vector3, quaternion_product, rotvec_quaternion
-    from .handover import Handover
-    from .imported_robot import ImportedRobot
-    from .imported_scene import ImportedScene, StatedJoint
-    from .judging_limits import JudgingLimits
-    from .linkage import Linkage
-    from .motion_words import ExpectedContact, ExpectedGrip, Fingers, Hang, Stage, Tilt, Word
-    from .place_facts import CarriedAlong, GripFacts, PegFit, Release
-    from .plan import Plan
-    from .program import Code, LatePose, Program, Section
-    from .program_json import ProgramText, is_program_text, read_program, typed_code, write_program
-    from .program_safety import PROGRAM_RULES, STEP_RULES, TOOL_SPEED, violations
-    from .proof_doubts import ProofDoubts
-    from .remedy import Remedy
-    from .robot import Gripper, Platform, Robot
-    from .robot_file import HandFile, RobotFile, Stated
-    from .rollout import Message, Rollout, Scene, Solid, Touch
-    from .run_limits import OVERSHOOT, Reached, reached
-    from .run_peaks import RunPeaks, force_while_running, peaks_of
-    from .run_record import RunRecord, TimeSpan
-    from .sensor_errors import SensorErrors
+    from ..base.value import Value as Value, replace as replace
+    from .belief import (
+        Belief as Belief,
+        Estimate as Estimate,
+        Held as Held,
+        Relation as Relation,
+        initial_belief as initial_belief,
+    )
+    from .collision import Collision as Collision
+    from .control_flow import (
+        Compound as Compound,
+        choose as choose,
+        fallback as fallback,
+        monitor as monitor,
+        parallel as parallel,
+        repeat as repeat,
+        retry as retry,
+        sequence as sequence,
+        try_all as try_all,
+    )
+    from .designator_name import (
+        enclosing_names as enclosing_names,
+        is_part_of as is_part_of,
+        part_name as part_name,
+        task_of as task_of,
+    )
+    from .designators import (
+        Action as Action,
+        Designator as Designator,
+        Late as Late,
+        Location as Location,
+        Motion as Motion,
+        Object as Object,
+        Place as Place,
+        Stand as Stand,
+    )
+    from .entity_name import EntityName as EntityName, thing_of as thing_of
+    from .episode import Entity as Entity, Episode as Episode, Event as Event, Repair as Repair, Track as Track
+    from .error_model import ErrorModel as ErrorModel, PoseError as PoseError
+    from .friction import pair_friction as pair_friction
+    from .geometry import (
+        Floats as Floats,
+        Pose as Pose,
+        Vector3 as Vector3,
+        quaternion_product as quaternion_product,
+        rotvec_quaternion as rotvec_quaternion,
+    )
+    from .handover import Handover as Handover
+    from .imported_robot import ImportedRobot as ImportedRobot
+    from .imported_scene import ImportedScene as ImportedScene, StatedJoint as StatedJoint
+    from .judging_limits import JudgingLimits as JudgingLimits
+    from .linkage import Linkage as Linkage
+    from .motion_words import (
+        ExpectedContact as ExpectedContact,
+        ExpectedGrip as ExpectedGrip,
+        Fingers as Fingers,
+        Hang as Hang,
+        Stage as Stage,
+        Tilt as Tilt,
+        Word as Word,
+    )
+    from .place_facts import CarriedAlong as CarriedAlong, GripFacts as GripFacts, PegFit as PegFit, Release as Release
+    from .plan import Plan as Plan
+    from .program import Code as Code, LatePose as LatePose, Program as Program, Section as Section
+    from .program_json import (
+        ProgramText as ProgramText,
+        is_program_text as is_program_text,
+        read_program as read_program,
+        typed_code as typed_code,
+        write_program as write_program,
+    )
+    from .program_safety import (
+        PROGRAM_RULES as PROGRAM_RULES,
+        STEP_RULES as STEP_RULES,
+        TOOL_SPEED as TOOL_SPEED,
+        violations as violations,
+    )
+    from .proof_doubts import ProofDoubts as ProofDoubts
+    from .remedy import Remedy as Remedy
+    from .robot import Gripper as Gripper, Platform as Platform, Robot as Robot
+    from .robot_file import HandFile as HandFile, RobotFile as RobotFile, Stated as Stated
+    from .rollout import Message as Message, Rollout as Rollout, Scene as Scene, Solid as Solid, Touch as Touch
+    from .run_limits import OVERSHOOT as OVERSHOOT, Reached as Reached, reached as reached
+    from .run_peaks import RunPeaks as RunPeaks, force_while_running as force_while_running, peaks_of as peaks_of
+    from .run_record import RunRecord as RunRecord, TimeSpan as TimeSpan
+    from .sensor_errors import SensorErrors as SensorErrors
     from .steps import (
-        AnyStep,
-        CompliantSlide,
-        Control,
-        Drive,
-        Fallback,
-        ForceExtract,
-        ForceInsert,
-        ForceMove,
-        Joints,
-        Monitor,
-        MoveJoints,
-        MoveLinear,
-        MoveUntilContact,
-        Parallel,
-        Repeat,
-        SetGripper,
-        SetPayload,
-        SpiralSearch,
-        Step,
-        Wait,
-        ZeroSensor,
-        branch_conflict,
-        uses_arm,
-        walk,
+        AnyStep as AnyStep,
+        CompliantSlide as CompliantSlide,
+        Control as Control,
+        Drive as Drive,
+        Fallback as Fallback,
+        ForceExtract as ForceExtract,
+        ForceInsert as ForceInsert,
+        ForceMove as ForceMove,
+        Joints as Joints,
+        Monitor as Monitor,
+        MoveJoints as MoveJoints,
+        MoveLinear as MoveLinear,
+        MoveUntilContact as MoveUntilContact,
+        Parallel as Parallel,
+        Repeat as Repeat,
+        SetGripper as SetGripper,
+        SetPayload as SetPayload,
+        SpiralSearch as SpiralSearch,
+        Step as Step,
+        Wait as Wait,
+        ZeroSensor as ZeroSensor,
+        branch_conflict as branch_conflict,
+        uses_arm as uses_arm,
+        walk as walk,
     )
-    from .swing import Swing
-    from .twin_drawing import Draw
-    from .twin_verdict import TwinRun, TwinVerdict
-    from .verdict import Cost, Finding, Verdict
-    from .view import D435, Depth, Image, Intrinsics, Mask, Points, View
+    from .swing import Swing as Swing
+    from .twin_drawing import Draw as Draw
+    from .twin_verdict import TwinRun as TwinRun, TwinVerdict as TwinVerdict
+    from .verdict import Cost as Cost, Finding as Finding, Verdict as Verdict
+    from .view import (
+        D435 as D435,
+        Depth as Depth,
+        Image as Image,
+        Intrinsics as Intrinsics,
+        Mask as Mask,
+        Points as Points,
+        View as View,
+    )
     from .world import (
-        Camera,
-        Contact,
-        Disturbance,
-        Feature,
-        Filling,
-        Geom,
-        Inertia,
-        Joint,
-        MeshFile,
-        Physics,
-        RobotMount,
-        Thing,
-        World,
+        Camera as Camera,
+        Contact as Contact,
+        Disturbance as Disturbance,
+        Feature as Feature,
+        Filling as Filling,
+        Geom as Geom,
+        Inertia as Inertia,
+        Joint as Joint,
+        MeshFile as MeshFile,
+        Physics as Physics,
+        RobotMount as RobotMount,
+        Thing as Thing,
+        World as World,
     )
 
-_HOMES = {
-    "..base.value": "Value replace",
-    ".belief": "Belief Estimate Held Relation initial_belief",
-    ".collision": "Collision",
-    ".control_flow": "Compound choose fallback monitor parallel repeat retry sequence try_all",
-    ".designators": "Action Designator Late Location Motion Object Place Stand",
-    ".designator_name": "enclosing_names part_name is_part_of task_of",
-    ".entity_name": "EntityName thing_of",
-    ".episode": "Entity Episode Event Repair Track",
-    ".error_model": "ErrorModel PoseError",
-    ".friction": "pair_friction",
-    ".geometry": "Floats Pose Vector3 quaternion_product rotvec_quaternion",
-    ".handover": "Handover",
-    ".imported_robot": "ImportedRobot",
-    ".imported_scene": "ImportedScene StatedJoint",
-    ".judging_limits": "JudgingLimits",
-    ".linkage": "Linkage",
-    ".motion_words": "ExpectedContact ExpectedGrip Fingers Hang Stage Tilt Word",
-    ".place_facts": "CarriedAlong GripFacts PegFit Release",
-    ".plan": "Plan",
-    ".program": "Code LatePose Program Section",
-    ".program_json": "ProgramText is_program_text read_program typed_code write_program",
-    ".program_safety": "TOOL_SPEED PROGRAM_RULES STEP_RULES violations",
-    ".proof_doubts": "ProofDoubts",
-    ".remedy": "Remedy",
-    ".robot": "Gripper Platform Robot",
-    ".robot_file": "HandFile RobotFile Stated",
-    ".rollout": "Message Rollout Scene Solid Touch",
-    ".run_limits": "OVERSHOOT Reached reached",
-    ".run_peaks": "RunPeaks force_while_running peaks_of",
-    ".run_record": "RunRecord TimeSpan",
-    ".sensor_errors": "SensorErrors",
-    ".steps": "AnyStep CompliantSlide Control Drive Fallback ForceExtract ForceInsert ForceMove Joints"
-    " Monitor MoveJoints MoveLinear MoveUntilContact Parallel Repeat SetGripper SetPayload"
-    " SpiralSearch Step Wait ZeroSensor branch_conflict uses_arm walk",
-    ".swing": "Swing",
-    ".twin_drawing": "Draw",
-    ".twin_verdict": "TwinRun TwinVerdict",
-    ".verdict": "Cost Finding Verdict",
-    ".view": "D435 Depth Image Intrinsics Mask Points View",
-    ".world": "Camera Contact Disturbance Feature Filling Geom Inertia Joint MeshFile Physics RobotMount Thing World",
-}
-_NAMES = LazyNames(__name__, _HOMES)
-
-__all__ = [
-    "D435",
-    "OVERSHOOT",
-    "PROGRAM_RULES",
-    "STEP_RULES",
-    "TOOL_SPEED",
-    "Action",
-    "AnyStep",
-    "Belief",
-    "Camera",
-    "CarriedAlong",
-    "Code",
-    "Collision",
-    "CompliantSlide",
-    "Compound",
-    "Contact",
-    "Control",
-    "Cost",
-    "Depth",
-    "Designator",
-    "Disturbance",
-    "Draw",
-    "Drive",
-    "Entity",
-    "EntityName",
-    "Episode",
-    "ErrorModel",
-    "Estimate",
-    "Event",
-    "ExpectedContact",
-    "ExpectedGrip",
-    "Fallback",
-    "Feature",
-    "Filling",
-    "Finding",
-    "Fingers",
-    "Floats",
-    "ForceExtract",
-    "ForceInsert",
-    "ForceMove",
-    "Geom",
-    "GripFacts",
-    "Gripper",
-    "HandFile",
-    "Handover",
-    "Hang",
-    "Held",
-    "Image",
-    "ImportedRobot",
-    "ImportedScene",
-    "Inertia",
-    "Intrinsics",
-    "Joint",
-    "Joints",
-    "JudgingLimits",
-    "Late",
-    "LatePose",
-    "Linkage",
-    "Location",
-    "Mask",
-    "MeshFile",
-    "Message",
-    "Monitor",
-    "Motion",
-    "MoveJoints",
-    "MoveLinear",
-    "MoveUntilContact",
-    "Object",
-    "Parallel",
-    "PegFit",
-    "Physics",
-    "Place",
-    "Plan",
-    "Platform",
-    "Points",
-    "Pose",
-    "PoseError",
-    "Program",
-    "ProgramText",
-    "ProofDoubts",
-    "Reached",
-    "Relation",
-    "Release",
-    "Remedy",
-    "Repair",
-    "Repeat",
-    "Robot",
-    "RobotFile",
-    "RobotMount",
-    "Rollout",
-    "RunPeaks",
-    "RunRecord",
-    "Scene",
-    "Section",
-    "SensorErrors",
-    "SetGripper",
-    "SetPayload",
-    "Solid",
-    "SpiralSearch",
-    "Stage",
-    "Stand",
-    "Stated",
-    "StatedJoint",
-    "Step",
-    "Swing",
-    "Thing",
-    "Tilt",
-    "TimeSpan",
-    "Touch",
-    "Track",
-    "TwinRun",
-    "TwinVerdict",
-    "Value",
-    "Vector3",
-    "Verdict",
-    "View",
-    "Wait",
-    "Word",
-    "World",
-    "ZeroSensor",
-    "branch_conflict",
-    "choose",
-    "enclosing_names",
-    "fallback",
-    "force_while_running",
-    "initial_belief",
-    "is_part_of",
-    "is_program_text",
-    "monitor",
-    "pair_friction",
-    "parallel",
-    "part_name",
-    "peaks_of",
-    "quaternion_product",
-    "reached",
-    "read_program",
-    "repeat",
-    "replace",
-    "retry",
-    "rotvec_quaternion",
-    "sequence",
-    "task_of",
-    "thing_of",
-    "try_all",
-    "typed_code",
-    "uses_arm",
-    "violations",
-    "walk",
-    "write_program",
-]
-
+_NAMES = LazyNames(__name__)
 
 if not TYPE_CHECKING:  # else any name would do
-
-    def __getattr__(name: str) -> Any:
-        return _NAMES.load(name)
-
-
-def __dir__() -> list[str]:
-    return sorted([*globals(), *__all__])
+    __getattr__, __dir__ = _NAMES.load, _NAMES.known

@@ -10,7 +10,7 @@ from ..interpretation.conditions import atoms, mentions
 from ..interpretation.fluents import PLAIN, SymbolicWorld
 from ..interpretation.goal_literal import GoalLiteral, clauses_of, entities_of
 from ..interpretation.timeline import Timeline
-from .goal_phrases import parse_goal
+from .goal_parser import parse_goal
 from .operators import Grounder
 
 if TYPE_CHECKING:

@@ -14,7 +14,7 @@ from ..plugin.task_type import TaskType
 from ..scenario.scenario import ObjectSpec
 from ..scenario.task_specs import TaskSpec, WhereSpec
 from .action_schema import ActionSchema
-from .goal_phrases import parse_goal
+from .goal_parser import parse_goal
 from .goal_quantifiers import without_quantifiers
 from .operators import Grounder, Operator
 from .task_goals import Goal

@@ -9,7 +9,7 @@ from itertools import combinations, islice, product
 
 from ..base.errors import UserError, nearest
 from ..interpretation.fluents import Fact, matches
-from .goal_phrases import NOT, parse_goal
+from .goal_parser import NOT, parse_goal
 from .operators import Grounder
 
 FORM = re.compile(rf"({NOT})?(each|any|\d+ of) (\S+) (.+)")

@@ -120,7 +120,7 @@ def plans_for_goal(
     Raises:
         UserError: the goal is none, names what there is not, contradicts itself, or holds already.
     """
-    from .goal_phrases import contradiction
+    from .goal_parser import contradiction
     from .goal_planner import as_tasks, ground_goal
     from .operators import Grounder
     from .plan_file import handed_plan

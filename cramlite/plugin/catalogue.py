@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
 from msgspec.structs import replace
 
 from ..base.errors import PluginError, UserError, nearest
 from ..base.resources import data_folder
 from ..model.geometry import Pose
+from .protocols import Driver
 
 if TYPE_CHECKING:
     from ..interpretation.rules import Rule
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
     from .expert import Expert
     from .location_kind import LocationKind
     from .motion_kind import MotionKind
-    from .protocols import Backend, Driver, Exporter, ModelMaker, Simulator, Validator
+    from .protocols import Backend, Exporter, ModelMaker, Simulator, Validator
     from .registry import Registry
     from .task_type import TaskType
 
@@ -123,8 +124,8 @@ class Knowledge:
     def driver(self) -> Driver:
         """First backend that drives robots of other processes."""
         for backend in self.backends.values():
-            if callable(getattr(backend, "drive", None)):
-                return cast("Driver", backend)
+            if isinstance(backend, Driver):
+                return backend
         raise UserError("No plugin drives robots of other processes; see 'cramlite plugins'.")
 
     @cached_property

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 from msgspec import field
 
@@ -80,9 +80,7 @@ class Candidate(Value):
 class Validator(Protocol):
     """Check of a candidate. Validators of cost "rollout" are asked after its text ran, the others before.
 
-    A validator may also have ``by_goal``: where it is True, it judges a text that has a goal and no plan, too; and ``may_advise``:
-    where it is True, a scenario may have its objections told without refusing anything (``JudgingLimits.advisory``). One that says
-    whether a program does what it is for may not.
+    One may be a ``GoalJudge`` or an ``Adviser``, too.
     """
 
     @property
@@ -98,12 +96,29 @@ class Validator(Protocol):
         ...
 
 
+@runtime_checkable
+class GoalJudge(Protocol):
+    """Validator that can judge a text that has a goal and no plan."""
+
+    by_goal: bool
+    """Whether it does."""
+
+
+@runtime_checkable
+class Adviser(Protocol):
+    """Validator whose objections a scenario may have told without refusing anything (``JudgingLimits.advisory``).
+
+    One that says whether a program does what it is for is none.
+    """
+
+    may_advise: bool
+    """Whether a scenario may."""
+
+
 class Backend(Protocol):
     """Code generator for one robot language. ``executable`` says whether a simulator here runs that text.
 
-    A backend may also have ``remark``, a clause about its text that every result repeats, e.g. what was not checked; and
-    ``typed_stands_in``: where its text cannot be run, the typed program runs on the controller model in its place. One with
-    ``drive`` is a ``Driver``, too.
+    One may be ``Remarking``, a ``StandIn`` or a ``Driver``, too.
     """
 
     @property
@@ -119,6 +134,23 @@ class Backend(Protocol):
         ...
 
 
+@runtime_checkable
+class Remarking(Protocol):
+    """Backend that has something to say about its text."""
+
+    remark: str
+    """Clause that every result repeats, e.g. what was not checked."""
+
+
+@runtime_checkable
+class StandIn(Protocol):
+    """Backend whose text cannot be run here, so that the typed program can run on the controller model in its place."""
+
+    typed_stands_in: bool
+    """Whether it does."""
+
+
+@runtime_checkable
 class Driver(Backend, Protocol):
     """Backend that also drives a robot with its text: by a process that answers for the robot."""
 
@@ -131,13 +163,9 @@ class Driver(Backend, Protocol):
         ...
 
 
-class Simulator(Protocol):
-    """Physics simulator that runs code and demonstrations."""
+class ProgramRunner(Protocol):
+    """Model of robot controllers: it runs texts of programs in simulated worlds."""
 
-    @property
-    def name(self) -> str:
-        """Name, unique among simulators."""
-        ...
     def check(self, world: World, robots: Mapping[str, Robot]) -> None:
         """Raise UserError if the world cannot be simulated."""
         ...
@@ -149,6 +177,10 @@ class Simulator(Protocol):
     def inspect(self, text: str) -> Iterable[tuple[int, str]]:
         """Return the doubtful lines of a program's text, and why; raise UserError if it cannot run at all."""
         ...
+
+
+class VirtualController(Protocol):
+    """Model of a robot controller that programs of others can connect to."""
 
     def serve(
         self,
@@ -177,13 +209,25 @@ class Simulator(Protocol):
         """
         ...
 
+
+class SimulatedCamera(Protocol):
+    """Model of depth cameras."""
+
     def look(self, world: World, robots: Mapping[str, Robot], camera: Camera, *, seed: int) -> View:
         """Render what a depth camera sees of a world in which nothing moves; raise UserError if there is no such camera."""
         ...
 
+
+class SimulatedPerson(Protocol):
+    """Model of a person who demonstrates."""
+
     def demonstrate(self, world: World, shown: Sequence[Shown], *, seed: int) -> Rollout:
         """Simulate a person who performs scripts, one after the other."""
         ...
+
+
+class Illustrator(Protocol):
+    """Renderer of pictures for people."""
 
     def picture(
         self, rollout: Rollout, sample: int, robots: Mapping[str, Robot], size: tuple[int, int], about: Collection[str] = ()
@@ -202,6 +246,24 @@ class Simulator(Protocol):
 
     def scene(self, rollout: Rollout, robots: Mapping[str, Robot], samples: Sequence[int]) -> Scene:
         """Return the shapes of a rollout's world, and their poses at some of its samples."""
+        ...
+
+
+class Simulator(ProgramRunner, VirtualController, SimulatedCamera, SimulatedPerson, Illustrator, Protocol):
+    """Physics simulator: all five trades over one model of the world. It may be ``Doubting``, too."""
+
+    @property
+    def name(self) -> str:
+        """Name, unique among simulators."""
+        ...
+
+
+@runtime_checkable
+class Doubting(Protocol):
+    """Simulator that also tells what is implausible about a world."""
+
+    def doubts(self, world: World, robots: Mapping[str, Robot]) -> Iterable[tuple[str, str]]:
+        """Return things that are implausible at the world's start, with reasons."""
         ...
 
 

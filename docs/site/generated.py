@@ -202,8 +202,9 @@ def constant_doc(module: ModuleType, name: str) -> str:
 
 def sources(module: ModuleType, name: str) -> Iterator[str]:
     """The source of the module that a public name comes from; of the public one and all submodules, where it does not say."""
-    homes = [home for home, names in getattr(module, "_HOMES", {}).items() if name in names.split()]
-    found = [importlib.import_module(home, module.__name__) for home in homes]
+    lazy = getattr(module, "_NAMES", None)
+    home = lazy.homes.get(name) if lazy is not None else None
+    found = [importlib.import_module(home, module.__name__)] if home else []
     for defining in found or [module, *(m for m in vars(module).values() if inspect.ismodule(m))]:
         yield inspect.getsource(defining)
 

@@ -7,16 +7,17 @@ from pathlib import Path
 
 import pytest
 
-from cramlite.base.lazy_names import LazyNames
-
 SOURCE = """
+from typing import TYPE_CHECKING
+
 from cramlite.base.lazy_names import LazyNames
 
-names = LazyNames(__name__, {".where": "New"}, {"Old": ("New", "0.2")})
+if TYPE_CHECKING:
+    from os import path
+    from .where import New as New, Other as One
 
-
-def __getattr__(name):
-    return names.load(name)
+names = LazyNames(__name__, {"Old": ("New", "0.2")})
+__getattr__, __dir__ = names.load, names.known
 """
 
 
@@ -28,7 +29,8 @@ def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
     (folder / "__init__.py").write_text(SOURCE, encoding="utf-8")
     (folder / "where.py").write_text("class New: pass\n", encoding="utf-8")
     monkeypatch.syspath_prepend(tmp_path)
-    monkeypatch.delitem(sys.modules, "renamed_names", raising=False)
+    for name in ("renamed_names", "renamed_names.where"):
+        monkeypatch.delitem(sys.modules, name, raising=False)
     return "renamed_names"
 
 
@@ -42,6 +44,16 @@ def test_an_old_name_is_the_new_thing_and_warns_where_it_is_used(package: str) -
         _ = module.Old  # again, since the next user may be somebody else
 
 
-def test_a_name_that_is_none_is_refused() -> None:
-    with pytest.raises(AttributeError, match="module 'nowhere' has no attribute 'New'"):
-        LazyNames("nowhere", {}).load("New")
+def test_names_are_those_that_are_exported_and_loaded_when_asked_for(package: str) -> None:
+    module = __import__(package)
+    assert module.__all__ == ["New"]  # neither an import of one's own nor another name
+    assert "New" in dir(module) and "New" not in vars(module) and f"{package}.where" not in sys.modules
+    scope: dict[str, object] = {}
+    exec(f"from {package} import *", scope)
+    assert scope["New"] is vars(module)["New"]
+
+
+@pytest.mark.parametrize("name", ["One", "Other", "path", "nothing", "__wrapped__"])
+def test_a_name_that_is_none_is_refused(package: str, name: str) -> None:
+    with pytest.raises(AttributeError, match=f"module 'renamed_names' has no attribute '{name}'"):
+        getattr(__import__(package), name)

@@ -6,8 +6,7 @@ With ``--measure`` it runs a small experiment (recording, interpretation, a budg
 of one and of two workers here, in turn, and measures what the scheduler takes for a task: some 100 s of CPU time, a minute or two
 where nothing else runs. It prints each run as it ends. Where something else runs it says so: what two workers gain cannot be told
 then. The simulation takes CPU times of whole trials as they were measured (``TRIAL``; from ``tables.json`` of a run: ``--tables
-FILE``), puts their tasks on workers, first come first served, and lets the one scheduler handle one task after another. Where there
-are fewer trials than workers, a trial's twins are tasks of their own.
+FILE``), puts them on workers, first come first served, and lets the one scheduler handle one task after another.
 """
 
 from __future__ import annotations
@@ -52,25 +51,13 @@ OVERHEAD = 0.007
 
 
 def simulated(trials: int, workers: int, times: TrialTimes, overhead: float) -> float:
-    """Wall time of trials on workers [s]; where there are fewer trials than workers, these give their twins away."""
+    """Wall time of trials on workers [s]: a trial for each place that becomes free, one after another through the scheduler."""
     free = [START] * workers  # when each place is free
-    scheduler, ended, order = 0.0, 0.0, trials
-    queue = [(0.0, n, "before" if trials < workers else "whole", n) for n in range(trials)]  # ready at, order, part, trial
-    left, last = dict.fromkeys(range(trials), times.twins), dict.fromkeys(range(trials), 0.0)
-    while queue:
-        ready, _, part, trial = heapq.heappop(queue)
-        if part != "after":  # a trial that takes its place again asks no scheduler
-            scheduler = ready = max(scheduler, ready) + overhead
-        end = max(heapq.heappop(free), ready) + getattr(times, part)
-        heapq.heappush(free, end)
-        ended = max(ended, end)
-        if part == "twin":
-            left[trial], last[trial] = left[trial] - 1, max(last[trial], end)
-        following = {"before": ["twin"] * times.twins, "twin": ["after"] if left[trial] == 0 else []}.get(part, [])
-        for one in following:
-            order += 1
-            heapq.heappush(queue, (last[trial] if one == "after" else end, order, one, trial))
-    return ended
+    scheduler = 0.0
+    for _ in range(trials):
+        scheduler += overhead
+        heapq.heappush(free, max(heapq.heappop(free), scheduler) + times.whole)
+    return max(free)
 
 
 def from_tables(path: Path) -> TrialTimes:

@@ -1,4 +1,4 @@
-"""Trials and twins as tasks of Dask: the same to the bit as in one process, and nothing lost or counted twice whoever dies."""
+"""Trials as tasks of Dask: the same to the bit as in one process, and nothing lost or counted twice whoever dies."""
 
 from __future__ import annotations
 
@@ -10,68 +10,32 @@ import subprocess
 import sys
 import threading
 import time
-import urllib.request
 from collections.abc import Iterator
-from contextlib import closing, contextmanager
+from contextlib import contextmanager
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 pytest.importorskip("distributed", reason="the extra cramlite[distributed] is not installed")
 
-from helpers.on_cluster import run_in_twins
 from helpers.quick_experiment import order, quick_experiment, solved_experiment, told
 
-from cramlite import Engine, UserError, find_scenario, read_scenario
+from cramlite import UserError
 from cramlite.base.json_text import as_json
 from cramlite.cli.main import main
-from cramlite.engine.executor_group import ExecutorGroup
 from cramlite.experiment.cluster import check_executor, connected
 from cramlite.experiment.cluster_tasks import trial_task
-from cramlite.experiment.cluster_twins import OwnRuns
 from cramlite.experiment.demonstrations.report import to_json
 from cramlite.experiment.demonstrations.results import DemonstrationResult
 from cramlite.experiment.demonstrations.tables import tables
 from cramlite.experiment.demonstrations.trials import Demonstrations
 from cramlite.experiment.run import run_experiment
 from cramlite.experiment.store import Store
-from cramlite.model import Pose, replace
-from cramlite.plugin.selection import INSTALLED
-
-TURN = """def turn():
-  movej([2.0, -1.6, 1.6, -1.4, -1.57, 1.2], a=1.4, v=1.05)
-end
-turn()
-"""
-
-
-@pytest.mark.heavy
-def test_twins_are_tasks_beside_the_trial_that_waits_for_them() -> None:
-    """One worker with one place: who kept it while waiting would wait for ever."""
-    world = Engine().setting(read_scenario(find_scenario("grasp_one_thing"))).world
-    places = [(world.moved({"tin": Pose((0.5, y, 0.03))}), 1) for y in (0.3, 0.4, 0.5)]
-    with connected("dask", 1) as client:
-        assert client.dashboard_link
-        with urllib.request.urlopen(client.dashboard_link, timeout=20) as page:
-            assert page.status == 200
-        there, seconds = client.submit(run_in_twins, TURN, places, 2).result(timeout=120)
-        (refused,), _ = client.submit(run_in_twins, "def f(", places[:1], 1).result(timeout=60)
-    with closing(ExecutorGroup(INSTALLED, 1)) as group:
-        here = list(group.runs(TURN, iter(places[:2])))
-        assert [refused] == list(group.runs("def f(", iter(places[:1])))
-        assert group.seconds > 0 and seconds > 0
-    itself = list(OwnRuns(INSTALLED).runs(TURN, iter(places[:2])))
-    for one, other in [*zip(there, here, strict=True), *zip(itself, here, strict=True)]:
-        assert not isinstance(one, str) and not isinstance(other, str)
-        assert np.array_equal(one.joints, other.joints) and np.array_equal(one.wrench, other.wrench)
-        assert all(np.array_equal(one.poses[n], other.poses[n]) for n in other.poses)
-    assert [round(r.poses["tin"][0][1], 3) for r in there if not isinstance(r, str)] == [0.3, 0.4]
+from cramlite.model import replace
 
 
 @pytest.mark.heavy
 def test_tables_are_those_of_one_process_to_the_bit(tmp_path: Path) -> None:
-    """Of a trial that gives its twins away, since it is one and there are two places."""
     experiment, found = solved_experiment(tmp_path / "solved"), {}
     for executor in ("local", "dask"):
         results = list(run_experiment(order(experiment, tmp_path / executor, 2, executor=executor), lambda _: None).values())
@@ -234,7 +198,7 @@ def test_a_scheduler_that_is_not_there() -> None:
 def test_nothing_of_it_is_loaded_before_it_is_asked_for() -> None:
     code = "import sys, cramlite.experiment.command\nfrom cramlite.experiment.cluster import check_executor\n"
     code += "check_executor('local'); check_executor('dask')\n"
-    code += "print([m for m in ('distributed', 'dask', 'bokeh', 'pyarrow') if m in sys.modules])"
+    code += "print([m for m in ('distributed', 'dask', 'bokeh') if m in sys.modules])"
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.strip() == "[]"
 
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 from pathlib import Path
 
@@ -13,7 +11,7 @@ from hypothesis import strategies as st
 from scipy.stats import binomtest
 
 from cramlite.base.json_text import as_json
-from cramlite.experiment.demonstrations.candidates_table import to_csv, to_parquet
+from cramlite.experiment.demonstrations.candidates_table import to_csv
 from cramlite.experiment.demonstrations.report import (
     against_baseline,
     baseline,
@@ -147,16 +145,6 @@ def test_text_csv_and_json_say_the_same(tmp_path: Path) -> None:
     assert len(lines) == 7 and lines[-1].endswith("interpret: nothing")
     data = json.loads(as_json(to_json(found, RESULTS, {})))
     assert data["rows"][-1]["executed"]["hits"] == 2 and len(data["demonstrations"]) == 4
-
-
-def test_parquet_has_the_rows_of_the_csv() -> None:
-    parquet = pytest.importorskip("pyarrow.parquet", reason="the extra cramlite[distributed] is not installed")
-    found = parquet.read_table(io.BytesIO(to_parquet(RESULTS))).to_pylist()
-    lines = list(csv.DictReader(io.StringIO(to_csv(RESULTS))))
-    assert len(found) == len(lines) and list(found[0]) == list(lines[0])
-    for row, line in zip(found, lines, strict=True):
-        assert (row["demonstration"], row["reason"], row["planned"]) == (line["demonstration"], line["reason"], line["planned"] == "1")
-        assert row["candidate"] is None or f"{row['peak_force_N']:.2f}" == line["peak_force_N"]
 
 
 def test_the_page_stands_alone_and_escapes(tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ from cramlite import Engine, Goal, Trace, find_scenario, read_scenario
 from cramlite.interpretation.fluents import SymbolicWorld, symbolic_world
 from cramlite.model import Pose, World
 from cramlite.planning.goal_literals import lasting_of
-from cramlite.planning.goal_phrases import contradiction
+from cramlite.planning.goal_parser import contradiction
 from cramlite.planning.operators import Grounder
 from cramlite.plugin import Timeline, UserError
 from cramlite_plugins.simulation.objects.furniture import cabinet, drawer

@@ -18,7 +18,6 @@ from ...planning.budget import Budget
 from ...plugin.protocols import Candidate
 from ...plugin.selection import INSTALLED, PluginChoice
 from ...scenario.scenario import Scenario, read_scenario
-from ..order import Twins
 from ..store import Store
 from .spec import AblationSpec, Demonstration, Experiment, SetSpec, read_experiment
 
@@ -48,14 +47,14 @@ class Trial(Value):
     Args:
         store: of the run.
         pictures: whether to draw how each execution ended.
-        twins: who runs programs in twins.
+        processes: that run twins.
     """
 
     demonstration: Demonstration
     store: Store
     place: Bench
     pictures: bool = True
-    twins: Twins = "processes"
+    processes: int = 1
 
     def write(self, name: str, content: str | bytes) -> None:
         """Write a file of the trial."""
@@ -68,7 +67,7 @@ def bench(
     without: str | None,
     plugins: PluginChoice = INSTALLED,
 ) -> Bench:
-    """Build the test bench of an experiment, once a thread: on a cluster one trial begins while another waits for its twins."""
+    """Build the test bench of an experiment, once a thread: a worker of a cluster may have several."""
     return _bench(threading.get_ident(), path, set_name, without, plugins)
 
 

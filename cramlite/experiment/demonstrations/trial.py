@@ -15,13 +15,12 @@ from msgspec.structs import replace
 from ...base.errors import UserError
 from ...base.seeds import derive_seed
 from ...engine.candidates import CandidateSequence
-from ...engine.executor_group import ExecutorGroup, RunGroup, processes_here
+from ...engine.executor_group import ExecutorGroup
 from ...engine.reading import Reading
 from ...engine.recording import record_episode
 from ...engine.solution import Solution
 from ...planning.trace import Entry, Trace
 from ...plugin.selection import PluginChoice
-from ..cluster_twins import ClusterRuns, OwnRuns
 from ..store import RECORDED
 from .bench import Trial, goal_missed
 from .results import CandidateResult, DemonstrationResult, Execution, Program
@@ -168,13 +167,11 @@ def _attempts(trial: Trial, candidate: CandidateSequence) -> Iterator[Program]:
             yield _program(trial, judged)
 
 
-def _twin_runs(trial: Trial) -> RunGroup:
-    """Who runs programs in twins."""
+def _twin_runs(trial: Trial) -> ExecutorGroup:
+    """Processes that run programs in twins."""
     registry = trial.place.engine.registry
     plugins = PluginChoice(tuple(registry.files), tuple(registry.blocked), tuple(registry.preferred))
-    if trial.twins != "processes":
-        return ClusterRuns(plugins) if trial.twins == "tasks" else OwnRuns(plugins)
-    return ExecutorGroup(plugins, min(processes_here(), trial.place.experiment.spec.proof.twins or 1))
+    return ExecutorGroup(plugins, min(trial.processes, trial.place.experiment.spec.proof.twins or 1))
 
 
 def _program(trial: Trial, judged: Solution) -> Program:

@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 import json
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 from ...base.json_text import as_json
-from ...base.run_directory import content_key
 from ...base.value import Value
 from ...plugin.selection import INSTALLED, PluginChoice
-from ...version import VERSION
-from ..order import Report, Twins
-from ..store import Store, code_key
+from ..order import Report
+from ..store import Store, run_key
 from .bench import Bench, Trial, bench
-from .candidates_table import PARQUET, to_csv, to_parquet
+from .candidates_table import to_csv
 from .report import BASELINE, against_baseline, baseline, html, missed_thresholds, numbers, text, to_json
 from .results import DemonstrationResult
 from .spec import Demonstration, Experiment, read_experiment
@@ -72,18 +69,15 @@ class Demonstrations(Value):
             UserError: a file that cannot be used.
         """
         place = self._bench()
-        folders = (Path(__file__).resolve().parents[2], *(Path(i.file).resolve().parent for i in place.engine.registry.infos))
-        return {
-            "cramlite": VERSION, "experiment": place.experiment.spec.experiment, "set": self.set_name, "short": self.short,
-            "without": self.without, "scenario": content_key(*place.files), "code": code_key(folders),
-        }  # fmt: skip
+        asked = {"set": self.set_name, "short": self.short, "without": self.without}
+        return run_key(place.experiment.spec.experiment, place.files, place.engine.registry, **asked)
 
     def prepare(self) -> None:
         """Do nothing: what is needed was read for the key."""
 
-    def run(self, name: str, store: Store, twins: Twins) -> DemonstrationResult:
+    def run(self, name: str, store: Store, processes: int) -> DemonstrationResult:
         """Run the trial of a demonstration, or what is left of it."""
-        return run_demonstration(Trial(self.demonstrations[name], store, self._bench(), self.pictures, twins))
+        return run_demonstration(Trial(self.demonstrations[name], store, self._bench(), self.pictures, processes))
 
     def lost(self, name: str, reason: str) -> DemonstrationResult:
         """Return the result of a demonstration that was given up."""
@@ -102,13 +96,12 @@ class Demonstrations(Value):
         spec, stored, title = experiment.spec, experiment.beside(BASELINE), f"{experiment.spec.title} ({self.what})"
         found = tables(ran, spec.published if self.set_name == "main" and not self.short else None)
         changes = against_baseline(found, stored, self.what)
-        parquet: dict[str, str | bytes] = {PARQUET: to_parquet(ran)} if find_spec("pyarrow") else {}  # of the extra 'distributed'
         page = html(title, self._about(experiment, len(ran)), found, ran, changes, out / self.folder)
         seeds = [r.seed for r in ran]
         missed = missed_thresholds(found, spec.thresholds) if self.short and self.without is None else []
         return Report(
             to_json(found, ran, self.key()), "\n".join([text(found, title), "baseline:", *changes]),
-            {"candidates.csv": to_csv(ran), **parquet, "report.html": page}, numbers(found), title,
+            {"candidates.csv": to_csv(ran), "report.html": page}, numbers(found), title,
             f"{min(seeds)} to {max(seeds)}, {len(seeds)} demonstrations", sum(found.seconds.values()),
             kept={stored: self._kept(stored, found)} if self.keep_baseline else {},
             failure=f"'{spec.experiment}' --short misses what it must reach: {'; '.join(missed)}. See {out}/report.html." if missed else "",

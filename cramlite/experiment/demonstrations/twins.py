@@ -15,7 +15,7 @@ from ...model.rollout import Rollout
 from ...model.world import World
 from ...plugin.protocols import Candidate
 from ...scenario.twin import draw_twin
-from ..page import jpeg
+from ..page import last_picture
 from .bench import Bench, Trial, goal_missed
 from .results import Execution
 
@@ -54,7 +54,7 @@ def execute_in_twin(trial: Trial, judged: Solution, *, scale: float) -> Executio
     picture = ""
     if trial.pictures and scale == place.experiment.spec.scales[0]:
         with place.watch("picture"):
-            picture = _picture(trial, number, rollout)
+            trial.write(picture := f"{number}.jpg", last_picture(rollout, place.engine.knowledge, PICTURE))
     return Execution(scale, not said, said, peak_force(rollout), float(rollout.times[-1]), picture)
 
 
@@ -74,11 +74,3 @@ def _run(place: Bench, candidate: Candidate, world: World, seed: int) -> Rollout
         place.watch.add("execute", seconds)
         return rollout
     return None
-
-
-def _picture(trial: Trial, number: int, rollout: Rollout) -> str:
-    """The last sample, as a file beside the results."""
-    knowledge = trial.place.engine.knowledge
-    pixels = knowledge.simulator.picture(rollout, len(rollout.times) - 1, knowledge.robots_of(rollout.world), PICTURE)
-    trial.write(name := f"{number}.jpg", jpeg(pixels))
-    return name

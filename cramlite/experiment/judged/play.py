@@ -28,7 +28,7 @@ from ...planning.task_goals import Goal
 from ...planning.trace import Trace
 from ...plugin.selection import INSTALLED, PluginChoice
 from ...scenario.scenario import read_scenario
-from ..page import jpeg
+from ..page import jpeg, last_picture
 from ..store import MOVED
 from .judge import Judge, connect
 from .results import JUDGE_DIED, Attempt, EpisodeResult, plain_reason
@@ -171,7 +171,8 @@ def _attempt(trial: Trial, judge: Judge, engine: Engine, solution: Solution, nam
         _end(judge)
         return Attempt(outcome=JUDGE_DIED if isinstance(error, ProcessGone) else BROKEN_OFF, reason=str(error))
     ours = None if rested.success else _holds_here(judge, engine, trial)
-    seen, believed = (judge.picture(), _believed(engine, solution)) if trial.pictures else (b"", b"")
+    proof = solution.candidate.rollout if trial.pictures else None
+    seen, believed = judge.picture() if trial.pictures else b"", last_picture(proof, engine.knowledge, PICTURE) if proof else b""
     return Attempt(
         outcome=rollout.outcome, reason=rollout.reason, first=rested.first, rest=rested.success, steps=ended.steps, ours=ours,
         picture=_kept(trial.folder / f"{name}.png", seen), believed=_kept(trial.folder / f"{name}_believed.jpg", believed),
@@ -194,14 +195,6 @@ def _kept(path: Path, picture: bytes) -> str:
     if picture:
         write_whole(path, picture)
     return path.name if picture else ""
-
-
-def _believed(engine: Engine, solution: Solution) -> bytes:
-    """How the proof ended."""
-    rollout, knowledge = solution.candidate.rollout, engine.knowledge
-    if rollout is None:
-        return b""
-    return jpeg(knowledge.simulator.picture(rollout, len(rollout.times) - 1, knowledge.robots_of(rollout.world), PICTURE))
 
 
 def _refused_state(engine: Engine, setting: Setting, trace: Trace) -> bytes:

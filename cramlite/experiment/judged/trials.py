@@ -6,15 +6,13 @@ from pathlib import Path
 from typing import Any
 
 from ...base.resources import data_folder
-from ...base.run_directory import content_key
 from ...base.value import Value
 from ...model.proof_doubts import ProofDoubts
 from ...plugin.registry import Registry
 from ...plugin.selection import INSTALLED, PluginChoice
-from ...version import VERSION
 from ..figure import Published
-from ..order import Report, Twins
-from ..store import Store, code_key
+from ..order import Report
+from ..store import Store, run_key
 from .judge import connect
 from .outcomes import in_a_line, outcomes_page
 from .play import Trial, died, play
@@ -55,14 +53,10 @@ class Episodes(Value):
 
     def key(self) -> dict[str, Any]:
         """Return what results depend on: files and code, and what is asked of each program. Episodes and workers are none of it."""
-        spec, path = self.experiment.spec, self.experiment.path.resolve()
-        infos = Registry(self.plugins.files, self.plugins.blocked, self.plugins.preferred).infos
+        path, chosen = self.experiment.path.resolve(), self.plugins
         files = [path, *sorted(path.parent.glob("*.py")), *sorted(data_folder("experiments").glob("*.py"))]  # the last are shared by all
-        code = [Path(__file__).resolve().parents[2], *(Path(i.file).resolve().parent for i in infos)]
-        return {
-            "cramlite": VERSION, "experiment": spec.experiment, "files": content_key(*files),
-            "code": code_key(code), "twins": self.twins, "attempt_refused": self.attempt_refused,
-        }  # fmt: skip
+        asked = {"twins": self.twins, "attempt_refused": self.attempt_refused}
+        return run_key(self.experiment.spec.experiment, files, Registry(chosen.files, chosen.blocked, chosen.preferred), **asked)
 
     def prepare(self) -> None:
         """Check that the judge is installed.
@@ -72,9 +66,9 @@ class Episodes(Value):
         """
         connect(self.experiment.beside(self.experiment.spec.judge), self.environment).close()
 
-    def run(self, name: str, store: Store, twins: Twins) -> EpisodeResult:
-        """Play an episode; its programs are tried in twins by processes of this machine."""
-        del twins
+    def run(self, name: str, store: Store, processes: int) -> EpisodeResult:
+        """Play an episode; its twins run in as many processes as the engine starts."""
+        del processes
         return play(Trial(
             self.experiment, Episode.named(name), store.folder(name).resolve(), self.environment, self.twins, self.attempt_refused,
             self.pictures, self.plugins,

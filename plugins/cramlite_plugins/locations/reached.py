@@ -1,7 +1,7 @@
 """Reached candidates: places of any generator, refused where the arm has no free joint position at a leg.
 
-As ``ComputeIK`` of MoveIt Task Constructor wraps a generator of poses. A generator yields candidates, best first,
-and names no inverse kinematics and no planning scene.
+As ``ComputeIK`` of MoveIt Task Constructor wraps a generator of poses. A generator yields candidates, best
+first, and names no inverse kinematics and no planning scene.
 """
 
 from __future__ import annotations
@@ -107,7 +107,8 @@ class Arm:
         return self.scene(leg.touching, leg.opening, leg.clearance, leg.hand)
 
     def at(self, leg: Leg, seed: Joints | None = None) -> Joints | Refused:
-        """Return the free joint position of a leg that is nearest to a seed, the believed one by default; or why there is none."""
+        """Return the free joint position of a leg that is nearest to a seed, the believed one by default; or
+        why there is none."""
         there = collision_free_ik(self.of(leg), self.context, leg.pose, self.belief.joints if seed is None else seed)
         if not isinstance(there, Refused) and leg.along:
             line = plan_straight_line(self.of(leg), self.context.robot, there, leg.along)
@@ -115,7 +116,8 @@ class Arm:
         return leg.refused(there) if isinstance(there, Refused) else there
 
     def led(self, legs: Iterable[Leg]) -> tuple[Joints, ...] | Refused:
-        """Return the joint positions of legs, each the nearest to the one before; or why the first of them has none."""
+        """Return the joint positions of legs, each the nearest to the one before; or why the first of them
+        has none."""
         found = list[Joints]()
         for leg in legs:
             there = self.at(leg, found[-1] if found else None)

@@ -12,7 +12,7 @@ from cramlite.model import Feature, Floats, Pose
 from cramlite.plugin import Fluent, GoalCondition, GoalPhrase, Manner, Phase, Predicate, Row, SymbolicWorld, UserError
 
 from ..shapes.front import front
-from .fluents import let_go
+from .goal_phrases import let_go
 from .phase_poses import pose_of, things
 
 UPRIGHT = math.radians(10.0)

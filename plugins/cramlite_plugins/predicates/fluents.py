@@ -1,38 +1,28 @@
-"""Fluents, static definitions and goal phrases of the shipped predicates: what planning needs of them."""
+"""Fluents and static definitions of the shipped predicates: what planning needs of them."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
-from functools import partial
+from collections.abc import Iterator
 
 import numpy as np
-from msgspec.structs import replace
 
 from cramlite.model import EntityName, Floats, Thing, thing_of
 from cramlite.plugin import (
     EFFECTOR,
-    Bound,
     Fact,
     Fluent,
-    GoalCondition,
-    GoalPhrase,
-    Manner,
-    Pattern,
     SymbolicWorld,
-    UserError,
     contents,
-    nearest,
 )
 
 from ..shapes.bounds import corners
 from ..shapes.nesting import room_under
 from ..shapes.standing_up import stood_up
 from ..shapes.surfaces import SUNK, resting_height
+from . import goal_phrases
+from .extents import CAVITY, PEG, SURFACE, within
 
-PEG, SURFACE, CAVITY = "vrps:Peg", "vrps:SurfaceFeature", "cram:Cavity"
-REGIONS = (SURFACE, CAVITY)
-"""Features that a goal may name as a place of their own."""
 HAND = "soma:Gripper"
 """What the hand that acts is."""
 CLOSED = 0.1
@@ -41,17 +31,10 @@ DEFAULT_DOF = 1.0
 """What a contact constrains if nothing is said: a plane stops motion in one direction."""
 ON, IN, AT = "supports", "in_or_above", "touches"
 """The relations that say where a thing is: what carries it, what it is over, and the peg that it touches."""
-OPEN = 0.2
-"""Share of a joint's range from which a thing is open: the rule of opening asks for as much."""
 FLAT = 0.25
 """Height of what is flat, as a share of its shorter side: a plate has 0.13, a carton that lies 0.4 and more."""
-EXACT = 0.05
-"""Share of a joint's range by which what was opened by an amount may be off: 10 mm of a drawer's 200."""
-CONTROL = "cram:Control"
-"""What can be turned on and off."""
 STANDS_WITHIN = 0.005
 """Between a thing's lowest point and the top of what it stands on [m]."""
-STANDS = ("is", "hangs", "stands", "lies")
 
 
 def is_effector(_scene: SymbolicWorld, entity: str) -> bool:
@@ -138,17 +121,8 @@ def _contained(scene: SymbolicWorld) -> Iterator[tuple[Thing, Thing]]:
         for container, cavity in hollow:
             if thing.movable and thing.joint is None and thing.name != container.name:
                 x, y, z = (container.pose * cavity.pose).inverse().apply(thing.pose.position).tolist()
-                if _within((x, y, z), cavity.size):
+                if within((x, y, z), cavity.size):
                     yield thing, container
-
-
-def _within(point: tuple[float, float, float], size: Mapping[str, float]) -> bool:
-    """Whether a point is in a cavity, whose frame is in the middle of its opening, z out of it."""
-    x, y, z = point
-    if "height" not in size or not {"radius", "width"} & set(size):
-        return False
-    beside = math.hypot(x, y) > size["radius"] if "radius" in size else abs(x) > size["width"] / 2 or abs(y) > size["depth"] / 2
-    return not beside and -size["height"] <= z <= 0.0
 
 
 def _tops(scene: SymbolicWorld) -> list[tuple[str, Floats, Floats]]:
@@ -225,112 +199,6 @@ def _joints(scene: SymbolicWorld) -> Iterator[tuple[Thing, float]]:
             yield thing, (joint.value - joint.lower) / (joint.upper - joint.lower)
 
 
-def let_go(thing: str) -> frozenset[Pattern]:
-    """Nobody holds it, and the hand has left it."""
-    return frozenset({("grasps", None, thing), ("touches", EFFECTOR, thing)})
-
-
-def _held(_scene: SymbolicWorld, thing: str) -> GoalCondition:
-    return GoalCondition(needs=frozenset({("grasps", EFFECTOR, thing)}))
-
-
-def _on(scene: SymbolicWorld, thing: str, place: str) -> GoalCondition:
-    """On a thing with a peg it hangs; of a cavity, on is in."""
-    if place != thing_of(place):
-        return _at_region(scene, thing, place)
-    peg = scene.world.thing(place).feature(PEG)
-    there = ("touches", thing, str(EntityName(place, peg.name))) if peg else ("supports", place, thing)
-    return GoalCondition(frozenset({there}), let_go(thing), spot=peg is None)
-
-
-def _off(scene: SymbolicWorld, thing: str, place: str) -> GoalCondition:
-    """It may be in the hand."""
-    if place != thing_of(place):
-        raise UserError(f"'off' is said of a whole thing: '{thing_of(place)}'.")
-    return GoalCondition(without=frozenset(_on(scene, thing, place).needs))
-
-
-def _in(scene: SymbolicWorld, thing: str, place: str) -> GoalCondition:
-    """Over a place is in it for planning; of a container a run must show that it is inside."""
-    if place != thing_of(place):
-        return _at_region(scene, thing, place)
-    on_peg = scene.world.thing(place).feature(PEG) is not None
-    hollow = scene.world.thing(place).feature(CAVITY) is not None
-    shown = frozenset({("in_cavity", thing, place)} if hollow else ())
-    return GoalCondition(frozenset({("in_or_above", thing, place)}), let_go(thing), spot=not on_peg, shown=shown)
-
-
-def _at_region(scene: SymbolicWorld, thing: str, place: str) -> GoalCondition:
-    """In a cavity, or on an area of a surface, of a thing that has several: a run must show in which."""
-    whole, region = thing_of(place), EntityName.parse(place).part
-    features = {f.name: f for f in scene.world.thing(whole).features if f.type in REGIONS}
-    if region not in features:
-        raise UserError(f"'{place}' is no surface and no cavity that things could be put on or in; {nearest(region, features)}.")
-    feature = features[region]
-    point = (scene.world.thing(whole).pose * feature.pose).inverse().apply(scene.world.thing(thing).pose.position)
-    there = ("in_or_above", thing, whole) if feature.type == CAVITY else ("supports", whole, thing)
-    return GoalCondition(
-        frozenset({there}), let_go(thing), spot=True, shown=frozenset({("in_region", thing, place)}),
-        manner=Manner({"region": region}, holds=in_extent(feature.type, feature.size, point)),
-    )  # fmt: skip
-
-
-def in_extent(type_: str, size: Mapping[str, float], point: Floats) -> bool:
-    """Check whether a point, in the frame of a cavity or of a surface, is in the one or over the other; an area that says no height has
-    none."""
-    x, y, z = map(float, point)
-    if type_ == CAVITY:
-        return _within((x, y, z), size)
-    wide, deep = (size.get(name, 0.0) / 2 for name in ("width", "depth"))
-    beside = math.hypot(x, y) > size["radius"] if "radius" in size else abs(x) > wide or abs(y) > deep
-    return not beside and -SUNK <= z <= size.get("height", math.inf)
-
-
-def _poured_into(scene: SymbolicWorld, source: str, destination: str) -> GoalCondition:
-    """The first vessel is lifted: the rule of pouring does not ask for it, but nobody tilts what stands."""
-    if source not in {t.name for t in scene.filled()}:
-        raise UserError(f"'{source}' holds nothing that could be poured.")
-    return GoalCondition(frozenset({("contains", destination, contents(source))}), frozenset({("supports", None, source)}))
-
-
-def _is_open(_scene: SymbolicWorld, thing: str) -> GoalCondition:
-    return GoalCondition(frozenset({("joint_open", thing)}), frozenset({("touches", EFFECTOR, thing)}))
-
-
-def _is_closed(_scene: SymbolicWorld, thing: str) -> GoalCondition:
-    return GoalCondition(frozenset({("joint_closed", thing)}), frozenset({("touches", EFFECTOR, thing)}))
-
-
-def _opened_by(scene: SymbolicWorld, thing: str, amount: str) -> GoalCondition:
-    """Open by so much of what its joint can; less than what counts as open is no goal, as no task ends there."""
-    from cramlite.plugin import parse_quantity  # it loads pydantic
-
-    joint = scene.world.thing(thing).joint
-    if joint is None:
-        raise UserError(f"'{thing}' has no joint to be opened by.")
-    try:
-        value = parse_quantity(amount, "length" if joint.kind == "slide" else "angle")
-    except ValueError as error:
-        raise UserError(f"{error}.") from error
-    span = joint.upper - joint.lower
-    share, (least, most) = value / span, (_amount(joint.kind, s * span) for s in (OPEN, 1.0))
-    if not OPEN <= share <= 1.0:
-        raise UserError(f"'{thing}' opens by {most} at most, and is open from {least} on.")
-    bound = Bound(("joint_share", thing), share - EXACT, share + EXACT)
-    now = (joint.value - joint.lower) / span
-    return replace(_is_open(scene, thing), bounds=(bound,), manner=Manner(parameters={"share": share}, holds=abs(now - share) <= EXACT))
-
-
-def _amount(kind: str, value: float) -> str:
-    return f"{1000 * value:.0f} mm" if kind == "slide" else f"{math.degrees(value):.0f} deg"
-
-
-def _turned(scene: SymbolicWorld, thing: str, on: bool) -> GoalCondition:
-    if not scene.is_a(thing, CONTROL):
-        raise UserError(f"'{thing}' is no knob and no switch ({CONTROL}) that could be turned on or off.")
-    return (_is_open if on else _is_closed)(scene, thing)
-
-
 def _two_in_hand(_scene: SymbolicWorld, fact: Fact, other: Fact) -> bool:
     """A hand holds one thing."""
     return fact[0] == other[0] and fact[1] == other[1] and fact[2] != other[2]
@@ -368,10 +236,10 @@ def _outline(thing: Thing) -> tuple[Floats, Floats]:
     return points.min(axis=0), points.max(axis=0)
 
 
-GRASPS = Fluent(in_hand=True, implies=("touches",), contrary=_two_in_hand, phrases=(GoalPhrase("THING held", _held),))
+GRASPS = Fluent(in_hand=True, implies=("touches",), contrary=_two_in_hand, phrases=goal_phrases.HELD)
 SUPPORTS = Fluent(
     implies=("touches",), undoes=("touches",), carrier=0, contrary=_two_places, initial=_supporting,
-    phrases=(GoalPhrase("THING on PLACE", _on, STANDS), GoalPhrase("THING off PLACE", _off, STANDS)),
+    phrases=goal_phrases.ON_OR_OFF,
 )  # fmt: skip
 TOUCHES = Fluent(
     symmetric=True, of_wholes=True, by_moving=True, implies_when_carried=("supports",), contrary=_two_places,
@@ -381,17 +249,14 @@ TOUCHES = Fluent(
 COLLIDES = Fluent(denial=(("touches", EFFECTOR, None),))
 """That nothing collides means that the hand touches nothing."""
 CONTAINS = Fluent(
-    of_contents=True, initial=_holding, phrases=(GoalPhrase("VESSEL poured into VESSEL", _poured_into),)
+    of_contents=True, initial=_holding, phrases=goal_phrases.POURED
 )
-IN_OR_ABOVE = Fluent(initial=_lying_in, carrier=1, contrary=_two_places, phrases=(GoalPhrase("THING in PLACE", _in, STANDS),))
+IN_OR_ABOVE = Fluent(initial=_lying_in, carrier=1, contrary=_two_places, phrases=goal_phrases.IN_PLACE)
 JOINT_OPEN = Fluent(
     excludes=("joint_closed",), initial=_open,
-    phrases=(
-        GoalPhrase("THING open", _is_open, ("is", "stands")), GoalPhrase("THING open by AMOUNT", _opened_by, ("is", "stands")),
-        GoalPhrase("THING turned on", partial(_turned, on=True)),
-    ),
+    phrases=goal_phrases.OPENED,
 )  # fmt: skip
 JOINT_CLOSED = Fluent(
     excludes=("joint_open",), initial=_closed,
-    phrases=(GoalPhrase("THING closed", _is_closed, ("is", "stands")), GoalPhrase("THING turned off", partial(_turned, on=False))),
+    phrases=goal_phrases.SHUT,
 )

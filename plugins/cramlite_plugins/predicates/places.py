@@ -12,7 +12,7 @@ from cramlite.model import Floats, Pose, Vector3, thing_of
 from cramlite.plugin import Phase, Predicate, Row
 
 from ..shapes.ray_casting import body, crossed
-from . import fluents, unknowns
+from . import extents, fluents, unknowns
 from .phase_poses import Box, box_of, distance_to_box, pose_of, relative_position, things, tips
 
 REACH = 0.15
@@ -196,14 +196,14 @@ def in_region(phase: Phase, name: str | None, region: str | None) -> Iterator[Ro
 def in_region_by(phase: Phase, name: str | None, region: str | None, margin: float) -> Iterator[Row]:
     """Generate the rows of in_region(Thing, Region) that would hold as well with the origin so far aside on each axis of the region [m]."""
     moved = margin * np.vstack([np.zeros(3), np.eye(3), -np.eye(3)])
-    for type_ in fluents.REGIONS:
+    for type_ in extents.REGIONS:
         for place in phase.timeline.entities_of(type_):
             size, whole = phase.timeline.entities[place].properties, phase.timeline.wholes[place][-1]
             for one in [name] if name is not None else things(phase):
                 point = relative_position(phase, place, one, phase.end)
                 if region not in (None, place) or one == whole or point is None:
                     continue
-                if all(fluents.in_extent(type_, size, np.asarray(point) + by) for by in moved):
+                if all(extents.in_extent(type_, size, np.asarray(point) + by) for by in moved):
                     yield one, place
 
 

@@ -17,13 +17,14 @@ from cramlite.plugin import UserError, nearest
 from .controller.controller import Controller
 from .controller.gripper_drive import GripperDrive
 from .controller.gripper_server import GripperServer
+from .controller.halted import Halted
 from .controller.protective_stop import ProtectiveStop, Safety
 from .model.compile import Compiled, compile_world, displace, unstable
 from .recording.recorder import Peaks, Recorder
 from .typed_program.machine import ProgramMachine, load_program
 from .ur.functions import Functions
 from .ur.pose_server import PoseServer
-from .urscript.interpreter import Halted, Limits, Machine, Stopped, load
+from .urscript.interpreter import Limits, Machine, Stopped, load
 from .urscript.values import ScriptError
 
 SETTLE = 2.0

@@ -13,8 +13,9 @@ from helpers.audited import audited, beyond
 from helpers.hostile_programs import BOMBS, ESCAPES, hostile_program
 
 from cramlite.plugin import UserError
+from cramlite_plugins.simulation.controller.halted import Halted
 from cramlite_plugins.simulation.urscript.builtins import PURE
-from cramlite_plugins.simulation.urscript.interpreter import _NAMES, Halted, Limits, Machine, Stopped, Thread, load
+from cramlite_plugins.simulation.urscript.interpreter import _NAMES, Limits, Machine, Stopped, Thread, load
 from cramlite_plugins.simulation.urscript.python_subset import OtherPython, compiled
 
 

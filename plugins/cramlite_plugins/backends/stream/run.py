@@ -29,9 +29,9 @@ from cramlite.model import (
 )
 from cramlite.plugin import UserError
 
+from ...simulation.controller.halted import Halted
 from ...simulation.controller.protective_stop import ProtectiveStop
 from ...simulation.typed_program.machine import ProgramMachine, load_program
-from ...simulation.urscript.interpreter import Halted
 from .arm import StreamedArm
 from .messages import Action, Hello, State
 from .process import PATIENCE, LineProcess, RobotProcess

@@ -1,4 +1,5 @@
-"""Access of hand and payload to a target: what is around it and over it, and whether the payload gets in upright."""
+"""Access of hand and payload to a target: what is around it and over it, and whether the payload gets in
+upright."""
 
 from __future__ import annotations
 
@@ -21,8 +22,9 @@ from ..from_aside import slants
 from ..later import brings
 from ..parameters import Where
 from ..reached import Arm
+from .checks import let_in
 from .positions import free_area
-from .query import Query, covers, is_roofed, openings
+from .query import Placement, Query, covers, is_roofed, openings
 from .stable_poses import (
     heights,
 )
@@ -31,18 +33,19 @@ OUT = 1.0  # from the middle of a surface to the outside of what it is in, at mo
 HAND = 0.25
 """Room that a hand needs along itself: what it holds is at one end of that, the arm at the other [m]."""
 DIRECTIONS, BESIDE = 1000, math.cos(math.radians(8.0))
-"""Directions in which a way out is looked for, 6 deg between neighbours, and the cosine of the angle around one in which all must be
-free: a gap of less than 30 mm at 0.1 m, such as around the front of a drawer, is no way out for a hand."""
+"""Directions in which a way out is looked for, 6 deg between neighbours, and the cosine of the angle around
+one in which all must be free: a gap of less than 30 mm at 0.1 m, such as around the front of a drawer, is no
+way out for a hand."""
 RISE = 0.12
 """Of a way into an opening [m]: twice as deep as drawers of desks are."""
-PARTS = (0.0, 0.1, 0.2, 0.3, 0.45, 0.7, 1.0)  # of such a way that have to be free
 LOWS = (0.01, 0.02, 0.03)  # of its lowest point over the floor of a cavity at the end of one, which may be a little higher than stated [m]
 PITCH = 0.02  # between positions in an opening at which one is looked for [m]
 COVERS = 0.3  # over an opening what covers it is looked for [m]: as high as a thing is carried
 
 
 def check_open(asked: Sequence[Query]) -> None:
-    """Check that hands come to surfaces under a roof of their own thing, and to an opening that something is over, whatever they hold.
+    """Check that hands come to surfaces under a roof of their own thing, and to an opening that something is
+    over, whatever they hold.
 
     Raises:
         Unresolvable: there is no way out: a door is shut, or what is over an opening is on all sides.
@@ -63,9 +66,11 @@ def check_open(asked: Sequence[Query]) -> None:
 
 
 def closed_in(query: Query, by: Sequence[str] = (), far: float = HAND) -> tuple[str, ...]:
-    """Return what stands around a covered opening so that no hand can hold anything in or over it; nothing where there is a way out.
+    """Return what stands around a covered opening so that no hand can hold anything in or over it; nothing
+    where there is a way out.
 
-    Ways are straight, as long as a hand, as thick as fingers, from the middle of the opening and of its quarters, in all directions.
+    Ways are straight, as long as a hand, as thick as fingers, from the middle of the opening and of its
+    quarters, in all directions.
 
     Args:
         by: what is looked at; everything by default.
@@ -95,29 +100,25 @@ def _directions() -> Floats:
 
 
 def over_floor(query: Query, turned: Pose, offset: tuple[float, float], over: float) -> Pose:
-    """Return the pose in the base frame of a thing, turned so, the middle of whose outline is over a position of an opening and whose
-    lowest point is so far over the floor [m]."""
+    """Return the pose in the base frame of a thing, turned so, the middle of whose outline is over a position
+    of an opening and whose lowest point is so far over the floor [m]."""
     points = corners(query.thing, Pose((0.0, 0.0, 0.0), turned.quaternion))
     low, high = points.min(axis=0), points.max(axis=0)
     x, y, z = query.target.pose.apply((*offset, over - query.depth))
     return Pose((float(x - (low + high)[0] / 2), float(y - (low + high)[1] / 2), float(z - low[2])), turned.quaternion)
 
 
-def free_on_way(query: Query, pose: Pose, out: Floats, hand: bool = True) -> bool:
-    """Check whether what is held has room at a pose in the base frame and on the straight way out (3,) [m], with the hand or without it."""
-    base, at = query.belief.base(), query.hand(pose)
-    return all(query.scene.met(base * shift(at, part * out), hand) is None for part in PARTS)
-
-
 def goes_in_upright(query: Query, now: Pose) -> bool:
-    """Check whether what is held, turned as at a pose in the base frame, gets into an opening from above or aside, whatever holds it."""
+    """Check whether what is held, turned as at a pose in the base frame, gets into an opening from above or
+    aside, whatever holds it."""
     points = corners(query.thing, Pose((0.0, 0.0, 0.0), now.quaternion))
     half = float(np.min(np.ptp(points, axis=0)[:2])) / 2  # of the narrower side
     low, high = np.reshape(query.target.area.buffer(-half).bounds or (0.0,) * 4, (2, 2))
     ways = [np.array((0.0, 0.0, RISE)), *(way for _, way in slants(RISE))]
     spots = product(*(np.arange(low[k], high[k] + PITCH, PITCH).tolist() for k in (0, 1)))
-    ends = (over_floor(query, now, spot, over) for spot, over in product(spots, LOWS))
-    return any(free_on_way(query, end, way, hand=False) for end in ends for way in ways)
+    ends = [over_floor(query, now, spot, over) for spot, over in product(spots, LOWS)]
+    led = (Placement("", end, at := query.hand(end), shift(at, way), 0.0, led=True) for end in ends for way in ways)
+    return any(not let_in(one, query) for one in led)
 
 
 def covered(query: Query) -> Query:
@@ -126,7 +127,8 @@ def covered(query: Query) -> Query:
 
 
 def goes_in_tilted(thing: str, belief: Belief, context: Context) -> bool:
-    """Check whether a later task brings a thing into an opening that is covered so far that it does not get in straight from above."""
+    """Check whether a later task brings a thing into an opening that is covered so far that it does not get
+    in straight from above."""
     narrow = [name for name in belief.poses if name != thing and _too_narrow(thing, name, belief, context)]
     if not narrow:
         return False  # later tasks are not looked at, so that what follows from this holds whatever they are
@@ -145,8 +147,9 @@ def _too_narrow(thing: str, into: str, belief: Belief, context: Context) -> bool
 
 
 def goes_under_a_roof(thing: str, belief: Belief, context: Context) -> bool:
-    """Check whether a later task brings a thing onto a surface that nothing is put on from above: a named one, or of what has no other. A
-    table's board near the floor is not meant by the table, off which a thing is picked up."""
+    """Check whether a later task brings a thing onto a surface that nothing is put on from above: a named
+    one, or of what has no other. A table's board near the floor is not meant by the table, off which a thing
+    is picked up."""
     if not any(has_a_roof(belief.thing(other), belief.pose(other)) for other in belief.poses if other != thing):
         return False  # later tasks are not looked at, so that what follows from this holds whatever they are
     for onto, region in brings(thing, belief, context):

@@ -1,4 +1,5 @@
-"""Stable poses that are simulated: at rest on what is not level, such as racks, cradles and bars, and leaning between walls."""
+"""Stable poses that are simulated: at rest on what is not level, such as racks, cradles and bars, and leaning
+between walls."""
 
 from __future__ import annotations
 
@@ -30,23 +31,28 @@ DROPS = 80
 LARGE = 0.5
 """Share of an outline that is level: what has as much is a table or a shelf rather than a rack."""
 SURE = 0.002
-"""Of an origin at rest from each side of its region [m]: contacts give way by some 0.5 mm, one simulator's by more than another's."""
+"""Of an origin at rest from each side of its region [m]: contacts give way by some 0.5 mm, one simulator's by
+more than another's."""
 LEANS = (16.0, 20.0, 24.0, 12.0)  # from upright [deg]
 PITCH = 0.002  # between positions across a cavity [m]
 ASTRAY = 0.003
-"""How far beside its place what is let go may be [m]: 4 mm is where an arm has arrived, and it is nearer than that mostly."""
+"""How far beside its place what is let go may be [m]: 4 mm is where an arm has arrived, and it is nearer than
+that mostly."""
 LEANING_DROPS = 60
 """Positions and attitudes that are let go of: up to ten times each, of some 10 ms."""
 NEAR_FLOOR = 0.03
-"""How high its lowest point may be over the floor where it is let go of [m]: what would lie on the walls is higher."""
+"""How high its lowest point may be over the floor where it is let go of [m]: what would lie on the walls is
+higher."""
 CLOSE = 0.001
 """What is kept from the walls there [m]: it leans against them then."""
 PALM_UP = math.sin(math.radians(20.0))
-"""Of the hand's approach, upwards: with more of it the hand would be under what it holds, and in what that is put on."""
+"""Of the hand's approach, upwards: with more of it the hand would be under what it holds, and in what that is
+put on."""
 
 
 def is_uneven(query: Query) -> bool:
-    """Check whether nothing is level of what a thing is put on, or no surface of it is large, against its outline from above."""
+    """Check whether nothing is level of what a thing is put on, or no surface of it is large, against its
+    outline from above."""
     if query.uneven:
         return True
     if query.depth or query.under is not None or query.where.region or EntityName.parse(query.entity).part:
@@ -72,8 +78,8 @@ def resting_poses(query: Query, now: Pose) -> Iterator[Pose]:
 
 
 def _over(query: Query) -> list[tuple[float, float]]:
-    """Positions over a thing or a region of it, in the base frame [m]: along the middles of the box around it, the nearest to its own
-    middle first."""
+    """Positions over a thing or a region of it, in the base frame [m]: along the middles of the box around
+    it, the nearest to its own middle first."""
     below, at, target = query.whole, query.at, query.target
     frame = _level(at)
     corners_of_it = np.insert(shapely.get_coordinates(target.area), 2, 0.0, axis=1)
@@ -92,7 +98,8 @@ def _level(at: Pose) -> Pose:
 
 
 def _attitudes(query: Query, now: Pose, at: Pose) -> list[Pose]:
-    """Attitudes in line with what is below, those first for which the hand has to turn least; none with the hand under the thing."""
+    """Attitudes in line with what is below, those first for which the hand has to turn least; none with the
+    hand under the thing."""
     frame = _level(at)
     found: list[tuple[float, int, Pose]] = []
     for side, quarter in product(SIDES_DOWN, range(4)):
@@ -103,7 +110,8 @@ def _attitudes(query: Query, now: Pose, at: Pose) -> list[Pose]:
 
 
 def must_lean(query: Query, now: Pose) -> str:
-    """Return why a thing on the floor of its region, turned as at a pose in the base frame, is below that; "" where it is not.
+    """Return why a thing on the floor of its region, turned as at a pose in the base frame, is below that; ""
+    where it is not.
 
     What counts is where its origin is, and that may be below its foot.
     """
@@ -118,8 +126,8 @@ def must_lean(query: Query, now: Pose) -> str:
 
 
 def leaning(query: Query, now: Pose) -> Iterator[Pose]:
-    """Generate poses in the base frame in which what is held is let go of, so that it comes to rest leaning, with its origin in the region
-    that is asked for, by ``SURE``, wherever it is let go of within ``ASTRAY``.
+    """Generate poses in the base frame in which what is held is let go of, so that it comes to rest leaning,
+    with its origin in the region that is asked for, by ``SURE``, wherever it is let go of within ``ASTRAY``.
 
     Args:
         now: of what is held, in the base frame.
@@ -132,7 +140,8 @@ def leaning(query: Query, now: Pose) -> Iterator[Pose]:
 
 
 def _starts(query: Query, now: Pose) -> Iterator[Pose]:
-    """Attitudes that lean over the narrow side of what is held, at positions across its opening; the nearest to its middle first."""
+    """Attitudes that lean over the narrow side of what is held, at positions across its opening; the nearest
+    to its middle first."""
     for upright, lean, sign in product(along_walls(query, now), LEANS, (1.0, -1.0)):
         low, high = extent(query, upright)
         narrow = int(np.argmin((high - low)[:2]))
@@ -148,7 +157,8 @@ def _starts(query: Query, now: Pose) -> Iterator[Pose]:
 
 
 def along_walls(query: Query, now: Pose) -> list[Pose]:
-    """Return attitudes, turned about the vertical so that an outline's sides are along the walls and between them, the nearest first."""
+    """Return attitudes, turned about the vertical so that an outline's sides are along the walls and between
+    them, the nearest first."""
     frame, here = query.target.pose, Pose((0.0, 0.0, 0.0), now.quaternion)
     a, b = shapely.get_coordinates(shapely.minimum_rotated_rectangle(footprint(query.thing, here)))[:2]
     x, y, _ = frame.rotate((1.0, 0.0, 0.0))
@@ -160,7 +170,8 @@ def along_walls(query: Query, now: Pose) -> list[Pose]:
 
 
 def extent(query: Query, turned: Pose) -> tuple[Floats, Floats]:
-    """Return the lowest and highest corner (3,) of what is held with its origin at that of the opening, in the frame of that [m]."""
+    """Return the lowest and highest corner (3,) of what is held with its origin at that of the opening, in
+    the frame of that [m]."""
     to = Pose((0.0, 0.0, 0.0), query.target.pose.quaternion).inverse()
     points = corners(query.thing, to * Pose((0.0, 0.0, 0.0), turned.quaternion))
     return points.min(axis=0), points.max(axis=0)

@@ -47,9 +47,11 @@ Check = Callable[[Placement, Query], "str | Refused"]
 
 
 def first_objection(placement: Placement, query: Query, checks: Mapping[str, Check]) -> Refused | None:
-    """Return which check objects and why, how many passed before it, and what is in the way; None where none does.
+    """Return which check objects and why, how many passed before it, and what is in the way; None where none
+    does.
 
-    What stands on the target is blamed whenever nothing else is: it takes away positions that are not even looked at.
+    What stands on the target is blamed whenever nothing else is: it takes away positions that are not even
+    looked at.
     """
     checkpoint()
     for passed, (name, objects) in enumerate(checks.items()):
@@ -73,7 +75,8 @@ def supported(placement: Placement, query: Query) -> str:
 
 
 def _sunk(placement: Placement, query: Query) -> bool:
-    """Whether its centre of mass comes to rest below the rim of a hollow: however it lies there, it does not fall out."""
+    """Whether its centre of mass comes to rest below the rim of a hollow: however it lies there, it does not
+    fall out."""
     hollow = query.under.feature("cram:Cavity") if query.under else None
     if query.under is None or hollow is None:
         return False
@@ -84,7 +87,8 @@ def _sunk(placement: Placement, query: Query) -> bool:
 
 
 def clear(placement: Placement, query: Query) -> str | Refused:
-    """Check that its outline, seen from above, is apart from those of what stands there, as far up as that reaches."""
+    """Check that its outline, seen from above, is apart from those of what stands there, as far up as that
+    reaches."""
     there = query.target.pose.inverse() * placement.thing
     foot = -support(query.thing, there, (0.0, 0.0, -1.0))  # it may still be above where it will stand
     for found in query.obstacles:
@@ -98,8 +102,8 @@ def clear(placement: Placement, query: Query) -> str | Refused:
 
 
 def inside(placement: Placement, query: Query) -> str | Refused:
-    """Check that all of it is over the container's opening, and apart from its walls as far as there is room: what meets one on its way
-    down leans."""
+    """Check that all of it is over the container's opening, and apart from its walls as far as there is room:
+    what meets one on its way down leans."""
     outline = footprint(query.thing, query.target.pose.inverse() * placement.thing)
     (low, left, high, right), (x, y, x1, y1) = outline.bounds, query.target.area.bounds
     gap = min(OFF_WALLS, max(0.0, min(x1 - x - high + low, y1 - y - right + left) / 4))  # with half of the room to choose from
@@ -120,7 +124,8 @@ def inside(placement: Placement, query: Query) -> str | Refused:
 
 
 def falls(placement: Placement, query: Query) -> str:
-    """Check that what is let go of falls out of the hand, and stays neither on the lower finger nor on the palm."""
+    """Check that what is let go of falls out of the hand, and stays neither on the lower finger nor on the
+    palm."""
     fingers, ahead = (float(placement.pose.rotate(axis)[2]) for axis in ((0.0, 1.0, 0.0), (0.0, 0.0, 1.0)))
     for what, up in (("the lower finger", abs(fingers)), ("the palm below it", ahead)):
         if (steep := math.degrees(math.asin(max(-1.0, min(1.0, up))))) > LEVEL:
@@ -129,7 +134,8 @@ def falls(placement: Placement, query: Query) -> str:
 
 
 def falls_in(placement: Placement, query: Query) -> str | Refused:
-    """Check that what is let go of falls into the container, and not onto what is between, such as the cabinet of a closed drawer."""
+    """Check that what is let go of falls into the container, and not onto what is between, such as the
+    cabinet of a closed drawer."""
     belief, to = query.belief, query.target.pose.inverse()
     for name in (o.name for o in query.covers) if placement.height > 0 else ():
         between = footprint(belief.world.thing(name), to * belief.pose(name), 2 * FLAT, placement.height)
@@ -140,8 +146,8 @@ def falls_in(placement: Placement, query: Query) -> str | Refused:
 
 
 def in_region(placement: Placement, query: Query) -> str | Refused:
-    """Check that its origin is over the region that is asked for, a little inside, since what is let go may shift, and no higher than
-    that reaches."""
+    """Check that its origin is over the region that is asked for, a little inside, since what is let go may
+    shift, and no higher than that reaches."""
     if not (region := query.where.region):
         return ""
     x, y, z = (query.target.pose.inverse() * placement.thing).position
@@ -162,7 +168,8 @@ def in_region(placement: Placement, query: Query) -> str | Refused:
 
 
 def over_region(placement: Placement, query: Query) -> str:
-    """Check that its origin is over the region that is asked for, which may lean: what comes to rest of itself shifts no more."""
+    """Check that its origin is over the region that is asked for, which may lean: what comes to rest of
+    itself shifts no more."""
     resting = np.asarray(placement.thing.position) - (0.0, 0.0, placement.height)
     at = shapely.Point(*query.target.pose.inverse().apply(resting)[:2])
     if not query.where.region or query.target.area.covers(at):
@@ -181,7 +188,8 @@ def near(placement: Placement, query: Query) -> str:
 
 
 def beside(placement: Placement, query: Query) -> str:
-    """Check that the placement is on the right side of other things, as the base looks: x forwards, y to the left."""
+    """Check that the placement is on the right side of other things, as the base looks: x forwards, y to the
+    left."""
     for side, (axis, sign) in SIDES.items():
         other = getattr(query.where, side)
         if not other:
@@ -195,7 +203,7 @@ def beside(placement: Placement, query: Query) -> str:
 
 def let_in(placement: Placement, query: Query) -> str | Refused:
     """Check that the payload has room on a way that leads aside, whatever holds it."""
-    return (placement.parts and _met(placement, query, False)) or ""
+    return (placement.led and _met(placement, query, False)) or ""
 
 
 def room(placement: Placement, query: Query) -> str | Refused:
@@ -204,14 +212,14 @@ def room(placement: Placement, query: Query) -> str | Refused:
 
 
 def _met(placement: Placement, query: Query, hand: bool) -> Refused | None:
-    """What the payload meets on its way, with the hand or without it; of what is out of reach that is left to be said."""
-    way = np.subtract(placement.before.position, placement.begins.position)
-    parts = [(shift(placement.begins, part * way), 1000 * part * float(np.linalg.norm(way))) for part in placement.parts]
-    for pose, far in parts or [(placement.before, 0.0), (placement.pose, 0.0)]:
-        short = hand and not parts and reach_shortfall(query.context.robot, pose)
+    """What the payload meets on its way, with the hand or without it; of ends out of reach that is left to be said."""
+    for pose, far in placement.way:
+        short = not placement.led and reach_shortfall(query.context.robot, pose)
         no: Refused | None = None if short else query.scene.met(query.belief.base() * pose, hand)
+        if no is not None and not placement.led:
+            return _at(placement, pose, no)
         if no is not None:
-            return replace(no, reason=f"{far:.0f} mm before it: {no.reason}" if far else no.reason) if parts else _at(placement, pose, no)
+            return replace(no, reason=f"{1000 * far:.0f} mm before it: {no.reason}") if far else no
     return None
 
 
@@ -222,7 +230,8 @@ def _at(placement: Placement, pose: Pose, no: Refused) -> Refused:
 
 
 def reachable(placement: Placement, query: Query) -> str | Refused:
-    """Check that inverse kinematics has solutions for the placement and its approach, whatever is in the way."""
+    """Check that inverse kinematics has solutions for the placement and its approach, whatever is in the
+    way."""
     robot = query.context.robot
     for pose in (placement.before, placement.pose):
         if not inverse(robot, pose, seed=query.belief.joints):
@@ -232,9 +241,10 @@ def reachable(placement: Placement, query: Query) -> str | Refused:
 
 
 def collision_free(placement: Placement, query: Query) -> str | Refused:
-    """Check that arm and payload are free of collision there and above it; on a way that leads aside or turns, all along it."""
+    """Check that arm and payload are free of collision there and above it; on a way that leads aside or
+    turns, all along it."""
     pose, before, back = placement.pose, placement.before, placement.back
-    if placement.parts:
+    if placement.led:
         legs = [Leg(pose, along=(*reversed(placement.through), before), said="on its way out")]
         legs += [Leg(pose, along=(back,), said="back from under it")] if back else []
     else:
@@ -244,7 +254,8 @@ def collision_free(placement: Placement, query: Query) -> str | Refused:
 
 
 def room_to_open(placement: Placement, query: Query) -> str | Refused:
-    """Check that the fingers can open where they let go: beside them there may be less room than around what they hold."""
+    """Check that the fingers can open where they let go: beside them there may be less room than around what
+    they hold."""
     found = opened(placement, query)
     return replace(found, reason=f"with open fingers {found.reason}") if isinstance(found, Refused) else ""
 
@@ -265,8 +276,8 @@ def lowered(placement: Placement, query: Query) -> Pose:
 
 
 def hand_off(placement: Placement, query: Query) -> str | Refused:
-    """Check that the payload comes to rest on what is not level before the hand meets that: fingers around a bowl's side reach
-    below the rim of another one that it is put into."""
+    """Check that the payload comes to rest on what is not level before the hand meets that: fingers around a
+    bowl's side reach below the rim of another one that it is put into."""
     if not query.settles:
         return ""
     there = query.arm.at(query.let_down(lowered(placement, query)))
@@ -274,7 +285,8 @@ def hand_off(placement: Placement, query: Query) -> str | Refused:
 
 
 def rests_there(placement: Placement, query: Query) -> str | Refused:
-    """Check in simulation that a payload that is let go of leaning comes to stand in the opening, wherever near its place."""
+    """Check in simulation that a payload that is let go of leaning comes to stand in the opening, wherever
+    near its place."""
     if placement.kind != "in" or placement.lies is None:
         return ""
     for end in rests(query.thing, placement.thing, query.whole, query.at, OFF_PATH):
@@ -321,7 +333,8 @@ def _grid(thing: Thing) -> Floats:
 
 
 def _eye(asked: Any, query: Query) -> tuple[Floats | None, Floats | None, float]:
-    """Where the camera is and the way that it looks, if that is known, and how far to each side it sees [rad]."""
+    """Where the camera is and the way that it looks, if that is known, and how far to each side it sees
+    [rad]."""
     base = query.belief.base().inverse()
     if asked != "camera":
         return base.apply(np.asarray(asked, dtype=float)), None, math.pi
@@ -333,7 +346,8 @@ def _eye(asked: Any, query: Query) -> tuple[Floats | None, Floats | None, float]
 
 
 def hidden_by(points: Floats, eye: Floats, belief: Belief, others: Iterable[Thing]) -> tuple[Floats, str]:
-    """Return the occlusion (n,) of points (n, 3) in the base frame from an eye (1 is hidden), and the main occluder."""
+    """Return the occlusion (n,) of points (n, 3) in the base frame from an eye (1 is hidden), and the main
+    occluder."""
     hidden, counts = np.zeros(len(points)), dict[str, int]()
     for other in others:
         to = belief.pose(other.name).inverse()
@@ -350,8 +364,8 @@ SHAPES: Mapping[str, Mapping[str, Check]] = {
     "at rest": {"near": near, "beside": beside, "over its region": over_region},
     "toppled": {"lying there": lying_there, "near": near, "beside": beside},
 }
-"""Asked of the payload and what is around it alone, by kind of stable pose; "at rest" on what is not level physics have said
-already what supports it."""
+"""Asked of the payload and what is around it alone, by kind of stable pose; "at rest" on what is not level
+physics have said already what supports it."""
 REACHED: Mapping[str, Check] = {
     "free to fall": falls_in, "collision-free": room, "reachable": reachable, "visible": visible,
     "collision-free with the arm": collision_free, "free to open": room_to_open, "let down by the thing alone": hand_off,

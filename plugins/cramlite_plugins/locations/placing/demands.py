@@ -1,5 +1,5 @@
-"""Demands of later tasks on a placement: room to close a door or a drawer, room for the hand to leave, and a way to push in what
-tipped over."""
+"""Demands of later tasks on a placement: room to close a door or a drawer, room for the hand to leave, and a
+way to push in what tipped over."""
 
 from __future__ import annotations
 
@@ -28,15 +28,18 @@ TIGHT = 100.0  # cost of a place that comes after all others, since it leaves li
 
 
 def room_to_close(placement: Placement, query: Query) -> str | Refused:
-    """Check that what later tasks close can be closed: a door with nothing in its way, a drawer with what it takes along.
+    """Check that what later tasks close can be closed: a door with nothing in its way, a drawer with what it
+    takes along.
 
-    Later tasks are looked at only where something would be met, so that what follows elsewhere holds whatever they are.
+    Later tasks are looked at only where something would be met, so that what follows elsewhere holds whatever
+    they are.
     """
     return (is_tight(placement, query) and _stopped(placement, query, None)) or ""
 
 
 def is_tight(placement: Placement, query: Query) -> bool:
-    """Check whether what later tasks close would not get to its stop, with the room on the way that what is let go of may shift by."""
+    """Check whether what later tasks close would not get to its stop, with the room on the way that what is
+    let go of may shift by."""
     return _tight(Itself(placement), Itself(query))
 
 
@@ -57,11 +60,12 @@ def let_go(placement: Placement, query: Query) -> Belief:
 
 
 def room_to_leave(placement: Placement, query: Query) -> str | Refused:
-    """Check that the open hand has an end of a way back from the place, with no more than no contact there: a later search of that way
-    keeps a distance, and finds no more.
+    """Check that the open hand has an end of a way back from the place, with no more than no contact there: a
+    later search of that way keeps a distance, and finds no more.
 
-    What a later task closes over a thing is left out: the hand pushes the thing farther in first, and leaves from there. So is what swings
-    in the hand. Later tasks are looked at only where no way is free, so that what follows elsewhere holds whatever they are.
+    What a later task closes over a thing is left out: the hand pushes the thing farther in first, and leaves
+    from there. So is what swings in the hand. Later tasks are looked at only where no way is free, so that
+    what follows elsewhere holds whatever they are.
     """
     if query.held.swing is not None or placement.back is not None:
         return ""

@@ -22,8 +22,8 @@ from .ways_out import WAYS, WayOut
 SAME = 1e-6  # stand-offs that are one [m]
 IN_ORDER = 0.1  # cost of each placement that comes before, on a way that has an end
 OUTLINE, ARM = 5, 20
-"""What a look at the shapes, and one at the arm, take of the samples of a query: so many states does a sampling planner check
-in the same time."""
+"""What a look at the shapes, and one at the arm, take of the samples of a query: so many states does a
+sampling planner check in the same time."""
 CHECKS = {kind: {**shapes, **REACHED, **DEMANDS} for kind, shapes in SHAPES.items()}
 
 Answer = Grounding | Refused
@@ -69,8 +69,8 @@ def _merged(stuck: list[Unresolvable], location: Location) -> Unresolvable:
 def _by(way: WayOut, cost: float, asked: list[Query]) -> Answers:
     """Placements by a way; those that leave little room for what is closed later last.
 
-    What shapes refuse is told when the first candidate gets past them. If none does, no other grasp would help: it depends on
-    the two things alone, and on where tasks have put what stands there.
+    What shapes refuse is told when the first candidate gets past them. If none does, no other grasp would
+    help: it depends on the two things alone, and on where tasks have put what stands there.
     """
     work, kept, tight, refused = asked[0].context.samples, list[Refused](), list[Grounding](), list[Refused]()
     passed, found, there = False, 0, dict[str, None]()
@@ -105,7 +105,8 @@ def _by(way: WayOut, cost: float, asked: list[Query]) -> Answers:
 
 
 def _of_group(group: Iterator[Found] | Refused) -> Iterator[tuple[Query | None, Answer, bool]]:
-    """The first of a group that passes all checks, and refusals before it, each with its query, and whether shapes alone refuse it.
+    """The first of a group that passes all checks, and refusals before it, each with its query, and whether
+    shapes alone refuse it.
 
     From a stand-off that is blocked no other height is tried, but from aside.
     """
@@ -133,15 +134,16 @@ def _of_group(group: Iterator[Found] | Refused) -> Iterator[tuple[Query | None, 
 
 
 def place_at(placement: Placement, query: Query) -> Place:
-    """Return the place of a placement; what is led aside onto a surface is lowered the rest of the way in the end."""
+    """Return the place of a placement; what is led aside onto a surface is lowered the rest of the way in the
+    end."""
     via, pose, height = placement.through, placement.pose, placement.height
-    if placement.parts and not query.depth:
+    if placement.led and not query.depth:
         via, pose, height = (*via, pose), lowered(placement, query), 0.0
     opening = opened(placement, query) if placement.opens and len(query.openings) > 1 else query.openings[0]
     settles = placement.thing.inverse() * placement.lies if placement.lies else AS_LET_GO
     release = query.release(height, opening if placement.opens and not isinstance(opening, Refused) else None, settles)
     way = np.subtract(placement.begins.position, placement.before.position)
-    x, y, z = (way / np.linalg.norm(way)).tolist() if placement.parts else (0.0, 0.0, -1.0)
+    x, y, z = (way / np.linalg.norm(way)).tolist() if placement.led else (0.0, 0.0, -1.0)
     return Place(
         pose, placement.before, approach=(x, y, z), path=(placement.back,) if placement.back else (), thing=query.thing.name,
         release=release, reorients=placement.reorients, via=via,
@@ -149,7 +151,8 @@ def place_at(placement: Placement, query: Query) -> Place:
 
 
 def _no_room(refused: list[Refused], query: Query, there: Iterable[str]) -> Unresolvable:
-    """What to say where shapes refuse every placement: the first that each check refused, and the choices that it depends on."""
+    """What to say where shapes refuse every placement: the first that each check refused, and the choices
+    that it depends on."""
     named = {thing for name in (*SIDES, "near") if (thing := getattr(query.where, name))}
     named |= {*there, *(name for no in refused for name in no.blocking or () if isinstance(name, str))}
     bindings = query.context.bindings
@@ -165,8 +168,8 @@ def _no_room(refused: list[Refused], query: Query, there: Iterable[str]) -> Unre
 
 
 def _blocked(way: WayOut, refused: list[Refused], query: Query) -> Unresolvable:
-    """What to say where no candidate of a way passes: the nearest miss. Where no shapes of a payload's own are to blame, another
-    grasp may help."""
+    """What to say where no candidate of a way passes: the nearest miss. Where no shapes of a payload's own
+    are to blame, another grasp may help."""
     nearest = max(reversed(refused), key=lambda no: no.passed)
     own = any(nearest.check in shapes for shapes in SHAPES.values()) or not nearest.check
     grasps = taken_at(query.belief, query.context) if way.by_hand or not own else ()

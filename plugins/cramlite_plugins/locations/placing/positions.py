@@ -34,15 +34,15 @@ ALIKE = 0.002  # radii of discs that are as good as one another [m]
 TRIED = 32  # corners that are looked at, of a round opening evenly spaced ones
 ON = 0.005  # from a surface to what stands on it at most [m]: more than it is known by, less than boards are thick
 AWAY = 0.1
-"""Between the payload that is put aside so that something can be shut, and where it stood [m]: half a hand. Before something
-is opened it goes farther."""
+"""Between the payload that is put aside so that something can be shut, and where it stood [m]: half a hand.
+Before something is opened it goes farther."""
 
 
 def positions_on(query: Query, now: Pose) -> Iterator[Offset]:
     """Generate the positions of a payload, turned as at a pose in the base frame, best first.
 
-    Of what is not level the middle alone, where things are least likely to tip or to slide. Of what stood on the surface, and
-    is put aside so that something can be shut, first those beside where it stood.
+    Of what is not level the middle alone, where things are least likely to tip or to slide. Of what stood on
+    the surface, and is put aside so that something can be shut, first those beside where it stood.
     """
     if query.under:
         return iter([(0.0, 0.0)])
@@ -52,7 +52,8 @@ def positions_on(query: Query, now: Pose) -> Iterator[Offset]:
 
 
 def free_for(query: Query, now: Pose) -> Any:
-    """Return where the payload's middle may be: on what supports it, apart from what stands there, and where ``where`` wants it."""
+    """Return where the payload's middle may be: on what supports it, apart from what stands there, and where
+    ``where`` wants it."""
     wide, area, where = radius(query, now), query.target.area, query.where
     _, least = inset(standing(query.thing, now), area)
     core = area.buffer(-wide) if query.depth else area.convex_hull.buffer(-least - ROUNDED)
@@ -69,8 +70,8 @@ def free_for(query: Query, now: Pose) -> Any:
 
 
 def radius(query: Query, now: Pose, top: float = math.inf) -> float:
-    """Return the radius of the largest disc about the middle of the payload's outline [m], up to a height over what it stands
-    on; 0 where that is beside it."""
+    """Return the radius of the largest disc about the middle of the payload's outline [m], up to a height
+    over what it stands on; 0 where that is beside it."""
     low = -support(query.thing, now, (0.0, 0.0, -1.0))
     outline, at = filled(footprint(query.thing, now, high=low + top)), shapely.Point(*middle(query, now))
     return float(outline.boundary.distance(at)) if outline.covers(at) else 0.0
@@ -79,8 +80,8 @@ def radius(query: Query, now: Pose, top: float = math.inf) -> float:
 def anchor(query: Query, now: Pose) -> Offset:
     """Return the best position of all, whether it is free or not.
 
-    The middle; near a thing that is asked for; for a robot that drove there what is nearest to it, as a table's middle may be
-    out of reach from all sides; in a container where the rest finds room.
+    The middle; near a thing that is asked for; for a robot that drove there what is nearest to it, as a
+    table's middle may be out of reach from all sides; in a container where the rest finds room.
     """
     to, at = query.target.pose.inverse(), np.zeros(2)
     if query.depth and not query.where.near:
@@ -94,7 +95,8 @@ def anchor(query: Query, now: Pose) -> Offset:
 
 
 def _with_room(query: Query, now: Pose) -> Offset:
-    """In a corner where more is to come, else amid the room that what lies there leaves; where nothing does, in the middle."""
+    """In a corner where more is to come, else amid the room that what lies there leaves; where nothing does,
+    in the middle."""
     lying = [o.area for o in lying_in(query, sure=True)]
     left = free_area(query.target.area, lying, 0.0)
     if left.is_empty:
@@ -107,14 +109,15 @@ def _with_room(query: Query, now: Pose) -> Offset:
 
 
 def rectangle(query: Query, now: Pose) -> Floats:
-    """Return the corners (4, 2) of the smallest rectangle around the payload's outline at a pose, from above [m]."""
+    """Return the corners (4, 2) of the smallest rectangle around the payload's outline at a pose, from above
+    [m]."""
     corners: Floats = shapely.get_coordinates(shapely.minimum_rotated_rectangle(footprint(query.thing, now)))[:4]
     return corners
 
 
 def middle(query: Query, now: Pose) -> Floats:
-    """Return what of a payload is brought over a position (2,) [m]: its centre of mass, which has to be supported; between walls
-    of a container the middle of its outline, which has to get past them."""
+    """Return what of a payload is brought over a position (2,) [m]: its centre of mass, which has to be
+    supported; between walls of a container the middle of its outline, which has to get past them."""
     if query.depth:
         found: Floats = rectangle(query, now).mean(axis=0)
         return found
@@ -122,8 +125,8 @@ def middle(query: Query, now: Pose) -> Floats:
 
 
 def beside_where_it_stood(query: Query, free: Any, wide: float) -> Iterator[Offset]:
-    """Generate positions in a free area of a surface beside where the payload stood on it, nearest to the robot first; none
-    unless the next task that is about anything else shuts that.
+    """Generate positions in a free area of a surface beside where the payload stood on it, nearest to the
+    robot first; none unless the next task that is about anything else shuts that.
 
     Args:
         wide: radius of the disc in the payload's outline [m].
@@ -135,7 +138,8 @@ def beside_where_it_stood(query: Query, free: Any, wide: float) -> Iterator[Offs
 
 
 def _stood(query: Query) -> Offset | None:
-    """Where on a surface the payload stood when it was taken; None where that was elsewhere, or the robot drove since."""
+    """Where on a surface the payload stood when it was taken; None where that was elsewhere, or the robot
+    drove since."""
     held = query.held
     if not held.joints or query.belief.at is not None:
         return None
@@ -150,7 +154,8 @@ def free_area(core: Any, obstacles: Iterable[Any], radius: float) -> Any:
 
     Args:
         core, obstacles: shapely areas [m].
-        radius: of the largest disc in the outline of what is put there, so that any turn of it needs as much [m].
+        radius: of the largest disc in the outline of what is put there, so that any turn of it needs as much
+            [m].
     """
     grown = [o.buffer(radius) for o in obstacles if not o.is_empty]
     return core.difference(shapely.union_all(grown)) if grown else core
@@ -169,9 +174,10 @@ def beside(area: Any, axis: Offset, least: float) -> Any:
 
 
 def positions(area: Any, anchor: Offset) -> Iterator[Offset]:
-    """Generate positions in an area without end: the one nearest to an anchor, the middles of its parts, then a Halton
-    sequence (J. H. Halton, On the efficiency of certain quasi-random sequences, Numerische Mathematik 2, 1960), which leaves
-    ever smaller gaps and comes nowhere twice; in rounds of doubling size, each from the anchor outwards.
+    """Generate positions in an area without end: the one nearest to an anchor, the middles of its parts, then
+    a Halton sequence (J. H. Halton, On the efficiency of certain quasi-random sequences, Numerische
+    Mathematik 2, 1960), which leaves ever smaller gaps and comes nowhere twice; in rounds of doubling size,
+    each from the anchor outwards.
     """
     if area.is_empty:
         return
@@ -185,7 +191,8 @@ def positions(area: Any, anchor: Offset) -> Iterator[Offset]:
 
 
 def around(area: Any, middle: Offset, distance: float, to: Offset) -> Iterator[Offset]:
-    """Generate the positions in an area that are at a distance from a point [m], in eight directions, the one to another point first."""
+    """Generate the positions in an area that are at a distance from a point [m], in eight directions, the one
+    to another point first."""
     first = math.atan2(to[1] - middle[1], to[0] - middle[0])
     for turn in (0, 1, -1, 2, -2, 3, -3, 4):
         angle = first + turn * math.pi / 4
@@ -217,8 +224,8 @@ def roomiest(area: Any) -> Offset:
 
 
 def corner(area: Any, left: Any, sides: tuple[float, float], near: Offset) -> Offset:
-    """Return where a rectangle, along the axes of an area or across them, leaves the largest disc free beside it; of places alike the
-    nearest to a point.
+    """Return where a rectangle, along the axes of an area or across them, leaves the largest disc free beside
+    it; of places alike the nearest to a point.
 
     Args:
         area: convex, that it has to be in.

@@ -1,20 +1,24 @@
-"""Query of a placement: which payload goes onto or into what, and what stands there, lies there or is over it."""
+"""Query of a placement: which payload goes onto or into what, and what stands there, lies there or is over
+it."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator
 from functools import cached_property
+from itertools import pairwise
 from typing import Any
 
+import numpy as np
 import shapely
 from msgspec.structs import replace
 
-from cramlite.model import Belief, EntityName, Held, Location, Pose, Release, Stage, Thing, Value, thing_of
+from cramlite.model import Belief, EntityName, Held, Location, Pose, Release, Thing, Value, thing_of
 from cramlite.plugin import Context, Refused, Unresolvable
 
+from ...motion_planning.cartesian import interpolate
 from ...motion_planning.planning_scene import PlanningScene
-from ...motion_planning.reach import bound, held_pose, reference_pose, uncertainty_margins
+from ...motion_planning.reach import bound, held_pose, reference_pose, shift, uncertainty_margins
 from ...motions.gripping import DROPPED, LET_GO, release_opening
 from ...shapes.bounds import corners, height, near
 from ...shapes.roofs import has_own_roof, roofed
@@ -23,7 +27,8 @@ from ..grips import SLACK, WIDE
 from ..parameters import Where, asked
 from ..reached import Arm, Leg
 
-LEVELLY = (0.0, 0.33, 0.67, 1.0)  # parts of a level way out that are looked at before the arm is
+PARTS, STRAIGHTEN = (0.0, 0.1, 0.2, 0.3, 0.45, 0.7, 1.0), (0.25, 0.5, 0.75)
+"""Parts of a straight way out, and of a turn on it, at which hand and payload have to be free before the arm is asked."""
 GAP = 0.006  # between outlines seen from above, and around what is over an opening [m]: a little more than paths keep
 AS_LET_GO = Pose()
 
@@ -119,7 +124,8 @@ class Query(Value, dict=True):
         return (widest, *more)
 
     def let_down(self, pose: Pose, opening: float | None = None) -> Leg:
-        """Return the leg of a payload that touches what it comes to rest on, with the fingers so far open [m]."""
+        """Return the leg of a payload that touches what it comes to rest on, with the fingers so far open
+        [m]."""
         touching = (thing_of(self.entity),) if self.settles else () if self.depth else (self.entity,)
         return Leg(pose, touching, opening, 0.0, hand=not self.settles)
 
@@ -128,11 +134,13 @@ class Query(Value, dict=True):
         return thing * self.held.tcp_to_thing.inverse()
 
     def standing_there(self) -> tuple[str, ...]:
-        """Return the names of what stands on the target, without the target itself, whose own shape goes along with it."""
+        """Return the names of what stands on the target, without the target itself, whose own shape goes
+        along with it."""
         return tuple(n for n in dict.fromkeys(o.name for o in self.obstacles) if n != thing_of(self.entity))
 
     def release(self, height: float, opening: float | None = None, settles: Pose = AS_LET_GO) -> Release:
-        """Return the release of the payload at a height over the target [m]: let fall into a cavity, or put down."""
+        """Return the release of the payload at a height over the target [m]: let fall into a cavity, or put
+        down."""
         into = thing_of(self.entity) if self.depth else ""
         return Release(height, opening, settles, into, DROPPED if into else LET_GO)
 
@@ -147,8 +155,9 @@ class Placement(Value):
         height: of the payload's lowest point above the target [m].
         kind: of stable pose; it says which checks of the shapes there are.
         through: TCP poses on the way from the stand-off.
-        parts: of a straight way from the stand-off at which hand and payload have to be free; none for its ends alone.
-        lies: the payload where it comes to rest; the same as where it is let go of by default, or straight below.
+        led: whether hand and payload have to be free, and led by the arm, all the way; else at its two ends alone.
+        lies: the payload where it comes to rest; the same as where it is let go of by default, or straight
+            below.
         back: the TCP to which the hand goes back right after letting go; None where it need not.
         cost: as of groundings.
         aside: whether it is only worth a look where the way straight up is blocked.
@@ -163,7 +172,7 @@ class Placement(Value):
     height: float
     kind: str = "on"
     through: tuple[Pose, ...] = ()
-    parts: tuple[float, ...] = ()
+    led: bool = False
     lies: Pose | None = None
     back: Pose | None = None
     cost: float = 0.0
@@ -181,18 +190,26 @@ class Placement(Value):
         """Return the TCP where the way straight out begins."""
         return (*self.through, self.pose)[0]
 
-    def stage(self, pose: Pose) -> Stage | None:
-        """Return the stage of the way that a pose of it is; None between them."""
-        return Stage.BEFORE if pose == self.before else Stage.POSE if pose == self.pose else None
+    @property
+    def way(self) -> list[tuple[Pose, float]]:
+        """Return TCP poses on the way at which there has to be room, and how far out of the place each is [m]."""
+        if not self.led:
+            return [(self.before, 0.0), (self.pose, 0.0)]
+        out = np.subtract(self.before.position, self.begins.position)
+        far, turns = float(np.linalg.norm(out)), pairwise((self.pose, *reversed(self.through)))
+        turning = [(interpolate(a, b, part), 0.0) for a, b in turns for part in (0.0, *STRAIGHTEN)]
+        return turning + [(shift(self.begins, part * out), part * far) for part in PARTS]
 
 
 Found = tuple[Query, Placement]
 Groups = Iterator[Iterator[Found] | Refused]
-"""Groups of candidates one of which is enough, best first; a refusal where there is no candidate to look at."""
+"""Groups of candidates one of which is enough, best first; a refusal where there is no candidate to look
+at."""
 
 
 def queries(location: Location, belief: Belief, context: Context) -> list[Query]:
-    """Return what is put where: the opening of a cavity, or every surface of a thing or of the part that is meant.
+    """Return what is put where: the opening of a cavity, or every surface of a thing or of the part that is
+    meant.
 
     Raises:
         Unresolvable: there is none, or nothing is held.
@@ -225,7 +242,8 @@ def is_roofed(query: Query) -> bool:
 
 
 def openings(thing: Thing, pose: Pose, region: str = "") -> list[tuple[Surface, float]]:
-    """Return the opening of a thing's cavity, the first or the one that is meant, as a surface, and how deep it is [m]."""
+    """Return the opening of a thing's cavity, the first or the one that is meant, as a surface, and how deep
+    it is [m]."""
     cavity = next((f for f in thing.features if f.type == "cram:Cavity" and region in ("", f.name)), None)
     if cavity is None:
         return []
@@ -236,7 +254,8 @@ def openings(thing: Thing, pose: Pose, region: str = "") -> list[tuple[Surface, 
 
 
 def standing_on(query: Query) -> tuple[Obstacle, ...]:
-    """Return the outlines of what stands on a surface, or hangs down over it, as high as the payload is; with the gap around."""
+    """Return the outlines of what stands on a surface, or hangs down over it, as high as the payload is; with
+    the gap around."""
     belief, to, margins = query.belief, query.target.pose.inverse(), uncertainty_margins(query.belief)
     high, reach = height(query.thing, query.now), query.target.area
     found = []
@@ -249,8 +268,8 @@ def standing_on(query: Query) -> tuple[Obstacle, ...]:
 
 
 def lying_in(query: Query, sure: bool = False) -> tuple[Obstacle, ...]:
-    """Return the outlines of what lies in a cavity, with the gap around, each as much wider as it is not known where it came to
-    rest; or as if that were sure."""
+    """Return the outlines of what lies in a cavity, with the gap around, each as much wider as it is not
+    known where it came to rest; or as if that were sure."""
     belief, to, margins = query.belief, query.target.pose.inverse(), {} if sure else uncertainty_margins(query.belief)
     found = []
     for name in belief.poses:
@@ -261,7 +280,8 @@ def lying_in(query: Query, sure: bool = False) -> tuple[Obstacle, ...]:
 
 
 def covers(query: Query, high: float) -> tuple[Obstacle, ...]:
-    """Return the outlines of what is over an opening, with the gap around, up to the height from where a thing is let go [m].
+    """Return the outlines of what is over an opening, with the gap around, up to the height from where a
+    thing is let go [m].
 
     What reaches through the opening lies in it, and covers nothing.
     """

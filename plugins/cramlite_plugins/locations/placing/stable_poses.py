@@ -1,7 +1,8 @@
-"""Stable poses of a payload: upright on a face, nested in what is not level, at rest or leaning as simulated, and toppled.
+"""Stable poses of a payload: upright on a face, nested in what is not level, at rest or leaning as simulated,
+and toppled.
 
-Each is generated lazily, best first; what costs a simulation is let go of only where it would be near the floor or in line with
-what is below.
+Each is generated lazily, best first; what costs a simulation is let go of only where it would be near the
+floor or in line with what is below.
 """
 
 from __future__ import annotations
@@ -39,11 +40,11 @@ GOLDEN = 137.5077640500378  # of one further turn, another one everywhere: the g
 STRAIGHT = 0.99  # of the rectangle about an outline, of one that is that rectangle
 PER_PLACE, PER_TURN = 0.5, 0.1  # cost of each position that comes before, and of a radian of turn
 ONTO = ((0.02, 0.06), (0.01, 0.015))
-"""Lowest point above a surface from where a guarded motion goes on, and the stand-off above that [m]; the second where there
-is little room above."""
+"""Lowest point above a surface from where a guarded motion goes on, and the stand-off above that [m]; the
+second where there is little room above."""
 NESTED = ((0.02, 0.06), (0.035, 0.045))
-"""The same of what is let down between steep walls: 20 mm higher a bowl is 4 mm from the sides of one that holds it, and paths
-keep more."""
+"""The same of what is let down between steep walls: 20 mm higher a bowl is 4 mm from the sides of one that
+holds it, and paths keep more."""
 OFF_FLOOR, RISE = 0.01, 0.03  # lowest point above a container's floor when let go, and steps up from there [m]
 ABOVE = 0.06  # stand-off above a rim [m]
 TURNLESS = 1e-6  # what is turned by less is as it was: rounding [rad]
@@ -131,8 +132,8 @@ def standing_at(query: Query, now: Pose, offset: Offset, yaw: float = 0.0, cost:
 
 
 def _turns(query: Query, now: Pose, offset: Offset, few: tuple[float, ...]) -> tuple[float, ...]:
-    """Turns [deg], and between the walls of an opening those by which the sides of what is held are along them: first of all where it would
-    else be near a wall."""
+    """Turns [deg], and between the walls of an opening those by which the sides of what is held are along
+    them: first of all where it would else be near a wall."""
     area = query.target.area
     if not query.depth or area.area < STRAIGHT * shapely.box(*area.bounds).area:
         return few  # nothing is let down, or the opening is round
@@ -146,7 +147,8 @@ def _turns(query: Query, now: Pose, offset: Offset, few: tuple[float, ...]) -> t
 
 
 def _settled(query: Query, now: Pose, yaw: float) -> Query:
-    """With the surface that carries what is held, turned so, on what is not level; as it is where there is none."""
+    """With the surface that carries what is held, turned so, on what is not level; as it is where there is
+    none."""
     if query.under is None:
         return query
     there = stood(query, now, (0.0, 0.0), yaw)
@@ -175,7 +177,8 @@ def about_vertical(pose: Pose, angle: float) -> Pose:
 
 
 def heights(query: Query, now: Pose) -> list[tuple[float, float]]:
-    """Return heights of a payload's lowest point above its target at which it is let go of, and stand-offs above these [m].
+    """Return heights of a payload's lowest point above its target at which it is let go of, and stand-offs
+    above these [m].
 
     Over a container from its floor up to where the whole hand is over the rim, however it holds the payload.
     """
@@ -188,15 +191,17 @@ def heights(query: Query, now: Pose) -> list[tuple[float, float]]:
 
 
 def put_down(query: Query) -> Pose:
-    """Return the pose of a payload as it is put somewhere, in the base frame: turned as it is asked for, else as it is; what leans
-    and is put onto something, so that it stands. What is in it stays as level as it was."""
+    """Return the pose of a payload as it is put somewhere, in the base frame: turned as it is asked for, else
+    as it is; what leans and is put onto something, so that it stands. What is in it stays as level as it
+    was."""
     if not query.depth and not query.where.attitude and query.thing.filling is None:
         return stood_up(query.thing, query.now)
     return as_asked(query.now, query.where)
 
 
 def as_asked(now: Pose, where: Where) -> Pose:
-    """Return a pose in the base frame turned the shortest way so that its z axis points up or down, where ``attitude`` wants it."""
+    """Return a pose in the base frame turned the shortest way so that its z axis points up or down, where
+    ``attitude`` wants it."""
     if not where.attitude:
         return now
     up, axis = now.rotate((0.0, 0.0, 1.0)), {"upright": 1.0, "upside down": -1.0}[where.attitude]
@@ -214,7 +219,8 @@ def check_turn(query: Query, asked: Pose) -> None:
     """Check that a payload can be brought to the attitude of a pose, as it is held.
 
     Raises:
-        Unresolvable: what is in it would be spilled, or the hand would come under it; then another grasp may do.
+        Unresolvable: what is in it would be spilled, or the hand would come under it; then another grasp may
+            do.
     """
     if math.hypot(*(query.now.inverse() * asked).rotvec) < TURNLESS:  # rounding turns nothing
         return
@@ -228,8 +234,9 @@ def check_turn(query: Query, asked: Pose) -> None:
 
 
 def with_middle(level: list[Query]) -> list[Query]:
-    """Return surfaces with the middle first of what can be moved itself and whose own shape, such as a plate's rim, stands about
-    its largest surface; of the surfaces then that alone on which there is room beside what stands there."""
+    """Return surfaces with the middle first of what can be moved itself and whose own shape, such as a
+    plate's rim, stands about its largest surface; of the surfaces then that alone on which there is room
+    beside what stands there."""
     first, thing = level[0], level[0].whole
     if thing.furniture or first.where.region or not any(o.name == thing.name for o in first.obstacles):
         return level
@@ -244,8 +251,8 @@ def with_middle(level: list[Query]) -> list[Query]:
 
 
 def toppled(query: Query, upright: Pose, out: Floats, lean: float) -> Iterator[tuple[Pose, Pose, str]]:
-    """Generate where a payload is let go of that leans out of an opening by an angle [deg], and where it lies when it has toppled
-    over its lowest edge, with its origin in the region; the farthest in first.
+    """Generate where a payload is let go of that leans out of an opening by an angle [deg], and where it lies
+    when it has toppled over its lowest edge, with its origin in the region; the farthest in first.
 
     Args:
         upright: attitude of the payload.
@@ -268,7 +275,8 @@ def toppled(query: Query, upright: Pose, out: Floats, lean: float) -> Iterator[t
 
 
 def _floor(query: Query, lying: Pose) -> float | None:
-    """Height of what carries a thing that lies turned so, with its middle in the opening's [m]; None for nothing."""
+    """Height of what carries a thing that lies turned so, with its middle in the opening's [m]; None for
+    nothing."""
     points = corners(query.thing, lying)
     middle = query.target.pose.apply((0.0, 0.0, -query.depth / 2)) - (points.min(axis=0) + points.max(axis=0)) / 2
     there = Pose(tuple((np.asarray(lying.position) + middle).tolist()), lying.quaternion)

@@ -1,4 +1,5 @@
-"""Ways out of what a payload does not get into as it is: tilted first, or with its foot alone, from where it topples."""
+"""Ways out of what a payload does not get into as it is: tilted first, or with its foot alone, from where it
+topples."""
 
 from __future__ import annotations
 
@@ -13,46 +14,48 @@ from msgspec.structs import replace
 from cramlite.model import Floats, Pose
 from cramlite.plugin import Refused, Unresolvable, checkpoint
 
-from ...motion_planning.cartesian import interpolate
 from ...motion_planning.reach import shift, taken_at
 from ...shapes.bounds import corners, support
 from ...shapes.roofs import open_sides
 from ...shapes.standing_up import stood_up
-from .access import COVERS, LOWS, PARTS, RISE, free_on_way, over_floor
+from .access import COVERS, LOWS, RISE, over_floor
 from .at_rest import along_walls, extent
-from .checks import OFF_WALLS
-from .query import LEVELLY, Groups, Placement, Query, covers
+from .checks import OFF_WALLS, room
+from .query import Groups, Placement, Query, covers
 from .stable_poses import (
     about_vertical,
     toppled,
 )
 
 TILTS = (25.0, 30.0, 20.0)
-"""From upright [deg]: between handles and wall a bowl of 107 mm has more room the more it leans, and the hand at its rim less."""
+"""From upright [deg]: between handles and wall a bowl of 107 mm has more room the more it leans, and the hand
+at its rim less."""
 LEFT = 12.0
-"""Of that when it is let go of [deg]: upright, a hand that leans by 30 deg would be in the wall; from there a bowl stands up."""
+"""Of that when it is let go of [deg]: upright, a hand that leans by 30 deg would be in the wall; from there a
+bowl stands up."""
 SHARES = (0.75, 1.0, 0.5)  # of its height that a way in leads aside, below what it comes in under
 INWARDS = (0.012, 0.006, 0.018, 0.0)  # from where it would stand as far out as it can [m]: farther in it is farther from the wall
 ACROSS = (0.0, 0.6, -0.6)  # of the room to each side, across the way that it leans
 FARTHER = (0.024, 0.016, 0.008)  # how much farther out it leans more [m]
 OVER = (0.02, 0.03, 0.01)  # how much higher its lowest point is there [m]
 HEADINGS, FIRST = 24, 3
-"""Turns of a thing about its own axis, and how many are tried: those at which the hand is nearest to pointing straight down as it leans."""
-STRAIGHTEN = (0.25, 0.5, 0.75)  # parts of its turn at which all has to be free
+"""Turns of a thing about its own axis, and how many are tried: those at which the hand is nearest to pointing
+straight down as it leans."""
 LEAST = 0.01  # from the middle of an opening to that of what covers it, by which it is on one side [m]
 LEANS = (55.0, 50.0, 45.0, 40.0, 35.0, 30.0)
-"""From upright [deg]: the more it leans, the farther in its foot can be and the less it falls; from 58 deg on a Panda's hand that
-holds a book of 120 mm by its end is in the table."""
+"""From upright [deg]: the more it leans, the farther in its foot can be and the less it falls; from 58 deg on
+a Panda's hand that holds a book of 120 mm by its end is in the table."""
 KEPT = 0.008  # lowest point over what carries what topples, on the way in [m]: what paths keep, and a little more
 CLEAR = 0.03  # how far out from under the roof its foot is at the stand-off [m]
 BACK = 0.12
-"""How far the hand goes back the way it points [m]: from under what topples onto its lower finger, and takes that along a little,
-LIBERO's book by 48 mm, as its Panda's pads have a friction of 2."""
+"""How far the hand goes back the way it points [m]: from under what topples onto its lower finger, and takes
+that along a little, LIBERO's book by 48 mm, as its Panda's pads have a friction of 2."""
 
 
 def tilted(asked: list[Query]) -> Groups:
-    """Generate placements in an opening that is partly covered, such as that of a drawer under the handles of others, of what does
-    not get in upright: let down leaning, so that its edge comes in under what is over the opening, and straightened in there.
+    """Generate placements in an opening that is partly covered, such as that of a drawer under the handles of
+    others, of what does not get in upright: let down leaning, so that its edge comes in under what is over
+    the opening, and straightened in there.
 
     Raises:
         Unresolvable: something is in the payload, and would fall out.
@@ -72,8 +75,8 @@ def _check_empty(query: Query, does: str) -> None:
 
 
 def _leaning_in(query: Query) -> Iterator[Placement]:
-    """Ways in that are free for hand and payload, wherever the arm is: where it is let go of nearly upright, where it leans on the way
-    there, and the way out from that."""
+    """Ways in that are free for hand and payload, wherever the arm is: where it is let go of nearly upright,
+    where it leans on the way there, and the way out from that."""
     for towards, tilt in product(_under(query), TILTS):
         turns = _hand_down(query, _lean(towards, tilt))
         for offset, turned in product(_offsets(query, towards), turns):
@@ -81,16 +84,23 @@ def _leaning_in(query: Query) -> Iterator[Placement]:
             low, left = next(((low, pose) for low, pose in lows if not _met(query, pose)), (0.0, None))
             for back, over in product(FARTHER, OVER) if left else ():
                 at = over_floor(query, _lean(towards, tilt) * turned, _moved(query, offset, -back * towards), low + over)
-                out = next((o for o in _up_and_away(towards) if free_on_way(query, at, o)), None)
-                if left is not None and out is not None and _straightens(query, at, left):
-                    x, y = (1000 * v for v in offset)
-                    said = f"({x:+.0f} {y:+.0f}) mm from its middle, let down leaning by {tilt:.0f} deg, {1000 * back:.0f} mm farther out"
-                    leaning, name = query.hand(at), f"{said}, {1000 * over:.0f} mm higher"
-                    yield Placement(
-                        name, left, query.hand(left), shift(leaning, out), LOWS[0] - query.depth, "in", (leaning,), PARTS,
-                        stood_up(query.thing, left), reorients=True, opens=True,
-                    )  # fmt: skip
+                x, y = (1000 * v for v in offset)
+                said = f"({x:+.0f} {y:+.0f}) mm from its middle, let down leaning by {tilt:.0f} deg"
+                name = f"{said}, {1000 * back:.0f} mm farther out, {1000 * over:.0f} mm higher"
+                found = (_straightened(query, left or at, at, out, name) for out in _up_and_away(towards))
+                free = next((one for one in found if not room(one, query)), None)
+                if free is not None:
+                    yield free
                     break
+
+
+def _straightened(query: Query, left: Pose, at: Pose, out: Floats, name: str) -> Placement:
+    """The placement where it is let go of, and the way there: over an opening, leaning at a pose, straightened."""
+    leaning, lies = query.hand(at), stood_up(query.thing, left)
+    return Placement(
+        name, left, query.hand(left), shift(leaning, out), LOWS[0] - query.depth, "in", (leaning,), True, lies,
+        reorients=True, opens=True,
+    )  # fmt: skip
 
 
 def _lean(towards: Floats, degrees: float) -> Pose:
@@ -106,7 +116,8 @@ def _up_and_away(towards: Floats) -> Iterator[Floats]:
 
 
 def _under(query: Query) -> list[Floats]:
-    """Unit vectors along the opening's sides towards what is over it, the most direct one first, in the base frame."""
+    """Unit vectors along the opening's sides towards what is over it, the most direct one first, in the base
+    frame."""
     over = shapely.union_all([o.area for o in query.covers]).intersection(query.target.area).centroid
     middle = query.target.area.centroid
     to = query.target.pose.rotate((over.x - middle.x, over.y - middle.y, 0.0))
@@ -115,7 +126,8 @@ def _under(query: Query) -> list[Floats]:
 
 
 def _hand_down(query: Query, lean: Pose) -> list[Pose]:
-    """Attitudes of a thing turned about its own upright axis, those first at which the hand points straight down when it leans."""
+    """Attitudes of a thing turned about its own upright axis, those first at which the hand points straight
+    down when it leans."""
     found = []
     for k in range(HEADINGS):
         turned = about_vertical(query.now, math.tau * k / HEADINGS)
@@ -124,7 +136,8 @@ def _hand_down(query: Query, lean: Pose) -> list[Pose]:
 
 
 def _offsets(query: Query, towards: Floats) -> Iterator[tuple[float, float]]:
-    """Positions in an opening, in its frame, at which a thing stands as far out from under what is over it as it can, or nearly [m]."""
+    """Positions in an opening, in its frame, at which a thing stands as far out from under what is over it as
+    it can, or nearly [m]."""
     frame = query.target.pose.inverse()
     way = frame.rotate(towards)[:2]
     across = np.array([-way[1], way[0]])
@@ -149,15 +162,9 @@ def _met(query: Query, pose: Pose) -> bool:
     return query.scene.met(query.belief.base() * query.hand(pose)) is not None
 
 
-def _straightens(query: Query, leaning: Pose, left: Pose) -> bool:
-    """Whether hand and thing are free as it leans less and less."""
-    ways = (interpolate(query.hand(leaning), query.hand(left), part) for part in STRAIGHTEN)
-    return not any(_met(query, pose * query.held.tcp_to_thing) for pose in ways)
-
-
 def toppling(asked: list[Query]) -> Groups:
-    """Generate placements under a roof that is too low for the payload, such as of a book under a shelf: its foot goes in there, leaning
-    out, and when it is let go of it topples about that and lies there.
+    """Generate placements under a roof that is too low for the payload, such as of a book under a shelf: its
+    foot goes in there, leaning out, and when it is let go of it topples about that and lies there.
 
     The hand stays before the roof; what lies there sticks out.
 
@@ -186,5 +193,5 @@ def _foot_in(query: Query, leaning: Pose, lies: Pose, out: Floats, name: str) ->
     far, pose = CLEAR + float((area @ out).max()) + support(query.thing, leaning, -out), query.hand(leaning)
     back = pose * Pose((0.0, 0.0, -BACK))
     return Placement(
-        name, leaning, pose, shift(pose, far * out), KEPT, "toppled", (), LEVELLY, lies, back, reorients=True, opens=True
+        name, leaning, pose, shift(pose, far * out), KEPT, "toppled", (), True, lies, back, reorients=True, opens=True
     )  # fmt: skip

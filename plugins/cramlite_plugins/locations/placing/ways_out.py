@@ -1,7 +1,8 @@
-"""Ways of a payload out of a stable pose into the open, planned backwards: up, obliquely, through a side, tilted first, and toppling.
+"""Ways of a payload out of a stable pose into the open, planned backwards: up, obliquely, through a side,
+tilted first, and toppling.
 
-Each is a generator of placements for the one driver, which checks hand and payload, arm, and what later tasks need. Another way
-to put something is another function here, and an entry of ``WAYS``.
+Each is a generator of placements for the one driver, which checks hand and payload, arm, and what later tasks
+need. Another way to put something is another function here, and an entry of ``WAYS``.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ from ..pushing.contacts import STEEP
 from .access import COVERS, covered, goes_in_upright
 from .checks import SHAPES, first_objection
 from .positions import free_for, positions_on, radius
-from .query import LEVELLY, Found, Groups, Placement, Query, covers, is_roofed, lying_in, standing_on
+from .query import Found, Groups, Placement, Query, covers, is_roofed, lying_in, standing_on
 from .stable_poses import (
     Rest,
     about_vertical,
@@ -39,13 +40,13 @@ from .stable_poses import (
 from .tilting import tilted, toppling
 
 PER_HEIGHT = 0.02  # cost of each height above the lowest
-BETWEEN = (1.0, 0.67, 0.33)  # parts of a way down from aside that are looked at first
 
 HIGH = 0.010  # lowest point above a surface on a level way [m]
 BEFORE_IT = 0.02  # between the payload and the thing that it goes into, where a level way begins [m]
 STEP = 0.01  # between positions, from the middle of a surface outwards [m]
 ASIDE = (0.0, 0.3, -0.3, 0.1, -0.1, 0.2, -0.2)
-"""Positions across the way in, as shares of half the width: in a microwave beside its open door a hand had room on 15 mm of it."""
+"""Positions across the way in, as shares of half the width: in a microwave beside its open door a hand had
+room on 15 mm of it."""
 TURNS = (0.0, 10.0, -10.0, 20.0, -20.0, 5.0, -5.0)  # of the hand from pointing straight inwards [deg]
 
 
@@ -83,8 +84,8 @@ def up(asked: list[Query]) -> Groups:
 
 
 def _from_above(rest: Rest) -> Iterator[Found]:
-    """Heights at which it is let go of, and at each the ways from above and aside: a drawer under another one has no room above,
-    and some before it."""
+    """Heights at which it is let go of, and at each the ways from above and aside: a drawer under another one
+    has no room above, and some before it."""
     query = rest.query
     for k, (over, above) in enumerate(rest.heights):
         thing = shift(rest.thing, (0.0, 0.0, over))
@@ -96,7 +97,7 @@ def _from_above(rest: Rest) -> Iterator[Found]:
         yield query, straight
         if rest.kind == "in" and _may_be_there(straight, query):
             for side, way in slants(above):
-                yield query, replace(straight, name=f"{name}, from {side}", before=shift(pose, way), parts=BETWEEN, aside=True)
+                yield query, replace(straight, name=f"{name}, from {side}", before=shift(pose, way), led=True, aside=True)
 
 
 def _may_be_there(placement: Placement, query: Query) -> bool:
@@ -117,8 +118,8 @@ def _at_best(asked: list[Query], now: Pose) -> Iterator[Refused]:
 
 
 def prepared(bare: list[Query]) -> list[Query]:
-    """Return the targets of what comes from above: with what stands there; of an opening beside what lies in it and is over it, and
-    anywhere."""
+    """Return the targets of what comes from above: with what stands there; of an opening beside what lies in
+    it and is over it, and anywhere."""
     if not bare[0].depth:
         return bare if bare[0].uneven else with_middle([replace(q, obstacles=standing_on(q)) for q in bare])
     anywhere = [covered(q) for q in bare]
@@ -139,10 +140,11 @@ def _check_way_in(query: Query, now: Pose) -> None:
 
 
 def sideways(asked: list[Query]) -> Groups:
-    """Generate placements under a roof, such as in a microwave or on a level of a shelf: carried in level through a side that is open.
+    """Generate placements under a roof, such as in a microwave or on a level of a shelf: carried in level
+    through a side that is open.
 
-    The hand points inwards, so that it stays before the opening or is no higher than what it holds; of the positions those come
-    first that are farthest in.
+    The hand points inwards, so that it stays before the opening or is no higher than what it holds; of the
+    positions those come first that are farthest in.
 
     Raises:
         Unresolvable: the hand points down, the payload is too high, or no side is open.
@@ -193,7 +195,7 @@ def _level(query: Query, out: Floats) -> Iterator[Placement]:
         far = support(query.whole, query.at, out) + support(query.thing, thing, -out) + BEFORE_IT
         pose, aside = query.hand(thing), f"{1000 * share * wide:+.0f} mm aside, turned {yaw:+.0f} deg"
         name = f"{1000 * gone:.0f} mm out from its middle, {aside}, through its side"
-        yield Placement(name, thing, pose, shift(pose, far * out), HIGH, parts=LEVELLY)
+        yield Placement(name, thing, pose, shift(pose, far * out), HIGH, led=True)
 
 
 def _rank_up(asked: Sequence[Query]) -> int | None:

@@ -41,7 +41,7 @@ from cramlite.model import (
 from cramlite.plugin import UserError
 
 from ..controller.commanded_arm import CommandedArm
-from ..urscript.interpreter import Halted
+from ..controller.halted import Halted
 from . import control, force_steps, steps
 from .steps import Cycles, StepFailed
 

@@ -18,9 +18,9 @@ from ...kinematics.kinematics import nearest_branch
 from ...kinematics.timing import profile_for_duration
 from ..controller.controller import ABANDONED, Controller
 from ..controller.force_mode import ForceMode
+from ..controller.halted import Halted
 from ..controller.trajectories import Motion, StoppingMotion
 from ..urscript.builtins import PURE, Library, blocks
-from ..urscript.interpreter import Halted
 from ..urscript.values import PoseValue, ScriptError, as_pose, from_pose, numbers, real, show
 from .clock import Clock
 from .electrics import electrics

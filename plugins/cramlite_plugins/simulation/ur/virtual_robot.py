@@ -9,9 +9,10 @@ from cramlite.model import Robot, World
 from cramlite.plugin import UserError, nearest
 
 from ..controller.controller import Controller
+from ..controller.halted import Halted
 from ..controller.protective_stop import ProtectiveStop, Safety
 from ..model.compile import compile_world, displace
-from ..urscript.interpreter import Halted, Machine, Stopped, load
+from ..urscript.interpreter import Machine, Stopped, load
 from ..urscript.values import ScriptError, from_pose
 from .functions import Functions
 from .pose_server import PoseServer

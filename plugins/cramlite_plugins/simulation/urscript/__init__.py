@@ -10,8 +10,9 @@
 
 from __future__ import annotations
 
+from ..controller.halted import Halted
 from .builtins import PURE, Library
-from .interpreter import Halted, Limits, Loaded, Machine, Stopped, load
+from .interpreter import Limits, Loaded, Machine, Stopped, load
 from .parser import parse
 from .values import ScriptError
 

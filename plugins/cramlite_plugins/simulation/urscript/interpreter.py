@@ -15,6 +15,7 @@ from msgspec.structs import replace
 from cramlite.model import Value
 from cramlite.plugin import UserError
 
+from ..controller.halted import Halted
 from . import arithmetic, values
 from .builtins import PURE, Library
 from .check import Lack, check, refuse_lacks
@@ -52,10 +53,6 @@ class Loaded(Value):
 
     tree: Function
     code: CodeType
-
-
-class Halted(Exception):
-    """Raised when the program calls halt."""
 
 
 class Stopped(Exception):

@@ -1,0 +1,138 @@
+"""Phrases of goals, "THING on PLACE": the words, and the facts that they ask for."""
+
+from __future__ import annotations
+
+import math
+from functools import partial
+
+from msgspec.structs import replace
+
+from cramlite.model import EntityName, thing_of
+from cramlite.plugin import (
+    EFFECTOR,
+    Bound,
+    GoalCondition,
+    GoalPhrase,
+    Manner,
+    Pattern,
+    SymbolicWorld,
+    UserError,
+    contents,
+    nearest,
+)
+
+from .extents import CAVITY, PEG, REGIONS, in_extent
+
+OPEN = 0.2
+"""Share of a joint's range from which a thing is open: the rule of opening asks for as much."""
+EXACT = 0.05
+"""Share of a joint's range by which what was opened by an amount may be off: 10 mm of a drawer's 200."""
+CONTROL = "cram:Control"
+"""What can be turned on and off."""
+STANDS = ("is", "hangs", "stands", "lies")
+
+
+def let_go(thing: str) -> frozenset[Pattern]:
+    """Nobody holds it, and the hand has left it."""
+    return frozenset({("grasps", None, thing), ("touches", EFFECTOR, thing)})
+
+
+def _held(_scene: SymbolicWorld, thing: str) -> GoalCondition:
+    return GoalCondition(needs=frozenset({("grasps", EFFECTOR, thing)}))
+
+
+def _on(scene: SymbolicWorld, thing: str, place: str) -> GoalCondition:
+    """On a thing with a peg it hangs; of a cavity, on is in."""
+    if place != thing_of(place):
+        return _at_region(scene, thing, place)
+    peg = scene.world.thing(place).feature(PEG)
+    there = ("touches", thing, str(EntityName(place, peg.name))) if peg else ("supports", place, thing)
+    return GoalCondition(frozenset({there}), let_go(thing), spot=peg is None)
+
+
+def _off(scene: SymbolicWorld, thing: str, place: str) -> GoalCondition:
+    """It may be in the hand."""
+    if place != thing_of(place):
+        raise UserError(f"'off' is said of a whole thing: '{thing_of(place)}'.")
+    return GoalCondition(without=frozenset(_on(scene, thing, place).needs))
+
+
+def _in(scene: SymbolicWorld, thing: str, place: str) -> GoalCondition:
+    """Over a place is in it for planning; of a container a run must show that it is inside."""
+    if place != thing_of(place):
+        return _at_region(scene, thing, place)
+    on_peg = scene.world.thing(place).feature(PEG) is not None
+    hollow = scene.world.thing(place).feature(CAVITY) is not None
+    shown = frozenset({("in_cavity", thing, place)} if hollow else ())
+    return GoalCondition(frozenset({("in_or_above", thing, place)}), let_go(thing), spot=not on_peg, shown=shown)
+
+
+def _at_region(scene: SymbolicWorld, thing: str, place: str) -> GoalCondition:
+    """In a cavity, or on an area of a surface, of a thing that has several: a run must show in which."""
+    whole, region = thing_of(place), EntityName.parse(place).part
+    features = {f.name: f for f in scene.world.thing(whole).features if f.type in REGIONS}
+    if region not in features:
+        raise UserError(f"'{place}' is no surface and no cavity that things could be put on or in; {nearest(region, features)}.")
+    feature = features[region]
+    point = (scene.world.thing(whole).pose * feature.pose).inverse().apply(scene.world.thing(thing).pose.position)
+    there = ("in_or_above", thing, whole) if feature.type == CAVITY else ("supports", whole, thing)
+    return GoalCondition(
+        frozenset({there}), let_go(thing), spot=True, shown=frozenset({("in_region", thing, place)}),
+        manner=Manner({"region": region}, holds=in_extent(feature.type, feature.size, point)),
+    )  # fmt: skip
+
+
+def _poured_into(scene: SymbolicWorld, source: str, destination: str) -> GoalCondition:
+    """The first vessel is lifted: the rule of pouring does not ask for it, but nobody tilts what stands."""
+    if source not in {t.name for t in scene.filled()}:
+        raise UserError(f"'{source}' holds nothing that could be poured.")
+    return GoalCondition(frozenset({("contains", destination, contents(source))}), frozenset({("supports", None, source)}))
+
+
+def _is_open(_scene: SymbolicWorld, thing: str) -> GoalCondition:
+    return GoalCondition(frozenset({("joint_open", thing)}), frozenset({("touches", EFFECTOR, thing)}))
+
+
+def _is_closed(_scene: SymbolicWorld, thing: str) -> GoalCondition:
+    return GoalCondition(frozenset({("joint_closed", thing)}), frozenset({("touches", EFFECTOR, thing)}))
+
+
+def _opened_by(scene: SymbolicWorld, thing: str, amount: str) -> GoalCondition:
+    """Open by so much of what its joint can; less than what counts as open is no goal, as no task ends there."""
+    from cramlite.plugin import parse_quantity  # it loads pydantic
+
+    joint = scene.world.thing(thing).joint
+    if joint is None:
+        raise UserError(f"'{thing}' has no joint to be opened by.")
+    try:
+        value = parse_quantity(amount, "length" if joint.kind == "slide" else "angle")
+    except ValueError as error:
+        raise UserError(f"{error}.") from error
+    span = joint.upper - joint.lower
+    share, (least, most) = value / span, (_amount(joint.kind, s * span) for s in (OPEN, 1.0))
+    if not OPEN <= share <= 1.0:
+        raise UserError(f"'{thing}' opens by {most} at most, and is open from {least} on.")
+    bound = Bound(("joint_share", thing), share - EXACT, share + EXACT)
+    now = (joint.value - joint.lower) / span
+    return replace(_is_open(scene, thing), bounds=(bound,), manner=Manner(parameters={"share": share}, holds=abs(now - share) <= EXACT))
+
+
+def _amount(kind: str, value: float) -> str:
+    return f"{1000 * value:.0f} mm" if kind == "slide" else f"{math.degrees(value):.0f} deg"
+
+
+def _turned(scene: SymbolicWorld, thing: str, on: bool) -> GoalCondition:
+    if not scene.is_a(thing, CONTROL):
+        raise UserError(f"'{thing}' is no knob and no switch ({CONTROL}) that could be turned on or off.")
+    return (_is_open if on else _is_closed)(scene, thing)
+
+
+HELD = (GoalPhrase("THING held", _held),)
+ON_OR_OFF = (GoalPhrase("THING on PLACE", _on, STANDS), GoalPhrase("THING off PLACE", _off, STANDS))
+POURED = (GoalPhrase("VESSEL poured into VESSEL", _poured_into),)
+IN_PLACE = (GoalPhrase("THING in PLACE", _in, STANDS),)
+OPENED = (
+    GoalPhrase("THING open", _is_open, ("is", "stands")), GoalPhrase("THING open by AMOUNT", _opened_by, ("is", "stands")),
+    GoalPhrase("THING turned on", partial(_turned, on=True)),
+)  # fmt: skip
+SHUT = (GoalPhrase("THING closed", _is_closed, ("is", "stands")), GoalPhrase("THING turned off", partial(_turned, on=False)))
