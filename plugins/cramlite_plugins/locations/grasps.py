@@ -41,7 +41,7 @@ from .from_aside import slants
 from .grips import AGAIN, SLACK, Grip, ranked, too_wide, varied, why_none
 from .hand_room import HandRoom
 from .placing.access import goes_in_tilted, goes_under_a_roof
-from .placing.ways_out import STEEP
+from .pushing.contacts import STEEP
 from .reached import Arm, Leg
 
 STANDOFF = 0.10  # pre-grasp distance [m]: the longest finger pad and the tab of a product fit in between

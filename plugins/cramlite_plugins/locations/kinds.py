@@ -55,21 +55,23 @@ KINDS: Mapping[str, LocationKind] = {
         ),
         LocationKind(
             "pushed_in", "Fingers 100 mm behind it; the path ends where they have brought it to where it should lie.",
-            Lazy("push_in", "pushed_in"), "a thing that tipped over", Begun,
+            Lazy("pushing.back_in", "pushed_in"), "a thing that tipped over", Begun,
         ),
-        LocationKind("off", "Level back, until closed fingers are before it.", Lazy("push_deeper", "off"), "a thing under a roof"),
+        LocationKind("off", "Level back, until closed fingers are before it.", Lazy("pushing.farther_in", "off"), "a thing under a roof"),
         LocationKind(
-            "deeper", "Straight inwards, until it is out of the way of what a later task closes.", Lazy("push_deeper", "deeper"),
+            "deeper", "Straight inwards, until it is out of the way of what a later task closes.", Lazy("pushing.farther_in", "deeper"),
             "a thing under a roof",
         ),
         LocationKind("extract", "A path along the peg, over its tip.", Lazy("pegs", "extract"), "a peg"),
         LocationKind(
             "insert", "Before the tip; the path leads to the tip, past its bend, along the peg, and down.", Lazy("pegs", "insert"), "a peg"
         ),
-        LocationKind("push", "Closed fingers beside one of its faces.", Lazy("push", "beside"), THING),
-        LocationKind("pushed", "Straight on from where the fingers are.", Lazy("push", "beyond"), THING, Along),
-        LocationKind("behind", "Fingers behind it, or in it.", Lazy("push_to", "behind"), FLAT, PushedThing),
-        LocationKind("pushed_to", "A path on which it comes to its region, or aside.", Lazy("push_to", "pushed_to"), FLAT, PushedThing),
+        LocationKind("push", "Closed fingers beside one of its faces.", Lazy("pushing.straight", "beside"), THING),
+        LocationKind("pushed", "Straight on from where the fingers are.", Lazy("pushing.straight", "beyond"), THING, Along),
+        LocationKind("behind", "Fingers behind it, or in it.", Lazy("pushing.straight", "behind"), FLAT, PushedThing),
+        LocationKind(
+            "pushed_to", "A path on which it comes to its region, or aside.", Lazy("pushing.straight", "pushed_to"), FLAT, PushedThing
+        ),
         LocationKind("near", "At rest beside or above it, clear of all else.", Lazy("near", "near_thing"), THING),
         LocationKind("touch", "The fingers' tips above its middle.", Lazy("touch", "touch"), "a thing with a surface"),
         LocationKind(
@@ -81,15 +83,15 @@ KINDS: Mapping[str, LocationKind] = {
         LocationKind("stop", "A path with its joint on to its stop.", Lazy("handles", "joint_way"), JOINTED, JointWay),
         LocationKind(
             "front", "Closed fingers before its front or over its upper edge, where the arm can follow it until it is shut.",
-            Lazy("push", "before_front"), JOINTED,
+            Lazy("pushing.along_joint", "before_front"), JOINTED,
         ),
         LocationKind(
             "inner_side", "Closed fingers behind it, over its upper edge, where the arm can follow it until it is so far open.",
-            Lazy("push", "behind_door"), "a door that stands ajar", InnerSide,
+            Lazy("pushing.along_joint", "behind_door"), "a door that stands ajar", InnerSide,
         ),
         LocationKind(
-            "atop", "Closed fingers over the bar of its handle, pointing down.", Lazy("push", "atop_handle"), "a drawer with a handle",
-            Handle,
+            "atop", "Closed fingers over the bar of its handle, pointing down.", Lazy("pushing.along_joint", "atop_handle"),
+            "a drawer with a handle", Handle,
         ),
         LocationKind(
             "pour", "The payload's lip over it; the path tilts the payload.", Lazy("pour", "pour"), "a vessel", Tilting

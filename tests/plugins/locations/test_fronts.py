@@ -16,7 +16,8 @@ from cramlite_plugins.kinematics.kinematics import inverse
 from cramlite_plugins.locations.antipodal import FINGER
 from cramlite_plugins.locations.handles import LEFT, ajar, along_joint, lever
 from cramlite_plugins.locations.kinds import ground
-from cramlite_plugins.locations.push import BEHIND, NEARER
+from cramlite_plugins.locations.pushing.along_joint import NEARER
+from cramlite_plugins.locations.pushing.straight import BEHIND
 from cramlite_plugins.motion_planning.cartesian import COARSE, JointPath, plan_straight_line
 from cramlite_plugins.robots.fr3 import FR3
 from cramlite_plugins.robots.ur5e import UR5E

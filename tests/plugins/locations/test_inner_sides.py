@@ -16,7 +16,7 @@ from cramlite_plugins.kinematics.kinematics import inverse
 from cramlite_plugins.locations.antipodal import FINGER
 from cramlite_plugins.locations.handles import BEGUN, OPENED, PUSHED_ON, along_joint, lever
 from cramlite_plugins.locations.kinds import ground
-from cramlite_plugins.locations.push import INSIDE
+from cramlite_plugins.locations.pushing.along_joint import INSIDE
 from cramlite_plugins.motion_planning.cartesian import COARSE, JointPath, plan_straight_line
 from cramlite_plugins.motion_planning.reach import tcp
 from cramlite_plugins.robots.ur5e import UR5E

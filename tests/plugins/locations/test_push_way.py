@@ -8,7 +8,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from cramlite.plugin import Refused
-from cramlite_plugins.locations.push_way import (
+from cramlite_plugins.locations.pushing.around import (
     STEP,
     Met,
     Spot,

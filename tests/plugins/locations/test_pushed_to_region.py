@@ -8,8 +8,8 @@ from msgspec.structs import replace
 from cramlite import Engine, find_scenario, read_scenario
 from cramlite.model import Location, Place, Pose, RobotMount, World, initial_belief
 from cramlite.plugin import Context, Grounding, Refused
-from cramlite_plugins.locations import push_way
 from cramlite_plugins.locations.kinds import ground
+from cramlite_plugins.locations.pushing import around
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.simulation.objects.products_and_fixtures import block, table
 
@@ -47,5 +47,5 @@ def test_what_a_thing_would_meet_is_asked_anew_once_that_is_elsewhere() -> None:
     belief = initial_belief(world, "arm", UR5E.home, 0.0)
     for y, meets in ((0.2, True), (0.4, False), (0.2, True)):
         other = replace(belief.poses["other"], pose=Pose((0.45, y, 0.035)))
-        met = push_way.met_alone(replace(belief, poses={**belief.poses, "other": other}), context, "board")
+        met = around.met_alone(replace(belief, poses={**belief.poses, "other": other}), context, "board")
         assert [bool(met((0.45, 0.2))) for _ in range(2)] == [meets, meets]

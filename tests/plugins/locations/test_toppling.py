@@ -33,7 +33,7 @@ from cramlite_plugins.locations.kinds import ground
 from cramlite_plugins.locations.placing.query import queries
 from cramlite_plugins.locations.placing.tilting import BACK, LEANS
 from cramlite_plugins.locations.placing.ways_out import WAYS
-from cramlite_plugins.locations.push_in import CAME_OUT, FURTHER
+from cramlite_plugins.locations.pushing.back_in import CAME_OUT, FURTHER
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.shapes.bounds import corners, support
 from cramlite_plugins.shapes.roofs import has_own_roof

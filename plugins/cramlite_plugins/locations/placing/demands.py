@@ -18,7 +18,7 @@ from ...shapes.itself import Itself
 from ...shapes.roofs import roofed
 from ..later import retracts_from
 from ..places import ways_back
-from ..push_in import ways_in
+from ..pushing.back_in import ways_in
 from ..reached import Arm, Leg
 from ..room_to_close import first_met
 from .checks import Check, lowered

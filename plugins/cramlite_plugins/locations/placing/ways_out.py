@@ -23,6 +23,7 @@ from ...shapes.bounds import centre_of_mass, height, support
 from ...shapes.roofs import open_sides
 from ..from_aside import slants
 from ..parameters import Where
+from ..pushing.contacts import STEEP
 from .access import COVERS, covered, goes_in_upright
 from .checks import SHAPES, first_objection
 from .positions import free_for, positions_on, radius
@@ -47,7 +48,6 @@ ASIDE = (0.0, 0.3, -0.3, 0.1, -0.1, 0.2, -0.2)
 """Positions across the way in, as shares of half the width: in a microwave beside its open door a hand had
 room on 15 mm of it."""
 TURNS = (0.0, 10.0, -10.0, 20.0, -20.0, 5.0, -5.0)  # of the hand from pointing straight inwards [deg]
-STEEP = 0.85  # of the hand's approach, downwards, from which on it points nowhere: it would be as high as it is long
 
 
 

@@ -1,5 +1,4 @@
-"""Pushing to a region, or out of the way: fingers low behind a flat thing, seen from there, or in it behind its rim, and the way that
-brings it there."""
+"""Straight pushes of what is loose: beside a face and on, or from behind or inside it to a region or out of the way."""
 
 from __future__ import annotations
 
@@ -10,29 +9,16 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import (
-    Belief,
-    CarriedAlong,
-    Feature,
-    Floats,
-    Gripper,
-    Held,
-    Location,
-    Place,
-    Pose,
-    Thing,
-    thing_of,
-)
+from cramlite.model import Belief, CarriedAlong, Feature, Floats, Held, Location, Place, Pose, Thing, thing_of
 from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 
-from ..motion_planning.cartesian import plan_straight_line
-from ..motion_planning.reach import bound, collision_free_ik, make_scene, reference_pose, shift, tcp
-from ..shapes.bounds import support
-from ..shapes.carried_along import carried_along
-from ..shapes.ray_casting import body, intervals
-from .antipodal import FINGER
-from .parameters import PushedThing, asked
-from .push_way import (
+from ...motion_planning.cartesian import plan_straight_line
+from ...motion_planning.reach import bound, causes, collision_free_ik, make_scene, reference_pose, shift, tcp
+from ...shapes.bounds import support
+from ...shapes.carried_along import carried_along
+from ..parameters import Along, PushedThing, asked
+from ..reached import Arm, Candidate, Leg, reached
+from .around import (
     CLEAR,
     LIFT,
     STEP,
@@ -45,29 +31,63 @@ from .push_way import (
     way_straight,
     ways_around,
 )
+from .contacts import ALMOST, UP, Hand, free_ahead, hands_behind, hands_in, sides, towards
 
-ABOVE, GAP = 0.06, 0.01  # over the place behind a thing at the stand-off, and from there to the thing [m]
-LOW = 1 / 3  # finger tips over what carries a thing, as a share of its height: under a plate's rim, that they meet
-SHARES = (0.0, 0.35, 0.6)
-"""Of a region's half sides, towards the thing, from its middle: ends of the way; the rest is left for how far it slips."""
-TURNS = (0.0, 180.0)
-"""Of the hand about the vertical [deg]: its fingers open across the way."""
-EIGHTHS = (0.0, 180.0, 90.0, 270.0, 45.0, 225.0, 135.0, 315.0)
-"""The same of closed fingers in a thing."""
-SPOTS = ((0.0, 0.0), (0.02, 0.0), (0.0, 0.02), (0.0, -0.02), (-0.02, 0.0))
-"""For these, from its middle, ahead and to the left [m]: where the hand is beside what stands beside the thing."""
+BEHIND = 0.05  # from a face to the fingers at the stand-off [m]
+ABOVE = 0.06  # over the place behind a thing at the stand-off [m]
+OVER_SUPPORT, UNDER_PALM = 0.015, 0.010  # finger tips above what carries the thing; the palm above the thing [m]
 INNER = 0.6
 """Of a region's half sides, from its middle: where ways around something end."""
 FARTHER = (1.0, 0.7, 1.5)
 """Times as far as asked that something is pushed aside: it may be in the way by more, and there may be less room."""
 DIRECTIONS = 16
 """In which it is pushed aside."""
-OVER, DEEP, PLAY = 0.0005, 0.006, 0.001  # finger tips in a thing, over its floor; the least that its rim stands up; before it [m]
 SHORT = 1e-6  # [m]: no way at all
 SPOT = Feature("spot", "vrps:SurfaceFeature", size={"radius": 0.0})  # a region that is a point
-UP = np.array([0.0, 0.0, 1.0])
-Hand = tuple[Floats, Pose, float, str]
-"""The level way (3,) of a thing, the TCP from where it begins, how far the fingers are open [m], and how the hand is held."""
+
+
+def beside(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
+    """Generate one place for each of the four upright faces, the one that is pushed straight away from the robot first."""
+    entity = bound(context, location.of)
+    thing, gripper = belief.thing(entity), context.robot.gripper
+    if not thing.movable:
+        raise Unresolvable(f"'{entity}' is fixed and cannot be pushed", (location.of or "",))
+    pose, shut = reference_pose(belief, location, context), gripper.opening[0]
+    low, top = -support(thing, pose, -UP), support(thing, pose, UP)
+    height = max(low + OVER_SUPPORT + gripper.pad[1] / 2, top + UNDER_PALM - gripper.depth)
+
+    def towards_the_side(way: Floats) -> Candidate:
+        face = support(thing, pose, -way)  # along -way, from the base's origin
+        centre = np.asarray(pose.position)
+        point = centre - way * (face + float(centre @ way) + gripper.pad[0] / 2 + ALMOST)
+        at = Pose.from_axes((float(point[0]), float(point[1]), height), (0, 0, -1), way)
+        before, name = shift(at, -BEHIND * way), f"towards ({way[0]:+.2f} {way[1]:+.2f})"
+        place = Place(at, before, shut, (float(way[0]), float(way[1]), 0.0), thing=thing.name)
+        return Candidate(name, place, (Leg(before, (), shut), Leg(at, (thing.name,), shut)), f"'{entity}' {name}")
+
+    yield from reached(map(towards_the_side, _ways(pose)), Arm(belief, context))
+
+
+def _ways(pose: Pose) -> list[Floats]:
+    """The horizontal directions of a thing's own x and y axes, outwards from the robot first."""
+    out = np.array([*pose.position[:2], 0.0])
+    x = pose.rotate((1.0, 0.0, 0.0))
+    angle = math.atan2(float(x[1]), float(x[0]))
+    turns = [angle + k * math.pi / 2 for k in range(4)]
+    ways = [np.array([math.cos(a), math.sin(a), 0.0]) for a in turns]
+    return sorted(ways, key=lambda w: -round(float(w @ out), 6))
+
+
+def beyond(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
+    """Generate the place straight on from where the fingers are, in the direction of the place that they push from."""
+    entity, distance = bound(context, location.of), asked(location, Along).distance_m
+    start: Place = context.bindings[f"push({location.of})"]
+    end = shift(tcp(belief, context), np.asarray(start.approach) * distance)
+    there = collision_free_ik(make_scene(belief, context, [entity]), context, end, belief.joints)
+    if isinstance(there, Refused):
+        said = f"after {1000 * distance:.0f} mm: {there.reason}"
+        raise Unresolvable(said, causes(location, context), blocking=there.blocking, collision=there.collision, remedy=there.remedy)
+    yield Grounding(Place(end, end, thing=entity), f"{1000 * distance:.0f} mm on", key="on")
 
 
 def behind(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
@@ -82,22 +102,18 @@ def behind(location: Location, belief: Belief, context: Context) -> Iterator[Gro
         raise Unresolvable(f"'{entity}' is fixed and cannot be pushed", (location.of or "",))
     aside = asked(location, PushedThing).aside_m is not None
     hands = (_aside if aside else _to_region)(thing, pose, location, belief, context)
-    for k, hand in enumerate(hands):
+
+    def over(hand: Hand | Refused) -> Candidate | Refused:
         if isinstance(hand, Refused):
-            yield hand
-            continue
+            return hand
         way, at, opening, turn = hand
-        name = f"by ({1000 * way[0]:+.0f} {1000 * way[1]:+.0f}) mm, hand {turn}"
-        free = make_scene(belief, context, (), opening)
-        near, before = make_scene(belief, context, [entity], opening) if inside else free, shift(at, ABOVE * UP)
-        off = collision_free_ik(free, context, before, belief.joints)
-        there = off if isinstance(off, Refused) else collision_free_ik(near, context, at, off)
-        if isinstance(there, Refused):
-            yield there.of(name)
-        else:
-            x, y, _ = (float(v) for v in way + pose.position)
-            place = Place(at, before, opening, (0.0, 0.0, -1.0), thing=thing.name, carried=CarriedAlong(to_m=(x, y)))
-            yield Grounding(place, f"'{entity}' {name}", 0.1 * k, key=name, anew=True)
+        name, before = f"by ({1000 * way[0]:+.0f} {1000 * way[1]:+.0f}) mm, hand {turn}", shift(at, ABOVE * UP)
+        x, y, _ = (float(v) for v in way + pose.position)
+        place = Place(at, before, opening, (0.0, 0.0, -1.0), thing=thing.name, carried=CarriedAlong(to_m=(x, y)))
+        legs = Leg(before, (), opening), Leg(at, (entity,) if inside else (), opening)
+        return Candidate(name, place, legs, f"'{entity}' {name}", anew=True)
+
+    yield from reached(map(over, hands), Arm(belief, context))
 
 
 def _to_region(thing: Thing, pose: Pose, location: Location, belief: Belief, context: Context) -> Iterator[Hand | Refused]:
@@ -110,7 +126,7 @@ def _to_region(thing: Thing, pose: Pose, location: Location, belief: Belief, con
     if isinstance(last, Refused):
         yield last.of("by any hand", passed=1)  # says more than where each hand is stopped
         return
-    yield from _hands_in(thing, pose, context.robot.gripper, _towards(pose, area, frame, 0.0), last)
+    yield from hands_in(thing, pose, context.robot.gripper, towards(pose, area, frame, 0.0), last)
 
 
 def _aside(thing: Thing, pose: Pose, location: Location, belief: Belief, context: Context) -> Iterator[Hand | Refused]:
@@ -125,7 +141,7 @@ def _aside(thing: Thing, pose: Pose, location: Location, belief: Belief, context
         if isinstance(no := way_straight((x, y), to, met), Refused):
             yield no.of(f"by ({1000 * way[0]:+.0f} {1000 * way[1]:+.0f}) mm")
         elif asked(location, PushedThing).inside:
-            found.append(_hands_in(thing, pose, gripper, way, way))
+            found.append(hands_in(thing, pose, gripper, way, way))
         else:
             found.append(hands_behind(thing, pose, _apart(location), gripper, SPOT, Pose((*to, z)), (0.0,)))
     yield from (hand for row in itertools.zip_longest(*found) for hand in row if hand is not None)
@@ -190,7 +206,7 @@ def _last(location: Location, belief: Belief, context: Context, entity: str, are
         Unresolvable: it is there already.
     """
     pose, met = belief.pose(entity), met_alone(belief, context, entity)
-    (x, y, _), way = pose.position, _towards(pose, area, frame, 0.0)
+    (x, y, _), way = pose.position, towards(pose, area, frame, 0.0)
     if float(np.linalg.norm(way)) < SHORT:
         raise Unresolvable(f"'{entity}' is in the middle of its region already", (), blocking=())
     around = asked(location, PushedThing).around
@@ -203,7 +219,7 @@ def _last(location: Location, belief: Belief, context: Context, entity: str, are
 
 def _left(area: Feature, frame: Pose) -> Left:
     """How far points of the base's x-y plane are from the middle part of an area [m]."""
-    half, back = INNER * np.array(_sides(area)) / 2, frame.inverse()
+    half, back = INNER * np.array(sides(area)) / 2, frame.inverse()
     height = frame.position[2]
     return lambda spot: float(np.linalg.norm(np.maximum(np.abs(back.apply((*spot, height))[:2]) - half, 0.0)))
 
@@ -242,95 +258,13 @@ def _region(thing: Thing, pose: Pose, name: str, belief: Belief) -> tuple[Featur
     return min(areas, key=lambda one: abs(one[1].position[2] - low))
 
 
-def _sides(area: Feature) -> list[float]:
-    """Of an area, or of the square in a round one [m]."""
-    return [area.size["radius"] * math.sqrt(2)] * 2 if "radius" in area.size else [area.size["width"], area.size["depth"]]
-
-
-def _towards(pose: Pose, area: Feature, frame: Pose, share: float) -> Floats:
-    """The level way (3,) [m] of a thing's origin into an area: to its middle, or to a share of its half sides nearer."""
-    half, local = share * np.array(_sides(area)) / 2, frame.inverse().apply(pose.position)
-    target = frame.apply((*np.clip(local[:2], -half, half), 0.0))
-    return np.array([*(target - np.asarray(pose.position))[:2], 0.0])
-
-
-def hands_behind(
-    thing: Thing, pose: Pose, apart: float, gripper: Gripper, area: Feature, frame: Pose, shares: Sequence[float] = SHARES
-) -> Iterator[Hand]:
-    """Generate hands whose fingers are behind a thing, as far open as a share of the thing's width."""
-    low, top = -support(thing, pose, -UP), support(thing, pose, UP)
-    for share, turn in itertools.product(shares, TURNS):
-        way = _towards(pose, area, frame, share)
-        ahead, across, hand = _axes(way, turn)
-        back, left, right = (support(thing, pose, v) for v in (-ahead, across, -across))
-        opening = min(gripper.opening[1], max(gripper.opening[0], apart * (left + right)))
-        start = -(back + GAP + gripper.pad[0] / 2) * ahead + (left - right) / 2 * across
-        x, y, z = (float(v) for v in start + (low + LOW * (top - low) + gripper.pad[1] / 2) * UP)
-        yield way, replace(hand, position=(x, y, z)), opening, f"turned {turn:.0f} deg"
-
-
-def _hands_in(thing: Thing, pose: Pose, gripper: Gripper, way: Floats, last: Floats) -> Iterator[Hand]:
-    """Hands whose closed fingers are in a thing, over its floor and behind the side of its rim that is ahead on the last leg (3,).
-
-    They stay there where they take it along by friction, and else come there in the end, where the rim stops them.
-
-    Raises:
-        Unresolvable: it has no rim there that fingers could take it along at.
-    """
-    rim, closed = False, gripper.opening[0]
-    for spot, turn in itertools.product(SPOTS, EIGHTHS):
-        ahead, across, hand = _axes(last, turn)
-        left, right, front, back = (support(thing, pose, v) for v in (across, -across, ahead, -ahead))
-        x, y, _ = (float(v) for v in ((left - right) / 2 + spot[1]) * across + ((front - back) / 2 + spot[0]) * ahead)
-        floor = _floor(thing, pose, replace(hand, position=(x, y, support(thing, pose, UP))), gripper)
-        if floor is not None:
-            rim, aside = True, f", {1000 * spot[0]:+.0f} {1000 * spot[1]:+.0f} mm from its middle" if any(spot) else ""
-            at = replace(hand, position=(x, y, floor + OVER + gripper.pad[1] / 2))
-            x, y, z = (float(v) for v in np.asarray(at.position) + max(_free(thing, pose, at, ahead, closed, gripper) - PLAY, 0.0) * ahead)
-            yield way, replace(at, position=(x, y, z)), closed, f"turned {turn:.0f} deg{aside}"
-    if not rim:
-        raise Unresolvable(f"'{thing.name}' has no rim around its middle that fingers in it could push it at", (), blocking=())
-
-
-def _apart(location: Location) -> float:
-    return asked(location, PushedThing).apart
-
-
-def _axes(way: Floats, turn: float) -> tuple[Floats, Floats, Pose]:
-    """Unit vectors (3,) along a level way and to the left of it, and a hand that points down, turned about the vertical [deg]."""
-    ahead = way / float(np.linalg.norm(way))
-    hand = Pose.from_axes((0, 0, 0), -UP, ahead) * Pose.from_rotvec((0, 0, 0), (0, 0, math.radians(turn)))
-    return ahead, np.cross(UP, ahead), hand
-
-
-def _floor(thing: Thing, pose: Pose, over: Pose, gripper: Gripper) -> float | None:
-    """The highest of a thing under closed fingers, along z of the base frame [m]; None where its rim hardly stands up from that.
-
-    Args:
-        over: of the fingers' tips, as high as the thing's rim.
-    """
-    half, grid = gripper.opening[0] / 2 + FINGER, np.linspace(-1.0, 1.0, 5)
-    tips = over.apply(np.array([(x * gripper.pad[0] / 2, y * half, 0.0) for x in grid for y in grid]))
-    to = pose.inverse()
-    met = intervals(body(thing.geoms), to.apply(tips), np.tile(to.rotate(-UP), (len(tips), 1)))[0].min()
-    return over.position[2] - float(met) if math.isfinite(met) and met >= DEEP else None
-
-
 def gap_before(belief: Belief, context: Context, entity: str, to: Spot, opening: float) -> float:
     """Return how far fingers go ahead, towards where a thing's origin shall come, until they meet it [m]."""
     pose = belief.pose(entity)
     way = np.array([to[0] - pose.position[0], to[1] - pose.position[1], 0.0])
     ahead = way / max(float(np.linalg.norm(way)), SHORT)
-    return _free(belief.thing(entity), pose, tcp(belief, context), ahead, opening, context.robot.gripper)
+    return free_ahead(belief.thing(entity), pose, tcp(belief, context), ahead, opening, context.robot.gripper)
 
 
-def _free(thing: Thing, pose: Pose, hand: Pose, ahead: Floats, opening: float, gripper: Gripper) -> float:
-    """How far fingers at a TCP pose go straight ahead until they meet a thing [m]; ``GAP`` where they would miss it."""
-    reach, long = gripper.pad[0] / 2, gripper.pad[1]
-    tips = [(x, s * y, long / 2 - z) for x in (reach, -reach) for s in (-1.0, 1.0)
-            for y in np.linspace(opening / 2, opening / 2 + FINGER, 5) for z in np.linspace(0.0, long, 11)]  # fmt: skip
-    to = pose.inverse()
-    rays = to.apply(hand.apply(np.array(tips))), np.tile(to.rotate(ahead), (len(tips), 1))
-    low, high = intervals(body(thing.geoms), *rays)
-    met = float(np.where(high > 0.0, low, np.inf).min())
-    return max(met, 0.0) if math.isfinite(met) else GAP
+def _apart(location: Location) -> float:
+    return asked(location, PushedThing).apart

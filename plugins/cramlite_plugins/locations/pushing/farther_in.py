@@ -13,13 +13,13 @@ import numpy as np
 from cramlite.model import Belief, Floats, Location, Place, thing_of
 from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 
-from ..motion_planning.reach import bound, make_scene, shift, tcp
-from ..motions.gripping import LET_GO
-from ..shapes.carried_along import gone_along
-from ..shapes.surfaces import resting_height
-from .placing.ways_out import STEEP
-from .push_to import gap_before, pushed_straight
-from .room_to_close import first_met
+from ...motion_planning.reach import bound, make_scene, shift, tcp
+from ...motions.gripping import LET_GO
+from ...shapes.carried_along import gone_along
+from ...shapes.surfaces import resting_height
+from ..room_to_close import first_met
+from .contacts import STEEP
+from .straight import gap_before, pushed_straight
 
 STEP = 0.005  # between the ways that are looked at, back and in [m]: as well as it is known where something was let go of
 FARTHEST = 0.06  # in [m]: three times what a mug in a microwave needs, whose handle sticks out

@@ -14,11 +14,11 @@ from msgspec.structs import replace
 from cramlite.model import Belief, Estimate, Held, Pose, Relation, World
 from cramlite.plugin import Context, Refused
 
-from ..motion_planning.reach import make_scene, shift
-from ..motion_planning.space import refusal
-from ..shapes.carried_along import carried_along
-from ..shapes.itself import Itself
-from ..shapes.surfaces import resting_height
+from ...motion_planning.reach import make_scene, shift
+from ...motion_planning.space import refusal
+from ...shapes.carried_along import carried_along
+from ...shapes.itself import Itself
+from ...shapes.surfaces import resting_height
 
 STEP = 0.02  # of the lattice of places that a way is looked for on [m]
 SIDES = ((1, 0), (0, 1), (-1, 0), (0, -1), (1, 1), (-1, 1), (-1, -1), (1, -1))

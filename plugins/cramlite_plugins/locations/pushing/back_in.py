@@ -14,10 +14,11 @@ from msgspec.structs import replace
 from cramlite.model import Belief, Location, Place, Vector3
 from cramlite.plugin import Context, Grounding, Refused
 
-from ..motion_planning.cartesian import plan_straight_line
-from ..motion_planning.reach import bound, collision_free_ik, make_scene, reference_pose, shift
-from .parameters import Begun, asked
-from .push_to import ABOVE, GAP, SPOT, hands_behind
+from ...motion_planning.reach import bound, reference_pose, shift
+from ..parameters import Begun, asked
+from ..reached import Arm, Leg
+from .contacts import GAP, hands_behind
+from .straight import ABOVE, SPOT
 
 APART = 0.6
 """Between the fingers, as a share of the thing's width: two that touch it keep it from turning away."""
@@ -56,9 +57,6 @@ def ways_in(entity: str, ahead: Vector3, belief: Belief, context: Context) -> It
 
 def _not_led(place: Place, belief: Belief, context: Context) -> Refused | None:
     """Why the arm cannot lead the fingers down and on to the end of a place; None where it can."""
-    free, near = (make_scene(belief, context, touch, place.opening) for touch in ((), (place.thing,)))
-    above = collision_free_ik(free, context, place.before, belief.joints)
-    if isinstance(above, Refused):
-        return above
-    line = plan_straight_line(near, context.robot, above, [place.pose, *place.path])
-    return line if isinstance(line, Refused) else None
+    down = Leg(place.before, (place.thing,), place.opening, along=(place.pose, *place.path))
+    led = Arm(belief, context).led((Leg(place.before, (), place.opening), down))
+    return led if isinstance(led, Refused) else None

@@ -1,0 +1,122 @@
+"""Pushes along a joint: closed fingers before a front, behind a door that stands ajar, or upon the bar of a drawer's handle."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterable, Iterator
+
+import numpy as np
+
+from cramlite.model import Belief, Joint, Joints, Location, Place, Pose, Thing
+from cramlite.plugin import Context, Grounding, Refused, Unresolvable
+
+from ...motion_planning.cartesian import COARSE, plan_straight_line
+from ...motion_planning.reach import bound, collision_free_ik, make_scene, shift, tcp
+from ..handles import ajar, along_joint, check_way, way_along
+from ..parameters import InnerSide, asked
+from ..reached import Arm, Candidate, Leg, reached
+from .contacts import DOWN, UPRIGHT, at_front, at_inner_side, upon
+from .straight import BEHIND
+
+NEARER = 0.02
+"""The stand-off last of all [m]: 50 mm before the handle of a microwave's door that was open by 110 deg, towards the robot, its elbow was
+folded too far."""
+LAST = 10.0  # cost of what comes after all else
+INSIDE = 0.025  # the stand-off behind a door that stands ajar, where there is less room [m]
+
+
+def before_front(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
+    """Generate closed fingers before what sticks out farthest of a drawer's or a door's front at its handle, straight or tilted."""
+    entity = bound(context, location.of)
+    thing, handle = belief.thing(entity), belief.feature(entity, "cram:Handle")
+    if handle is None or thing.joint is None:
+        raise Unresolvable(f"'{entity}' has no handle and joint: nobody knows where its front is", (location.of or "",), blocking=())
+    fronts = at_front(thing, thing.joint, handle, belief.pose(thing.name), context.robot.gripper)
+    yield from _pushing(thing, thing.joint, _nearer_first(fronts, tcp(belief, context)), belief, context, None)
+
+
+def behind_door(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
+    """Generate closed fingers behind a door that stands ajar, over its upper edge, where the arm can follow it until it is "least" open."""
+    entity = bound(context, location.of)
+    thing, handle = belief.thing(entity), belief.feature(entity, "cram:Handle")
+    if handle is None or thing.joint is None or thing.joint.kind != "hinge":
+        raise Unresolvable(f"'{entity}' is no door with a handle: it has no side to be pushed open from", (location.of or "",), blocking=())
+    spots = at_inner_side(thing, thing.joint, handle, belief.pose(thing.name), context.robot.gripper)
+    yield from _pushing(thing, thing.joint, spots, belief, context, asked(location, InnerSide).least)
+
+
+def _pushing(
+    thing: Thing, joint: Joint, spots: Iterator[tuple[Pose, str]], belief: Belief, context: Context, least: float | None
+) -> Iterator[Grounding | Refused]:
+    """Hands that are free at spots, and before them on the arc of a thing, and follow it: until it is all but shut, or open by a share."""
+    shut, pose = context.robot.gripper.opening[0], belief.pose(thing.name)
+    stand_offs = (BEHIND, NEARER) if least is None else (INSIDE,)
+    late = list[Grounding]()
+    free, near = make_scene(belief, context, (), shut), make_scene(belief, context, [thing.name], shut)
+    for k, (at, name) in enumerate(spots):
+        there = collision_free_ik(near, context, at, belief.joints)
+        share = ajar(joint, pose.inverse() * at) if least is None else least
+        no = there if isinstance(there, Refused) else _follows(thing, at, there, share, belief, context)
+        if no is not None:
+            yield no.of(name)
+            continue
+        assert not isinstance(there, Refused)
+        way = way_along(joint, pose, at) if least is None else -way_along(joint, pose, at)
+        tried = [collision_free_ik(free, context, shift(at, -far * way), there) for far in stand_offs]
+        far = next((far for far, off in zip(stand_offs, tried, strict=True) if not isinstance(off, Refused)), None)
+        if far is None:
+            yield from (off.of(name) for off in tried[:1] if isinstance(off, Refused))
+            continue
+        x, y, z = (float(v) for v in way)
+        place = Place(at, shift(at, -far * way), shut, (x, y, z), thing=thing.name)
+        if far == stand_offs[0]:
+            yield Grounding(place, name, 0.1 * k, key=name)
+        else:
+            late.append(Grounding(place, f"{name}, from nearer", 0.1 * k + LAST, key=name))
+    yield from late
+
+
+def _nearer_first(fronts: Iterable[tuple[Pose, str]], now: Pose) -> Iterator[tuple[Pose, str]]:
+    """Hands before a front, of two in a row that are the same but for half a turn the one first that the hand has less far to turn to."""
+    last: tuple[Pose, str] | None = None
+    for found in fronts:
+        if last is not None and math.isclose(_apart(last[0], found[0]), math.pi, abs_tol=1e-6):
+            yield from sorted((last, found), key=lambda one: round(_apart(one[0], now), 6))
+            last = None
+            continue
+        if last is not None:
+            yield last
+        last = found
+    if last is not None:
+        yield last
+
+
+def _apart(one: Pose, other: Pose) -> float:
+    """How far a hand turns from one pose to another [rad]."""
+    return float(np.linalg.norm((one.inverse() * other).rotvec))
+
+
+def _follows(thing: Thing, at: Pose, joints: Joints, share: float, belief: Belief, context: Context) -> Refused | None:
+    """Why the arm cannot follow a front that it pushes to a share of its range, whatever is in the way; None where it can."""
+    path = along_joint(thing, belief, at, share)
+    line = plan_straight_line(None, context.robot, joints, path, step_m=COARSE[0], step_rad=COARSE[1])
+    return line if isinstance(line, Refused) else None
+
+
+def atop_handle(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
+    """Generate closed fingers over the bar of a drawer's handle, pointing down towards the front, so that it comes along when pressed."""
+    entity = bound(context, location.of)
+    thing, handle, shut = belief.thing(entity), belief.feature(entity, "cram:Handle"), context.robot.gripper.opening[0]
+    out = belief.pose(thing.name).rotate(handle.pose.rotate((0.0, 0.0, 1.0))) if handle is not None else (0.0, 0.0, 1.0)
+    if handle is None or thing.joint is None or thing.joint.kind != "slide" or abs(out[2]) > 1.0 - UPRIGHT:
+        raise Unresolvable(f"'{entity}' has no handle of a drawer that could be pressed on from above", (location.of or "",), blocking=())
+    check_way(location, thing, belief, context)
+    bar, pose, gripper = handle, belief.pose(thing.name), context.robot.gripper
+
+    def tilted(turns: tuple[float, float]) -> Candidate:
+        at, name = upon(thing, bar, pose, turns, gripper), f"upon its handle, tilted {turns[0]:+.0f} deg, turned {turns[1]:.0f} deg"
+        place = Place(at, at * Pose((0.0, 0.0, -BEHIND)), shut, tuple(at.rotate((0, 0, 1))), thing=thing.name)
+        return Candidate(name, place, (Leg(at, (thing.name,), shut), Leg(place.before, (), shut)))
+
+    yield from reached(map(tilted, itertools.product(DOWN, (90.0, -90.0))), Arm(belief, context))

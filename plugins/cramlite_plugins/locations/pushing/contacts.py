@@ -1,0 +1,241 @@
+"""Contacts of hands that push: behind or in what lies, before a front, behind a door, or upon the bar of a handle."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+from msgspec.structs import replace
+
+from cramlite.model import Feature, Floats, Gripper, Joint, Pose, Thing
+from cramlite.plugin import Unresolvable
+
+from ...shapes.bounds import support
+from ...shapes.ray_casting import body, intervals, spans
+from ..antipodal import FINGER
+from ..handles import lever
+
+GAP = 0.01  # from fingers to the thing behind which they are [m]
+ALMOST = 0.003  # from fingers to a face, where feeling begins [m]
+LOW = 1 / 3  # finger tips over what carries a thing, as a share of its height: under a plate's rim, that they meet
+SHARES = (0.0, 0.35, 0.6)
+"""Of a region's half sides, towards the thing, from its middle: ends of the way; the rest is left for how far it slips."""
+HALVES = (0.0, 180.0)
+"""Of the hand about the vertical [deg]: its fingers open across the way."""
+EIGHTHS = (0.0, 180.0, 90.0, 270.0, 45.0, 225.0, 135.0, 315.0)
+"""The same of closed fingers in a thing."""
+AMID = ((0.0, 0.0), (0.02, 0.0), (0.0, 0.02), (0.0, -0.02), (-0.02, 0.0))
+"""For these, from its middle, ahead and to the left [m]: where the hand is beside what stands beside the thing."""
+OVER, DEEP, PLAY = 0.0005, 0.006, 0.001  # finger tips in a thing, over its floor; the least that its rim stands up; before it [m]
+SPOTS = ((0.0, 0.0), (0.8, 0.0), (-0.8, 0.0), (0.0, 0.6), (0.8, 0.6), (-0.8, 0.6))
+"""On a front: at its handle, towards its edges, and higher."""
+TILTS, TURNS = (0.0, -30.0, -45.0, -60.0), (90.0, -90.0, 0.0, 180.0)
+"""Of the hand before a front about the level line across it, from above, and about its own axis, its slim side up first [deg]."""
+FROM_ABOVE = ((0.55, 0.8), (0.8, 0.8), (0.3, 0.8), (0.0, 0.8)), (-70.0, -90.0), tuple(45.0 * k for k in range(8))
+AT_BAR = ((0.0, 0.6), (0.0, 0.75), *FROM_ABOVE[0]), FROM_ABOVE[1], (0.0, 90.0, 180.0, 270.0, 45.0, 135.0, 225.0, 315.0)
+"""Spots, tilts and turns of a hand over the upper edge of a front, its fingers alone before it: last, for what turns so far that no hand
+before it comes along. Not near its side first: fingers slid 30 mm along a door, over its edge, and caught on that when they left. Of a door
+at its bar before, and with a flat side before a corner: beside the bar of a microwave's door, and at the round end of that, fingers slid
+off it, 15 mm out along the door, and pressed on what is beside that. Higher on the bar where the elbow folds too far else: the hand gives
+way, and was seen to rise by 10 mm."""
+OVER_EDGE = tuple(itertools.product((0.3, 0.0, 0.5, 0.7), (0.8, 0.9))), (-60.0, -45.0, -75.0, -90.0), FROM_ABOVE[2]
+"""The same of a hand behind a door that stands ajar: towards its hinge, where an arm that its handle leads too far away still reaches;
+slanting first, so that it leaves its upper edge as it follows."""
+NEAR_HINGE = 0.5
+"""A hand that is nearer to a hinge than this share of its handle's distance pushes with more than twice the force, and turns as much on
+half the way: it is tried last."""
+OFF, FIRM = 0.008, 0.002
+"""How far a hand may be from where it is planned on a front [m], and how much less far out it may then meet that: fingers that had a bar by
+the last 10 mm of it, which is round, slid over its end, and came 45 mm farther in."""
+DOWN = (-45.0, -35.0, -30.0)
+"""The same of a hand that presses on a bar from above."""
+UPRIGHT = 0.9
+STEEP = 0.85  # of the hand's approach, downwards, from which on it points nowhere: it would be as high as it is long
+UP = np.array([0.0, 0.0, 1.0])
+Hand = tuple[Floats, Pose, float, str]
+"""The level way (3,) of a thing, the TCP from where it begins, how far the fingers are open [m], and how the hand is held."""
+
+
+def hands_behind(
+    thing: Thing, pose: Pose, apart: float, gripper: Gripper, area: Feature, frame: Pose, shares: Sequence[float] = SHARES
+) -> Iterator[Hand]:
+    """Generate hands whose fingers are behind a thing, as far open as a share of the thing's width."""
+    low, top = -support(thing, pose, -UP), support(thing, pose, UP)
+    for share, turn in itertools.product(shares, HALVES):
+        way = towards(pose, area, frame, share)
+        ahead, across, hand = _axes(way, turn)
+        back, left, right = (support(thing, pose, v) for v in (-ahead, across, -across))
+        opening = min(gripper.opening[1], max(gripper.opening[0], apart * (left + right)))
+        start = -(back + GAP + gripper.pad[0] / 2) * ahead + (left - right) / 2 * across
+        x, y, z = (float(v) for v in start + (low + LOW * (top - low) + gripper.pad[1] / 2) * UP)
+        yield way, replace(hand, position=(x, y, z)), opening, f"turned {turn:.0f} deg"
+
+
+def hands_in(thing: Thing, pose: Pose, gripper: Gripper, way: Floats, last: Floats) -> Iterator[Hand]:
+    """Hands whose closed fingers are in a thing, over its floor and behind the side of its rim that is ahead on the last leg (3,).
+
+    They stay there where they take it along by friction, and else come there in the end, where the rim stops them.
+
+    Raises:
+        Unresolvable: it has no rim there that fingers could take it along at.
+    """
+    rim, closed = False, gripper.opening[0]
+    for spot, turn in itertools.product(AMID, EIGHTHS):
+        ahead, across, hand = _axes(last, turn)
+        left, right, front, back = (support(thing, pose, v) for v in (across, -across, ahead, -ahead))
+        x, y, _ = (float(v) for v in ((left - right) / 2 + spot[1]) * across + ((front - back) / 2 + spot[0]) * ahead)
+        floor = _floor(thing, pose, replace(hand, position=(x, y, support(thing, pose, UP))), gripper)
+        if floor is not None:
+            rim, aside = True, f", {1000 * spot[0]:+.0f} {1000 * spot[1]:+.0f} mm from its middle" if any(spot) else ""
+            at = replace(hand, position=(x, y, floor + OVER + gripper.pad[1] / 2))
+            gap = max(free_ahead(thing, pose, at, ahead, closed, gripper) - PLAY, 0.0)
+            x, y, z = (float(v) for v in np.asarray(at.position) + gap * ahead)
+            yield way, replace(at, position=(x, y, z)), closed, f"turned {turn:.0f} deg{aside}"
+    if not rim:
+        raise Unresolvable(f"'{thing.name}' has no rim around its middle that fingers in it could push it at", (), blocking=())
+
+
+def towards(pose: Pose, area: Feature, frame: Pose, share: float) -> Floats:
+    """The level way (3,) [m] of a thing's origin into an area: to its middle, or to a share of its half sides nearer."""
+    half, local = share * np.array(sides(area)) / 2, frame.inverse().apply(pose.position)
+    target = frame.apply((*np.clip(local[:2], -half, half), 0.0))
+    return np.array([*(target - np.asarray(pose.position))[:2], 0.0])
+
+
+def sides(area: Feature) -> list[float]:
+    """Of an area, or of the square in a round one [m]."""
+    return [area.size["radius"] * math.sqrt(2)] * 2 if "radius" in area.size else [area.size["width"], area.size["depth"]]
+
+
+def _axes(way: Floats, turn: float) -> tuple[Floats, Floats, Pose]:
+    """Unit vectors (3,) along a level way and to the left of it, and a hand that points down, turned about the vertical [deg]."""
+    ahead = way / float(np.linalg.norm(way))
+    hand = Pose.from_axes((0, 0, 0), -UP, ahead) * Pose.from_rotvec((0, 0, 0), (0, 0, math.radians(turn)))
+    return ahead, np.cross(UP, ahead), hand
+
+
+def _floor(thing: Thing, pose: Pose, over: Pose, gripper: Gripper) -> float | None:
+    """The highest of a thing under closed fingers, along z of the base frame [m]; None where its rim hardly stands up from that.
+
+    Args:
+        over: of the fingers' tips, as high as the thing's rim.
+    """
+    half, grid = gripper.opening[0] / 2 + FINGER, np.linspace(-1.0, 1.0, 5)
+    tips = over.apply(np.array([(x * gripper.pad[0] / 2, y * half, 0.0) for x in grid for y in grid]))
+    to = pose.inverse()
+    met = intervals(body(thing.geoms), to.apply(tips), np.tile(to.rotate(-UP), (len(tips), 1)))[0].min()
+    return over.position[2] - float(met) if math.isfinite(met) and met >= DEEP else None
+
+
+def free_ahead(thing: Thing, pose: Pose, hand: Pose, ahead: Floats, opening: float, gripper: Gripper) -> float:
+    """How far fingers at a TCP pose go straight ahead until they meet a thing [m]; ``GAP`` where they would miss it."""
+    reach, long = gripper.pad[0] / 2, gripper.pad[1]
+    tips = [(x, s * y, long / 2 - z) for x in (reach, -reach) for s in (-1.0, 1.0)
+            for y in np.linspace(opening / 2, opening / 2 + FINGER, 5) for z in np.linspace(0.0, long, 11)]  # fmt: skip
+    to = pose.inverse()
+    rays = to.apply(hand.apply(np.array(tips))), np.tile(to.rotate(ahead), (len(tips), 1))
+    low, high = intervals(body(thing.geoms), *rays)
+    met = float(np.where(high > 0.0, low, np.inf).min())
+    return max(met, 0.0) if math.isfinite(met) else GAP
+
+
+def at_front(thing: Thing, joint: Joint, handle: Feature, pose: Pose, gripper: Gripper) -> Iterator[tuple[Pose, str]]:
+    """Closed fingers before a front, and words for where; last those that may slip off what they meet, and those much nearer to a hinge
+    than the handle is."""
+    loose, near, far = list[tuple[Pose, str]](), list[tuple[Pose, str]](), NEAR_HINGE * lever(joint, handle.pose)
+    over = AT_BAR if joint.kind == "hinge" else FROM_ABOVE
+    for spot, tilt, turn in itertools.chain(itertools.product(SPOTS, TILTS, TURNS), itertools.product(*over)):
+        at, firm = _against(thing, handle, pose, spot, (tilt, turn), gripper, joint.kind == "hinge")
+        aside, up = (100 * share for share in spot)
+        name = f"before its front at {aside:+.0f} % of its width, {up:+.0f} % of its height, tilted {tilt:+.0f} deg, turned {turn:.0f} deg"
+        if joint.kind == "hinge" and lever(joint, pose.inverse() * at) < far:
+            near.append((at, name))
+        elif firm:
+            yield at, name
+        else:
+            loose.append((at, name))
+    yield from (*loose, *near)
+
+
+def at_inner_side(thing: Thing, joint: Joint, handle: Feature, pose: Pose, gripper: Gripper) -> Iterator[tuple[Pose, str]]:
+    """Closed fingers behind a door, over its upper edge, and words for where; last those much nearer to its hinge than its handle is."""
+    near, far = list[tuple[Pose, str]](), NEAR_HINGE * lever(joint, handle.pose)
+    out, up = _facing(pose * handle.pose, inner=True)
+    side = math.copysign(1.0, np.cross(up, out) @ np.subtract((pose * joint.pose).position, (pose * handle.pose).position))
+    for (aside, high), tilt, turn in itertools.product(*OVER_EDGE):
+        at, _ = _against(thing, handle, pose, (side * aside, high), (tilt, turn), gripper, True, inner=True)
+        name = (
+            f"behind it {100 * aside:.0f} % of the way from its handle to its hinge, {100 * high:+.0f} % of its height, "
+            f"tilted {tilt:+.0f} deg, turned {turn:.0f} deg"
+        )
+        if lever(joint, pose.inverse() * at) < far:
+            near.append((at, name))
+        else:
+            yield at, name
+    yield from near
+
+
+def _against(
+    thing: Thing, handle: Feature, pose: Pose, spot: tuple[float, float], turns: tuple[float, float], gripper: Gripper, swings: bool,
+    inner: bool = False,
+) -> tuple[Pose, bool]:
+    """The TCP of closed fingers ``ALMOST`` before a front, and whether they still meet it there if they are ``OFF`` to any side.
+
+    Args:
+        spot: how far from its handle, to a side and up, as shares of the way to the edge of the thing.
+        turns: of the hand about the level line across the front, and about its own axis [deg].
+        swings: of a door all of the fingers is clear of its bar, which slides along them; a drawer goes straight.
+        inner: behind it, where its handle is not.
+    """
+    out, up = _facing(pose * handle.pose, inner)
+    level, hand = np.cross(up, out), _turned(out, up, turns)
+    at = np.asarray((pose * handle.pose).position)
+    ways = [share * way for share, way in zip(spot, (level, np.cross(out, level)), strict=True) if share]
+    point = at + sum((w * (support(thing, pose, w) - w @ at) / np.linalg.norm(w) for w in ways), np.zeros(3))
+    if not swings:
+        met = spans(body(thing.geoms), pose.inverse().apply(point), pose.inverse().rotate(out))
+        far = max((end for begin, end, _ in met if begin <= 0.0), default=0.0)
+        # of the tips, a box as wide as the pads and as thick as two fingers, the corner that is farthest ahead
+        ahead = np.abs(hand.inverse().rotate(out)) @ (gripper.pad[0] / 2, FINGER, gripper.pad[1] / 2)
+        x, y, z = (float(v) for v in point + out * (far + ahead + ALMOST))
+        return Pose((x, y, z), hand.quaternion), True
+    across = [OFF * way / np.linalg.norm(way) for way in (level, np.cross(out, level))]
+    points = [point, *(point + sign * way for way in across for sign in (1.0, -1.0))]
+    reach, *beside = (_clear_of(thing, pose, replace(hand, position=tuple(p.tolist())), out, gripper) for p in points)
+    x, y, z = (float(v) for v in point + out * (reach + ALMOST))
+    return Pose((x, y, z), hand.quaternion), min(beside) > reach - FIRM
+
+
+def _facing(handle: Pose, inner: bool) -> tuple[Floats, Floats]:
+    """The direction out of a front, or out of its inner side, and the one that is up along it."""
+    out = np.asarray(handle.rotate((0.0, 0.0, -1.0 if inner else 1.0)))
+    return out, np.array([0.0, 0.0, 1.0]) if abs(out[2]) < UPRIGHT else np.asarray(handle.rotate((0.0, 1.0, 0.0)))
+
+
+def _clear_of(thing: Thing, pose: Pose, hand: Pose, out: Floats, gripper: Gripper) -> float:
+    """How far out closed fingers at a TCP pose must go until they are in nothing of a thing [m]: a bar beside where they point counts."""
+    across, thick = np.linspace(-0.5, 0.5, 3) * gripper.pad[0], np.linspace(-FINGER, FINGER, 5)
+    along = np.linspace(-gripper.depth, gripper.pad[1] / 2, 6)
+    fingers, to = np.array(list(itertools.product(across, thick, along))), pose.inverse()
+    _, high = intervals(body(thing.geoms), to.apply(hand.apply(fingers)), np.tile(to.rotate(out), (len(fingers), 1)))
+    return max(float(high.max()), -gripper.depth)  # where they are beside all of it, no farther in than to the palm
+
+
+def upon(thing: Thing, handle: Feature, pose: Pose, turns: tuple[float, float], gripper: Gripper) -> Pose:
+    """The TCP of closed fingers whose lowest edge is ``ALMOST`` over the middle of a bar."""
+    up, middle = np.array([0.0, 0.0, 1.0]), np.asarray((pose * handle.pose).position)
+    hand = _turned(pose.rotate(handle.pose.rotate(up)), up, turns)
+    met = spans(body(thing.geoms), np.asarray(handle.pose.position), pose.inverse().rotate(up))
+    top = max((end for begin, end, _ in met if begin <= 0.0), default=0.0)
+    down = np.sign(np.round(hand.inverse().rotate(-up), 3))
+    edge = hand.rotate(down * (gripper.pad[0] / 2, 0.0, gripper.pad[1] / 2))
+    x, y, z = (float(v) for v in middle + up * (top + ALMOST) - edge)
+    return Pose((x, y, z), hand.quaternion)
+
+
+def _turned(out: Floats, up: Floats, turns: tuple[float, float]) -> Pose:
+    """The hand that points into a front, tilted about the level line across it, and turned about its own axis [deg]."""
+    tilted = Pose.from_axes((0, 0, 0), -out, np.cross(up, out)) * Pose.from_rotvec((0, 0, 0), (math.radians(turns[0]), 0, 0))
+    return tilted * Pose.from_rotvec((0, 0, 0), (0, 0, math.radians(turns[1])))
