@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
+from itertools import product
 from typing import TYPE_CHECKING
 
 from msgspec.structs import replace
@@ -48,6 +49,7 @@ class Scope(Value):
         on_fixed: whether things are put only where the goal asks for them, or on what cannot be moved.
         carried: whether they are only put there by a hand that holds them, and not pushed.
         left_shut: whether nothing is opened because it was in the way of opening or shutting something else.
+        others_moved: whether of what was in the way of a task what it is not about is moved, and not only that comes from elsewhere.
         added: whether tasks of plugins that are neither shipped nor preferred are among theirs.
     """
 
@@ -55,6 +57,7 @@ class Scope(Value):
     on_fixed: bool = False
     carried: bool = False
     left_shut: bool = False
+    others_moved: bool = False
     added: bool = True
 
 
@@ -80,7 +83,8 @@ class PlanningProblem(Value, eq=False):
     def scopes(self) -> Iterator[Scope]:
         """Generate what plans may use, least first: what the goal names, and what was in the way, with all that this stands on or
         carries, put where the goal says or on what cannot be moved; the same, pushed there, too; put on anything; and all things.
-        What was in the way of a drawer and is shut stays shut at first: open it takes more room."""
+        What was in the way of a drawer and is shut stays shut at first: open it takes more room. And what was in the way is moved itself
+        at first: a tin that meets a cup where it is put down meets it again, whatever was done to the tin before."""
         names = {e for f in (*self.wanted.needs, *self.wanted.without) for e in f[1:] if e is not None}
         names |= {w for asked in self.wanted.constraints.values() for w in asked.where.values()}
         names |= {t.thing for b in self.blocked for t in b.tracks}
@@ -92,9 +96,10 @@ class PlanningProblem(Value, eq=False):
             if more == known:
                 break
             known = more
-        if any(b.shut for b in self.blocked):
-            yield Scope(frozenset(known), on_fixed=True, carried=True, left_shut=True)
-        yield Scope(frozenset(known), on_fixed=True, carried=True)
+        least = Scope(frozenset(known), on_fixed=True, carried=True)
+        moved = (True, False) if any(b.while_others_stay() != b for b in self.blocked) else (False,)
+        shut = (True, False) if any(b.shut for b in self.blocked) else (False,)
+        yield from (replace(least, left_shut=s, others_moved=m) for m, s in product(moved, shut))
         yield Scope(frozenset(known), on_fixed=True)
         yield Scope(frozenset(known))
         if known != every:
@@ -102,7 +107,8 @@ class PlanningProblem(Value, eq=False):
 
     def within(self, scope: Scope) -> PlanningProblem:
         """Return the problem with no more ways round what was refused than a scope leaves."""
-        return replace(self, blocked=tuple(b.left_shut() for b in self.blocked)) if scope.left_shut else self
+        blocked = tuple(b.left_shut() for b in self.blocked) if scope.left_shut else self.blocked
+        return replace(self, blocked=tuple(b.while_others_stay() for b in blocked) if scope.others_moved else blocked)
 
     def _asked_about(self, facts: frozenset[Fact]) -> frozenset[Fact]:
         """Those of some facts whose predicates rules ask about."""

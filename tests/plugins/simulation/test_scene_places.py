@@ -79,6 +79,16 @@ def test_a_site_upon_a_table_holds_nothing_and_is_an_area_of_its_surface(tmp_pat
     assert areas[1].pose.position == pytest.approx((0.1, 0, 0.02)) and areas[1].size == {"width": 0.1, "depth": 0.1}
 
 
+def test_a_site_that_reaches_out_below_a_tables_top_is_an_area_of_its_surface(tmp_path: Path) -> None:
+    """Nothing is put into what has a roof and no floor; its middle is 3 mm below the top, as in LIBERO's living room."""
+    legs = '<geom type="box" size=".1 .3 .2" pos="-.2 0 -.22"/>'
+    site = '<site name="table_front_region" type="box" size=".05 .05 .007" pos=".1 0 -.023"/>'
+    table = _thing(_scene(tmp_path, f'<body name="table"><geom type="box" size=".3 .3 .02"/>{legs}{site}</body>'), "table")
+    area = next(f for f in table.features if f.name == "front_region")
+    assert table.feature("cram:Cavity") is None and area.type == "vrps:SurfaceFeature"
+    assert area.pose.position == pytest.approx((0.1, 0, 0.02))
+
+
 @pytest.mark.parametrize("site", ['size=".05 .05 .007" pos="0 0 .5"', 'size=".05 .05 .007" pos="0 0 .03" euler="40 0 0"'])
 def test_a_site_in_the_air_or_aslant_is_no_place(site: str, tmp_path: Path) -> None:
     body = f'<body name="table"><geom type="box" size=".3 .3 .02"/><site name="a_region" type="box" {site}/></body>'
