@@ -128,7 +128,7 @@ class PlanningProblem(Value, eq=False):
         scope = scope or Scope(frozenset(self.grounder.things))
         grounder, here = self.grounder.among(scope.things), {EFFECTOR, *scope.things}
         tasks = self.knowledge.tasks
-        schemas = [self._here(s, scope) for s in action_schemas(grounder, self.knowledge.goal_rules, tasks)]
+        schemas = [h for s in action_schemas(grounder, self.knowledge.goal_rules, tasks) for h in self._here(s, scope)]
         schemas = [s for s in schemas if s.in_hand or not (scope.carried and tasks[s.task].places)]
         schemas = [s for s in schemas if scope.added or s.task not in self.knowledge.added_tasks]
         facts = [f for f in self.facts if here.issuperset(map(thing_of, f[1:]))]
@@ -139,13 +139,19 @@ class PlanningProblem(Value, eq=False):
             self.wanted.needs, self.wanted.without, earlier=earlier, refused=refused, blocked=self.blocked,
         )  # fmt: skip
 
-    def _here(self, schema: ActionSchema, scope: Scope) -> ActionSchema:
-        """A schema with what it makes as the goal asks for it, and with the fillers that a scope allows."""
+    def _here(self, schema: ActionSchema, scope: Scope) -> Iterator[ActionSchema]:
+        """A schema with what it makes as the goal asks for it, and with the fillers that a scope allows. Where something was in the way
+        also one that does without what the goal asks for: two things that change places need a third."""
         change, task = schema.change, self.knowledge.tasks[schema.task]
         asked = constraint_facts(self.wanted, schema, task)
         cost = ASIDE * schema.cost if not asked and _may_push(schema, self._in_the_way, self.grounder.fluents) else schema.cost
-        change = replace(change, adds=change.adds | asked)
-        return replace(schema, change=change, cost=cost, tables=tuple(self._allowed(schema, t, scope) for t in schema.tables))
+        tables = tuple(self._allowed(schema, t, scope) for t in schema.tables)
+        yield replace(schema, change=replace(change, adds=change.adds | asked), cost=cost, tables=tables)
+        alone = [f for f in sorted(asked) if len(f) == 2 and f[1] in schema.in_hand] if self.blocked else []
+        if alone and task.places:
+            rows = frozenset((f[1],) for f in self.wanted.constraints if f[0] in {a[0] for a in alone})
+            there = Table("asked to be at a place", (alone[0][1],), rows)
+            yield replace(schema, change=change, cost=cost, tables=(*tables, there), elsewhere=True)
 
     @property
     def _in_the_way(self) -> frozenset[str]:
@@ -178,6 +184,8 @@ class PlanningProblem(Value, eq=False):
         fixed = {v: t for v, t in step.schema.terms.items() if t == EFFECTOR}
         found = self.grounder.operator(step.schema.rule, task, {**fixed, **step.binding})
         held = held_in(conditions_of(step.schema.rule), step.binding)
+        if step.schema.elsewhere and found is not None:
+            return replace(found, elsewhere=True)
         return constrained(self.wanted, found, task, held) if found is not None else None
 
     def failing(self, steps: Sequence[Operator]) -> str:
@@ -279,7 +287,7 @@ class PlanningProblem(Value, eq=False):
         Of a task that was refused in one part of it alone, such as putting down, that part, too: it would be refused as a task of its own.
         """
         new = self.blocking(steps, found)
-        part = self._part(found) if new is not None else None
+        part = self._part(found) if new is not None and not steps[found.tasks[-1] - 1].elsewhere else None
         return tuple(b for b in (new, part and new and replace(new, task=part)) if b is not None and b not in self.blocked)
 
     def _part(self, found: Refutation) -> Done | None:
