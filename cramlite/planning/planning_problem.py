@@ -151,7 +151,8 @@ class PlanningProblem(Value, eq=False):
         if alone and task.places:
             rows = frozenset((f[1],) for f in self.wanted.constraints if f[0] in {a[0] for a in alone})
             there = Table("asked to be at a place", (alone[0][1],), rows)
-            yield replace(schema, change=change, cost=cost, tables=(*tables, there), elsewhere=True)
+            apart = replace(change, removes=change.removes | asked)
+            yield replace(schema, change=apart, cost=cost, tables=(*tables, there), elsewhere=True)
 
     @property
     def _in_the_way(self) -> frozenset[str]:
@@ -184,9 +185,10 @@ class PlanningProblem(Value, eq=False):
         fixed = {v: t for v, t in step.schema.terms.items() if t == EFFECTOR}
         found = self.grounder.operator(step.schema.rule, task, {**fixed, **step.binding})
         held = held_in(conditions_of(step.schema.rule), step.binding)
-        if step.schema.elsewhere and found is not None:
-            return replace(found, elsewhere=True)
-        return constrained(self.wanted, found, task, held) if found is not None else None
+        whole = constrained(self.wanted, found, task, held) if found is not None else None
+        if whole is None or found is None or not step.schema.elsewhere:
+            return whole
+        return replace(found, elsewhere=True, removes=found.removes | (whole.adds - found.adds))
 
     def failing(self, steps: Sequence[Operator]) -> str:
         """Return why operators are no plan; "" where they are one."""

@@ -16,11 +16,11 @@ from cramlite.model import Thing
 
 from ..backends.stream.messages import Hello
 
-SEARCH = {"sequences": 3, "expansions": 300}
-"""Work that an episode's search may take for each part of its goal: less than usual (12 and 3000), so that a refusal takes some ten seconds;
+SEARCH = {"proofs": 4, "expansions": 300}
+"""Work that an episode's search may take over one task sequence: less than usual (8 and 3000), so that a refusal takes some ten seconds;
 all of it is counted, so that an episode has the same program on any machine."""
-PROOFS = 4
-"""Programs of a task sequence that are run, usually 8."""
+SEQUENCES = 3
+"""Task sequences for each part of its goal, usually 12 in all: each part may have things in its way, which a sequence finds out."""
 
 
 def scene_setting(
@@ -47,7 +47,7 @@ def scene_setting(
     whole = {"scenario": "episode", "world": world, **spec}
     setting = engine.setting(read_scenario(whole | {"tasks": []}), twins=twins)
     parts = goal(setting.world.things)
-    asked = {"budget": {name: most * len(parts) for name, most in SEARCH.items()} | {"proofs": PROOFS}, "goal": parts}
+    asked = {"budget": {"sequences": SEQUENCES * len(parts), **SEARCH}, "goal": parts}
     scenario = folder / "scenario.yaml"
     scenario.write_text(yaml.safe_dump(whole | asked, sort_keys=False), encoding="utf-8", newline="\n")
     mount = replace(setting.world.robots[0], joints=hello.joints, opening=min(hello.opening, setting.robot.gripper.opening[1]))
