@@ -213,3 +213,14 @@ def test_a_flat_site_that_leans_is_an_area_that_faces_as_it_does(tmp_path: Path)
 def test_a_site_as_steep_as_a_wall_is_none(tmp_path: Path) -> None:
     rack = _thing(_scene(tmp_path, f'<body name="rack">{CRADLE.format(lean=80)}</body>'), "rack")
     assert "top_region" not in {f.name for f in rack.features}
+
+
+@pytest.mark.parametrize(("cap", "features"), [(0.012, ["surface"]), (0.006, [])])
+def test_what_can_be_moved_carries_on_its_only_small_face_as_on_a_bottles_cap(cap: float, features: list[str], tmp_path: Path) -> None:
+    """Not on one that is too narrow to bear anything."""
+    shape = f'<geom type="cylinder" size=".03 .05" euler="0 0 0"/><geom type="box" size="{cap} {cap} .01" pos="0 0 .06"/>'
+    cone = f'<freejoint/><geom type="sphere" size=".03"/><geom type="box" size="{cap} {cap} .02" pos="0 0 .03"/>'
+    bottle = _thing(_scene(tmp_path, f'<body name="bottle" pos="0 0 .5">{cone}</body>'), "bottle")
+    assert [f.name for f in bottle.features if f.type == "vrps:SurfaceFeature"] == features
+    whole = _thing(_scene(tmp_path, f'<body name="tin" pos="0 0 .5"><freejoint/>{shape}</body>'), "tin")
+    assert [f.name for f in whole.features if f.type == "vrps:SurfaceFeature"] == ["surface"]
