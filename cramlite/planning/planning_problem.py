@@ -97,9 +97,9 @@ class PlanningProblem(Value, eq=False):
                 break
             known = more
         least = Scope(frozenset(known), on_fixed=True, carried=True)
-        moved = (True, False) if any(b.while_others_stay() != b for b in self.blocked) else (False,)
+        others = (True, False) if any(b.while_others_stay() != b for b in self.blocked) else (False,)
         shut = (True, False) if any(b.shut for b in self.blocked) else (False,)
-        yield from (replace(least, left_shut=s, others_moved=m) for m, s in product(moved, shut))
+        yield from (replace(least, left_shut=s, others_moved=o) for o, s in product(others, shut))
         yield Scope(frozenset(known), on_fixed=True)
         yield Scope(frozenset(known))
         if known != every:

@@ -132,7 +132,7 @@ def _turns_in_place(thing: Thing) -> bool:
 
 
 def _surfaced(thing: Thing) -> tuple[Thing, str]:
-    """With its cavity and its largest level faces, of what can be moved its only one, too, if that is small: a bottle's cap; and in words."""
+    """With its cavity and its large level faces, or of what can be moved and has none its largest: a bottle's cap; and in words."""
     from ...shapes.cavities import cavity
     from ...shapes.surfaces import surfaces
 
