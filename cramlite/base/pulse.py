@@ -55,12 +55,15 @@ class Pulse:
         stop: asked at checkpoints; True ends the work.
         tell: called at checkpoints with what is done now.
         outer: that of the work around this one, whose end is the end of both.
+
+    ``ended_in`` is the work that was under way when it was stopped; None where nobody had said any, or it was not.
     """
 
     def __init__(self, stop: Stop, tell: Callable[[Work | None], None], outer: Pulse | None = None) -> None:
         self._stop, self._tell, self._outer = stop, tell, outer
         self._next = 0.0
         self.work: Work | None = None
+        self.ended_in: Work | None = None
 
     def asked_to_stop(self) -> bool:
         """Check whether this work, or that around it, is to end."""
@@ -77,6 +80,7 @@ class Pulse:
             return
         self._next = now + ASKED
         if self.asked_to_stop():
+            self.ended_in = self.work
             raise Stopped
         self._tell(self.work)
 

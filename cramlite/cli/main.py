@@ -61,7 +61,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     except BrokenPipeError:
         return 0
     except CramliteError as error:
-        print(f"cramlite: {error}", file=sys.stderr)
+        said = "".join(c if c.isprintable() or c in "\n\t" else repr(c)[1:-1] for c in str(error))  # a file's text may steer terminals
+        print(f"cramlite: {said}", file=sys.stderr)
         return error.exit_code
     except DEFECTS as error:
         print(f"cramlite: {_bug(error)}", file=sys.stderr)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from ..base.errors import NoSolution, PluginError
 from ..base.json_text import as_json
-from ..base.pulse import pulse
+from ..base.pulse import Stopped, pulse
 from ..base.resources import find_scenario
 from ..base.run_directory import RunDirectory
 from ..engine.engine import make_engine
@@ -94,11 +94,27 @@ def _accepted_solution(
         if report:
             _report_nothing(run, reading, setting, engine, trace, tried, came)
         return None
-    with pulse(came.one):
-        solution = _executed(solution, engine, say)
-        write_solution(run, solution, engine, setting.seed)
-        _finish(run, solution, engine, say, report=report)
+    try:
+        with pulse(came.one):
+            solution = _executed(solution, engine, say)
+            write_solution(run, solution, engine, setting.seed)
+            _finish(run, solution, engine, say, report=report)
+    except Stopped:
+        raise _interrupted_behind(run, solution, setting, engine, came, report=report) from None
     return solution
+
+
+def _interrupted_behind(
+    run: RunDirectory, solution: Solution, setting: Setting, engine: Engine, came: Signals, *, report: bool
+) -> Interrupted:
+    """What is raised where a signal came once a program was proven; its files are written, and the report without what is drawn."""
+    write_solution(run, solution, engine, setting.seed)
+    if report:
+        from ..report import write_report
+
+        write_report(run, solution, engine, drawn=False)
+    left = "" if solution.setting.real is None or solution.execution else ", and was not executed"
+    return Interrupted(f"A program was proven{left}; interrupted before the report was complete: {run.path}.", came.number)
 
 
 def _started_from(scenario: Scenario, demonstration: Path | None, plan: Path | None, meant: str | None) -> Scenario:

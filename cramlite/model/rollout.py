@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -91,7 +92,7 @@ class Message(Value):
     line: int = 0
 
 
-class Rollout(Value):
+class Rollout(Value, dict=True):
     """Recorded run of a program or demonstration, sampled at a constant rate.
 
     Args:
@@ -124,6 +125,8 @@ class Rollout(Value):
         payload: (N,) the mass on the flange, gripper included, that the program told the arm [kg]; None where no controller ran.
         grip: (N,) the force that each pad was ordered to press with [N], 0 where the fingers were to open or to stay; None where no
             controller ran.
+        asleep: N tuples, those of ``touches`` in which only things take part that the simulation lets sleep: the same tuple for as long as
+            the same things sleep; empty where nobody knows. It is not kept in files.
     """
 
     world: World
@@ -148,6 +151,13 @@ class Rollout(Value):
     commanded: Floats | None = None
     payload: Floats | None = None
     grip: Floats | None = None
+    asleep: tuple[tuple[Touch, ...], ...] = ()
+
+    @cached_property
+    def awake_touches(self) -> tuple[tuple[Touch, ...], ...]:
+        """The touches of each sample without those of ``asleep``: all that hands and what they move take part in."""
+        idle = {id(t) for still in {id(s): s for s in self.asleep}.values() for t in still}
+        return tuple(tuple(t for t in touches if id(t) not in idle) for touches in self.touches) if idle else self.touches
 
     def contact_force(self) -> Floats:
         """Return the (N,) magnitude of the contact force [N]: ``force``, or that of ``wrench`` where nobody tared a sensor."""

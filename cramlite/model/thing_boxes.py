@@ -1,4 +1,4 @@
-"""Boxes around the geoms of a thing: how low it reaches, how large it is, what of it carries something."""
+"""Boxes around the geoms of a thing: how large it is, what of it carries something."""
 
 from __future__ import annotations
 
@@ -14,11 +14,6 @@ Box = tuple[Vector3, Vector3]
 def boxes(thing: Thing) -> list[Box]:
     """Return the box around each geom of a thing, along the world's axes."""
     return [_box(thing.pose * g.pose, g) for g in thing.geoms]
-
-
-def bottom(thing: Thing) -> float:
-    """Return the height of the lowest point of a thing with geoms [m]."""
-    return min(low[2] for low, _ in boxes(thing))
 
 
 def extents(thing: Thing) -> Vector3:

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 
 from .trace import STOPPED, Entry
 
-NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?")
+NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?: m?m\b)?")  # a length is told in m or mm, by how long it is
 
 
 def how_it_ended(entries: Sequence[Entry]) -> str:

@@ -60,15 +60,15 @@ class Heartbeat:
             yield item
 
     def _next(self, items: Iterator[T]) -> T | None:
-        try:
-            with self() as its:
+        with self() as its:
+            try:
                 its.beat()
                 return next(items, None)
-        except Stopped:
-            self._trace.stopped()
-            if not self._stop():
-                raise
-            return None
+            except Stopped:
+                self._trace.stopped(its.ended_in.what if its.ended_in and self._tasks else "")  # else it plans
+                if not self._stop():
+                    raise
+                return None
 
     def _tell(self, work: Work | None) -> None:
         now = time.monotonic()
@@ -106,10 +106,14 @@ def _recent(entries: list[Entry]) -> list[Entry]:
 
 
 def interrupted_text(trace: Trace) -> str:
-    """Return the nearest miss of a search that was interrupted, and what to try."""
-    miss = nearest_miss(trace.entries)
-    found = "nothing was refused yet"
+    """Return where a search was interrupted, its nearest miss, and what to try. A program that runs is behind all that was refused on
+    the way to it: of such a search only other programs are a miss."""
+    runs = next((e.text for e in trace.entries if e.kind == "stop" and e.text), "")
+    entries = [e for e in trace.entries if e.kind == "proof" or not runs]
+    miss = nearest_miss(entries)
+    found = "no program was refused yet" if runs else "nothing was refused yet"
     if miss is not None:
         found = f"nearest miss: candidate {miss.candidate}, {miss.designator}: {miss.reason} [{miss.plugin}]"
-    tries = "".join(f"\n  To try: {said}" for said in what_to_try(trace.entries))
-    return f"the search was interrupted after {len(trace.entries)} decisions; {found}{tries}"
+    tries = "".join(f"\n  To try: {said}" for said in what_to_try(entries))
+    where = f" ({runs})" if runs else ""
+    return f"the search was interrupted after {len(trace.entries)} decisions{where}; {found}{tries}"

@@ -133,9 +133,9 @@ class Trace(Struct):
         said = f"tried again with {breadth} times as many alternatives of each choice as at first"
         self.add(0, "sequence", plan, "asked", "engine", said, kind="sequence", numbers={"breadth": breadth})
 
-    def stopped(self) -> None:
-        """Append an entry that the caller stopped the search."""
-        self.add(0, "budget", "", "capped", "engine", STOPPED, kind="stop")
+    def stopped(self, work: str = "") -> None:
+        """Append an entry that the caller stopped the search, and the work that was under way, such as "program 2 runs"."""
+        self.add(0, "budget", work, "capped", "engine", STOPPED, kind="stop")
 
     def refuted(self, plan: str, found: Refutation) -> None:
         """Append an entry that every grounding of the task sequence that is being tried failed."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 
@@ -14,6 +15,7 @@ from .trace import Entry
 MOST = 3
 """So many things to try are told."""
 REFUSED = ("refused", "impossible")
+IN_TWIN = re.compile(r"twin \d+: ")
 ROUNDED = 0.0005  # depth of a collision that is told in whole millimetres [m]
 
 
@@ -30,8 +32,11 @@ def what_to_try(entries: Sequence[Entry], most: int = MOST) -> tuple[str, ...]:
 
 
 def _first_objection(proof: Entry) -> str:
-    """The first of what judges said of a program that ran, which is what stopped it, if anything did: the others may follow from it."""
-    return f"mend the first objection, others may follow from it: {proof.reason.split('; ')[0]}"
+    """The first of what judges said of a program that ran, which is what stopped it, if anything did: the others may follow from it. Of one
+    that failed in twins that is what was said of the first of these, not how many there were."""
+    said = proof.reason.split("; ")
+    first = next((part for part in said if IN_TWIN.match(part)), said[0])
+    return f"mend the first objection, others may follow from it: {first}"
 
 
 def decisive(entries: Sequence[Entry]) -> list[Entry]:

@@ -147,13 +147,16 @@ class Part(Value):
     fault: str = ""
 
 
-def write_report(run: RunDirectory, solution: Solution, engine: Engine) -> None:
+def write_report(run: RunDirectory, solution: Solution, engine: Engine, *, drawn: bool = True) -> None:
     """Write ``report.html`` about a proven program into a run directory.
+
+    Args:
+        drawn: as ``write_page`` has it.
 
     Raises:
         UserError: it cannot be written.
     """
-    write_page(_finished(engine, run, solution))
+    write_page(_finished(engine, run, solution), drawn=drawn)
 
 
 def write_one_page(solution: Solution, knowledge: Knowledge, path: Path) -> None:

@@ -16,7 +16,7 @@ from msgspec.structs import replace
 from ..base.value import Value
 from ..model.error_model import ErrorModel
 from ..model.geometry import Pose, Vector3
-from ..model.thing_boxes import bottom, boxes
+from ..model.thing_boxes import boxes
 from ..model.twin_drawing import DEG, MM, Drawing
 from ..model.world import Feature, Thing, World
 from .scaled_thing import scaled
@@ -49,6 +49,7 @@ class _Placing:
         self.factors = {t.name: draw.share("size", f"{t.name}: size", errors.size) for t in world.things if _free(t)}
         self.leans = {t.name: _lean(t, errors, draw) for t in world.things if not t.movable and t.geoms}
         self.found = dict[str, Thing]()
+        self.boxes = {t.name: boxes(t) for t in world.things}
 
     def put(self, thing: Thing) -> None:
         """Place a thing, after what carries it: files of others list drawers before their cabinets."""
@@ -75,7 +76,7 @@ class _Placing:
             self.leans[thing.name] = lean
         pose, height = _displaced(thing, self.offs[thing.name], lifted)
         if lean != Pose():
-            pose = _about((*pose.position[:2], bottom(thing) + height), lean) * pose
+            pose = _about((*pose.position[:2], self._foot(thing) + height), lean) * pose
         return replace(self._sized(thing), pose=self._raised(thing, pose, lean))
 
     def _sized(self, thing: Thing) -> Thing:
@@ -86,25 +87,29 @@ class _Placing:
         more = self.factors.get(thing.name, 1.0) - 1.0
         if not more:
             return pose
-        x, y, z = lean.rotate((0.0, 0.0, more * (thing.pose.position[2] - bottom(thing)))).tolist()
+        x, y, z = lean.rotate((0.0, 0.0, more * (thing.pose.position[2] - self._foot(thing)))).tolist()
         return _shifted(pose, (x, y, z))
 
     def _support(self, thing: Thing) -> tuple[str, float]:
         """What a thing stands or comes down on, and how far that was lifted where it stands [m]; "" and 0 for nothing."""
         if not thing.movable or not thing.geoms:
             return "", 0.0
-        (x, y, _), foot = thing.pose.position, bottom(thing)
+        (x, y, _), foot = thing.pose.position, self._foot(thing)
         tops = [
             (high[2], other.name)
             for other in self.world.things
             if other.name in self.found
-            for low, high in boxes(other)
+            for low, high in self.boxes[other.name]
             if low[0] <= x <= high[0] and low[1] <= y <= high[1] and high[2] <= foot + INSIDE
         ]
         if not tops:
             return "", 0.0
         height, name = max(tops)
         return name, self._lifted(name, (x, y, height))
+
+    def _foot(self, thing: Thing) -> float:
+        """The height of the lowest point of a thing with geoms, where it is believed to be [m]."""
+        return min(low[2] for low, _ in self.boxes[thing.name])
 
     def _lifted(self, name: str, point: Vector3) -> float:
         """How much higher a point of a thing is in the world [m]: the thing as a whole, and what scale and lean make of it there."""

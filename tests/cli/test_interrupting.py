@@ -20,11 +20,11 @@ SOON = 30.0
 """Seconds of a busy machine; drawings alone would take some."""
 
 
-def interrupted(run: Path, scenario: str, number: signal.Signals) -> tuple[int, str]:
-    """Exit code and what was said of a resolution that gets a signal when its first program begins to run."""
+def interrupted(run: Path, scenario: str, number: signal.Signals, when: str = "program 1: ") -> tuple[int, str]:
+    """Exit code and what was said of a resolution that gets a signal at a line of progress; when its first program begins to run."""
     with subprocess.Popen([*COMMAND, scenario, "--out", run], stderr=subprocess.PIPE, text=True) as process:
         assert process.stderr is not None
-        before = next(line for line in process.stderr if "program 1: " in line)
+        before = next(line for line in process.stderr if when in line)
         began = time.monotonic()
         process.send_signal(number)
         said = before + process.stderr.read()
@@ -37,7 +37,7 @@ def interrupted(run: Path, scenario: str, number: signal.Signals) -> tuple[int, 
 def test_trace_report_and_nearest_miss_are_left(tmp_path: Path, number: signal.Signals, code: int) -> None:
     ended, said = interrupted(tmp_path, "tasks/pouring", number)
     assert ended == code, said
-    assert "the search was interrupted after" in said and "nearest miss: candidate 1, pour(bowl): " in said
+    assert "the search was interrupted after" in said and "(program 1 runs); no program was refused yet" in said
     assert f"What was tried until then: {tmp_path}. The same command goes on there." in said
     entries = json.loads((tmp_path / "trace.json").read_text())["entries"]
     assert "stop" in {e["kind"] for e in entries} and "proof" not in {e["kind"] for e in entries}
@@ -45,6 +45,17 @@ def test_trace_report_and_nearest_miss_are_left(tmp_path: Path, number: signal.S
     assert "It draws, and the command was interrupted" in page and "Why nothing was proven" in page
     assert "data:image/webp" not in page
     assert json.loads((tmp_path / "manifest.json").read_text())["refused"] == [], "what was not tried to its end is tried again"
+
+
+@pytest.mark.heavy
+def test_a_signal_behind_the_proof_leaves_the_program_and_a_report_without_drawings(tmp_path: Path, run: Run) -> None:
+    ended, said = interrupted(tmp_path / "run", "grasp_one_thing", signal.SIGINT, "writing the report")
+    assert ended == 130 and "A program was proven; interrupted before the report was complete" in said
+    assert {"program.script", "verdict.json", "trace.json"} <= {f.name for f in (tmp_path / "run").iterdir()}
+    page = (tmp_path / "run" / "report.html").read_text()
+    assert "It draws, and the command was interrupted" in page and "Program proven" in page
+    assert run("resolve", "grasp_one_thing", "--out", tmp_path / "run").code == 0
+    assert "It draws" not in (tmp_path / "run" / "report.html").read_text()
 
 
 @pytest.mark.heavy

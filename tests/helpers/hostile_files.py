@@ -38,6 +38,12 @@ SCENES: Mapping[str, tuple[str, str]] = {
     "mesh by an absolute path": (_mesh("/dev/zero"), "outside of the scene's folder"),
     "mesh in a folder outside": (_mesh("secret.stl").replace("<asset>", '<compiler meshdir=".."/><asset>'), "outside of the scene's folder"),
     "path written with entities": (_mjcf('<include file="&#46;&#46;/secret.txt"/>'), "outside of the scene's folder"),
+    "through a folder that is not there": (_mjcf('<include file="none/../../secret.txt"/>'), "outside of the scene's folder"),
+    "backslashes": (_mjcf('<include file="..\\secret.txt"/>'), "outside of the scene's folder"),
+    "folder with backslashes": (_mesh("secret.stl").replace("<asset>", '<compiler meshdir="none\\..\\.."/><asset>'), "outside of the scene's folder"),
+    "like an address": (_mjcf('<include file="/none://../etc/passwd"/>'), "outside of the scene's folder"),
+    "folder of meshes from an included file": (_mesh("secret.stl").replace("</mujoco>", '<include file="part.xml"/></mujoco>'), "outside of the scene's folder"),
+    "archive": (_mjcf('<asset><model name="x" file="part.mjz"/></asset>'), "is no XML"),
     "link to outside": (_mesh("link.stl"), "outside of the scene's folder"),
     "pipe": (_mesh("pipe.stl"), "a device or a pipe"),
     "mesh that lies": (_mesh("lie.stl"), "number of faces"),
@@ -51,6 +57,9 @@ SCENES: Mapping[str, tuple[str, str]] = {
     "flex": (_mjcf("", '<flexcomp name="f" type="grid" count="2000 2000 2000" dim="3"/>'), "elements, repeated"),
     "height field": (_mjcf('<asset><hfield name="h" nrow="100000" ncol="100000" size="1 1 1 1"/></asset>'), "cells (nrow x ncol)"),
     "texture": (_mjcf('<asset><texture name="t" builtin="flat" width="200000" height="200000"/></asset>'), "cells (width x height)"),
+    "many textures": (_mjcf('<asset>' + '<texture builtin="flat" width="4096" height="4096"/>' * 2 + '</asset>'), "cells (width x height)"),
+    "made mesh": (_mjcf('<asset><mesh name="m" builtin="supersphere" params="100000 1 1"/></asset>'), "points of a mesh"),
+    "sensor": (_mjcf("", BOX).replace("</mujoco>", '<sensor><user dim="2000000000"/></sensor></mujoco>'), "cells (dim)"),
     "sizes": (_mjcf('<size nkey="2000000000"/>'), "sizes x elements"),
     "memory": (_mjcf('<size memory="900P"/>'), "scene.xml:1: "),
     "bodies": (_mjcf("", "<body><freejoint/><geom size='.1'/></body>" * 2_001), "2,001 bodies"),
@@ -73,6 +82,9 @@ def around_scene(folder: Path) -> None:
     (folder / "meshes").mkdir()
     (folder / "lie.stl").write_bytes(b" " * 80 + (4_000_000_000).to_bytes(4, "little") + bytes(50))
     (folder / "link.stl").symlink_to(folder.parent / "secret.stl")
+    (folder / "part.xml").write_text('<mujoco><compiler meshdir=".."/></mujoco>')
+    with zipfile.ZipFile(folder / "part.mjz", "w") as archive:
+        archive.writestr("part.xml", "<mujoco><worldbody><body name='hidden'><geom size='.1'/></body></worldbody></mujoco>")
     os.mkfifo(folder / "pipe.stl")
 
 
@@ -92,6 +104,7 @@ YAML: Mapping[str, tuple[str, str]] = {
     "deep by aliases": ("".join(f"k{k}: &k{k} [{f'*k{k - 1}' if k else 'x'}]\n" for k in range(150)), "nested more than 100 deep"),
     "object": ('a: !!python/object/apply:os.system ["true"]', "not allowed"),
     "number": ("a: " + "9" * 5000, "not valid YAML"),
+    "codes of terminals": ('scenario: "\\e[2J"', "'\\x1b[2J' is no name"),
     "twice": ("a: 1\na: 2", "duplicate key"),
 }
 

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import pytest
 
 from cramlite import Budget, Engine, Goal, Trace, find_scenario, how_it_ended, read_scenario
-from cramlite.base.pulse import checkpoint, working
+from cramlite.base.pulse import ASKED, checkpoint, working
 from cramlite.planning.budget import is_late, until_late
 from cramlite.planning.heartbeat import Heartbeat, NowDone, interrupted_text, searching_text
 from cramlite.plugin import UserError
@@ -85,6 +85,25 @@ def test_what_is_said_of_a_search_that_has_not_begun_or_was_interrupted() -> Non
     assert "no question" in searching_text(Trace())
     assert "nothing was refused yet" in interrupted_text(Trace())
     assert "nearest miss: candidate 1, grasp(tin)" in interrupted_text(_trace())
+
+
+def test_a_search_that_is_interrupted_while_a_program_runs_tells_of_that_and_not_of_what_was_refused_on_the_way() -> None:
+    asked: list[bool] = []
+    trace = _trace()
+
+    def numbers() -> Iterator[int]:
+        with working("twin 3 of 8"):
+            asked.append(True)
+            time.sleep(2 * ASKED)
+            checkpoint()
+            yield 1
+
+    assert list(Heartbeat(trace, print, lambda: bool(asked), tasks=3).over(numbers())) == []
+    assert interrupted_text(trace).endswith("decisions (twin 3 of 8); no program was refused yet")
+    earlier = _trace()
+    earlier.add(0, "proof", "plan", "failed", "collision", "'mug' hit 'tin' with 3 N", kind="proof")
+    earlier.stopped("program 2 runs")
+    assert "(program 2 runs); nearest miss: candidate 1, proof: 'mug' hit 'tin' with 3 N" in interrupted_text(earlier)
 
 
 def test_seconds_end_a_search_and_it_says_so() -> None:

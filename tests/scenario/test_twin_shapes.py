@@ -12,7 +12,7 @@ from test_twin_worlds import FIXED, HELD_BY, SIGHT, WORLD, draw, reaches, shift,
 
 from cramlite.model import Geom, MeshFile, Pose, PoseError, RobotMount, Thing, World
 from cramlite.model.error_model import NO_ERRORS
-from cramlite.model.thing_boxes import bottom, boxes, extents
+from cramlite.model.thing_boxes import boxes, extents
 from cramlite.scenario.scaled_thing import scaled
 from cramlite.scenario.twin import draw_twin
 from cramlite_plugins.robots.ur5e import UR5E
@@ -34,6 +34,11 @@ STACK = World(
 def worlds(source: str) -> tuple[World, ...]:
     errors = {"size": SIZE, "centre": CENTRE, "lean": LEAN}[source]
     return tuple(draw(seed, errors).world for seed in SEEDS)
+
+
+def bottom(thing: Thing) -> float:
+    """The height of the lowest point of a thing with geoms [m]."""
+    return min(low[2] for low, _ in boxes(thing))
 
 
 def factor(real: World, name: str) -> float:

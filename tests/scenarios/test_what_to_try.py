@@ -11,7 +11,7 @@ import pytest
 
 from cramlite import Engine, Trace, UserError, failure_text, find_scenario, goal_answers, read_scenario, what_to_try
 from cramlite.cli.main import main
-from cramlite.model import Finding, Verdict
+from cramlite.model import Finding, Remedy, Verdict
 
 HEAD = """scenario: fails
 {wanted}
@@ -183,3 +183,21 @@ def test_what_to_try_in_terminal_json_and_report(tmp_path: Path, capsys: pytest.
     assert page.count("1.25 m &gt; 1.01 m") == candidates + 3  # of each decision; nearest miss, its candidate, and the reasons
     assert main(["resolve", str(path), "--twins", "0", "--no-report", "--json", "--out", str(tmp_path / "again")]) == 1
     assert json.loads(capsys.readouterr().out)["try"] == [REACH]
+
+
+def test_causes_that_differ_in_numbers_and_their_units_only_are_told_once() -> None:
+    trace = Trace()
+    for candidate, far, missing in ((1, "0.01 m", 0.01), (2, "1 mm", 0.001)):
+        trace.candidate = candidate
+        lacks = Remedy("", f"the place is {far} out of reach: move it nearer", missing)
+        trace.add(0, "2.Retracting/away", "", "refused", "reach", f"{far} too far", kind="location", remedy=lacks)
+    assert what_to_try(trace.entries) == ("2.Retracting/away: the place is 1 mm out of reach: move it nearer",)
+
+
+def test_of_a_program_that_failed_in_twins_it_is_said_what_failed_there() -> None:
+    trace = Trace()
+    reason = "twins: 2 of 4, interval .15 to .85; 5 not run, since they could change nothing; twin 2: grasp_slip: 'obj' moved 12.1 mm"
+    trace.add(0, "proof", "plan", "failed", "urscript", reason, kind="proof")
+    assert what_to_try(trace.entries) == (
+        "mend the first objection, others may follow from it: twin 2: grasp_slip: 'obj' moved 12.1 mm",
+    )

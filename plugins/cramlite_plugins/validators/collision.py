@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterable, Iterator
 from typing import NamedTuple
@@ -65,7 +66,7 @@ def bumps(candidate: Candidate) -> Iterator[Bump]:
     rollout, brush = candidate.rollout, candidate.limits.brush
     assert rollout is not None
     contacts = _Contacts(candidate, rollout)
-    for k, touches in enumerate(rollout.touches):
+    for k, touches in _to_judge(rollout, contacts):
         checkpoint()
         for pair, (force, touch) in _by_pair(touches).items():
             limit = contacts.limit(k, pair)
@@ -74,6 +75,21 @@ def bumps(candidate: Candidate) -> Iterator[Bump]:
             if force > (brush if limit is None else limit):
                 why = "" if limit is None else f"limit {limit:.0f} N of the task and of what they weigh"
                 yield Bump(force - (limit or brush), force, limit or brush, k, touch.a, touch.b, why)
+
+
+def _to_judge(rollout: Rollout, contacts: _Contacts) -> Iterator[tuple[int, tuple[Touch, ...]]]:
+    """Samples and their touches; of things that go on sleeping only those that were not let happen when they fell asleep."""
+    still, known = tuple[Touch, ...](), list[Pair]()
+    asleep = itertools.chain(rollout.asleep, itertools.repeat(()))
+    for k, (touches, awake, now) in enumerate(zip(rollout.touches, rollout.awake_touches, asleep, strict=False)):
+        if now is still and known:
+            for pair in known:
+                contacts.note(k, pair)
+            yield k, awake
+            continue
+        yield k, touches
+        still, pairs = now, list(_by_pair(now))
+        known = pairs if all(contacts.last.get(pair) == rollout.times[k] for pair in pairs) else []
 
 
 def _by_pair(touches: Iterable[Touch]) -> dict[Pair, tuple[float, Touch]]:

@@ -139,7 +139,7 @@ def _fragile(candidate: Candidate) -> dict[str, Known]:
 
 def touched_at(rollout: Rollout, held: list[str]) -> Iterator[set[str]]:
     """Yield what meets at each sample, a little before and after it: something, and the hand or what it holds; empty where nothing does."""
-    met = [_met(touches, {HAND, one} - {""}) for touches, one in zip(rollout.touches, held, strict=True)]
+    met = [_met(touches, {HAND, one} - {""}) for touches, one in zip(rollout.awake_touches, held, strict=True)]
     for k in range(len(met)):
         checkpoint()
         yield set[str]().union(*met[max(0, k - SPREAD) : k + SPREAD + 1])

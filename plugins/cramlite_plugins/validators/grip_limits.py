@@ -78,7 +78,7 @@ def told_to_press(rollout: Rollout, thing: str) -> Floats:
 
 def pressed_with(rollout: Rollout, thing: str) -> Floats:
     """Return the force of the pad that presses a thing harder, at each sample (N,) [N]."""
-    return np.array([_harder(touches, thing) for touches in rollout.touches])
+    return np.array([_harder(touches, thing) for touches in rollout.awake_touches])
 
 
 def _harder(touches: tuple[Touch, ...], thing: str) -> float:

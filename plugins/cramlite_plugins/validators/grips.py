@@ -42,7 +42,7 @@ def pressed_at(rollout: Rollout) -> list[str]:
     """Return what both pads press at each sample, however short; "" for nothing. Closed fingers hold nothing, nor does anybody
     hold what is fixed to the world."""
     loose = {t.name for t in rollout.world.things if t.movable or t.joint}
-    pressed = zip(map(_pressed, rollout.touches), rollout.opening, strict=True)
+    pressed = zip(map(_pressed, rollout.awake_touches), rollout.opening, strict=True)
     return [thing if thing in loose and wide > SHUT else "" for thing, wide in pressed]
 
 

@@ -17,6 +17,7 @@ SETTLE = 1.0
 to float, or to stand in what it stands on, drops or rises by these."""
 REST = 0.01  # a thing at rest moves slower than this [m/s] ...
 OVER = 0.2  # ... over so long [s]: what bounces or rocks is slow at its turning points for less
+LOOKED_AT = 64  # so many windows are looked at at once
 LEVER = 0.05  # by this a turn counts as way [m]: half the size of the things that hands take
 
 
@@ -60,12 +61,14 @@ def rests(rollout: Rollout, name: str, sample: int) -> int:
 
     step = float(rollout.times[1] - rollout.times[0]) if len(rollout.times) > 1 else OVER
     count = max(2, round(OVER / step) + 1)
-    track = _way(rollout.poses[name][sample:])
-    if len(track) < count:
-        return len(rollout.times)
-    spread = np.ptp(sliding_window_view(track, count, axis=0), axis=-1).reshape(-1, 3, 3)
-    still = np.flatnonzero(np.linalg.norm(spread, axis=2).max(axis=1) <= REST * OVER)
-    return sample + int(still[0]) if len(still) else len(rollout.times)
+    track = rollout.poses[name][sample:]
+    for first in range(0, len(track) - count + 1, LOOKED_AT):  # most things rest at once
+        way = _way(track[first : first + LOOKED_AT + count - 1])
+        spread = np.ptp(sliding_window_view(way, count, axis=0), axis=-1).reshape(-1, 3, 3)
+        still = np.flatnonzero(np.linalg.norm(spread, axis=2).max(axis=1) <= REST * OVER)
+        if len(still):
+            return sample + first + int(still[0])
+    return len(rollout.times)
 
 
 def _way(track: Floats) -> Floats:

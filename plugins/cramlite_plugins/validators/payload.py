@@ -80,14 +80,14 @@ def hanging_on(candidate: Candidate) -> Hanging:
     full or empty."""
     rollout, mass = candidate.rollout, candidate.robot.gripper.mass
     assert rollout is not None
-    count = len(rollout.times)
+    count, awake = len(rollout.times), rollout.awake_touches
     least, most, what = np.full(count, mass), np.full(count, mass), [f"it was the gripper's {mass:.2f} kg"] * count
     for grip in (g for g in grips(rollout) if rollout.world.thing(g.thing).joint is None):  # a joint carries what it moves
         carried = [_believed(candidate, name) for name in (grip.thing, *_along(rollout, grip))]
         empty, full = (sum(weigh(t) for t in carried) for weigh in (_empty, load))
         said = f"they were {mass + full:.2f} kg, the gripper's and those of {', '.join(repr(t.name) for t in carried)}"
         for k in range(grip.first, grip.last + 1):
-            stands = _stands(rollout.touches[k], {t.name for t in carried})
+            stands = _stands(awake[k], {t.name for t in carried})
             least[k], most[k], what[k] = mass + (0.0 if stands else empty), mass + full, said
     return Hanging(least, most, what)
 

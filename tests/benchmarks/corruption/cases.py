@@ -7,7 +7,21 @@ from random import Random
 
 from cramlite.base.value import Value
 
-from . import deletions, forces, further, harmless, meanings, order, sealed, sealed_harmless, strangers, typed
+from . import (
+    deletions,
+    forces,
+    further,
+    handling,
+    handling_harmless,
+    harmless,
+    meanings,
+    order,
+    protections,
+    sealed,
+    sealed_harmless,
+    strangers,
+    typed,
+)  # fmt: skip
 from .bases import BASES, Ready
 from .rule import Rule
 
@@ -19,7 +33,15 @@ OPEN = (
 SEALED = (*sealed.RULES, *sealed_harmless.RULES)
 """Rules that are judged once, at the end."""
 
-RULES: Mapping[str, tuple[Rule, ...]] = {"open": OPEN, "sealed": SEALED, "all": (*OPEN, *SEALED)}
+FRESH = (*protections.RULES, *handling.RULES, *handling_harmless.RULES)
+"""Rules that were written later, again without a look at the judges."""
+
+RULES: Mapping[str, tuple[Rule, ...]] = {
+    "open": OPEN,
+    "fresh": FRESH,
+    "sealed": SEALED,
+    "all": (*OPEN, *FRESH, *SEALED),
+}
 """Rules by the name of their set."""
 
 

@@ -405,6 +405,7 @@ BAD: dict[str, tuple[Callable[[Path], None], str]] = {
     "no handedness": (mapped(lambda m: (m.pop("axes"), m.update(up="y"))), "'handedness' is missing.*'handedness: left'"),
     "axes twice": (mapped(lambda m: m.update(axes=["x", "x", "z"])), "needs x, y and z once each"),
     "axes against handedness": (mapped(lambda m: m.update(handedness="left")), "makes the recording right-handed"),
+    "no columns of rotations": (mapped(lambda m: m["columns"].pop("rotation")), "positions alone do not say what tilts.*0, 0, 0 and 1"),
     "no rotation": (mapped(lambda m: m.pop("rotation")), "'rotation' is missing.*xyzw or wxyz"),
     "no time": (mapped(lambda m: m.pop("time")), "nothing says when"),
     "a rate of rows that name their track": (

@@ -10,6 +10,7 @@ from helpers.standard import ROBOTS
 from msgspec.structs import replace
 
 from cramlite.model import Pose, RobotMount, Rollout, Thing, World
+from cramlite_plugins.episodes.detection.touches import touching_pairs
 from cramlite_plugins.simulation.execute import execute
 from cramlite_plugins.simulation.model import sleep
 from cramlite_plugins.simulation.model.compile import Compiled, compile_world
@@ -17,6 +18,7 @@ from cramlite_plugins.simulation.model.index import Data
 from cramlite_plugins.simulation.model.sleep import Sleep, awake_copy
 from cramlite_plugins.simulation.objects.products_and_fixtures import block, table
 from cramlite_plugins.simulation.objects.vessels import bottle, bowl, jug, mug
+from cramlite_plugins.validators import grips
 
 CYCLE = 0.008  # of a control cycle, four steps [s]
 FLOOR = table("floor", Pose((0, 0, 0)), size=(5.0, 5.0, 0.02))
@@ -173,3 +175,19 @@ def test_fingers_have_no_pairs_with_what_no_arm_reaches() -> None:
     model = compile_world(kitchen(0, near, far), ROBOTS).model
     padded = [model.geom(int(model.pair_geom2[k])).name for k in range(model.npair) if "pad" in model.geom(int(model.pair_geom1[k])).name]
     assert {name for name in padded if name != "floor/body/0"} == {"near/body/0"}
+
+
+def test_touches_of_what_sleeps_are_told_apart_and_change_nothing_that_is_found() -> None:
+    run = ran(kitchen(4, block("cube", Pose((0.5, 0.1, TOP + 0.025)))), z=0.05)  # the gripper comes down on the cube
+    asleep, awake = ([{t.a for t in touches} for touches in those] for those in (run.asleep, run.awake_touches))
+    assert all(len(a) + len(b) == len(c) for a, b, c in zip(run.asleep, run.awake_touches, run.touches, strict=True))
+    assert {"v0", "v3"} <= {t for s in asleep[-1:] for t in s} | {t.b for t in run.asleep[-1]}
+    assert any("effector" in name for names in awake for name in names)
+    assert not any("effector" in name for names in asleep for name in names)
+    told = replace(run, asleep=())  # as a file has it, where nobody knows what slept
+    assert told.awake_touches == told.touches
+    told_apart, whole = touching_pairs(run, set()), touching_pairs(told, set())
+    assert list(told_apart) == list(whole)
+    for pair, found in whole.items():
+        assert np.allclose(told_apart[pair].force, found.force) and np.allclose(told_apart[pair].lift, found.lift)
+    assert grips.held_at(run) == grips.held_at(told)

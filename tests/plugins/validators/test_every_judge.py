@@ -121,6 +121,14 @@ def fragile() -> Candidate:
     return replace(made, world=replace(made.world, things=things))
 
 
+def unwatched() -> Candidate:
+    """The text lacks the start check of the one that it was edited from."""
+    made = good()
+    assert made.code is not None
+    checked = made.code.text + "\n  check_start(start, 0.01)\n  # ---- 1.Grasping ----\n"
+    return replace(made, proven=replace(made.code, text=checked))
+
+
 def let_go_elsewhere() -> Candidate:
     """The plan lets go of the block as it lifts it."""
     return replace(good(), handovers=(HANDOVERS[0], replace(HANDOVERS[1], by="2.PickingUp/lift")))
@@ -141,7 +149,10 @@ REFUSES: dict[str, tuple[Callable[[], Candidate], set[str]]] = {
     "joint_limits": (lambda: moving(0.0, 0.0, 0.0, 0.0, 0.0, 7.0), {"program_safety", "steps"}),
     "joint_speeds": (swept, set()),
     "singularities": (stretched, set()),
-    "execution": (lambda: good(outcome="halted", reason="no contact", lines=np.where(np.arange(COUNT) < 89, LINES, 0.0)), set()),
+    "execution": (
+        lambda: good(outcome="halted", reason="no contact", lines=np.where(np.arange(COUNT) < 89, LINES, 0.0)),
+        set(),
+    ),
     "collision": (lambda: touching(range(40, 45), Touch("cup", LEFT, 9.0, 0.0)), set()),
     "force_peak": (lambda: good(force=felt(61.0)), set()),
     "commanded_force": (lambda: good(commanded=felt(61.0)), set()),
@@ -153,6 +164,7 @@ REFUSES: dict[str, tuple[Callable[[], Candidate], set[str]]] = {
     "tool_speed": (hurried, set()),
     "payload": (lambda: good(payload=np.full(COUNT, 4.0)), set()),
     "grip_limits": (fragile, set()),
+    "safeguards": (unwatched, set()),
     "tracks": (let_go_elsewhere, set()),
     "steps": (out_of_order, set()),
 }

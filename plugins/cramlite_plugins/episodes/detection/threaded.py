@@ -72,6 +72,8 @@ def _meets(hole: Pose, radius: float, line: Floats) -> bool:
 def held_on(touching: Flags, through: Flags) -> Flags:
     """Extend contact for as long as the peg stays in the hole: from the first contact of each stretch in which it does."""
     result = touching.copy()
+    if not through.any():
+        return result
     on = False
     for k in range(len(result)):
         on = bool(through[k] and (on or touching[k]))

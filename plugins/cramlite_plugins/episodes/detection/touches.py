@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from itertools import pairwise
 
 import numpy as np
 
-from cramlite.model import EntityName, Event, Floats, Rollout, Value, thing_of
+from cramlite.model import EntityName, Event, Floats, Rollout, Touch, Value, thing_of
 from cramlite.plugin import checkpoint
 
 from .signals import Flags, close_gaps, runs
@@ -36,16 +36,26 @@ def touching_pairs(rollout: Rollout, known: set[str]) -> dict[tuple[str, str], P
     """Return the contact signals of every touching pair, in both directions: lift is what the first exerts on the second."""
     n = len(rollout.times)
     pairs: dict[tuple[str, str], Pair] = defaultdict(lambda: Pair(np.zeros(n), np.zeros(n)))
-    bodies = {v for touches in rollout.touches for t in touches for v in (t.a, t.b)}
-    names = {v: _finest(entity_of(v, rollout), known) for v in bodies}
-    for k, touches in enumerate(rollout.touches):
+    names: dict[str, str] = {}
+    for rows, touches in _stretches(rollout):
         checkpoint()
         for touch in touches:
-            a, b = names[touch.a], names[touch.b]
+            a, b = (names.get(v) or names.setdefault(v, _finest(entity_of(v, rollout), known)) for v in (touch.a, touch.b))
             for first, second, lift in ((a, b, touch.lift), (b, a, -touch.lift)):
-                pairs[first, second].force[k] += touch.force
-                pairs[first, second].lift[k] += lift
+                pairs[first, second].force[rows] += touch.force
+                pairs[first, second].lift[rows] += lift
     return dict(pairs)
+
+
+def _stretches(rollout: Rollout) -> Iterator[tuple[slice, tuple[Touch, ...]]]:
+    """Samples with their touches; those of things that sleep once, for as long as they do."""
+    asleep = rollout.asleep or ((),) * len(rollout.touches)
+    begins = [k for k in range(len(asleep)) if k == 0 or asleep[k] is not asleep[k - 1]]
+    spans = dict(zip(begins, [*begins[1:], len(asleep)], strict=True))
+    for k, awake in enumerate(rollout.awake_touches):
+        if k in spans:
+            yield slice(k, spans[k]), asleep[k]
+        yield slice(k, k + 1), awake
 
 
 def _finest(touched: str, known: set[str]) -> str:

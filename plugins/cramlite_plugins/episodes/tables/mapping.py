@@ -45,7 +45,16 @@ class ColumnsSpec(Spec):
 
     track: str | None = None
     position: tuple[str, str, str]
-    rotation: tuple[str, ...]
+    rotation: tuple[str, ...] = ()
+
+    @model_validator(mode="after")
+    def _turns(self) -> ColumnsSpec:
+        if not self.rotation:
+            raise ValueError(
+                "'rotation' is missing: positions alone do not say what tilts or turns. Name the columns of a quaternion or of three "
+                "angles; for what never turned write constant columns into the recording, 0, 0, 0 and 1 for x, y, z and w"
+            )
+        return self
 
 
 class GripperSpec(Spec):

@@ -76,6 +76,10 @@ class Contacts:
         """
         return tuple(_joined(own, more) for own, more in zip(_summed(self._awake), self._asleep, strict=True))
 
+    def asleep(self) -> tuple[tuple[Touch, ...], ...]:
+        """List those of the touches of each sample that things have which sleep."""
+        return tuple(self._asleep)
+
     def _between(self, data: Data, asleep: Any) -> tuple[Touch, ...]:
         """The touches of things that sleep, with each other and with what is fixed."""
         copy = awake_copy(self._model, data)

@@ -10,8 +10,9 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from cramlite.model import EntityName, Floats, Pose, Robot, Rollout, Scene, World
+from cramlite.model import EntityName, Floats, Pose, Robot, Rollout, Scene, Thing, Vector3, World
 
+from ...shapes.bounds import corners, radius
 from ..camera.ray_tracer import Camera, cast, render
 from ..model.compile import Compiled, compile_world
 from ..model.index import Data, Model, RobotIndex
@@ -22,6 +23,8 @@ NEAREST = 0.9
 """Of a camera that is fitted to things [m]: the hand is seen around a small one, too."""
 MARGIN = 0.15
 """Room around places of things, for the things themselves [m]."""
+WHOLE = 0.5
+"""Of a larger thing than this, by its radius, only the place is to be seen [m]: floors and tables."""
 
 
 def picture(
@@ -38,22 +41,34 @@ def picture(
     data = compiled.data()
     _put(compiled, data, rollout, sample)
     mujoco.mj_forward(compiled.model, data)
-    return render(compiled.model, data, _fitted(camera_of(rollout.world, compiled.model, data), rollout, about), *size)
+    return render(compiled.model, data, fitted(camera_of(rollout.world, compiled.model, data), rollout, about, size), *size)
 
 
-def _fitted(usual: Camera, rollout: Rollout, about: Collection[str]) -> Camera:
-    """A camera in the direction of the usual one, as near as it may be to have the places of things in its picture."""
-    tracks = [rollout.poses[name][:, :3] for name in about if name in rollout.poses]
-    still = [t.pose.position for t in rollout.world.things if t.name in about and t.name not in rollout.poses]
-    places = np.concatenate([*tracks, *(np.array([p]) for p in still)]) if tracks or still else None
-    if places is None:
+def fitted(usual: Camera, rollout: Rollout, about: Collection[str], size: tuple[int, int]) -> Camera:
+    """Return a camera in the direction of the usual one, as near as it may be to have the places of things in its picture."""
+    named = [t for t in rollout.world.things if t.name in about]
+    moved = {t.name: rollout.poses[t.name][:, :3] for t in named if t.name in rollout.poses and (t.movable or t.joint)}
+    if not named:
         return usual
-    low, high = places.min(axis=0), places.max(axis=0)
-    middle, radius = (low + high) / 2, float(np.linalg.norm(high - low)) / 2 + MARGIN
-    away = np.subtract(usual.eye, usual.target)
-    far = max(radius / math.sin(usual.vertical_fov / 2), NEAREST)
-    x, y, z = middle + far * away / np.linalg.norm(away)
-    return Camera((float(x), float(y), float(z)), (float(middle[0]), float(middle[1]), float(middle[2])), usual.vertical_fov)
+    places = np.concatenate([moved.get(t.name, _outline(t)) for t in named])
+    axes = usual.pose.rotation  # columns: right, down, forward
+    seen = places @ axes
+    middle, deep = (seen.min(axis=0) + seen.max(axis=0))[:2] / 2, seen[:, 2].mean()
+    spread = math.tan(usual.vertical_fov / 2) * np.array([size[0] / size[1], 1.0])
+    nearest = ((np.abs(seen[:, :2] - middle) + MARGIN) / spread).max(axis=1) - (seen[:, 2] - deep)
+    eye = axes @ [*middle, deep - max(float(nearest.max()), NEAREST)]
+    return Camera(_point(eye), _point(eye + axes[:, 2]), usual.vertical_fov)
+
+
+def _outline(thing: Thing) -> Floats:
+    """(P, 3) the corners of a thing, or the origin of one that is larger than a picture should show."""
+    whole = bool(thing.geoms) and radius(thing) <= WHOLE
+    return corners(thing, thing.pose) if whole else np.array([thing.pose.position])
+
+
+def _point(place: Floats) -> Vector3:
+    x, y, z = place.tolist()
+    return (x, y, z)
 
 
 def camera_of(world: World, model: Model, data: Data) -> Camera:

@@ -86,6 +86,7 @@ class Recorder:
             times=np.array([i * self.period for i in range(count)]),
             poses={name: bodies[:, column[i.body]].copy() for name, i in things.items()} | self._frames() | base,
             touches=self._contacts.touches(),
+            asleep=self._contacts.asleep(),
             joints=qpos[:, list(index.joints) if isinstance(index, RobotIndex) else []],
             wrench=self._stacked("wrench", 6) if self._wrench else np.zeros((count, 6)),
             opening=index.opening(qpos.T),

@@ -6,6 +6,7 @@ itself (MuJoCo 4.0).
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
@@ -21,6 +22,8 @@ MOST_ELEMENTS, MOST_BODIES = 50_000, 2_000
 MOST_CELLS = 2**24
 """Cells of a height field or pixels of a texture, and sizes times elements: 128 MB."""
 REPEATED = ("composite", "flexcomp", "replicate")
+_MODELS = ("include", "model")
+"""Elements whose file is a part of a model; MuJoCo 4 unpacks archives that ``model`` names."""
 _FILES = re.compile(r"file\w*")
 _FOLDERS = ("assetdir", "meshdir", "texturedir")
 _UNALLOCATED = ("nconmax", "njmax", "nstack")
@@ -30,14 +33,24 @@ _UNALLOCATED = ("nconmax", "njmax", "nstack")
 Weight = tuple[int, int]
 
 
+class _Named(Struct):
+    """A name of a file in a file, and whether a part of a model must be there."""
+
+    path: Path
+    line: int
+    name: str
+    part: bool
+
+
 class _File(Struct):
     """What has been read of a file.
 
     Args:
         times: how often what is read now is repeated, by each element around it.
         attached: attachments of other models.
-        named: line and path of each file that it names.
-        folders: that it says its meshes and pictures are in.
+        cells: of height fields, textures, made meshes and sensors.
+        named: files that it names.
+        folders: that it says meshes and pictures are in.
     """
 
     path: Path
@@ -46,7 +59,8 @@ class _File(Struct):
     bodies: int = 0
     attached: int = 0
     sizes: int = 0
-    named: list[tuple[int, str]] = field(default_factory=list)
+    cells: int = 0
+    named: list[_Named] = field(default_factory=list)
     folders: list[str] = field(default_factory=list)
 
     def visit(self, line: int, name: str, attributes: Mapping[str, str] | None) -> None:
@@ -60,7 +74,8 @@ class _File(Struct):
         self.bodies += times * (name in ("body", "link", *REPEATED[:2]))
         self.attached += times * (name == "attach")
         self.folders += [attributes[k] for k in _FOLDERS if attributes.get(k)]
-        self.named += [(line, v) for k, v in attributes.items() if _FILES.fullmatch(k) and v and "://" not in v]
+        files = [v for k, v in attributes.items() if _FILES.fullmatch(k) and v]
+        self.named += [_Named(self.path, line, v, name in _MODELS) for v in files]
         _check_amount(where, self.elements, "elements", MOST_ELEMENTS)
         _check_amount(where, self.bodies, "bodies", MOST_BODIES)
         self.allocate(where, name, attributes)
@@ -69,8 +84,15 @@ class _File(Struct):
         """Count the cells that an element asks for."""
         for one, other in (("nrow", "ncol"), ("width", "height")):
             if one in attributes or other in attributes:
-                cells = _count(where, f"{attributes.get(one, 1)} {attributes.get(other, 1)}")
-                _check_amount(where, cells, f"cells ({one} x {other})", MOST_CELLS)
+                self.cells += _count(where, f"{attributes.get(one, 1)} {attributes.get(other, 1)}")
+                _check_amount(where, self.cells, f"cells ({one} x {other})", MOST_CELLS)
+        if name == "user":
+            self.cells += _count(where, attributes.get("dim", "1"))
+            _check_amount(where, self.cells, "cells (dim)", MOST_CELLS)
+        if "builtin" in attributes and name == "mesh":  # MuJoCo bounds the subdivision of spheres alone
+            points = max((_count(where, word) for word in attributes.get("params", "").split()), default=1) ** 2
+            _check_amount(where, points, "points of a mesh (params squared)", MOST_ELEMENTS)
+            self.cells += points
         if name == "size":
             self.sizes += sum(_count(where, v) for k, v in attributes.items() if k.startswith("n") and k not in _UNALLOCATED)
         _check_amount(where, self.sizes * self.elements, "numbers (sizes x elements)", MOST_CELLS)
@@ -87,7 +109,12 @@ def check_scene(path: Path, text: str, packages: Iterable[Path]) -> None:
         UserError: it is no XML, would take too much memory, includes itself, or names a file that is none, is too large, or is
             in no folder that it may read; with file and line.
     """
-    _weight(path, text, Roots(path, tuple(packages)), (path.resolve(),), {})
+    read = _Read(Roots(path, tuple(packages)))
+    _weight(path, text, read, (path.resolve(),))
+    for named in read.named:  # once more: any file may say the folder of the meshes of all
+        for file in _meant(named, read):
+            if named.part and file not in read.known:
+                _weigh_part(named, file, read, (path.resolve(),))
 
 
 PACKAGES = ("package.xml", "__init__.py", ".git")
@@ -128,21 +155,27 @@ class Roots(Struct):
             raise UserError(f"{where}: {error}") from None
 
 
-def _weight(path: Path, text: str, roots: Roots, around: tuple[Path, ...], known: dict[Path, Weight]) -> Weight:
-    """Elements and bodies of a file with all that it includes and attaches; ``known`` are those of files that were read."""
+class _Read(Struct):
+    """What has been read of all files of a scene: weights of parts, files that are named, folders of meshes and pictures."""
+
+    roots: Roots
+    known: dict[Path, Weight] = field(default_factory=dict)
+    named: list[_Named] = field(default_factory=list)
+    folders: list[str] = field(default_factory=list)
+
+
+def _weight(path: Path, text: str, read: _Read, around: tuple[Path, ...]) -> Weight:
+    """Elements and bodies of a file with all that it includes and attaches."""
     here = _File(path)
     check_xml(path, text, here.visit)
+    read.named += here.named
+    read.folders += here.folders
     inner = [(0, 0)]
-    for line, name in here.named:
-        for file in _meant(name, here.folders, {roots.path.parent, path.parent}):
-            where = f"{path}:{line}"
-            roots.check(where, file)
+    for named in here.named:
+        for file in _meant(named, read):
             if file.resolve() in around:
-                raise UserError(f"{where}: '{name}' includes itself; take one 'include' or 'model' out.")
-            if file not in known:
-                content = _model(file)
-                known[file] = (0, 0) if content is None else _weight(file, content, roots, (*around, file.resolve()), known)
-            inner.append(known[file])
+                raise UserError(f"{path}:{named.line}: '{named.name}' includes itself; take one 'include' or 'model' out.")
+            inner.append(read.known[file] if file in read.known else _weigh_part(named, file, read, around))
     bodies = max(b for _, b in inner) * here.attached + sum(b for _, b in inner) + here.bodies
     elements = max(e for e, _ in inner) * here.attached + sum(e for e, _ in inner) + here.elements
     _check_amount(f"{path}:1", elements, "elements", MOST_ELEMENTS)
@@ -150,11 +183,32 @@ def _weight(path: Path, text: str, roots: Roots, around: tuple[Path, ...], known
     return elements, bodies
 
 
-def _meant(name: str, folders: Iterable[str], bases: set[Path]) -> list[Path]:
-    """The files that a name may mean: beside the file or the scene, or in the folder of meshes or of pictures."""
-    names = (name, Path(name).name)
-    found = [base / folder / n for base in sorted(bases) for folder in ("", *folders) for n in names]
-    return list(dict.fromkeys(f for f in found if _is_there(f)))
+def _weigh_part(named: _Named, file: Path, read: _Read, around: tuple[Path, ...]) -> Weight:
+    """Elements and bodies of a file that is named; none of meshes and pictures."""
+    content = _model(file, named.part)
+    if named.part and content is not None and not content.lstrip("\ufeff \t\r\n").startswith("<"):
+        raise UserError(
+            f"{named.path}:{named.line}: '{named.name}' is no XML; MuJoCo would unpack it if it is an archive, and here parts of a model "
+            "are XML files only. Unpack it, and name the file that was in it."
+        )
+    read.known[file] = (0, 0) if content is None else _weight(file, content, read, (*around, file.resolve()))
+    return read.known[file]
+
+
+def _meant(named: _Named, read: _Read) -> list[Path]:
+    """The files that a name may mean, checked: beside the file or the scene, or in a folder of meshes or of pictures.
+
+    MuJoCo takes a backslash for a slash, and ``x/..`` away without a look at whether x is there, or is a link.
+    """
+    name = named.name.replace("\\", "/")
+    folders = ["", *(folder.replace("\\", "/") for folder in read.folders)]
+    bases = sorted({read.roots.path.parent, named.path.parent})
+    found = [base / folder / n for base in bases for folder in folders for n in (name, Path(name).name)]
+    written = [Path(named.path.parent / named.name)]
+    meant = [f for f in dict.fromkeys((*found, *(Path(os.path.normpath(f)) for f in found), *written)) if _is_there(f)]
+    for file in meant:
+        read.roots.check(f"{named.path}:{named.line}", file)
+    return meant
 
 
 def _is_there(file: Path) -> bool:
@@ -164,10 +218,10 @@ def _is_there(file: Path) -> bool:
         return False
 
 
-def _model(file: Path) -> str | None:
+def _model(file: Path, part: bool) -> str | None:
     """The text of a file that is a part of a model; None for meshes and pictures."""
     with file.open("rb") as opened:
-        if b"<mujoco" not in opened.read(100_000) and file.suffix.lower() not in (".xml", ".mjcf", ".urdf"):
+        if not part and b"<mujoco" not in opened.read(100_000) and file.suffix.lower() not in (".xml", ".mjcf", ".urdf"):
             return None
     return file.read_text(encoding="utf-8", errors="replace")
 
