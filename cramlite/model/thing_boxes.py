@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from .geometry import Pose, Vector3
@@ -18,10 +20,14 @@ def boxes(thing: Thing) -> list[Box]:
 
 def extents(thing: Thing) -> Vector3:
     """Return the side lengths of the box around a thing with geoms, along its own axes [m]."""
-    found = [_box(g.pose, g) for g in thing.geoms]
-    low, high = np.min([b[0] for b in found], axis=0), np.max([b[1] for b in found], axis=0)
-    x, y, z = (high - low).tolist()
-    return (x, y, z)
+    low, high = around([_box(g.pose, g) for g in thing.geoms])
+    return (high[0] - low[0], high[1] - low[1], high[2] - low[2])
+
+
+def around(found: Sequence[Box]) -> Box:
+    """Return the box around boxes, of which there is at least one."""
+    low, high = np.min([b[0] for b in found], axis=0).tolist(), np.max([b[1] for b in found], axis=0).tolist()
+    return (low[0], low[1], low[2]), (high[0], high[1], high[2])
 
 
 def _box(pose: Pose, geom: Geom) -> Box:

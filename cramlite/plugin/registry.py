@@ -17,6 +17,7 @@ from ..base.pulse import checkpoint
 from ..base.value import Value
 from . import hookspecs
 from .entry_points import GROUP, OWN_DISTRIBUTION, Point, entry_points, module_from
+from .source_trees import unknown_plugins
 from .validation import (
     DECLARING,
     NAMED_BY,
@@ -200,7 +201,13 @@ class Registry(Struct, dict=True):
                 yield fault
 
     def examine(self) -> None:
-        """Ask for all that plugins declare, so that ``faults`` holds what is wrong with it, name conflicts included."""
+        """Ask for all that plugins declare, so that ``faults`` holds what is wrong with it, name conflicts included.
+
+        What a source tree declares and its installation does not know is a fault, too: no other command looks for that.
+        """
+        for u in unknown_plugins():
+            if u.name not in {*self.blocked, *(i.name for i in self.infos)}:
+                self._load(u.name, lambda: None, u.distribution, u.version, str(u.file), u.reason)
         list(self.collect("ontologies"))  # which have no names
         for hook, (key, *_) in NAMED_BY.items():
             first: dict[str, str] = {}

@@ -9,14 +9,14 @@ are is what errors of poses are about.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 
 from msgspec.structs import replace
 
 from ..base.value import Value
 from ..model.error_model import ErrorModel
 from ..model.geometry import Pose, Vector3
-from ..model.thing_boxes import boxes
+from ..model.thing_boxes import Box, around, boxes
 from ..model.twin_drawing import DEG, MM, Drawing
 from ..model.world import Feature, Thing, World
 from .scaled_thing import scaled
@@ -94,17 +94,14 @@ class _Placing:
         """What a thing stands or comes down on, and how far that was lifted where it stands [m]; "" and 0 for nothing."""
         if not thing.movable or not thing.geoms:
             return "", 0.0
-        (x, y, _), foot = thing.pose.position, self._foot(thing)
-        tops = [
-            (high[2], other.name)
-            for other in self.world.things
-            if other.name in self.found
-            for low, high in self.boxes[other.name]
-            if low[0] <= x <= high[0] and low[1] <= y <= high[1] and high[2] <= foot + INSIDE
-        ]
+        x, y, _ = thing.pose.position
+        others = (o.name for o in self.world.things if o.name in self.found or o.name in self.waiting)
+        tops = [(height, o) for o in others for height in _heights((x, y), self.boxes[thing.name], self.boxes[o])]
         if not tops:
             return "", 0.0
         height, name = max(tops)
+        if name in self.waiting:
+            self.put(self.world.thing(name))
         return name, self._lifted(name, (x, y, height))
 
     def _foot(self, thing: Thing) -> float:
@@ -172,6 +169,28 @@ def _hand_eye(errors: ErrorModel, draw: Drawing, sight: Sight) -> Callable[[Pose
         return Pose.from_rotvec((float(x), float(y), float(z)), (0.0, 0.0, float(moved.rotvec[2])))
 
     return at
+
+
+def _heights(middle: tuple[float, float], thing: Sequence[Box], other: Sequence[Box]) -> Iterator[float]:
+    """Heights at which another thing may carry one whose middle is over it, or between parts of it that it lies on [m]."""
+    foot = min(low[2] for low, _ in thing)
+    below = [box for box in other if box[1][2] <= foot + INSIDE]
+    yield from (high[2] for low, high in below if _over(middle, low, high))
+    soles = [box for box in thing if box[0][2] <= foot + INSIDE]
+    touched = [box for box in below if any(_meet(box, sole) for sole in soles)]
+    for top in [max(high[2] for _, high in touched)] if touched else []:
+        if _over(middle, *around([box for box in touched if box[1][2] >= top - INSIDE])):
+            yield top
+
+
+def _over(point: tuple[float, float], low: Vector3, high: Vector3) -> bool:
+    """Whether a point of the plane is over a box."""
+    return all(low[k] <= point[k] <= high[k] for k in (0, 1))
+
+
+def _meet(one: Box, other: Box) -> bool:
+    """Whether two boxes have something of the plane in common."""
+    return all(one[0][k] <= other[1][k] and other[0][k] <= one[1][k] for k in (0, 1))
 
 
 def _displaced(thing: Thing, off: Pose, lifted: float) -> tuple[Pose, float]:

@@ -19,6 +19,7 @@ from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.simulation.model.centres import of_shape
 from cramlite_plugins.simulation.model.compile import compile_world
 from cramlite_plugins.simulation.objects.products_and_fixtures import block, table
+from cramlite_plugins.simulation.objects.vessels import bowl, lid
 
 SEEDS = range(60)
 SIZE, CENTRE, LEAN = replace(NO_ERRORS, size=0.02), replace(NO_ERRORS, centre=0.05), replace(NO_ERRORS, lean=0.03)
@@ -228,6 +229,49 @@ def test_what_is_mounted_or_hangs_leans_with_its_carrier(name: str, carrier: str
     before = WORLD.thing(carrier).pose.inverse() * WORLD.thing(name).pose
     for real in worlds("lean"):
         assert max(before.distance(real.thing(carrier).pose.inverse() * real.thing(name).pose)) < 1e-6
+
+
+POT = bowl("pot", Pose((0.45, -0.3, 0.046)), radius=0.08, height=0.09)
+LID = lid("lid", Pose((0.45, -0.3, 0.094)), radius=0.085)
+RING = replace(POT, geoms=POT.geoms[1:])
+
+
+def covered(*things: Thing) -> World:
+    return World((table("floor", Pose((0.2, 0.0, -0.009)), size=(1.6, 1.6, 0.02)), *things), (RobotMount("arm", "ur5e"),))
+
+
+def gap(real: World) -> float:
+    """How far the lid is above the rim, across it [m]."""
+    pot, top = real.thing("pot"), real.thing("lid")
+    foot = pot.pose.inverse().apply(top.pose.apply((0.0, 0.0, -top.geoms[0].half_extents[2])))
+    return float(foot[2]) - max(g.pose.position[2] + g.half_extents[2] for g in pot.geoms)
+
+
+@pytest.mark.parametrize("things", [(POT, LID), (LID, POT), (RING, LID), (LID, RING)])
+def test_a_lid_goes_with_the_rim_that_it_lies_on(things: tuple[Thing, ...]) -> None:
+    """Whichever of them is named first, and whether or not there is something below the middle of the lid."""
+    errors = replace(NO_ERRORS, size=0.02, lean=0.03, pose=PoseError(0.004, 0.0))
+    for seed in SEEDS[:20]:
+        real = draw_twin(covered(*things), (), UR5E, errors, seed).world
+        assert real.thing("lid").pose.quaternion == pytest.approx(real.thing("pot").pose.quaternion)
+        assert real.thing("lid").pose.quaternion == pytest.approx(real.thing("floor").pose.quaternion) != POT.pose.quaternion
+        assert gap(real) == pytest.approx(0.0, abs=5e-4)
+
+
+@pytest.mark.parametrize(("x", "y"), [(0.079, 0.0), (-0.079, 0.0), (0.0, 0.079), (0.0, -0.079)])
+@pytest.mark.parametrize(("far", "goes"), [(0.0, True), (1.0, True), (1.03, False)])
+def test_what_lies_across_a_gap_goes_with_its_edges_while_its_middle_is_between_them(x: float, y: float, far: float, goes: bool) -> None:
+    plate = replace(LID, pose=Pose((0.45 + far * x, -0.3 + far * y, 0.094)))
+    gaps = [gap(draw_twin(covered(RING, plate), (), UR5E, SIZE, seed).world) for seed in SEEDS[:10]]
+    assert (max(map(abs, gaps)) < 1e-6) is goes
+
+
+def test_a_low_and_a_high_edge_carry_nothing_together() -> None:
+    """What lies on the high one alone would fall off it."""
+    low, high = (Geom("box", (0.01, 0.1, h), Pose((x, 0.0, h))) for x, h in ((-0.06, 0.02), (0.06, 0.045)))
+    steps = Thing("pot", "soma:Bowl", Pose((0.45, -0.3, 0.001)), (low, high), mass=0.1)
+    gaps = [gap(draw_twin(covered(steps, LID), (), UR5E, SIZE, seed).world) for seed in SEEDS[:10]]
+    assert max(map(abs, gaps)) > 2e-4
 
 
 # All of them

@@ -373,6 +373,31 @@ def test_up_to_its_edges_a_support_carries_what_is_over_it_or_a_little_inside(
     assert real.thing("post").pose.position[2] - 0.25 == pytest.approx(lifted if stands else 0.0, abs=1e-12)
 
 
+def bridge(axis: int, over: float = 0.0, lower: float = 0.0, far: float = 1.0, thick: float = 0.0) -> bool:
+    """Whether what stands between two rails, a plate of it over both, is carried by them.
+
+    Args:
+        over: how high its plate is above its foot; lower: how much lower one rail is than the other; far: where they are;
+            thick: half of the plate's thickness [m].
+    """
+    along = (lambda x, y, z: (x, y, z)) if axis == 0 else (lambda x, y, z: (y, x, z))
+    rails = tuple(Geom("box", along(0.25, 0.2, 0.0), Pose(along(x, 0.0, z))) for x, z in ((far, 0.0), (-far, -lower)))
+    post = (Geom("box", (0.1, 0.1, 0.25), Pose((0.0, 0.0, 0.25))), Geom("box", along(0.75, 0.1, thick), Pose((0.0, 0.0, over + thick))))
+    things = (Thing("rails", "cram:Table", Pose(), rails), Thing("post", "cram:Product", Pose(), post, mass=0.1))
+    real = draw(1, replace(ERRORS, things={}), world=World(things, WORLD.robots)).world
+    lifted = real.thing("rails").pose.position[2]
+    assert lifted != 0.0 and real.thing("post").pose.position[2] in (lifted, 0.0)
+    return real.thing("post").pose.position[2] == lifted
+
+
+@pytest.mark.parametrize("axis", [0, 1])
+def test_what_bridges_a_gap_is_carried_from_edge_to_edge(axis: int) -> None:
+    assert bridge(axis) and bridge(axis, far=0.9) and not bridge(axis, far=1.001)
+    assert bridge(axis, over=INSIDE) and not bridge(axis, over=INSIDE + 0.001), "what of it is low lies on them"
+    assert bridge(axis, thick=0.0625), "however thick it is"
+    assert bridge(axis, lower=INSIDE) and not bridge(axis, lower=INSIDE + 0.001), "on one alone it would fall"
+
+
 def test_what_is_farther_inside_of_something_does_not_stand_on_it() -> None:
     plate = Thing("plate", "cram:Table", Pose((0.0, 0.0, INSIDE + 0.001)), (Geom("box", (0.5, 0.25, 0.0)),))
     post = Thing("post", "cram:Product", Pose((0.0, 0.0, 0.25)), (Geom("box", (0.1, 0.1, 0.25)),), mass=0.1)

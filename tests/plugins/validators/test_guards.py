@@ -119,13 +119,15 @@ def test_a_guard_ends_where_it_meets_something() -> None:
     assert said(gone(0.0, met=AT_END), guard()) == "", "it may meet it at once"
     for late, refused in ((2 * SPREAD, False), (2 * SPREAD + 1, True)):
         assert bool(said(gone(0.02, met=range(END + late, END + late + 1)), guard())) is refused, "samples lag a little"
+    for early, refused in ((2 * SPREAD, False), (2 * SPREAD + 1, True)):
+        assert bool(said(gone(0.02, met=range(END - early, END - early + 1)), guard())) is refused, "or are a little ahead"
 
 
 def test_where_a_guard_ends_is_where_the_sample_after_its_code_has_it() -> None:
     run = gone(0.02, met=AT_END)
     assert run.rollout is not None
     joints = run.rollout.joints.copy()
-    joints[END:] = lowered(0.08)
+    joints[END] = lowered(0.08)
     assert said(replace(run, rollout=replace(run.rollout, joints=joints)), guard()).startswith("it went on 30 mm beyond")
 
 
@@ -163,6 +165,12 @@ def test_a_search_ends_within_its_radius() -> None:
     search = SpiralSearch(sideways, 3.0, 0.001, 0.008, 0.01, 0.002, 25.0, 9.0, origin=ORIGIN)
     assert said(gone(0.017, force=6.0), search) == ""
     assert said(gone(0.019, force=6.0), search).startswith("it ended 19 mm from where it began")
+    assert said(gone(0.019, force=6.0), replace(search, frame=DOWN)) == "", "along its axis it goes by its advance"
+    run = gone(0.0, force=6.0)
+    assert run.rollout is not None
+    joints = run.rollout.joints.copy()
+    joints[END] = lowered(0.019)
+    assert said(replace(run, rollout=replace(run.rollout, joints=joints)), search) != "", "where it ends is its last sample"
 
 
 @pytest.mark.parametrize(("way", "fine"), [(0.021, True), (0.019, False), (0.05, True), (0.059, True), (0.061, False)])
