@@ -17,7 +17,7 @@ from ..interpretation.fluents import EFFECTOR, SymbolicWorld
 from ..interpretation.rules import Rule
 from ..model.entity_name import BETWEEN
 from ..plugin.task_type import TaskType
-from .operators import Change, Grounder, conditions_of, decided, held_in, is_static, universal, variables
+from .operators import Change, Grounder, conditions_of, decided, doing, held_in, is_static, universal, variables
 
 WHOLE = "_whole"
 """Ends the name of the thing that a parameter is a part of: "?Relatum_whole/?Relatum"."""
@@ -70,6 +70,7 @@ class ActionSchema(Value):
         before, after: further conditions: what must hold of everything before, and what ends.
         rule: that it comes from.
         cost: ``LENGTH``, and more for later rules.
+        elsewhere: whether it puts down elsewhere what the goal asks for at some place.
     """
 
     task: str
@@ -80,6 +81,12 @@ class ActionSchema(Value):
     after: tuple[Universal, ...]
     rule: Rule
     cost: int
+    elsewhere: bool = False
+
+    @property
+    def doing(self) -> str:
+        """What is done: the class of its task, and whether elsewhere."""
+        return doing(self.task, self.elsewhere)
 
     @property
     def parameters(self) -> dict[str, str]:

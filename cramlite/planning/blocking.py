@@ -51,6 +51,13 @@ class Blocking(Value):
         """Return what it rules out as long as nothing is opened to make room: what is shut takes the least there is."""
         return replace(self, sets=tuple(any_of for any_of in self.sets if all(tracks[0].thing not in self.shut for tracks in any_of)))
 
+    def while_others_stay(self) -> Blocking:
+        """Return what it rules out as long as nothing else that was in the way is moved: whatever the task's own things come from,
+        they meet it again; the same where nothing else was."""
+        own = {thing_of(e) for _, e in self.task[1]}
+        others = tuple(any_of for any_of in self.sets if own.isdisjoint(tracks[0].thing for tracks in any_of))
+        return replace(self, sets=others) if others else self
+
     def __str__(self) -> str:
         things = [[" with ".join(map(str, tracks)) for tracks in any_of] for any_of in self.sets]
         left = [one[0] if len(one) == 1 else f"any of {', '.join(one)}" for one in things]
@@ -83,9 +90,9 @@ def blocking_of(
 
 
 def _tracks(thing: str, before: Sequence[Operator], facts: frozenset[Fact], loose: frozenset[str]) -> tuple[Track, ...]:
-    """What had been done to a thing and to what moves with it."""
+    """What had been done to a thing, which is first, and to what moves with it."""
     pairs = [frozenset(map(thing_of, f[1:])) & loose for f in facts]
     known = {thing}
     while more := {n for names in pairs if names & known for n in names} - known:
         known |= more
-    return tuple(Track(t, history(before, t)) for t in sorted(known))
+    return tuple(Track(t, history(before, t)) for t in (thing, *sorted(known - {thing})))

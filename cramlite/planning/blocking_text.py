@@ -43,9 +43,9 @@ class BlockingText:
 
     def conditions(self, schema: ActionSchema) -> Iterator[str]:
         """Generate the precondition of an action that blockings are about."""
-        if any(b.task[0] == schema.task for b in self.blocked):
+        if any(b.task[0] == schema.doing for b in self.blocked):
             terms = [schema.terms[r] for r in sorted(schema.rule.roles)]
-            yield f"(not {self.atom(_name(schema.task), [t for t in terms if t != EFFECTOR])})"
+            yield f"(not {self.atom(_name(schema.doing), [t for t in terms if t != EFFECTOR])})"
 
     def derived(self) -> Iterator[str]:
         """Generate the derived predicates: a thing is as it was; of some things any one is; and a task is blocked with its things.
@@ -88,7 +88,7 @@ class BlockingText:
     def _step(self, schema: ActionSchema, term: str, how: Handling, track: Track, stage: Stage) -> Iterator[str]:
         """From one stage of a track to the next: with the fillers of its tasks, and with all others."""
         here, otherwise = f"(= {term.rpartition(BETWEEN)[2]} {self.object_of(track.thing)})", track.after(stage, how, None)
-        own = {self._fillers(schema, t): track.after(stage, how, t) for t in track.past if t[0] == schema.task}
+        own = {self._fillers(schema, t): track.after(stage, how, t) for t in track.past if t[0] == schema.doing}
         own = {same: after for same, after in own.items() if same and after != otherwise}
         rest = {} if here in own else {" ".join([here, *(f"(not (and {same}))" for same in own)]): otherwise}
         cases = {**own, **rest}

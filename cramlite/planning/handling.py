@@ -57,7 +57,7 @@ def handled(
 
 def done(step: Operator) -> Done:
     """Return an operator as a task that was done."""
-    return step.task, tuple(sorted(step.roles.items()))
+    return step.doing, tuple(sorted(step.roles.items()))
 
 
 def said(task: Done) -> str:

@@ -37,6 +37,11 @@ OTHER = "?other"
 """Any entity, the same one wherever this stands."""
 
 
+def doing(task: str, elsewhere: bool) -> str:
+    """Return what is done, as blockings tell tasks apart."""
+    return f"{task} elsewhere" if elsewhere else task
+
+
 class Operator(Value):
     """Ground planning operator: a task with fillers, its preconditions and its effects.
 
@@ -50,6 +55,7 @@ class Operator(Value):
         fluents: what follows from a change.
         never: pairs of facts that may not both hold of one entity, which stands in both as ``OTHER``.
         moves: entities that it moves without holding them.
+        elsewhere: whether it puts a thing down elsewhere than the goal asks for, to make room.
     """
 
     task: str
@@ -61,9 +67,15 @@ class Operator(Value):
     fluents: Fluents
     never: frozenset[tuple[Fact, Fact]] = frozenset()
     moves: frozenset[str] = frozenset()
+    elsewhere: bool = False
+
+    @property
+    def doing(self) -> str:
+        """What is done: the class of its task, and whether elsewhere."""
+        return doing(self.task, self.elsewhere)
 
     def __str__(self) -> str:
-        return f"{self.task.split(':')[-1]}({', '.join(f'{r}={e}' for r, e in self.roles.items() if e != EFFECTOR)})"
+        return f"{self.doing.split(':')[-1]}({', '.join(f'{r}={e}' for r, e in self.roles.items() if e != EFFECTOR)})"
 
     def barred_by(self, fact: Fact, facts: frozenset[Fact]) -> bool:
         """Check whether a fact, among others that hold, keeps a precondition from holding."""

@@ -244,7 +244,7 @@ def _attainable(schemas: Sequence[ActionSchema], facts: Iterable[Fact]) -> list[
 
 def _label(schema: ActionSchema) -> str:
     parts = [v for v, t in schema.terms.items() if BETWEEN in t]
-    return " ".join([schema.task.split(":")[-1], *(f"with part {v}" for v in parts)])
+    return " ".join([schema.doing.split(":")[-1], *(f"with part {v}" for v in parts)])
 
 
 def _type(entity: str) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
+from itertools import product
 from typing import TYPE_CHECKING
 
 from msgspec.structs import replace
@@ -48,6 +49,7 @@ class Scope(Value):
         on_fixed: whether things are put only where the goal asks for them, or on what cannot be moved.
         carried: whether they are only put there by a hand that holds them, and not pushed.
         left_shut: whether nothing is opened because it was in the way of opening or shutting something else.
+        others_moved: whether of what was in the way of a task what it is not about is moved, and not only that comes from elsewhere.
         added: whether tasks of plugins that are neither shipped nor preferred are among theirs.
     """
 
@@ -55,6 +57,7 @@ class Scope(Value):
     on_fixed: bool = False
     carried: bool = False
     left_shut: bool = False
+    others_moved: bool = False
     added: bool = True
 
 
@@ -80,7 +83,8 @@ class PlanningProblem(Value, eq=False):
     def scopes(self) -> Iterator[Scope]:
         """Generate what plans may use, least first: what the goal names, and what was in the way, with all that this stands on or
         carries, put where the goal says or on what cannot be moved; the same, pushed there, too; put on anything; and all things.
-        What was in the way of a drawer and is shut stays shut at first: open it takes more room."""
+        What was in the way of a drawer and is shut stays shut at first: open it takes more room. And what was in the way is moved itself
+        at first: a tin that meets a cup where it is put down meets it again, whatever was done to the tin before."""
         names = {e for f in (*self.wanted.needs, *self.wanted.without) for e in f[1:] if e is not None}
         names |= {w for asked in self.wanted.constraints.values() for w in asked.where.values()}
         names |= {t.thing for b in self.blocked for t in b.tracks}
@@ -92,9 +96,10 @@ class PlanningProblem(Value, eq=False):
             if more == known:
                 break
             known = more
-        if any(b.shut for b in self.blocked):
-            yield Scope(frozenset(known), on_fixed=True, carried=True, left_shut=True)
-        yield Scope(frozenset(known), on_fixed=True, carried=True)
+        least = Scope(frozenset(known), on_fixed=True, carried=True)
+        others = (True, False) if any(b.while_others_stay() != b for b in self.blocked) else (False,)
+        shut = (True, False) if any(b.shut for b in self.blocked) else (False,)
+        yield from (replace(least, left_shut=s, others_moved=o) for o, s in product(others, shut))
         yield Scope(frozenset(known), on_fixed=True)
         yield Scope(frozenset(known))
         if known != every:
@@ -102,7 +107,8 @@ class PlanningProblem(Value, eq=False):
 
     def within(self, scope: Scope) -> PlanningProblem:
         """Return the problem with no more ways round what was refused than a scope leaves."""
-        return replace(self, blocked=tuple(b.left_shut() for b in self.blocked)) if scope.left_shut else self
+        blocked = tuple(b.left_shut() for b in self.blocked) if scope.left_shut else self.blocked
+        return replace(self, blocked=tuple(b.while_others_stay() for b in blocked) if scope.others_moved else blocked)
 
     def _asked_about(self, facts: frozenset[Fact]) -> frozenset[Fact]:
         """Those of some facts whose predicates rules ask about."""
@@ -122,7 +128,7 @@ class PlanningProblem(Value, eq=False):
         scope = scope or Scope(frozenset(self.grounder.things))
         grounder, here = self.grounder.among(scope.things), {EFFECTOR, *scope.things}
         tasks = self.knowledge.tasks
-        schemas = [self._here(s, scope) for s in action_schemas(grounder, self.knowledge.goal_rules, tasks)]
+        schemas = [h for s in action_schemas(grounder, self.knowledge.goal_rules, tasks) for h in self._here(s, scope)]
         schemas = [s for s in schemas if s.in_hand or not (scope.carried and tasks[s.task].places)]
         schemas = [s for s in schemas if scope.added or s.task not in self.knowledge.added_tasks]
         facts = [f for f in self.facts if here.issuperset(map(thing_of, f[1:]))]
@@ -133,13 +139,20 @@ class PlanningProblem(Value, eq=False):
             self.wanted.needs, self.wanted.without, earlier=earlier, refused=refused, blocked=self.blocked,
         )  # fmt: skip
 
-    def _here(self, schema: ActionSchema, scope: Scope) -> ActionSchema:
-        """A schema with what it makes as the goal asks for it, and with the fillers that a scope allows."""
+    def _here(self, schema: ActionSchema, scope: Scope) -> Iterator[ActionSchema]:
+        """A schema with what it makes as the goal asks for it, and with the fillers that a scope allows. Where something was in the way
+        also one that does without what the goal asks for: two things that change places need a third."""
         change, task = schema.change, self.knowledge.tasks[schema.task]
         asked = constraint_facts(self.wanted, schema, task)
         cost = ASIDE * schema.cost if not asked and _may_push(schema, self._in_the_way, self.grounder.fluents) else schema.cost
-        change = replace(change, adds=change.adds | asked)
-        return replace(schema, change=change, cost=cost, tables=tuple(self._allowed(schema, t, scope) for t in schema.tables))
+        tables = tuple(self._allowed(schema, t, scope) for t in schema.tables)
+        yield replace(schema, change=replace(change, adds=change.adds | asked), cost=cost, tables=tables)
+        alone = [f for f in sorted(asked) if len(f) == 2 and f[1] in schema.in_hand] if self.blocked else []
+        if alone and task.places:
+            rows = frozenset((f[1],) for f in self.wanted.constraints if f[0] in {a[0] for a in alone})
+            there = Table("asked to be at a place", (alone[0][1],), rows)
+            apart = replace(change, removes=change.removes | asked)
+            yield replace(schema, change=apart, cost=cost, tables=(*tables, there), elsewhere=True)
 
     @property
     def _in_the_way(self) -> frozenset[str]:
@@ -172,7 +185,10 @@ class PlanningProblem(Value, eq=False):
         fixed = {v: t for v, t in step.schema.terms.items() if t == EFFECTOR}
         found = self.grounder.operator(step.schema.rule, task, {**fixed, **step.binding})
         held = held_in(conditions_of(step.schema.rule), step.binding)
-        return constrained(self.wanted, found, task, held) if found is not None else None
+        whole = constrained(self.wanted, found, task, held) if found is not None else None
+        if whole is None or found is None or not step.schema.elsewhere:
+            return whole
+        return replace(found, elsewhere=True, removes=found.removes | (whole.adds - found.adds))
 
     def failing(self, steps: Sequence[Operator]) -> str:
         """Return why operators are no plan; "" where they are one."""
@@ -273,7 +289,7 @@ class PlanningProblem(Value, eq=False):
         Of a task that was refused in one part of it alone, such as putting down, that part, too: it would be refused as a task of its own.
         """
         new = self.blocking(steps, found)
-        part = self._part(found) if new is not None else None
+        part = self._part(found) if new is not None and not steps[found.tasks[-1] - 1].elsewhere else None
         return tuple(b for b in (new, part and new and replace(new, task=part)) if b is not None and b not in self.blocked)
 
     def _part(self, found: Refutation) -> Done | None:

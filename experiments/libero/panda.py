@@ -22,13 +22,15 @@ from cramlite_plugins.robots.hull import Circle, Hull
 from cramlite_plugins.robots.parallel_gripper import Jaws, beside, finger
 
 FLANGE, SITE = 0.1065, 0.097
-ELBOW = 0.1
-"""Kept from the elbow's stop [rad]: joints were seen as far as 0.13 rad from what POSTURE lets expect (10 % of 81 rests). Folded near
-its base an arm that was planned without it ended at the stop, 21 mm from its tool pose."""
-LIMITS = (
-    (-2.8973, 2.8973), (-1.7628, 1.7628), (-2.8973, 2.8973), (-3.0718 + ELBOW, -0.0698),
+KEPT = 0.1
+"""From each joint's stops [rad]: joints were seen as far as 0.13 rad from what POSTURE lets expect (10 % of 81 rests). Folded near its
+base an arm that was planned without it ended at the elbow's stop, 21 mm from its tool pose; on a way with joint 7 at 2.85 rad one was stuck
+at that one's, 13 mm from it."""
+STOPS = (
+    (-2.8973, 2.8973), (-1.7628, 1.7628), (-2.8973, 2.8973), (-3.0718, -0.0698),
     (-2.8973, 2.8973), (-0.0175, 3.7525), (-2.8973, 2.8973),
 )  # fmt: skip
+LIMITS = tuple((low + KEPT, high - KEPT) for low, high in STOPS)
 POSTURE = (0.0, -0.161, 0.0, -2.445, 0.0, 2.227, 0.785)
 """Where LIBERO's robot begins, but for 0.02 rad, and what OSC_POSE pulls the joints to: MountedPanda's init_qpos."""
 CONDITIONING = 0.08

@@ -372,3 +372,55 @@ def test_a_blocking_is_said_with_what_was_done() -> None:
     assert said == (
         "no Placing(tin, shelf) with 'tin' after Grasping(tin) and any of 'cup' as it was, 'lid' as it was with 'tin' after Grasping(tin)"
     )
+
+
+TABLE = """<mujoco><worldbody>
+<body name="table" pos=".5 0 .2"><geom type="box" size=".3 .4 .02"/>
+<site name="table_left_region" type="box" size=".03 .03 .005" pos="0 .2 .02"/>
+<site name="table_right_region" type="box" size=".03 .03 .005" pos="0 -.2 .02"/></body>
+{}</worldbody></mujoco>"""
+LOOSE = '<body name="{0}" pos="{1} {2} .25"><freejoint/><geom type="box" size=".03 .03 .03" mass=".1"/></body>'
+
+
+def _table(folder: Path, goal: tuple[str, ...], more: int = 0) -> PlanningProblem:
+    """Two things, each where a goal may want the other, and further ones behind."""
+    places = [("one", 0.5, 0.2), ("two", 0.5, -0.2), *((f"other{k}", 0.7, -0.3 + 0.1 * k) for k in range(more))]
+    (folder / "scene.xml").write_text(TABLE.format("".join(LOOSE.format(*p) for p in places)))
+    path = folder / "table.yaml"
+    path.write_text("scenario: table\nrobot: {type: ur5e}\nworld: {file: scene.xml}\ntasks: []\n")
+    scene = ENGINE.setting(read_scenario(path)).symbolic(ENGINE.knowledge.taxonomy)
+    return planning_problem(Goal(goal), scene, ENGINE.knowledge)
+
+
+def _met(number: int, thing: str, other: str) -> Refutation:
+    """What is put down as a task of a plan meets another thing."""
+    part = ("soma:PuttingDown", (("Locatum", thing), ("Relatum", "table")))
+    return Refutation((number,), ((other,),), "", part)
+
+
+@pytest.mark.parametrize("more", [0, 4])
+def test_what_is_in_the_way_is_moved_and_not_what_meets_it_brought_from_elsewhere(tmp_path: Path, more: int) -> None:
+    """With any number of things the plan has no detour: three tasks more than before, all about what was in the way."""
+    plans, _ = replanned(_table(tmp_path, ("one on table/right_region",), more), _met(3, "one", "two"))
+    first, second = (p.split(") ") for p in plans)
+    assert len(second) == len(first) + 3 and sum("one" in step for step in second) == len(first)
+    assert sum("two" in step for step in second) == 3
+
+
+def test_what_is_in_the_way_and_stays_is_met_from_elsewhere_at_last(tmp_path: Path) -> None:
+    """That nothing else can be moved leaves what else can be done with the task's own thing."""
+    given = _table(tmp_path, ("one on table/right_region",))
+    blocking = given.blocking(next(task_plans(given)).steps, Refutation((3,), (("two",),)))
+    assert blocking is not None and {t[0][0].thing for t in blocking.sets} == {"one", "two"}
+    assert [t[0][0].thing for t in blocking.while_others_stay().sets] == ["two"]
+    alone = replace(blocking, sets=blocking.sets[:1])
+    assert alone.while_others_stay() == alone
+    scopes = list(replace(given, blocked=(blocking,)).scopes())
+    assert [s.others_moved for s in scopes][:2] == [True, False] and not any(s.others_moved for s in given.scopes())
+
+
+def test_two_things_that_change_places_need_a_third(tmp_path: Path) -> None:
+    """Each is refused where the other stands; one is put down where the goal does not ask for it, and brought to its place in the end."""
+    given = _table(tmp_path, ("one on table/right_region", "two on table/left_region"))
+    plans, _ = replanned(given, _met(3, "one", "two"), _met(3, "two", "one"))
+    assert not any("elsewhere" in p for p in plans[:2]) and plans[2].count("Placing elsewhere(") == 1

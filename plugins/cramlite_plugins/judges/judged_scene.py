@@ -16,9 +16,11 @@ from cramlite.model import Thing
 
 from ..backends.stream.messages import Hello
 
-SEARCH = {"sequences": 3, "proofs": 4, "expansions": 300}
-"""Work that an episode's search may take: less than usual (12, 8 and 3000), so that a refusal takes some ten seconds; all of it is counted,
-so that an episode has the same program on any machine."""
+SEARCH = {"proofs": 4, "expansions": 300}
+"""Work that an episode's search may take over one task sequence: less than usual (8 and 3000), so that a refusal takes some ten seconds;
+all of it is counted, so that an episode has the same program on any machine."""
+SEQUENCES = 3
+"""Task sequences for each part of its goal, usually 12 in all: each part may have things in its way, which a sequence finds out."""
 
 
 def scene_setting(
@@ -42,10 +44,12 @@ def scene_setting(
     key = f'<keyframe><key name="state" qpos="{state}"/></keyframe></mujoco>'
     (folder / "scene.xml").write_text(scene["xml"].replace("</mujoco>", key), encoding="utf-8", newline="\n")
     world = {"file": str(folder.resolve() / "scene.xml"), "keyframe": "state", "packages": _assets(scene["xml"])}
-    whole = {"scenario": "episode", "world": world, "budget": SEARCH, **spec}
+    whole = {"scenario": "episode", "world": world, **spec}
     setting = engine.setting(read_scenario(whole | {"tasks": []}), twins=twins)
+    parts = goal(setting.world.things)
+    asked = {"budget": {"sequences": SEQUENCES * len(parts), **SEARCH}, "goal": parts}
     scenario = folder / "scenario.yaml"
-    scenario.write_text(yaml.safe_dump(whole | {"goal": goal(setting.world.things)}, sort_keys=False), encoding="utf-8", newline="\n")
+    scenario.write_text(yaml.safe_dump(whole | asked, sort_keys=False), encoding="utf-8", newline="\n")
     mount = replace(setting.world.robots[0], joints=hello.joints, opening=min(hello.opening, setting.robot.gripper.opening[1]))
     return scenario, replace(setting, world=replace(setting.world, robots=(mount,)))
 

@@ -79,6 +79,16 @@ def test_a_site_upon_a_table_holds_nothing_and_is_an_area_of_its_surface(tmp_pat
     assert areas[1].pose.position == pytest.approx((0.1, 0, 0.02)) and areas[1].size == {"width": 0.1, "depth": 0.1}
 
 
+def test_a_site_that_reaches_out_below_a_tables_top_is_an_area_of_its_surface(tmp_path: Path) -> None:
+    """Nothing is put into what has a roof and no floor; its middle is 3 mm below the top, as in LIBERO's living room."""
+    legs = '<geom type="box" size=".1 .3 .2" pos="-.2 0 -.22"/>'
+    site = '<site name="table_front_region" type="box" size=".05 .05 .007" pos=".1 0 -.023"/>'
+    table = _thing(_scene(tmp_path, f'<body name="table"><geom type="box" size=".3 .3 .02"/>{legs}{site}</body>'), "table")
+    area = next(f for f in table.features if f.name == "front_region")
+    assert table.feature("cram:Cavity") is None and area.type == "vrps:SurfaceFeature"
+    assert area.pose.position == pytest.approx((0.1, 0, 0.02))
+
+
 @pytest.mark.parametrize("site", ['size=".05 .05 .007" pos="0 0 .5"', 'size=".05 .05 .007" pos="0 0 .03" euler="40 0 0"'])
 def test_a_site_in_the_air_or_aslant_is_no_place(site: str, tmp_path: Path) -> None:
     body = f'<body name="table"><geom type="box" size=".3 .3 .02"/><site name="a_region" type="box" {site}/></body>'
@@ -203,3 +213,14 @@ def test_a_flat_site_that_leans_is_an_area_that_faces_as_it_does(tmp_path: Path)
 def test_a_site_as_steep_as_a_wall_is_none(tmp_path: Path) -> None:
     rack = _thing(_scene(tmp_path, f'<body name="rack">{CRADLE.format(lean=80)}</body>'), "rack")
     assert "top_region" not in {f.name for f in rack.features}
+
+
+@pytest.mark.parametrize(("cap", "features"), [(0.012, ["surface"]), (0.006, [])])
+def test_what_can_be_moved_carries_on_its_only_small_face_as_on_a_bottles_cap(cap: float, features: list[str], tmp_path: Path) -> None:
+    """Not on one that is too narrow to bear anything."""
+    shape = f'<geom type="cylinder" size=".03 .05" euler="0 0 0"/><geom type="box" size="{cap} {cap} .01" pos="0 0 .06"/>'
+    cone = f'<freejoint/><geom type="sphere" size=".03"/><geom type="box" size="{cap} {cap} .02" pos="0 0 .03"/>'
+    bottle = _thing(_scene(tmp_path, f'<body name="bottle" pos="0 0 .5">{cone}</body>'), "bottle")
+    assert [f.name for f in bottle.features if f.type == "vrps:SurfaceFeature"] == features
+    whole = _thing(_scene(tmp_path, f'<body name="tin" pos="0 0 .5"><freejoint/>{shape}</body>'), "tin")
+    assert [f.name for f in whole.features if f.type == "vrps:SurfaceFeature"] == ["surface"]

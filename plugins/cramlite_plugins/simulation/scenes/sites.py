@@ -95,18 +95,26 @@ def _place(thing: Thing, site: tuple[Pose, Floats] | None, name: str) -> Feature
     top, middle = np.asarray(pose.apply((0.0, 0.0, z - OVER))), np.asarray(pose.position)
     size = {"width": round(2 * float(x), 5), "depth": round(2 * float(y), 5)}
     if 2 * z >= DEEP and ((low < middle) & (middle < high) & (low < top + OVER) & (top - OVER < high)).all() and _hollow(thing, middle):
-        return _within(thing, pose, float(z), name, size)
+        roof, floor = _next(thing, pose)
+        if roof is None or floor is not None:
+            return _within(pose, float(z), name, size, roof, floor)
     if 4 * x * y < LARGE or 2 * min(x, y) < NARROW:
         return None
     return _upon(thing, pose, float(z), name, size)
 
 
-def _within(thing: Thing, pose: Pose, half: float, name: str, size: dict[str, float]) -> Feature:
-    """The cavity that a site fills, down to the floor below that; of one with a roof, which nothing comes into from above, the area below,
-    with the room over it."""
+def _next(thing: Thing, pose: Pose) -> tuple[float | None, float | None]:
+    """How far what is next over and below a pose in its thing's frame is [m], None where nothing is; what has a roof and no floor
+    holds nothing, such as the underside of a table's top."""
     middle, up = np.asarray(pose.position), np.asarray(pose.rotate((0.0, 0.0, 1.0)))
     met = ([low for low, _, _ in rays.spans(rays.body(thing.geoms), middle, way) if low >= 0] for way in (up, -up))
     roof, floor = (min(m, default=None) for m in met)
+    return roof, floor
+
+
+def _within(pose: Pose, half: float, name: str, size: dict[str, float], roof: float | None, floor: float | None) -> Feature:
+    """The cavity that a site fills, down to the floor below that; of one with a roof, which nothing comes into from above, the area below,
+    with the room over it."""
     if roof is None or floor is None:
         deep = max(floor or 0.0, half)
         return Feature(name, "cram:Cavity", pose * Pose((0.0, 0.0, half)), {**size, "height": round(half + deep, 5)})

@@ -132,12 +132,15 @@ def _turns_in_place(thing: Thing) -> bool:
 
 
 def _surfaced(thing: Thing) -> tuple[Thing, str]:
-    """With its cavity and its largest level faces; and in words."""
+    """With its cavity and its large level faces, or of what can be moved and has none its largest: a bottle's cap; and in words."""
     from ...shapes.cavities import cavity
     from ...shapes.surfaces import surfaces
 
     hollow = None if thing.feature("cram:Cavity") else cavity(thing, thing.pose)
-    level = [(s.pose, _largest(s.area)) for s in surfaces(thing, thing.pose) if s.area.area > LARGE]
+    every = list(surfaces(thing, thing.pose))
+    wide = [s for s in every if s.area.area > LARGE]
+    small = sorted((s for s in every if thing.mass and not hollow), key=lambda s: -float(s.area.area))[:1]
+    level = [(s.pose, _largest(s.area)) for s in wide or small]
     tops = [
         Feature(f"surface{k + 1 if k else ''}", "vrps:SurfaceFeature", thing.pose.inverse() * pose, size)
         for k, (pose, size) in enumerate((p, s) for p, s in level[:MOST] if min(s.values()) > NARROW)
