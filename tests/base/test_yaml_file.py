@@ -80,7 +80,7 @@ def test_what_is_refused(tmp_path: Path, text: str, said: tuple[int | None, str]
 
 @pytest.mark.parametrize("opening", ["[", "- "])
 def test_what_would_overflow_the_stack_is_refused(tmp_path: Path, opening: str) -> None:
-    with pytest.raises(UserError, match="not valid YAML: .*(more than 100 deep|maximum nesting depth)"):  # ours, libyaml's
+    with pytest.raises(UserError, match=r"not valid YAML: .*(more than 100 deep|maximum nesting depth)"):  # ours, libyaml's
         loaded(opening * 100_000, tmp_path)
 
 
