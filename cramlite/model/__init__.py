@@ -11,6 +11,7 @@ from ..base.lazy_names import LazyNames
 
 if TYPE_CHECKING:
     from ..base.value import Value, replace
+    from ..base.word import Word
     from .belief import Belief, Estimate, Held, Relation, initial_belief
     from .collision import Collision
     from .control_flow import Compound, choose, fallback, monitor, parallel, repeat, retry, sequence, try_all
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
     from .entity_name import EntityName, thing_of
     from .episode import Entity, Episode, Event, Repair, Track
     from .error_model import ErrorModel, PoseError
+    from .fault import Fault, FaultKind
     from .friction import pair_friction
     from .geometry import Floats, Pose, Vector3, quaternion_product, rotvec_quaternion
     from .handover import Handover
@@ -26,7 +28,7 @@ if TYPE_CHECKING:
     from .imported_scene import ImportedScene, StatedJoint
     from .judging_limits import JudgingLimits
     from .linkage import Linkage
-    from .motion_words import ExpectedContact, ExpectedGrip, Fingers, Hang, Stage, Tilt, Word
+    from .motion_words import ExpectedContact, ExpectedGrip, Fingers, Hang, Stage, Tilt
     from .place_facts import CarriedAlong, GripFacts, PegFit, Release
     from .plan import Plan
     from .program import Code, LatePose, Program, Section
@@ -90,6 +92,7 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "..base.value": "Value replace",
+    "..base.word": "Word",
     ".belief": "Belief Estimate Held Relation initial_belief",
     ".collision": "Collision",
     ".control_flow": "Compound choose fallback monitor parallel repeat retry sequence try_all",
@@ -99,13 +102,14 @@ _HOMES = {
     ".episode": "Entity Episode Event Repair Track",
     ".error_model": "ErrorModel PoseError",
     ".friction": "pair_friction",
+    ".fault": "Fault FaultKind",
     ".geometry": "Floats Pose Vector3 quaternion_product rotvec_quaternion",
     ".handover": "Handover",
     ".imported_robot": "ImportedRobot",
     ".imported_scene": "ImportedScene StatedJoint",
     ".judging_limits": "JudgingLimits",
     ".linkage": "Linkage",
-    ".motion_words": "ExpectedContact ExpectedGrip Fingers Hang Stage Tilt Word",
+    ".motion_words": "ExpectedContact ExpectedGrip Fingers Hang Stage Tilt",
     ".place_facts": "CarriedAlong GripFacts PegFit Release",
     ".plan": "Plan",
     ".program": "Code LatePose Program Section",
@@ -164,6 +168,8 @@ __all__ = [
     "ExpectedContact",
     "ExpectedGrip",
     "Fallback",
+    "Fault",
+    "FaultKind",
     "Feature",
     "Filling",
     "Finding",

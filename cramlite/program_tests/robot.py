@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from functools import lru_cache
 from pathlib import Path
+from typing import Any
 
 from ..base.errors import UserError
 from ..base.resources import find_scenario
 from ..base.seeds import derive_seed
 from ..base.value import Value
 from ..model.error_model import ErrorModel
+from ..model.fault import Fault
 from ..model.world import World
 from ..plugin.catalogue import Knowledge, pick
 from ..plugin.selection import PluginChoice
+from ..scenario.faults import faulty, read_fault
 from ..scenario.scenario import Scenario, read_scenario
 from ..scenario.twin import Twin, draw_twin
 from ..scenario.worlds import build_world, read_world, real_world
@@ -28,6 +31,7 @@ class TestPlace(Value):
         folder: of its file; paths of programs, worlds and snapshots are relative to it.
         pages: folder for pages about failures.
         accept: whether snapshots are written anew.
+        faults: of all runs of the test.
     """
 
     __test__ = False
@@ -36,6 +40,7 @@ class TestPlace(Value):
     folder: Path
     pages: Path
     accept: bool = False
+    faults: tuple[Fault, ...] = ()
 
 
 class Cell(Value):
@@ -65,6 +70,7 @@ class ProgramRobot:
         world: str | Path | None = None,
         twins: int = 0,
         seed: int = 0,
+        faults: Iterable[Mapping[str, Any]] = (),
         plugins: tuple[Path, ...] = (),
     ) -> ProgramRun:
         """Run a program's text in a world, and in twins of it.
@@ -78,6 +84,9 @@ class ProgramRobot:
                 default. Its first robot runs the program.
             twins: further runs, in worlds that are off by the declared errors: poses, sizes, masses, friction, sensors, latency.
             seed: of the scenario's world, the sensors' noise and the twins.
+            faults: what goes wrong in each run, beside those of the test's marks: {"missing": "part"}, {"moved": "part",
+                "by": ["30 mm", 0, 0]}, {"payload": "0.8 kg"}, {"tool": [0, 0, "10 mm"]}, {"sensor": ["5 N", 0, 0]},
+                {"protective_stop": "2 s"}, {"connection": "2 s", "lasts": "1 s"}.
             plugins: files with plugins that the world needs.
 
         Raises:
@@ -86,7 +95,8 @@ class ProgramRobot:
         name, text = self._program(program)
         knowledge = knowledge_of(plugins)
         cell = self._cell(world, knowledge, seed, name)
-        ways = tuple(self._ways(name, text, cell, knowledge, twins, seed))
+        wrong = (*self.place.faults, *(read_fault(f, f"{name}, fault {f}") for f in faults))
+        ways = tuple(self._ways(name, text, cell, knowledge, twins, seed, wrong))
         self._count += 1
         return ProgramRun(name, text, ways, knowledge, self.place.folder, self._page(), self.place.accept)
 
@@ -111,7 +121,9 @@ class ProgramRobot:
             raise UserError(f"The world '{chosen}' has no robot, so nothing can run '{name}'.")
         return cell
 
-    def _ways(self, name: str, text: str, cell: Cell, knowledge: Knowledge, twins: int, seed: int) -> Iterator[Way]:
+    def _ways(
+        self, name: str, text: str, cell: Cell, knowledge: Knowledge, twins: int, seed: int, faults: tuple[Fault, ...]
+    ) -> Iterator[Way]:
         robots = knowledge.robots_of(cell.world)
         mount = cell.world.robots[0]
         arm = pick("robot", robots, mount.type)
@@ -122,7 +134,9 @@ class ProgramRobot:
                     cell.world, cell.relations, arm, cell.errors, derive_seed(seed, (), f"test twin {number}")
                 )
             try:
-                rollout = knowledge.simulator.execute(text, twin.world, robots, mount=mount.name, seed=seed + number)
+                rollout = knowledge.simulator.execute(
+                    text, faulty(twin.world, faults), robots, mount=mount.name, seed=seed + number
+                )
             except UserError as error:
                 raise UserError(f"{name}: {error}") from None
             yield Way(f"twin {number} of {twins}" if number else "the run", rollout, twin.draws)

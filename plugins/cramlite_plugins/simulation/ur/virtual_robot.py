@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from cramlite.model import Robot, World
+from cramlite.model import FaultKind, Robot, World
 from cramlite.plugin import UserError, nearest
 
 from ..controller.controller import Controller
-from ..controller.protective_stop import ProtectiveStop, Safety
-from ..model.compile import compile_world, displace
+from ..controller.protective_stop import ProtectiveStop, Safety, StopsToCome
+from ..model.compile import compile_world, misbuild
 from ..urscript.interpreter import Halted, Machine, Stopped, load
 from ..urscript.values import ScriptError, from_pose
 from .functions import Functions
@@ -45,7 +45,7 @@ class VirtualRobot:
         compiled, off = compile_world(world, robots), world.disturbance
         if mount not in compiled.robots:
             raise UserError(f"the world has no robot '{mount}'; {nearest(mount, compiled.robots)}")
-        displace(compiled, mount, off.links)
+        misbuild(compiled, mount, off)
         self.compiled, self.data, self.say = compiled, compiled.data(), say
         base = next(m.base for m in world.robots if m.name == mount)
         index = compiled.robots[mount]
@@ -56,6 +56,7 @@ class VirtualRobot:
         self.machine: Machine | None = None
         self.secondary: Machine | None = None
         self.stopped = ""
+        self.stops, self.away = StopsToCome(world.faults), [f for f in world.faults if f.kind is FaultKind.CONNECTION]
         self.functions = Functions(self.arm, self.log, PoseServer(compiled, self.data, base, seed), lambda: self.time)
         for _ in range(round(SETTLE / self.arm.period)):
             self.arm.hold()
@@ -117,6 +118,11 @@ class VirtualRobot:
         self.arm.motion = None
 
     @property
+    def reachable(self) -> bool:
+        """Check whether clients can reach the controller."""
+        return not any(f.after <= self.time < f.after + f.lasts for f in self.away)
+
+    @property
     def safety_status(self) -> str:
         """Return "PROTECTIVE_STOP" or "NORMAL"."""
         return "PROTECTIVE_STOP" if self.stopped else "NORMAL"
@@ -126,6 +132,7 @@ class VirtualRobot:
     def cycle(self) -> None:
         """Advance by a control cycle of 2 ms: programs, motion, physics."""
         try:
+            self.stops.due(self.time)
             self._run_secondary()
             if self.machine is None:
                 self.arm.hold()
