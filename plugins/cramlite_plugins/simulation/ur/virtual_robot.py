@@ -19,6 +19,9 @@ from .registers import Registers
 
 SETTLE = 0.5  # the world comes to rest before anything runs [s]
 NORMAL, PROTECTIVE = 1, 3  # safety_mode (RTDE Guide)
+POWER_OFF, IDLE, RUNNING = 3, 5, 7  # robot_mode (RTDE Guide)
+LOCKED = 5.0
+"""A protective stop cannot be released earlier after it [s] (Dashboard Server, e-Series: "unlock protective stop")."""
 
 
 class VirtualRobot:
@@ -55,7 +58,7 @@ class VirtualRobot:
         self.arm.let_sleep()
         self.machine: Machine | None = None
         self.secondary: Machine | None = None
-        self.stopped = ""
+        self.stopped, self.stopped_at, self.mode = "", 0.0, RUNNING
         self.stops, self.away = StopsToCome(world.faults), [f for f in world.faults if f.kind is FaultKind.CONNECTION]
         self.functions = Functions(self.arm, self.log, PoseServer(compiled, self.data, base, seed), lambda: self.time)
         for _ in range(round(SETTLE / self.arm.period)):
@@ -99,6 +102,9 @@ class VirtualRobot:
         if self.stopped:
             self.log(f"a program was refused: protective stop ({self.stopped}); unlock it at the dashboard")
             return
+        if self.mode != RUNNING:
+            self.log("a program was refused: the brakes are on; 'power on' and 'brake release' at the dashboard")
+            return
         self.registers.watched.clear()
         self.machine = machine
 
@@ -111,11 +117,26 @@ class VirtualRobot:
         self.functions.forget()
         self.arm.freedrive = False
 
-    def unlock(self) -> None:
-        """Release the protective stop; the arm stays where it is."""
+    def unlock(self) -> bool:
+        """Release the protective stop, if its time has come; the arm stays where it is. Return whether it is released."""
+        if self.stopped and self.time < self.stopped_at + LOCKED:
+            return False
         self.stopped = ""
         self.arm.q = self.arm.actual_joints()
         self.arm.motion = None
+        return True
+
+    def restart(self) -> None:
+        """Restart the safety system: no stop is left, and the arm is powered off."""
+        self.stopped_at = -LOCKED
+        self.unlock()
+        self.power(POWER_OFF)
+
+    def power(self, mode: int) -> None:
+        """Power the arm, or release its brakes: ``POWER_OFF``, ``IDLE`` or ``RUNNING``; its brakes hold it in all but the last."""
+        if mode != RUNNING:
+            self.stop_program("the arm is powered off" if mode == POWER_OFF else "the brakes are on")
+        self.mode = mode
 
     @property
     def reachable(self) -> bool:
@@ -139,7 +160,7 @@ class VirtualRobot:
             else:
                 self._run(self.machine)
         except ProtectiveStop as stop:
-            self.stopped = str(stop)
+            self.stopped, self.stopped_at = str(stop), self.time
             self.stop_program(f"protective stop: {stop}")
         self.functions.settings.remember()
 
@@ -210,7 +231,7 @@ _FIELDS: dict[str, Callable[[VirtualRobot], Any]] = {
     "actual_digital_output_bits": lambda r: r.registers.outputs,
     "speed_scaling": lambda r: 1.0,
     "target_speed_fraction": lambda r: 1.0,
-    "robot_mode": lambda r: 7,
+    "robot_mode": lambda r: r.mode,
     "safety_mode": lambda r: PROTECTIVE if r.stopped else NORMAL,
     "safety_status": lambda r: PROTECTIVE if r.stopped else NORMAL,
     "safety_status_bits": lambda r: 4 if r.stopped else 1,
