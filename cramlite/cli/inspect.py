@@ -62,6 +62,8 @@ def _new(arguments: argparse.Namespace) -> int:
     from ..testing.skeleton import skeleton_text, write_skeleton
 
     kind, name, arm = arguments.kind, arguments.name, arguments.arm
+    if kind == "tests":
+        return _new_tests(Path(name), arguments)
     if arm is None and (arguments.keys or arguments.gripper):
         raise UserError("--keys and --gripper are about a robot from a file: --from FILE.")
     if arm is None:
@@ -71,6 +73,18 @@ def _new(arguments: argparse.Namespace) -> int:
         raise UserError(f"--from is the file of a robot, and a {kind} comes from none.")
     written = write_robot(name, arm, arguments.keys, arguments.gripper, arguments.out)
     print(f"{skeleton_text(kind, written.files)}\n{robot_text(written)}")
+    return 0
+
+
+def _new_tests(folder: Path, arguments: argparse.Namespace) -> int:
+    from ..plugin.catalogue import Knowledge
+    from ..plugin.selection import INSTALLED
+    from ..testing.suite_skeleton import suite_text, write_suite
+
+    if arguments.arm or arguments.keys or arguments.gripper:
+        raise UserError("--from, --keys and --gripper are about a robot; tests take the folder of your programs.")
+    knowledge = Knowledge(INSTALLED.registry())
+    print(suite_text(write_suite(folder, knowledge, arguments.out)))
     return 0
 
 
@@ -141,9 +155,9 @@ def add_commands(add: Add) -> None:
     )
     ontology.add_argument("--json", action="store_true")
     new = add("new", _new, asks_plugins=False)
-    new.add_argument("kind", choices=["backend", "expert", "predicate", "robot", "task", "validator"])
-    new.add_argument("name", metavar="NAME", help="of the plugin, in small letters, e.g. wiping or no_spill")
-    new.add_argument("--out", type=Path, metavar="DIR", help="the package's folder; default cramlite-NAME")
+    new.add_argument("kind", choices=["backend", "expert", "predicate", "robot", "task", "tests", "validator"])
+    new.add_argument("name", metavar="NAME", help="of the plugin, e.g. wiping or no_spill; of tests, the folder of your programs")
+    new.add_argument("--out", type=Path, metavar="DIR", help="the package's folder; default cramlite-NAME, of tests NAME/robot_tests")
     new.add_argument("--from", dest="arm", type=Path, metavar="FILE", help="of a robot: the MJCF or URDF of its arm")
     new.add_argument("--gripper", type=Path, metavar="FILE", help="the MJCF or URDF of its gripper; else as --keys says")
     new.add_argument("--keys", type=Path, metavar="FILE", help="YAML with keys of a scenario's robot, such as 'payload: 5 kg'")

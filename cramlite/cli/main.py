@@ -28,6 +28,7 @@ COMMANDS: Mapping[str, tuple[str, str]] = {
     "judge": ("judge", "run any program's text and say what the judges find"),
     "preflight": ("preflight", "print one page about a program before a real arm runs it; dry run at a share of its speed"),
     "controller": ("execute", "open the ports of a virtual robot controller"),
+    "compare": ("compare", "compare a real arm's log with the run that was proven"),
     "check": ("check", "check a scenario, a rule file or a program without running it"),
     "experiment": ("experiment", "run an experiment and print its tables"),
     "perceive": ("perceive", "ask what a camera sees"),

@@ -75,14 +75,34 @@ def judge_text(text: str, world: World, purpose: Purpose, knowledge: Knowledge, 
     text, anew = _laid_out(text)
     candidate, remarks = _candidate(text, world, purpose, knowledge)
     rollout = knowledge.simulator.execute(text, world, knowledge.robots_of(world), mount=world.robots[0].name, seed=seed)
+    return _judged(text, replace(candidate, rollout=rollout), (*anew, *remarks), purpose, knowledge)
+
+
+def judge_rollout(text: str, rollout: Rollout, purpose: Purpose, knowledge: Knowledge) -> Judged:
+    """Judge a run of a text.
+
+    Args:
+        rollout: of that very text, one step a line; its world is the one that it ran in.
+
+    Raises:
+        UserError: a goal is none, or no line leads to a task of the plan.
+    """
+    candidate, remarks = _candidate(text, rollout.world, purpose, knowledge)
+    return _judged(text, replace(candidate, rollout=rollout), remarks, purpose, knowledge)
+
+
+def _judged(text: str, candidate: Candidate, remarks: tuple[str, ...], purpose: Purpose, knowledge: Knowledge) -> Judged:
+    """What the judges find in a candidate's run."""
+    rollout = candidate.rollout
+    assert rollout is not None
     episode = knowledge.episodes.detect(rollout, candidate.program.name)
     episode = replace(episode, extras={**episode.extras, "park": np.array(candidate.robot.home)})
-    ran = replace(candidate, rollout=rollout, episode=episode)
+    ran = replace(candidate, episode=episode)
     if not candidate.actions:
-        return Judged(rollout, episode, Verdict((*_ended(rollout), *_by_goal(ran, knowledge))), (*anew, *remarks))
+        return Judged(rollout, episode, Verdict((*_ended(rollout), *_by_goal(ran, knowledge))), remarks)
     typed, more = _typed(text, ran, purpose, knowledge)
     found = [*typed, *judge(ran, knowledge, rollout=True)]
-    return Judged(rollout, episode, Verdict(tuple(found), knowledge.left_out), (*anew, *remarks, *more))
+    return Judged(rollout, episode, Verdict(tuple(found), knowledge.left_out), (*remarks, *more))
 
 
 def _laid_out(text: str) -> tuple[str, tuple[str, ...]]:

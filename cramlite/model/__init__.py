@@ -13,6 +13,7 @@ from ..base.lazy_names import LazyNames
 
 if TYPE_CHECKING:
     from ..base.value import Value as Value, replace as replace
+    from ..base.word import Word as Word
     from .belief import (
         Belief as Belief,
         Estimate as Estimate,
@@ -51,6 +52,7 @@ if TYPE_CHECKING:
     from .entity_name import EntityName as EntityName, thing_of as thing_of
     from .episode import Entity as Entity, Episode as Episode, Event as Event, Repair as Repair, Track as Track
     from .error_model import ErrorModel as ErrorModel, PoseError as PoseError
+    from .fault import Fault as Fault, FaultKind as FaultKind
     from .friction import pair_friction as pair_friction
     from .geometry import (
         Floats as Floats,
@@ -71,7 +73,6 @@ if TYPE_CHECKING:
         Hang as Hang,
         Stage as Stage,
         Tilt as Tilt,
-        Word as Word,
     )
     from .place_facts import CarriedAlong as CarriedAlong, GripFacts as GripFacts, PegFit as PegFit, Release as Release
     from .plan import Plan as Plan

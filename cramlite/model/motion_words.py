@@ -2,22 +2,7 @@
 
 from __future__ import annotations
 
-from enum import StrEnum
-
-
-class Word(StrEnum):
-    """Word of a motion designator, equal to its text.
-
-    Args:
-        says: what it means, a clause.
-    """
-
-    says: str
-
-    def __new__(cls, text: str, says: str) -> Word:
-        made = str.__new__(cls, text)
-        made._value_, made.says = text, says
-        return made
+from ..base.word import Word
 
 
 class Stage(Word):

@@ -15,6 +15,7 @@ from msgspec.structs import replace
 
 from ..base.value import Value
 from .entity_name import EntityName
+from .fault import Fault
 from .geometry import Pose, Vector3
 from .robot_file import RobotFile
 from .view import D435, Intrinsics
@@ -292,6 +293,8 @@ class Disturbance(Value):
         backlash: width of each joint's play, behind its encoder [rad].
         gripper_force: real grip force as a multiple of the commanded one.
         centres: thing -> how far its centre of mass is from where its shape, or its inertia, has it, in its frame [m].
+        flange_mass: what the flange bears beside its gripper, and nobody tells [kg].
+        tool: how far the gripper is mounted from where it should be, in the flange's frame [m].
     """
 
     force_noise: float = 0.0
@@ -304,6 +307,8 @@ class Disturbance(Value):
     backlash: float = 0.0
     gripper_force: float = 1.0
     centres: Mapping[str, Vector3] = field(default_factory=dict)
+    flange_mass: float = 0.0
+    tool: Vector3 = (0.0, 0.0, 0.0)
 
 
 class Camera(Value):
@@ -340,6 +345,7 @@ class World(Value):
         cameras: depth cameras, fixed ones and those on flanges.
         poses: "camera" where nobody knows of anything that can be moved where it is, until a camera has seen it.
         notes: what of a scene file could not be taken over, for people.
+        faults: that happen while a program runs.
     """
 
     things: tuple[Thing, ...]
@@ -349,6 +355,7 @@ class World(Value):
     cameras: tuple[Camera, ...] = ()
     poses: Literal["known", "camera"] = "known"
     notes: tuple[str, ...] = ()
+    faults: tuple[Fault, ...] = ()
 
     def thing(self, name: str) -> Thing:
         """Return the thing of that name.

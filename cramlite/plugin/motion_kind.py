@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from msgspec import field
 
 from ..base.value import Value
-from ..model.motion_words import Word
+from ..base.word import Word
 from .task_type import Parameter
 
 

@@ -73,8 +73,8 @@ HEAVY = {
     "docs/how-to/before_a_real_arm.md", "docs/how-to/behaviour_tree.md", "docs/how-to/drive_a_robot.md", "docs/how-to/embed.md",
     "docs/how-to/judge_a_program.md", "docs/how-to/judged.md", "docs/how-to/look_at_a_run.md", "docs/how-to/many_machines.md",
     "docs/how-to/mcp.md", "docs/how-to/other_languages.md", "docs/how-to/own_recording.md", "docs/how-to/own_robot.md",
-    "docs/how-to/own_scene.md", "docs/how-to/planner.md", "docs/reference/tasks.md", "docs/tutorial/scenario.md",
-    "docs/tutorial/wiping.md",
+    "docs/how-to/own_scene.md", "docs/how-to/planner.md", "docs/how-to/test_programs.md", "docs/reference/tasks.md",
+    "docs/tutorial/scenario.md", "docs/tutorial/wiping.md",
 }  # fmt: skip
 """Pages whose commands take longer than those of all others together: they prove several programs each."""
 

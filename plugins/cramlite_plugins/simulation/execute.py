@@ -18,8 +18,8 @@ from .controller.controller import Controller
 from .controller.gripper_drive import GripperDrive
 from .controller.gripper_server import GripperServer
 from .controller.halted import Halted
-from .controller.protective_stop import ProtectiveStop, Safety
-from .model.compile import Compiled, compile_world, displace, unstable
+from .controller.protective_stop import ProtectiveStop, Safety, StopsToCome
+from .model.compile import Compiled, compile_world, misbuild, unstable
 from .recording.recorder import Peaks, Recorder
 from .typed_program.machine import ProgramMachine, load_program
 from .ur.functions import Functions
@@ -139,7 +139,7 @@ class _Run:
         self, compiled: Compiled, mount: str, noise: float, seed: int, safety: Safety, drive: type[GripperDrive]
     ) -> None:
         index, off = compiled.robots[mount], compiled.world.disturbance
-        displace(compiled, mount, off.links)
+        misbuild(compiled, mount, off)
         self.data = compiled.data()
         self.recorder = Recorder(compiled, mount, wrench=False)
         base = next(m.base for m in compiled.world.robots if m.name == mount)
@@ -148,6 +148,7 @@ class _Run:
         self.controller.let_sleep()
         self.poses = PoseServer(compiled, self.data, base, seed)
         self.machine: _Runner | None = None
+        self.stops = StopsToCome(compiled.world.faults)
         self.peaks = Peaks(self.recorder.period)
 
     def start(self) -> None:
@@ -169,6 +170,7 @@ class _Run:
         farthest, since = machine.main_line, 0.0
         try:
             while self.data.time < since + time_limit:
+                self.stops.due(float(self.data.time))
                 machine.cycle()
                 if machine.finished:
                     return "finished", ""

@@ -13,6 +13,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from cramlite_plugins.simulation.ur.dashboard import TOO_EARLY
 from cramlite_plugins.simulation.ur.rtde import FORMATS, INPUTS, OUTPUTS, Recipe, packet, recipe, type_of
 from cramlite_plugins.simulation.urscript.interpreter import Machine, Stopped, load
 
@@ -143,7 +144,20 @@ def test_a_protective_stop_ends_the_program_until_it_is_unlocked(controller: Pat
     assert ask(29999, "safetystatus")[1] == "Safetystatus: PROTECTIVE_STOP"
     send(30003, b'def later():\n  textmsg("must not run")\nend\n')
     assert wait_for(controller, "unlock it at the dashboard") and "s  must not run" not in controller.read_text()
-    assert ask(29999, "unlock protective stop", "safetystatus")[2] == "Safetystatus: NORMAL"
+    assert ask(29999, "unlock protective stop", "safetystatus")[1:] == [TOO_EARLY, "Safetystatus: PROTECTIVE_STOP"]
+    assert until(lambda: ask(29999, "unlock protective stop")[1] == "Protective stop releasing")
+    assert ask(29999, "safetystatus")[1] == "Safetystatus: NORMAL"
+    send(30003, b'def later():\n  textmsg("runs again")\nend\n')
+    assert wait_for(controller, "s  runs again")
+
+
+def test_without_power_no_program_runs(controller: Path) -> None:
+    assert ask(29999, "power off", "robotmode")[2] == "Robotmode: POWER_OFF"
+    send(30003, b'def dark():\n  textmsg("nobody sees this")\nend\n')
+    assert wait_for(controller, "the brakes are on; 'power on' and 'brake release'")
+    assert ask(29999, "power on", "robotmode", "brake release", "robotmode")[2::2] == ["Robotmode: IDLE", "Robotmode: RUNNING"]
+    assert "s  nobody sees this" not in controller.read_text()
+    assert ask(29999, "load a.urp", "play")[1:] == ["File not found: a.urp", "Failed to execute: play"]
 
 
 def test_the_gripper_has_its_server(controller: Path) -> None:

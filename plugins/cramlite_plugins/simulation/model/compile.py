@@ -6,11 +6,12 @@ with ``{mount}/``, those of hands with ``hand/`` and ``other_hand/``.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 import mujoco
+import numpy as np
 
-from cramlite.model import Pose, Robot, RobotMount, Value, Vector3, World
+from cramlite.model import Disturbance, Pose, Robot, RobotMount, Value, World
 
 from .build import Carried, add_thing, attach, check, finish, is_pad, mask_robots, set_options
 from .centres import real_things
@@ -209,8 +210,14 @@ def _owner(model: Model, world: World, geom: int) -> Owner:
     return Owner(name, parts[0], "arm")
 
 
-def displace(compiled: Compiled, mount: str, links: Sequence[Vector3]) -> None:
-    """Shift the links of a robot off their nominal positions [m], unknown to the controller's kinematics."""
-    model = compiled.model
-    for name, off in zip(compiled.robots[mount].robot.joints, links, strict=False):
-        model.body_pos[model.jnt_bodyid[model.joint(f"{mount}/{name}").id]] += off
+def misbuild(compiled: Compiled, mount: str, off: Disturbance) -> None:
+    """Build a robot otherwise than its controller believes: links and tool off their places, and a mass on the flange."""
+    model, index = compiled.model, compiled.robots[mount]
+    bodies = [int(model.jnt_bodyid[model.joint(f"{mount}/{name}").id]) for name in index.robot.joints]
+    for body, way in zip(bodies, off.links, strict=False):
+        model.body_pos[body] += way
+    behind = np.flatnonzero(model.body_parentid == bodies[-1])
+    model.body_pos[behind] += off.tool
+    if off.flange_mass and len(behind):
+        model.body_mass[behind[0]] += off.flange_mass
+        mujoco.mj_setConst(model, compiled.data())

@@ -1,7 +1,8 @@
-"""Execution of Python programs for ur_rtde: they drive the virtual controller over its ports, like a real robot.
+"""Execution of Python programs that drive a controller over its ports, by ur_rtde or by sockets of their own.
 
-The program is a process of its own, which is given its text and an address. What happens is recorded on the controller's
-side. Both run in wall time, so that two runs of one program differ a little, unlike those of URScript.
+The program is a process of its own, which is given its text and an address: its first argument, and ``CRAMLITE_ROBOT_HOST``.
+What happens is recorded on the controller's side. Both run in wall time, so that two runs of one program differ a little,
+unlike those of URScript.
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ import importlib.util
 import itertools
 import os
 import queue
+import re
 import subprocess
 import sys
 import tempfile
@@ -28,19 +30,26 @@ from .registers import Registers
 from .virtual_robot import VirtualRobot
 
 LINE = "input_int_register_18"  # where programs say in which line they are (backends/ur_rtde_arm.py)
+HOST = "CRAMLITE_ROBOT_HOST"
+"""Environment variable with the controller's address."""
 ABORT = "cramlite abort: "
 AFTER = 1.0  # how long to go on recording after the program's end [s]
 STOPPED = 5.0  # a program whose robot has stopped ends by itself within this time [s]
 
 
+CLIENTS = re.compile(r"^\s*(?:from|import)\s+(rtde_control|rtde_receive|rtde_io|dashboard_client|rtde|socket)\b", re.MULTILINE)
+"""Imports by which a Python program is known that speaks to a controller; URScript has no imports."""
+
+
 def is_client_program(text: str) -> bool:
-    """Check whether a text is a Python program for ur_rtde."""
-    return "import RTDEControlInterface" in text
+    """Check whether a text is a Python program that speaks to a controller."""
+    return CLIENTS.search(text) is not None
 
 
-def can_run() -> str:
-    """Explain why such programs cannot be run here; "" if they can."""
-    if importlib.util.find_spec("rtde_control") is None:
+def can_run(text: str = "import rtde_control") -> str:
+    """Explain why a program cannot be run here; "" if it can."""
+    names = {found[1] for found in CLIENTS.finditer(text)} - {"socket", "rtde"}
+    if names and importlib.util.find_spec("rtde_control") is None:
         return "the package ur-rtde is not installed in this Python (it has wheels for 3.11 and 3.12): pip install ur-rtde"
     return ""
 
@@ -57,7 +66,7 @@ def execute_client(
     Raises:
         UserError: ur_rtde is not installed, or the world has no such robot.
     """
-    if missing := can_run():
+    if missing := can_run(text):
         raise UserError(f"The program cannot be run: {missing}.")
     run = _Run(world, robots, mount, seed, time_limit)
     with tempfile.TemporaryDirectory() as folder:
@@ -101,7 +110,8 @@ class _Run:
     def begin(self, program: Path, host: str) -> None:
         """The ports are open: start the program."""
         self.process = subprocess.Popen(
-            [sys.executable, str(program), host], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+            [sys.executable, str(program), host], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+            env={**os.environ, HOST: host, "PYTHONUNBUFFERED": "1"},
         )
         assert self.process.stdout is not None and self.process.stderr is not None
         for stream, take in ((self.process.stdout, self.said.put), (self.process.stderr, self.errors.append)):

@@ -5,9 +5,13 @@ Source: Universal Robots, "Dashboard Server, e-Series": commands and their answe
 
 from __future__ import annotations
 
-from .virtual_robot import VirtualRobot
+from .virtual_robot import IDLE, POWER_OFF, RUNNING, VirtualRobot
 
 GREETING = "Connected: Universal Robots Dashboard Server"
+TOO_EARLY = (
+    "Cannot unlock protective stop until 5s after occurrence. Always inspect cause of protective stop before unlocking"
+)
+MODES = {POWER_OFF: "POWER_OFF", IDLE: "IDLE", RUNNING: "RUNNING"}
 VERSION = "URSoftware 5.12.0.1101319 (Mar 22 2022)"
 
 
@@ -19,13 +23,9 @@ def answer(line: str, robot: VirtualRobot) -> str:
         "version": VERSION,
         "get serial number": "20225500000",
         "get robot model": robot.model_name,
-        "power on": "Powering on",
-        "power off": "Powering off",
-        "brake release": "Brake releasing",
         "close popup": "closing popup",
         "close safety popup": "closing safety popup",
         "is in remote control": "true",
-        "robotmode": "Robotmode: RUNNING",
         "get operational mode": "AUTOMATIC",
         "get loaded program": "No program loaded",
         "isProgramSaved": "false",
@@ -45,13 +45,27 @@ def answer(line: str, robot: VirtualRobot) -> str:
         case "safetymode":
             return f"Safetymode: {robot.safety_status}"
         case "unlock protective stop":
-            robot.unlock()
-            return "Protective stop releasing"
+            return "Protective stop releasing" if robot.unlock() else TOO_EARLY
         case "restart safety":
-            robot.unlock()
+            robot.restart()
             return "Restarting safety"
+        case "robotmode":
+            return f"Robotmode: {MODES[robot.mode]}"
+        case "power on":
+            robot.power(IDLE)
+            return "Powering on"
+        case "power off":
+            robot.power(POWER_OFF)
+            return "Powering off"
+        case "brake release":
+            robot.power(RUNNING)
+            return "Brake releasing"
+        case "play":
+            return "Failed to execute: play"
         case "quit":
             return "Disconnected"
+    if words.startswith("load "):
+        return f"File not found: {words.removeprefix('load ')[:200]}"
     if words.startswith("popup "):
         robot.log(f"popup: {words.removeprefix('popup ')[:200]}")
         return "showing popup"

@@ -42,6 +42,7 @@ class Ports(Struct):
     robot: VirtualRobot
     clients: set[Client] = field(default_factory=set)
     connections: int = 0
+    writers: set[Writer] = field(default_factory=set)
     last: float = field(default_factory=time.monotonic)
 
 
@@ -110,6 +111,8 @@ async def _clock(ports: Ports, seconds: float, idle: float, each: Callable[[], s
         ports.robot.cycle()
         count += 1
         _publish(ports, count)
+        if not ports.robot.reachable:
+            _send_away(ports)
         if why := each():
             return why
         due += ports.robot.arm.period
@@ -122,6 +125,12 @@ async def _clock(ports: Ports, seconds: float, idle: float, each: Callable[[], s
             ports.last = now
         elif idle and now - ports.last > idle:
             return f"nobody was connected for {idle:g} s"
+
+
+def _send_away(ports: Ports) -> None:
+    """Break every connection, as a cable that is pulled does."""
+    for writer in list(ports.writers):
+        writer.transport.abort()
 
 
 def _publish(ports: Ports, count: int) -> None:
@@ -140,10 +149,11 @@ def _guarded(
     """A connection that breaks, or sends what nobody understands, ends alone."""
 
     async def handle(reader: Reader, writer: Writer) -> None:
-        if ports.connections >= CLIENTS:
+        if ports.connections >= CLIENTS or not ports.robot.reachable:
             writer.close()
             return
         ports.connections += 1
+        ports.writers.add(writer)
         try:
             await handler(ports, reader, writer)
         except (OSError, EOFError, ValueError, LookupError, struct.error, asyncio.LimitOverrunError) as error:
@@ -151,6 +161,7 @@ def _guarded(
                 ports.robot.log(f"a client was sent away: {type(error).__name__}: {str(error)[:100]}")
         finally:
             ports.connections -= 1
+            ports.writers.discard(writer)
             writer.close()
 
     return handle

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from cramlite.model import Robot, World
+from cramlite.model import FaultKind, Robot, World
 from cramlite.plugin import UserError, nearest
 
 from ..controller.controller import Controller
 from ..controller.halted import Halted
-from ..controller.protective_stop import ProtectiveStop, Safety
-from ..model.compile import compile_world, displace
+from ..controller.protective_stop import ProtectiveStop, Safety, StopsToCome
+from ..model.compile import compile_world, misbuild
 from ..urscript.interpreter import Machine, Stopped, load
 from ..urscript.values import ScriptError, from_pose
 from .functions import Functions
@@ -20,6 +20,9 @@ from .registers import Registers
 
 SETTLE = 0.5  # the world comes to rest before anything runs [s]
 NORMAL, PROTECTIVE = 1, 3  # safety_mode (RTDE Guide)
+POWER_OFF, IDLE, RUNNING = 3, 5, 7  # robot_mode (RTDE Guide)
+LOCKED = 5.0
+"""A protective stop cannot be released earlier after it [s] (Dashboard Server, e-Series: "unlock protective stop")."""
 
 
 class VirtualRobot:
@@ -46,7 +49,7 @@ class VirtualRobot:
         compiled, off = compile_world(world, robots), world.disturbance
         if mount not in compiled.robots:
             raise UserError(f"the world has no robot '{mount}'; {nearest(mount, compiled.robots)}")
-        displace(compiled, mount, off.links)
+        misbuild(compiled, mount, off)
         self.compiled, self.data, self.say = compiled, compiled.data(), say
         base = next(m.base for m in world.robots if m.name == mount)
         index = compiled.robots[mount]
@@ -56,7 +59,8 @@ class VirtualRobot:
         self.arm.let_sleep()
         self.machine: Machine | None = None
         self.secondary: Machine | None = None
-        self.stopped = ""
+        self.stopped, self.stopped_at, self.mode = "", 0.0, RUNNING
+        self.stops, self.away = StopsToCome(world.faults), [f for f in world.faults if f.kind is FaultKind.CONNECTION]
         self.functions = Functions(self.arm, self.log, PoseServer(compiled, self.data, base, seed), lambda: self.time)
         for _ in range(round(SETTLE / self.arm.period)):
             self.arm.hold()
@@ -99,6 +103,9 @@ class VirtualRobot:
         if self.stopped:
             self.log(f"a program was refused: protective stop ({self.stopped}); unlock it at the dashboard")
             return
+        if self.mode != RUNNING:
+            self.log("a program was refused: the brakes are on; 'power on' and 'brake release' at the dashboard")
+            return
         self.registers.watched.clear()
         self.machine = machine
 
@@ -111,11 +118,31 @@ class VirtualRobot:
         self.functions.forget()
         self.arm.freedrive = False
 
-    def unlock(self) -> None:
-        """Release the protective stop; the arm stays where it is."""
+    def unlock(self) -> bool:
+        """Release the protective stop, if its time has come; the arm stays where it is. Return whether it is released."""
+        if self.stopped and self.time < self.stopped_at + LOCKED:
+            return False
         self.stopped = ""
         self.arm.q = self.arm.actual_joints()
         self.arm.motion = None
+        return True
+
+    def restart(self) -> None:
+        """Restart the safety system: no stop is left, and the arm is powered off."""
+        self.stopped_at = -LOCKED
+        self.unlock()
+        self.power(POWER_OFF)
+
+    def power(self, mode: int) -> None:
+        """Power the arm, or release its brakes: ``POWER_OFF``, ``IDLE`` or ``RUNNING``; its brakes hold it in all but the last."""
+        if mode != RUNNING:
+            self.stop_program("the arm is powered off" if mode == POWER_OFF else "the brakes are on")
+        self.mode = mode
+
+    @property
+    def reachable(self) -> bool:
+        """Check whether clients can reach the controller."""
+        return not any(f.after <= self.time < f.after + f.lasts for f in self.away)
 
     @property
     def safety_status(self) -> str:
@@ -127,13 +154,14 @@ class VirtualRobot:
     def cycle(self) -> None:
         """Advance by a control cycle of 2 ms: programs, motion, physics."""
         try:
+            self.stops.due(self.time)
             self._run_secondary()
             if self.machine is None:
                 self.arm.hold()
             else:
                 self._run(self.machine)
         except ProtectiveStop as stop:
-            self.stopped = str(stop)
+            self.stopped, self.stopped_at = str(stop), self.time
             self.stop_program(f"protective stop: {stop}")
         self.functions.settings.remember()
 
@@ -204,7 +232,7 @@ _FIELDS: dict[str, Callable[[VirtualRobot], Any]] = {
     "actual_digital_output_bits": lambda r: r.registers.outputs,
     "speed_scaling": lambda r: 1.0,
     "target_speed_fraction": lambda r: 1.0,
-    "robot_mode": lambda r: 7,
+    "robot_mode": lambda r: r.mode,
     "safety_mode": lambda r: PROTECTIVE if r.stopped else NORMAL,
     "safety_status": lambda r: PROTECTIVE if r.stopped else NORMAL,
     "safety_status_bits": lambda r: 4 if r.stopped else 1,

@@ -1,0 +1,20 @@
+"""Words that stand for one thing of a few, each with a sentence."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+
+
+class Word(StrEnum):
+    """Word of an enumeration, equal to its text.
+
+    Args:
+        says: what it means, a clause.
+    """
+
+    says: str
+
+    def __new__(cls, text: str, says: str) -> Word:
+        made = str.__new__(cls, text)
+        made._value_, made.says = text, says
+        return made

@@ -1,0 +1,120 @@
+"""``cramlite compare``: a real arm's RTDE log beside the run that was proven."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ..base.errors import NoSolution, UserError
+from ..base.json_text import as_json
+from ..base.quantities import parse_quantity
+from ..plugin.selection import INSTALLED, PluginChoice
+from .arguments import Add, plugin_choice
+from .view import recorded
+
+if TYPE_CHECKING:
+    from ..engine.run_comparison import Compared, RunComparison
+
+
+def compare_log(
+    run: Path, log: Path, *, within: float | None = None, html: Path | None = None, json_output: bool = False,
+    plugins: PluginChoice = INSTALLED,
+) -> int:  # fmt: skip
+    """Print where a log and a run part, and by how much they differ.
+
+    Args:
+        run: a folder that ``cramlite resolve`` or ``cramlite execute --out`` wrote.
+        log: CSV of RTDE outputs.
+        within: by how much joints may differ [rad].
+        html: a page with the curves.
+
+    Returns:
+        0 when no joint differs by more.
+
+    Raises:
+        NoSolution: one does; everything was printed.
+        UserError: a file cannot be used, or log and run are of different arms.
+    """
+    from ..engine.rtde_log import read_rtde_log
+    from ..engine.run_comparison import PARTS, compare_run
+    from ..plugin.catalogue import Knowledge, pick
+    from ..report.comparison_page import write_comparison_page
+
+    knowledge = Knowledge(plugins.registry())
+    rollout = recorded(run, None, knowledge, 0)
+    mount = rollout.world.robots[0]
+    names = pick("robot", knowledge.robots_of(rollout.world), mount.type).joints
+    found = compare_run(read_rtde_log(log), rollout, names, PARTS if within is None else within)
+    text = _program(run)
+    print(as_json(_json(found)) if json_output else "\n".join(said(found, text)))
+    if html is not None:
+        write_comparison_page(html, f"{log.name} beside {run.name}", said(found, text), found)
+    if found.parts is not None:
+        raise NoSolution(f"'{log}' is not as '{run}' was proven: {_parting(found, text)}")
+    return 0
+
+
+def said(found: RunComparison, text: Sequence[str]) -> list[str]:
+    """Return the comparison as lines of text.
+
+    Args:
+        text: lines of the program; none where it is not known.
+    """
+    lines = [f"{found.offset:.2f} s of the log is the run's start; the arm moves for {found.lasts[0]:.2f} s in the log, "
+             f"{found.lasts[1]:.2f} s in the run"]  # fmt: skip
+    groups: dict[str, list[Compared]] = {}
+    for c in found.compared:
+        groups.setdefault(c.unit, []).append(c)
+    for unit, many in groups.items():
+        worst = max(many, key=lambda c: c.worst[0])
+        lines.append(f"{worst.name} differs most: by {worst.worst[0]:.3g} {unit} at {worst.worst[1]:.2f} s")
+    force = groups.get("N", [])
+    if force:
+        lines.append(f"largest force: {force[0].logged.max():.1f} N in the log, {force[0].ran.max():.1f} N in the run")
+    return [*lines, _parting(found, text) if found.parts else f"no joint differs by more than {found.within:g} rad"]
+
+
+def _parting(found: RunComparison, text: Sequence[str]) -> str:
+    assert found.parts is not None
+    time, name, far, line = found.parts
+    ran = f", line {line}: {text[line - 1].strip()[:80]}" if 0 < line <= len(text) else ""
+    return f"they part at {time:.2f} s{ran}: joint {name} is {far:.3f} rad off, {found.within:g} rad are allowed"
+
+
+def _program(run: Path) -> Sequence[str]:
+    found = next((p for p in sorted(run.glob("program.*")) if p.suffix != ".json"), run / "program.json")
+    try:
+        return found.read_text(encoding="utf-8").splitlines()
+    except (OSError, UnicodeDecodeError):
+        return ()
+
+
+def _json(found: RunComparison) -> dict[str, Any]:
+    parts = None
+    if found.parts is not None:
+        parts = dict(zip(("time", "joint", "difference", "line"), found.parts, strict=True))
+    worst = [{"name": c.name, "unit": c.unit, "difference": c.worst[0], "time": c.worst[1]} for c in found.compared]
+    return {"offset": found.offset, "seconds": {"log": found.lasts[0], "run": found.lasts[1]}, "worst": worst, "parts": parts}
+
+
+def _compare(arguments: argparse.Namespace) -> int:
+    try:
+        within = None if arguments.within is None else parse_quantity(arguments.within, "angle")
+    except ValueError as error:
+        raise UserError(f"--within: {error}.") from None
+    return compare_log(
+        arguments.run_folder, arguments.log, within=within, html=arguments.html, json_output=arguments.json,
+        plugins=plugin_choice(arguments),
+    )  # fmt: skip
+
+
+def add_commands(add: Add) -> None:
+    """Declare ``compare`` with its arguments."""
+    compare = add("compare", _compare)
+    compare.add_argument("run_folder", type=Path, metavar="run", help="a folder that resolve, or execute --out, wrote")
+    compare.add_argument("log", type=Path, help="CSV of RTDE outputs: timestamp, actual_q_0 to 5, if possible actual_TCP_force_0 to 5")
+    compare.add_argument("--within", metavar="ANGLE", help="by how much joints may differ (default 0.02 rad)")
+    compare.add_argument("--html", type=Path, metavar="FILE", help="write a page with the curves")
+    compare.add_argument("--json", action="store_true")

@@ -1,0 +1,1 @@
+"""Tests of robot programs with pytest: programs run in worlds with contact, and assertions ask what happened."""

@@ -1,0 +1,82 @@
+"""Misses of assertions: what happened instead, when, and in which line of the program."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+
+from ..base.errors import UserError, nearest
+from ..base.value import Value
+from ..model.entity_name import thing_of
+from ..model.rollout import Rollout, Touch
+
+HAND = "hand"
+"""The gripper in assertions, whatever the robot is called."""
+
+
+class ProgramFailure(AssertionError):
+    """An assertion about a program's run does not hold; the message says what happened, when and in which line."""
+
+
+class Miss(Value):
+    """Miss of an assertion.
+
+    Args:
+        reason: what happened instead, a clause with numbers.
+        time: when [s]; None where it is about no moment.
+        about: names of the things that it is about, which are drawn.
+        in_twins: whether twins were asked, too.
+    """
+
+    reason: str
+    time: float | None = None
+    about: tuple[str, ...] = ()
+    in_twins: bool = True
+
+    def sample(self, rollout: Rollout) -> int:
+        """Return the sample of the moment; the last one where there is none."""
+        last = len(rollout.times) - 1
+        return last if self.time is None else min(int(np.searchsorted(rollout.times, self.time)), last)
+
+    def line(self, rollout: Rollout) -> int:
+        """Return the line that then ran, from 1; 0 where none did."""
+        return 0 if self.time is None else int(rollout.lines[self.sample(rollout)])
+
+    def where(self, rollout: Rollout, text: str) -> Sequence[str]:
+        """Return the moment and the line of the program, as text."""
+        if self.time is None:
+            return ()
+        line, lines = self.line(rollout), text.splitlines()
+        ran = (
+            f", line {line}: {lines[line - 1].strip()[:100]}" if 0 < line <= len(lines) else ", after the program's end"
+        )
+        return (f"At {self.time:.2f} s{ran}",)
+
+
+def name_is(recorded: str, asked: str) -> bool:
+    """Check whether a name of a record is what was asked for: the whole of it, or the very part."""
+    whole = _recorded(asked)
+    return recorded == whole or ("/" not in asked and thing_of(recorded) == whole)
+
+
+def _recorded(asked: str) -> str:
+    return "effector" + asked.removeprefix(HAND) if thing_of(asked) == HAND else asked
+
+
+def names_of(rollout: Rollout, names: Iterable[str]) -> None:
+    """Check that bodies are there.
+
+    Raises:
+        UserError: one is no thing of the world, nor the hand.
+    """
+    known = [HAND, *(t.name for t in rollout.world.things), *(m.name for m in rollout.world.robots)]
+    for name in names:
+        if thing_of(name) not in known:
+            raise UserError(f"There is no '{thing_of(name)}' in the world; {nearest(thing_of(name), known)}.")
+
+
+def said_touch(touch: Touch) -> str:
+    """Return the bodies of a contact, as a clause."""
+    one, other = (name.replace("effector", HAND) for name in (touch.a, touch.b))
+    return f"'{one}' touches '{other}'"

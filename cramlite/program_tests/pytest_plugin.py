@@ -1,0 +1,75 @@
+"""Plugin of pytest: the fixtures ``cramlite_robot`` and ``cramlite_world``; nothing else is imported until a test asks for one."""
+
+from __future__ import annotations
+
+from collections.abc import Generator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pytest
+
+if TYPE_CHECKING:
+    from .robot import ProgramRobot
+
+PAGES = "cramlite-failures"
+"""Folder of the pages about failures, in pytest's root folder."""
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Declare the options."""
+    group = parser.getgroup("cramlite", "tests of robot programs")
+    group.addoption(
+        "--cramlite-pages",
+        type=Path,
+        metavar="DIR",
+        help=f"where pages about failed runs are written (default: {PAGES})",
+    )
+    group.addoption(
+        "--cramlite-accept", action="store_true", help="write snapshots of runs anew, instead of comparing with them"
+    )
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Declare the mark."""
+    config.addinivalue_line(
+        "markers",
+        "cramlite_fault(kind, **how): what goes wrong in every run of the test; see cramlite's page on testing programs",
+    )
+
+
+@pytest.fixture
+def cramlite_world() -> str | None:
+    """The world that programs run in where a test names none; define a fixture of this name to give one to many tests."""
+    return None
+
+
+@pytest.fixture
+def cramlite_robot(request: pytest.FixtureRequest, cramlite_world: str | None) -> ProgramRobot:
+    """A robot that runs programs: ``cramlite_robot.run("pick.script", world="cell.yaml")``."""
+    from ..scenario.faults import read_fault
+    from .robot import ProgramRobot, TestPlace
+
+    marks = list(request.node.iter_markers("cramlite_fault"))
+    faults = tuple(read_fault(m.kwargs, f"{request.node.nodeid}, mark cramlite_fault") for m in marks)
+    pages = request.config.getoption("--cramlite-pages") or request.config.rootpath / PAGES
+    place = TestPlace(
+        request.node.nodeid, request.path.parent, Path(pages), request.config.getoption("--cramlite-accept"), faults
+    )
+    return ProgramRobot(place, cramlite_world)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(call: pytest.CallInfo[None]) -> Generator[None, pytest.TestReport, pytest.TestReport]:
+    """Show a mistake of the user as its message, with the line of the test; how it was found out matters to nobody."""
+    report = yield
+    error = call.excinfo.value if call.excinfo is not None else None
+    if error is not None and (type(error).__module__, type(error).__name__) == ("cramlite.base.errors", "UserError"):
+        assert call.excinfo is not None
+        here = next((e for e in call.excinfo.traceback if e.path == report_path(report)), call.excinfo.traceback[0])
+        report.longrepr = f"{here.path}:{here.lineno + 1}: {error}"
+    return report
+
+
+def report_path(report: pytest.TestReport) -> Path:
+    """Return the file of a report's test."""
+    return Path(report.fspath).absolute()
