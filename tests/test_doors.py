@@ -28,9 +28,9 @@ BUILT_UPON = {
     "cramlite_plugins.episodes.repair.flicker": "undoes what this plugin did",
     "cramlite_plugins.motion_planning.reach": "a path of a relation of one's own",
     "cramlite_plugins.robots.ur5e": "a robot that differs from a shipped one in one number",
-    "cramlite_plugins.simulation.robot_files.agreement": "checks a robot against the file that it was read from",
-    "cramlite_plugins.simulation.robot_files.robot_file": "a robot from the MJCF or URDF of an arm: what it is there for",
-    "cramlite_plugins.simulation.simulator": "a simulator that differs from the shipped one in one method",
+    "cramlite_plugins.imports.robots.agreement": "checks a robot against the file that it was read from",
+    "cramlite_plugins.imports.robots.robot_file": "a robot from the MJCF or URDF of an arm: what it is there for",
+    "cramlite_plugins.simulator.simulator": "a simulator that differs from the shipped one in one method",
 }
 """Modules of shipped plugins that snippets and skeletons use, and why: another plugin's, and no door."""
 OF_FILE = "robot_file"

@@ -25,6 +25,8 @@ BREAKS = [
     ("Layers of the core", "cramlite/model", "from ..ontology import taxonomy"),  # beside it, not below
     ("Layers of the plugins", "cramlite_plugins/kinematics", "from ..motions import moving"),
     ("Layers of the plugins", "cramlite_plugins/tasks", "from ..predicates import relations"),
+    ("Layers of the plugins", "cramlite_plugins/simulation", "from ..ur_controller import clock"),
+    ("Layers of the plugins", "cramlite_plugins/person", "from ..ur_controller import clock"),
     ("The core knows no plugin", "cramlite/engine", "import cramlite_plugins.tasks.grasping"),
     ("Plugins import public modules only", "cramlite_plugins/tasks", "from cramlite.planning import search"),
     ("Plugins import public modules only", "cramlite_plugins/tasks", "from cramlite.model.geometry import Pose"),
@@ -49,6 +51,7 @@ HOUSE = {
     "cramlite_plugins/kinematics/forward.py": "import cramlite.model\n",
     "cramlite_plugins/shapes/hull.py": "",
     "cramlite_plugins/predicates/relations.py": "from cramlite.plugin import hookimpl\n",
+    "cramlite_plugins/ur_controller/clock.py": "",
     "cramlite_plugins/tasks/grasping.py": "from ..task_kit import bases\nGrasping = bases\n",
     "cramlite_plugins/task_kit/bases.py": "",
 }

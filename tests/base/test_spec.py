@@ -19,7 +19,7 @@ from cramlite.base.quantities import Length
 from cramlite.base.spec import Spec, read_value
 from cramlite.model import Pose
 from cramlite.plugin import UserError
-from cramlite_plugins.simulation.objects.products_and_fixtures import make
+from cramlite_plugins.objects.products_and_fixtures import make
 
 FILES = (
     cramlite.scenario.scenario.ScenarioSpec,

@@ -28,8 +28,8 @@ from cramlite.plugin.registry import Registry
 from cramlite.scenario.twin import draw_twin
 from cramlite_plugins.robots.arms import robots
 from cramlite_plugins.simulation.controller import controller
-from cramlite_plugins.simulation.execute import execute
 from cramlite_plugins.simulation.model.compile import compile_world
+from cramlite_plugins.simulator.execute import execute
 
 ROBOTS = {r.type: r for r in robots()}
 CATEGORIES = {

@@ -59,7 +59,7 @@ def clutter(seed: int, products: tuple[Thing, ...], *, noise: bool = True, renam
         rename: call the things otherwise; no answer may change.
     """
     from cramlite_plugins.locations.viewpoints import looking_at
-    from cramlite_plugins.simulation.objects.products_and_fixtures import hanger, hung, table
+    from cramlite_plugins.objects.products_and_fixtures import hanger, hung, table
 
     rng = np.random.default_rng([seed, 411])
     kinds = [products[k] for k in rng.permutation(len(products))[:4]]

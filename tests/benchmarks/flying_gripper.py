@@ -12,9 +12,9 @@ import mujoco
 import numpy as np
 
 from cramlite.model import Physics, Pose, Robot, RobotMount, Thing, World
+from cramlite_plugins.objects.products_and_fixtures import table
 from cramlite_plugins.robots.robotiq_2f85 import GRIPPER, TCP, gripper_mjcf
 from cramlite_plugins.simulation.model.compile import Compiled, compile_world
-from cramlite_plugins.simulation.objects.products_and_fixtures import table
 
 JOINTS = ("x", "y", "z", "rx", "ry", "rz")
 AXES = ("1 0 0", "0 1 0", "0 0 1")

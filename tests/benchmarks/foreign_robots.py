@@ -24,7 +24,7 @@ from cramlite.plugin.catalogue import Knowledge
 from cramlite.plugin.registry import Registry
 from cramlite.scenario.robots import file_of
 from cramlite.scenario.scenario import read_scenario
-from cramlite_plugins.simulation.robot_files.agreement import largest_error
+from cramlite_plugins.imports.robots.agreement import largest_error
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
 NAMES = ("grasp_one_thing", "compound/pick_and_place", "fetch_from_hanger")

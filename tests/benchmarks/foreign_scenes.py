@@ -23,8 +23,8 @@ from figure import add_figure, value, write
 
 from cramlite.model import ImportedScene, Pose, RobotMount, World
 from cramlite.plugin import UserError
+from cramlite_plugins.imports.scenes.reader import read_scene
 from cramlite_plugins.robots.arms import robots
-from cramlite_plugins.simulation.scenes.reader import read_scene
 
 ROBOTS = {r.type: r for r in robots()}
 CHECKS = 400

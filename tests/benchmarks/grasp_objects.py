@@ -13,8 +13,8 @@ import trimesh
 from msgspec.structs import replace
 
 from cramlite.model import Geom, Pose, Thing
-from cramlite_plugins.simulation.objects.products_and_fixtures import block, make
-from cramlite_plugins.simulation.objects.vessels import bottle, bowl, can, mug
+from cramlite_plugins.objects.products_and_fixtures import block, make
+from cramlite_plugins.objects.vessels import bottle, bowl, can, mug
 
 Rng = np.random.Generator
 MASS = (0.05, 0.6)  # [kg]

@@ -29,7 +29,7 @@ from drawn_goals import PART, PLACES, Literal, Offers, contradiction, drawn_goal
 
 GOALS = 200
 """Goals that are drawn in a kitchen before another kitchen is."""
-SIX = Path(__file__).parents[1] / "plugins" / "simulation" / "robots_data" / "six.urdf"
+SIX = Path(__file__).parents[1] / "plugins" / "imports" / "robots_data" / "six.urdf"
 ROBOTS: Mapping[str, dict[str, Any]] = {
     "ur5e": {"type": "ur5e"},
     "file": {"file": str(SIX), "payload": 4.0, "sensor": "flange", "home": [0, 0.3, 1.6, 0, 1.24, 0]},

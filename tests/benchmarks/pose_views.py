@@ -16,10 +16,10 @@ from scipy import ndimage
 from cramlite import Engine, data_folder, read_scenario
 from cramlite.model import D435, Feature, Geom, Intrinsics, Mask, Pose, Thing, Value, View, World, replace
 from cramlite_plugins.locations.viewpoints import looking_at
+from cramlite_plugins.objects.products_and_fixtures import hanger, hung, product, table
 from cramlite_plugins.perception.pose.model import PoseModel, pose_model
 from cramlite_plugins.simulation.camera.depth_camera import render
 from cramlite_plugins.simulation.model.compile import Compiled, compile_world
-from cramlite_plugins.simulation.objects.products_and_fixtures import hanger, hung, product, table
 
 DEVELOPMENT, TEST = 0, 20_000
 """First seeds. Whatever has a number in it was chosen on the development seeds. A first version was tested on seeds from

@@ -77,10 +77,10 @@ def mutated(text: str, random_: random.Random) -> str:
 
 def judged(count: int, seed: int) -> Iterator[tuple[str, str, float]]:
     """What became of each program: (outcome, message, processor time)."""
-    from cramlite_plugins.simulation.ur.functions import known_functions
-    from cramlite_plugins.simulation.urscript.doubts import doubts
-    from cramlite_plugins.simulation.urscript.interpreter import load
-    from cramlite_plugins.simulation.urscript.kinds import wrong_kinds
+    from cramlite_plugins.ur_controller.functions import known_functions
+    from cramlite_plugins.ur_controller.urscript.doubts import doubts
+    from cramlite_plugins.ur_controller.urscript.interpreter import load
+    from cramlite_plugins.ur_controller.urscript.kinds import wrong_kinds
 
     library, random_, texts = known_functions(), random.Random(seed), sources()
     for _ in range(count):
@@ -120,8 +120,8 @@ LOOP = "def p():\n  i = 0\n  while i < 500000:\n    i = i + 1\n  end\nend\n"
 
 def speed(script: Path | None) -> list[Number]:
     """Print figures; all in processor time, so that a busy machine does not count."""
-    from cramlite_plugins.simulation.ur.functions import known_functions
-    from cramlite_plugins.simulation.urscript.interpreter import Limits, Machine, load
+    from cramlite_plugins.ur_controller.functions import known_functions
+    from cramlite_plugins.ur_controller.urscript.interpreter import Limits, Machine, load
 
     machine = Machine(load(LOOP), limits=Limits(slice=10**9, statements=10**9))
     begin = time.process_time()
@@ -130,7 +130,7 @@ def speed(script: Path | None) -> list[Number]:
     print(f"interpreter: {machine.total} statements in {(took := time.process_time() - begin):.2f} s")
     numbers = [value("interpreter", machine.total / took, "statements a second")]
     if script is not None:
-        from cramlite_plugins.simulation.ur.registers import Registers
+        from cramlite_plugins.ur_controller.registers import Registers
 
         text, library = script.read_text(), {**known_functions(), **Registers(lambda: 0.0).library()}
         spent = []
@@ -148,9 +148,9 @@ def _controller() -> list[Number]:
     import mujoco
 
     from cramlite.model import Pose, RobotMount, World
+    from cramlite_plugins.objects.products_and_fixtures import table
     from cramlite_plugins.robots.ur5e import UR5E
-    from cramlite_plugins.simulation.objects.products_and_fixtures import table
-    from cramlite_plugins.simulation.ur.virtual_robot import VirtualRobot
+    from cramlite_plugins.ur_controller.virtual_robot import VirtualRobot
 
     world = World((table("floor", Pose((0.4, 0, -0.001))),), (RobotMount("arm", "ur5e"),))
     robot, cycles = VirtualRobot(world, {"ur5e": UR5E}, "arm", lambda _: None), 5000

@@ -26,7 +26,7 @@ from cramlite.interpretation.fluents import symbolic_world
 from cramlite.model import Pose, Thing, World
 from cramlite.planning.plan_stream import task_plans
 from cramlite.planning.planning_problem import PlanningProblem, Scope, planning_problem
-from cramlite_plugins.simulation.objects.products_and_fixtures import block, table
+from cramlite_plugins.objects.products_and_fixtures import block, table
 
 
 def room(things: int) -> World:

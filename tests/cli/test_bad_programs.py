@@ -10,10 +10,10 @@ from conftest import Run
 
 from cramlite.model import Program, Repeat, RobotMount, Wait, World, write_program
 from cramlite_plugins.robots.ur5e import UR5E
-from cramlite_plugins.simulation.execute import execute
-from cramlite_plugins.simulation.ur.client_program import can_run, execute_client
-from cramlite_plugins.simulation.ur.virtual_robot import VirtualRobot
-from cramlite_plugins.simulation.urscript.interpreter import Limits
+from cramlite_plugins.simulator.execute import execute
+from cramlite_plugins.ur_controller.client_program import can_run, execute_client
+from cramlite_plugins.ur_controller.urscript.interpreter import Limits
+from cramlite_plugins.ur_controller.virtual_robot import VirtualRobot
 
 EMPTY = World((), (RobotMount("arm", "ur5e"),))
 ROBOTS = {"ur5e": UR5E}

@@ -12,7 +12,7 @@ from helpers.as_a_user import cramlite
 from helpers.audited import audited
 from helpers.hostile_files import IMPORTS, ONTOLOGIES, SCENES, VIEWS, YAML, around_scene
 
-from cramlite_plugins.simulation.scenes.guard import MOST_BYTES
+from cramlite_plugins.imports.scenes.guard import MOST_BYTES
 
 MOST = 2**30
 """Bytes that a refusal may take beside those of Python and its libraries."""

@@ -282,7 +282,7 @@ def test_budgets_are_documented() -> None:
 
 
 def test_every_object_model_is_documented() -> None:
-    from cramlite_plugins.simulation.objects.products_and_fixtures import MODELS
+    from cramlite_plugins.objects.products_and_fixtures import MODELS
 
     page = (REFERENCE / "scenarios.md").read_text()
     for name, function in MODELS.items():
@@ -339,8 +339,8 @@ def test_commands_that_a_page_names_exist(page: Path) -> None:
 
 
 def test_the_urscript_that_is_documented_is_the_one_that_runs() -> None:
-    from cramlite_plugins.simulation.ur.functions import NAMES
-    from cramlite_plugins.simulation.urscript.builtins import PURE
+    from cramlite_plugins.ur_controller.functions import NAMES
+    from cramlite_plugins.ur_controller.urscript.builtins import PURE
 
     page = (REFERENCE / "robot_code.md").read_text()
     language, _, missing = page.partition("### What the model does not do")

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from cramlite.model import Rollout, World
 from cramlite.plugin import RecordScript, Shown
-from cramlite_plugins.simulation.person.demonstrate import demonstrate
-from cramlite_plugins.simulation.person.scripts import SCRIPTS
+from cramlite_plugins.person.demonstrate import demonstrate
+from cramlite_plugins.person.scripts import SCRIPTS
 
 
 def performed(world: World, *, seed: int, script: str = "take_off_hanger") -> Rollout:

@@ -17,9 +17,9 @@ from cramlite_plugins.locations.kinds import ground
 from cramlite_plugins.locations.parameters import Where
 from cramlite_plugins.locations.placing.query import Placement, Query
 from cramlite_plugins.locations.reached import Arm
+from cramlite_plugins.objects.products_and_fixtures import block, table
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.shapes.surfaces import Surface, surfaces
-from cramlite_plugins.simulation.objects.products_and_fixtures import block, table
 
 MOUNT = RobotMount("arm", "ur5e")
 HELD = Held("it", Pose((0.0, 0.0, 0.03)), 0.04)

@@ -7,9 +7,9 @@ from copy import deepcopy
 import mujoco
 
 from cramlite.model import Pose, Rollout, Thing, World
+from cramlite_plugins.objects.furniture import cabinet, drawer
+from cramlite_plugins.objects.products_and_fixtures import basket, block, table
 from cramlite_plugins.simulation.model.compile import compile_world
-from cramlite_plugins.simulation.objects.furniture import cabinet, drawer
-from cramlite_plugins.simulation.objects.products_and_fixtures import basket, block, table
 from cramlite_plugins.simulation.recording.recorder import Recorder
 
 FLOOR = table("floor", Pose((0.4, 0, 0)), size=(1.6, 1.6, 0.02))

@@ -11,7 +11,7 @@ from cramlite.model import AnyStep, MoveJoints, MoveUntilContact, Pose, Program,
 from cramlite_plugins.backends.urscript.emit import emit
 from cramlite_plugins.kinematics.kinematics import inverse
 from cramlite_plugins.robots.ur5e import UR5E
-from cramlite_plugins.simulation.execute import execute
+from cramlite_plugins.simulator.execute import execute
 from helpers.standard import ROBOTS, standing_world
 
 WORLD = standing_world().moved({"product": Pose((0.55, 0.1, 0.075))})

@@ -32,8 +32,8 @@ from cramlite.model import (
     World,
 )
 from cramlite.plugin import HAND, HELD, Allowance, Candidate, Validator
+from cramlite_plugins.objects.products_and_fixtures import block, table
 from cramlite_plugins.robots.ur5e import UR5E
-from cramlite_plugins.simulation.objects.products_and_fixtures import block, table
 
 STEP, COUNT = 0.05, 100
 TAKEN, LIFTED, LANDED, OPENED = 10, 25, 65, 70  # samples: pads close, the floor is left, the shelf is reached, pads open

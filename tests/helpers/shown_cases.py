@@ -16,7 +16,7 @@ from cramlite.model import Floats, Thing
 from cramlite.scenario.scenario import Scenario
 from cramlite.scenario.thing_spec import ThingSpec
 from cramlite.scenario.worlds import build_world
-from cramlite_plugins.simulation.person.sight_of_person import half_extents
+from cramlite_plugins.person.sight_of_person import half_extents
 
 
 class Case(Value):

@@ -7,8 +7,8 @@ import math
 from msgspec.structs import replace
 
 from cramlite.model import Physics, Pose, RobotMount, World
+from cramlite_plugins.objects.products_and_fixtures import basket, hanger, hung, product, table
 from cramlite_plugins.robots.ur5e import UR5E
-from cramlite_plugins.simulation.objects.products_and_fixtures import basket, hanger, hung, product, table
 
 ROBOTS = {"ur5e": UR5E}
 BACK = Pose((0, 0, 0), (math.cos(math.pi / 2), 0, 0, math.sin(math.pi / 2)))

@@ -27,10 +27,10 @@ OTHERS = {
     "plugins/cramlite_plugins/simulation/model/grains.py": MODEL,
     "plugins/cramlite_plugins/simulation/model/hand_model.py": MODEL,
     "plugins/cramlite_plugins/simulation/model/index.py": MODEL,
-    "plugins/cramlite_plugins/simulation/robot_files/hand_drive.py": MODEL,
-    "plugins/cramlite_plugins/simulation/robot_files/hand_file.py": MODEL,
-    "plugins/cramlite_plugins/simulation/robot_files/hand_spec.py": MODEL,
-    "plugins/cramlite_plugins/simulation/scenes/source.py": "addresses of files",
+    "plugins/cramlite_plugins/imports/robots/hand_drive.py": MODEL,
+    "plugins/cramlite_plugins/imports/robots/hand_file.py": MODEL,
+    "plugins/cramlite_plugins/imports/robots/hand_spec.py": MODEL,
+    "plugins/cramlite_plugins/imports/scenes/source.py": "addresses of files",
 }
 READERS = {"split", "rsplit", "partition", "rpartition", "startswith", "endswith", "removeprefix", "removesuffix", "lstrip"}
 WRITTEN = re.compile(r"\{\}/(\{\}|\w+|$)(/.*)?")

@@ -10,8 +10,8 @@ from cramlite import Engine
 from cramlite.model import Camera, Geom, Intrinsics, Pose, Thing, View, World
 from cramlite.perception.active_perception import Picture
 from cramlite.perception.unseen import hidden_behind, places_above, share_shown, unknown_body
-from cramlite_plugins.simulation.objects.furniture import cabinet
-from cramlite_plugins.simulation.objects.products_and_fixtures import table
+from cramlite_plugins.objects.furniture import cabinet
+from cramlite_plugins.objects.products_and_fixtures import table
 
 TAXONOMY = Engine().knowledge.taxonomy
 SHELF = table("shelf", Pose((0.6, 0.0, 0.0)), size=(0.3, 0.3, 0.02))

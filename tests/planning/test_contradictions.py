@@ -12,8 +12,8 @@ from cramlite.planning.goal_literals import lasting_of
 from cramlite.planning.goal_parser import contradiction
 from cramlite.planning.operators import Grounder
 from cramlite.plugin import Timeline, UserError
-from cramlite_plugins.simulation.objects.furniture import cabinet, drawer
-from cramlite_plugins.simulation.objects.products_and_fixtures import basket, block, hanger, product, table
+from cramlite_plugins.objects.furniture import cabinet, drawer
+from cramlite_plugins.objects.products_and_fixtures import basket, block, hanger, product, table
 
 ENGINE = Engine()
 THINGS = (

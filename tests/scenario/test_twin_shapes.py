@@ -15,11 +15,11 @@ from cramlite.model.error_model import NO_ERRORS
 from cramlite.model.thing_boxes import boxes, extents
 from cramlite.scenario.scaled_thing import scaled
 from cramlite.scenario.twin import draw_twin
+from cramlite_plugins.objects.products_and_fixtures import block, table
+from cramlite_plugins.objects.vessels import bowl, lid
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.simulation.model.centres import of_shape
 from cramlite_plugins.simulation.model.compile import compile_world
-from cramlite_plugins.simulation.objects.products_and_fixtures import block, table
-from cramlite_plugins.simulation.objects.vessels import bowl, lid
 
 SEEDS = range(60)
 SIZE, CENTRE, LEAN = replace(NO_ERRORS, size=0.02), replace(NO_ERRORS, centre=0.05), replace(NO_ERRORS, lean=0.03)

@@ -16,10 +16,10 @@ from cramlite.model.twin_drawing import LEAST
 from cramlite.plugin import UserError
 from cramlite.scenario.twin import Twin, draw_twin
 from cramlite.scenario.twin_places import INSIDE, Sight
+from cramlite_plugins.objects.furniture import cabinet, door, drawer
+from cramlite_plugins.objects.products_and_fixtures import block, hanger, hung, product, table
+from cramlite_plugins.objects.vessels import jug
 from cramlite_plugins.robots.ur5e import UR5E
-from cramlite_plugins.simulation.objects.furniture import cabinet, door, drawer
-from cramlite_plugins.simulation.objects.products_and_fixtures import block, hanger, hung, product, table
-from cramlite_plugins.simulation.objects.vessels import jug
 
 SEEDS = range(60)
 """So many worlds that each end of an error is met: nine of them are expected in its last 15 %."""

@@ -10,9 +10,9 @@ from cramlite import Engine, NoSolution, Solution, Trace, read_scenario
 from cramlite.cli.main import main
 from cramlite.model import ImportedScene, StatedJoint, Thing
 from cramlite.planning.failure import failure_text
-from cramlite_plugins.simulation.scenes.reader import read_scene
+from cramlite_plugins.imports.scenes.reader import read_scene
 
-SCENE = Path(__file__).parents[1] / "plugins" / "simulation" / "scenes_data" / "joints.xml"
+SCENE = Path(__file__).parents[1] / "plugins" / "imports" / "scenes_data" / "joints.xml"
 
 
 def _read(keyframe: str) -> ImportedScene:

@@ -11,7 +11,7 @@ from helpers.as_a_user import cramlite
 
 from cramlite.cli.main import main
 
-DATA = Path(__file__).parents[1] / "plugins" / "simulation" / "scenes_data"
+DATA = Path(__file__).parents[1] / "plugins" / "imports" / "scenes_data"
 ONTO = "  - {task: PickAndPlace, Locatum: red_box, Relatum: kitchen_counter}"
 INTO = """  - {task: Grasping, Patient: red_box}
   - {task: PickingUp, Locatum: red_box}

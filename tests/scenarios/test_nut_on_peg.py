@@ -8,7 +8,7 @@ import pytest
 
 from cramlite.cli.main import main
 
-SCENE = Path(__file__).parents[1] / "plugins" / "simulation" / "scenes_data" / "pegs.xml"
+SCENE = Path(__file__).parents[1] / "plugins" / "imports" / "scenes_data" / "pegs.xml"
 
 
 def _resolve(folder: Path, capsys: pytest.CaptureFixture[str], old: str = "", new: str = "") -> tuple[int, str]:

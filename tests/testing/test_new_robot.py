@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from conftest import Run
 
-DATA = Path(__file__).parents[1] / "plugins" / "simulation" / "robots_data"
+DATA = Path(__file__).parents[1] / "plugins" / "imports" / "robots_data"
 KEYS = "payload: 4 kg\nhome: [0, 0.3, 1.6, 0, 1.24, 0]\nsensor: flange\n"
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 from cramlite.plugin import UNKNOWN, Expert, Inputs, Judged, Unresolvable, hookimpl
 
-from ..simulation.objects.products import entries
+from ..objects.products import entries
 
 PROPERTY = "cram:material"
 

@@ -38,7 +38,7 @@ from cramlite_plugins.backends.ur_rtde.emit import emit
 from cramlite_plugins.kinematics.kinematics import forward
 from cramlite_plugins.robots.fr3 import FR3
 from cramlite_plugins.robots.ur5e import UR5E
-from cramlite_plugins.simulation.ur.client_program import execute_client
+from cramlite_plugins.ur_controller.client_program import execute_client
 
 CLIENT = pytest.mark.skipif(sys.version_info >= (3, 13), reason="ur_rtde has wheels for 3.11 and 3.12")
 BLOCK = Thing("block", "cram:Block", Pose((0.42, 0.0, 0.15)), (Geom("box", (0.1, 0.1, 0.15)),))

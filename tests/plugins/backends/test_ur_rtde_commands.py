@@ -11,9 +11,9 @@ from test_ur_rtde import BLOCK, CLIENT, SLIDE, typed
 from cramlite.model import MoveUntilContact, RobotMount, Rollout, World
 from cramlite_plugins.backends.ur_rtde.emit import emit
 from cramlite_plugins.robots.ur5e import UR5E
-from cramlite_plugins.simulation.ur import client_program
-from cramlite_plugins.simulation.ur.registers import Registers
-from cramlite_plugins.simulation.ur.virtual_robot import VirtualRobot
+from cramlite_plugins.ur_controller import client_program
+from cramlite_plugins.ur_controller.registers import Registers
+from cramlite_plugins.ur_controller.virtual_robot import VirtualRobot
 
 COMMAND, FORCE_MODE, END_FORCE_MODE = "input_int_register_0", 6, 7  # of ur_rtde's control script
 DELAY = 0.016  # robot time until a command of force mode is taken [s]; programs wait for 0.02 s (ur_rtde_arm.py, TAKEN)

@@ -33,8 +33,8 @@ from cramlite.plugin import UserError
 from cramlite_plugins.backends.urscript.emit import emit
 from cramlite_plugins.backends.urscript.literals import number
 from cramlite_plugins.robots.ur5e import UR5E
-from cramlite_plugins.simulation.simulator import MujocoSimulator
-from cramlite_plugins.simulation.urscript.parser import parse
+from cramlite_plugins.simulator.simulator import MujocoSimulator
+from cramlite_plugins.ur_controller.urscript.parser import parse
 
 DOWN = Pose.from_axes((0.5, 0.1, 0.3), (0, 0, -1), (1, 0, 0))
 STEPS: tuple[AnyStep, ...] = (

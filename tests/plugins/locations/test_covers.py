@@ -12,8 +12,8 @@ from cramlite.model import Belief, Held, Location, Place, Pose, RobotMount, Thin
 from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 from cramlite_plugins.kinematics.kinematics import inverse
 from cramlite_plugins.locations.kinds import ground
+from cramlite_plugins.objects.products_and_fixtures import basket, block, table
 from cramlite_plugins.robots.ur5e import UR5E
-from cramlite_plugins.simulation.objects.products_and_fixtures import basket, block, table
 
 MOUNT = RobotMount("arm", "ur5e")
 INTO = Location("in(box)", "in", "box", {})

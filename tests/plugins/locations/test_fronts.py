@@ -19,10 +19,10 @@ from cramlite_plugins.locations.kinds import ground
 from cramlite_plugins.locations.pushing.along_joint import NEARER
 from cramlite_plugins.locations.pushing.straight import BEHIND
 from cramlite_plugins.motion_planning.cartesian import COARSE, JointPath, plan_straight_line
+from cramlite_plugins.objects.furniture import cabinet, door, drawer
 from cramlite_plugins.robots.fr3 import FR3
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.shapes.ray_casting import body, intervals
-from cramlite_plugins.simulation.objects.furniture import cabinet, door, drawer
 
 IN_FRONT = Pose.from_rotvec((0.75, 0.1, 0.35), (0, 0, math.pi))
 

@@ -19,10 +19,10 @@ from cramlite.plugin import Context, Grounding
 from cramlite_plugins.locations import antipodal, grips
 from cramlite_plugins.locations.grasps import Grasp, _openings
 from cramlite_plugins.locations.kinds import ground
+from cramlite_plugins.objects.products_and_fixtures import block, product
+from cramlite_plugins.objects.vessels import bottle, can
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.shapes import ray_casting as rays
-from cramlite_plugins.simulation.objects.products_and_fixtures import block, product
-from cramlite_plugins.simulation.objects.vessels import bottle, can
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
 import grasp_objects

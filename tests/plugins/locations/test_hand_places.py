@@ -7,8 +7,8 @@ from cramlite.model import Geom, Held, Location, Place, Pose, RobotMount, Thing,
 from cramlite.plugin import Context, Grounding, Refused
 from cramlite_plugins.kinematics.kinematics import inverse
 from cramlite_plugins.locations.kinds import ground
+from cramlite_plugins.objects.products_and_fixtures import block
 from cramlite_plugins.robots.ur5e import UR5E
-from cramlite_plugins.simulation.objects.products_and_fixtures import block
 
 MOUNT = RobotMount("arm", "ur5e")
 

@@ -17,17 +17,17 @@ from msgspec.structs import replace
 from cramlite import Engine
 from cramlite.model import Belief, Geom, HandFile, Location, Pose, RobotMount, Stated, Thing, World, initial_belief
 from cramlite.plugin import Context, Grounding, Refused, Unresolvable
+from cramlite_plugins.imports.robots.robot_file import read_robot
 from cramlite_plugins.kinematics.kinematics import forward
 from cramlite_plugins.locations import grasps
 from cramlite_plugins.locations.kinds import ground
+from cramlite_plugins.objects.products_and_fixtures import block, table
 from cramlite_plugins.robots.fr3 import FR3
 from cramlite_plugins.shapes import ray_casting as rays
 from cramlite_plugins.shapes.box_overlaps import overlaps
 from cramlite_plugins.simulation.model.compile import compile_world
-from cramlite_plugins.simulation.objects.products_and_fixtures import block, table
-from cramlite_plugins.simulation.robot_files.robot_file import read_robot
 
-FILES = Path(__file__).parents[1] / "simulation" / "robots_data"
+FILES = Path(__file__).parents[1] / "imports" / "robots_data"
 MOUNT = RobotMount("arm", "fr3")
 TABLE = table("table", Pose((0.5, 0.0, 0.0)))
 coordinate = st.floats(-0.15, 0.15)

@@ -12,9 +12,9 @@ from cramlite import Budget, Engine, find_scenario, read_scenario
 from cramlite.model import Held, Location, Place, Pose, RobotMount, Thing, World, initial_belief
 from cramlite.plugin import Context, Grounding
 from cramlite_plugins.locations.kinds import ground
+from cramlite_plugins.objects.controls import knob
+from cramlite_plugins.objects.products_and_fixtures import table
 from cramlite_plugins.robots.ur5e import UR5E
-from cramlite_plugins.simulation.objects.controls import knob
-from cramlite_plugins.simulation.objects.products_and_fixtures import table
 
 ENGINE = Engine()
 POST = "  - {name: post, model: table, at: {position: [0.55, 0.22, 0.45]}, with: {size: [20 mm, 20 mm, 0.4 m]}}\n"

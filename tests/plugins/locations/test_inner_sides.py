@@ -19,9 +19,9 @@ from cramlite_plugins.locations.kinds import ground
 from cramlite_plugins.locations.pushing.along_joint import INSIDE
 from cramlite_plugins.motion_planning.cartesian import COARSE, JointPath, plan_straight_line
 from cramlite_plugins.motion_planning.reach import tcp
+from cramlite_plugins.objects.furniture import cabinet, door, drawer
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.shapes.ray_casting import body, intervals
-from cramlite_plugins.simulation.objects.furniture import cabinet, door, drawer
 from cramlite_plugins.tasks.opening import Opening
 
 AT, SWING, LEAST = Pose.from_rotvec((0.6, 0.15, 0.25), (0, 0, -math.pi / 2)), 2.0, 0.8

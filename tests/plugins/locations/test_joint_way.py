@@ -31,10 +31,10 @@ from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 from cramlite_plugins.locations.joint_way import driven_along
 from cramlite_plugins.locations.kinds import ground
 from cramlite_plugins.motion_planning import reach
+from cramlite_plugins.objects.furniture import cabinet, door, drawer
+from cramlite_plugins.objects.products_and_fixtures import block, table
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.shapes.carried_along import driven, driven_before
-from cramlite_plugins.simulation.objects.furniture import cabinet, door, drawer
-from cramlite_plugins.simulation.objects.products_and_fixtures import block, table
 from cramlite_plugins.tasks.closing import Closing
 from cramlite_plugins.tasks.opening import Opening
 

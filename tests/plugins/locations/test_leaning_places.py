@@ -12,8 +12,8 @@ from cramlite.model import Feature, Geom, Held, Location, Pose, RobotMount, Thin
 from cramlite.plugin import Context, Grounding, Unresolvable
 from cramlite_plugins.locations.kinds import ground
 from cramlite_plugins.locations.placing import at_rest
+from cramlite_plugins.objects.products_and_fixtures import table
 from cramlite_plugins.robots.ur5e import UR5E
-from cramlite_plugins.simulation.objects.products_and_fixtures import table
 
 MOUNT = RobotMount("arm", "ur5e")
 DEEP, WIDE, LONG, HIGH = 0.06, 0.03, 0.10, 0.13

@@ -14,10 +14,10 @@ from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 from cramlite_plugins.kinematics.kinematics import forward, inverse
 from cramlite_plugins.locations.kinds import ground
 from cramlite_plugins.motion_planning.reach import make_scene
+from cramlite_plugins.objects.products_and_fixtures import block, hanger, table
 from cramlite_plugins.predicates.places import NEAR
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.shapes.bounds import bounds
-from cramlite_plugins.simulation.objects.products_and_fixtures import block, hanger, table
 from cramlite_plugins.task_kit.preconditions import near as near_thing
 
 MOUNT = RobotMount("arm", "ur5e")

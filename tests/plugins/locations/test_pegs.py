@@ -9,8 +9,8 @@ from cramlite import Engine
 from cramlite.model import GripFacts, Held, Location, Place, Pose, RobotMount, World, initial_belief
 from cramlite.plugin import Context, Unresolvable
 from cramlite_plugins.locations.kinds import ground
+from cramlite_plugins.objects.products_and_fixtures import hanger, product
 from cramlite_plugins.robots.ur5e import UR5E
-from cramlite_plugins.simulation.objects.products_and_fixtures import hanger, product
 
 MOUNT = RobotMount("arm", "ur5e")
 GRASPED = Place(Pose(), Pose(), thing="coffee", grip=GripFacts(0.05))

@@ -24,10 +24,10 @@ from cramlite_plugins.locations.placing.stable_poses import YAWS, as_asked, chec
 from cramlite_plugins.locations.placing.ways_out import _from_above, prepared
 from cramlite_plugins.locations.reached import Arm
 from cramlite_plugins.motion_planning.reach import held_pose, tcp, uncertainty_margins
+from cramlite_plugins.objects.products_and_fixtures import basket, block, table
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.shapes.bounds import centre_of_mass
 from cramlite_plugins.shapes.surfaces import FLAT, surfaces
-from cramlite_plugins.simulation.objects.products_and_fixtures import basket, block, table
 
 LARGE = table("box", Pose((0.45, 0.35, 0.15)), (1.2, 1.2, 0.02))
 TIN = block("tin", Pose((0.45, -0.45, 0.19)), (0.05, 0.05, 0.08))

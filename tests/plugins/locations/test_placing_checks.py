@@ -39,12 +39,12 @@ from cramlite_plugins.locations.placing.query import Query
 from cramlite_plugins.locations.reached import Arm
 from cramlite_plugins.motion_planning.too_far import too_far
 from cramlite_plugins.motions.gripping import release_opening
+from cramlite_plugins.objects.products_and_fixtures import basket, block
+from cramlite_plugins.objects.vessels import bowl
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.shapes import ray_casting as rays
 from cramlite_plugins.shapes.surfaces import Surface
 from cramlite_plugins.simulation.model.compile import compile_world
-from cramlite_plugins.simulation.objects.products_and_fixtures import basket, block
-from cramlite_plugins.simulation.objects.vessels import bowl
 
 
 def test_supported_means_the_centre_of_mass_is_above() -> None:

@@ -23,8 +23,8 @@ from cramlite_plugins.locations.placing.checks import first_objection
 from cramlite_plugins.locations.placing.driver import CHECKS
 from cramlite_plugins.locations.placing.query import Placement, queries
 from cramlite_plugins.locations.placing.ways_out import prepared
+from cramlite_plugins.objects.products_and_fixtures import basket, block
 from cramlite_plugins.simulation.model.compile import compile_world
-from cramlite_plugins.simulation.objects.products_and_fixtures import basket, block
 
 MOST, SAMPLES = 4, 400
 """Places that are checked of a query, and its samples."""

@@ -13,10 +13,10 @@ from cramlite_plugins.kinematics.kinematics import inverse
 from cramlite_plugins.locations.kinds import ground
 from cramlite_plugins.locations.room_to_close import first_met
 from cramlite_plugins.motions.gripping import LET_GO
+from cramlite_plugins.objects.furniture import WALL, cabinet, door
+from cramlite_plugins.objects.products_and_fixtures import block
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.shapes.carried_along import pushed_along
-from cramlite_plugins.simulation.objects.furniture import WALL, cabinet, door
-from cramlite_plugins.simulation.objects.products_and_fixtures import block
 from cramlite_plugins.tasks.retracting import Retracting
 
 MOUNT = RobotMount("arm", "ur5e")

@@ -10,8 +10,8 @@ from cramlite import Engine
 from cramlite.model import Action, Belief, Location, Object, Pose, RobotMount, Thing, World, initial_belief
 from cramlite.plugin import Context, Grounding, Refused
 from cramlite_plugins.locations.kinds import ground
+from cramlite_plugins.objects.products_and_fixtures import block, table
 from cramlite_plugins.robots.ur5e import UR5E
-from cramlite_plugins.simulation.objects.products_and_fixtures import block, table
 
 MOUNT, AT = RobotMount("arm", "ur5e"), (0.45, 0.0, 0.003)
 FAR = 0.1

@@ -10,8 +10,8 @@ from cramlite.model import Location, Place, Pose, RobotMount, World, initial_bel
 from cramlite.plugin import Context, Grounding, Refused
 from cramlite_plugins.locations.kinds import ground
 from cramlite_plugins.locations.pushing import around
+from cramlite_plugins.objects.products_and_fixtures import block, table
 from cramlite_plugins.robots.ur5e import UR5E
-from cramlite_plugins.simulation.objects.products_and_fixtures import block, table
 
 BEGIN = "1.Pushing/inside"
 WHERE = {"region": "left_region", "inside": True}

@@ -13,8 +13,8 @@ from cramlite.plugin import Grounding
 from cramlite_plugins.kinematics.kinematics import inverse
 from cramlite_plugins.locations.kinds import ground
 from cramlite_plugins.locations.placing.positions import AWAY
+from cramlite_plugins.objects.products_and_fixtures import block, table
 from cramlite_plugins.robots.ur5e import UR5E
-from cramlite_plugins.simulation.objects.products_and_fixtures import block, table
 
 BOX = table("box", Pose((0.45, 0.35, 0.15)), (0.6, 0.6, 0.02))
 STOOD = (0.5, 0.2)

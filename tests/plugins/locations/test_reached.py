@@ -9,8 +9,8 @@ from cramlite.model import Pose, RobotMount, Stage, World, initial_belief
 from cramlite.plugin import Context, Grounding, Refused
 from cramlite_plugins.locations.reached import IN_ORDER, Arm, Candidate, Leg, reached
 from cramlite_plugins.motion_planning.reach import shift
+from cramlite_plugins.objects.products_and_fixtures import block
 from cramlite_plugins.robots.ur5e import UR5E
-from cramlite_plugins.simulation.objects.products_and_fixtures import block
 
 DOWN = Pose.from_axes((0.45, -0.3, 0.4), (0, 0, -1), (1, 0, 0))
 MOUNT = RobotMount("arm", "ur5e")

@@ -17,11 +17,11 @@ from cramlite_plugins.locations.kinds import ground
 from cramlite_plugins.locations.parameters import Where
 from cramlite_plugins.locations.placing import checks
 from cramlite_plugins.locations.placing.query import Placement
+from cramlite_plugins.objects.products_and_fixtures import table
+from cramlite_plugins.objects.rack import rack
+from cramlite_plugins.objects.vessels import bottle
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.shapes.surfaces import Surface
-from cramlite_plugins.simulation.objects.products_and_fixtures import table
-from cramlite_plugins.simulation.objects.rack import rack
-from cramlite_plugins.simulation.objects.vessels import bottle
 
 MOUNT = RobotMount("arm", "ur5e")
 AT = Pose.from_rotvec((0.45, -0.3, 0.125), (0, 0, math.pi / 2))

@@ -12,7 +12,7 @@ from msgspec.structs import replace
 from cramlite.model import Action, Object, Pose
 from cramlite_plugins.locations.later import puts_into
 from cramlite_plugins.locations.placing.positions import corner, roomiest
-from cramlite_plugins.simulation.objects.products_and_fixtures import basket, block
+from cramlite_plugins.objects.products_and_fixtures import basket, block
 
 SQUARE = shapely.box(-0.1, -0.1, 0.1, 0.1)
 sides = st.floats(0.03, 0.1)

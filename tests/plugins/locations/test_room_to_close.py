@@ -29,9 +29,9 @@ from cramlite_plugins.locations.kinds import ground
 from cramlite_plugins.locations.later import closes
 from cramlite_plugins.locations.placing import ways_out
 from cramlite_plugins.locations.placing.demands import TIGHT
+from cramlite_plugins.objects.furniture import cabinet, door, drawer
+from cramlite_plugins.objects.products_and_fixtures import block
 from cramlite_plugins.robots.ur5e import UR5E
-from cramlite_plugins.simulation.objects.furniture import cabinet, door, drawer
-from cramlite_plugins.simulation.objects.products_and_fixtures import block
 
 MOUNT = RobotMount("arm", "ur5e")
 AT = Pose.from_rotvec((0.70, -0.1, 0.30), (0, 0, np.pi))  # its front looks to the robot

@@ -29,10 +29,10 @@ from cramlite_plugins.locations.kinds import ground
 from cramlite_plugins.locations.placing.access import goes_under_a_roof
 from cramlite_plugins.locations.placing.query import queries
 from cramlite_plugins.locations.placing.ways_out import WAYS
+from cramlite_plugins.objects.furniture import cabinet, door
+from cramlite_plugins.objects.products_and_fixtures import block, table
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.shapes.roofs import open_sides, roofed
-from cramlite_plugins.simulation.objects.furniture import cabinet, door
-from cramlite_plugins.simulation.objects.products_and_fixtures import block, table
 
 MOUNT = RobotMount("arm", "ur5e")
 AT = Pose.from_rotvec((0.70, -0.1, 0.30), (0, 0, np.pi))  # its front looks to the robot

@@ -32,9 +32,9 @@ from cramlite_plugins.locations.placing.access import goes_in_tilted
 from cramlite_plugins.locations.placing.query import queries
 from cramlite_plugins.locations.placing.tilting import LEFT, TILTS
 from cramlite_plugins.locations.placing.ways_out import WAYS
+from cramlite_plugins.objects.furniture import cabinet, drawer
+from cramlite_plugins.objects.vessels import bowl
 from cramlite_plugins.robots.fr3 import FR3
-from cramlite_plugins.simulation.objects.furniture import cabinet, drawer
-from cramlite_plugins.simulation.objects.vessels import bowl
 
 MOUNT = RobotMount("arm", "fr3")
 LOW, HIGH = (Pose.from_rotvec((0.65, 0.0, z), (0.0, 0.0, np.pi)) for z in (0.14, 0.24))  # their fronts look to the robot

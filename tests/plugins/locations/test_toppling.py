@@ -34,11 +34,11 @@ from cramlite_plugins.locations.placing.query import queries
 from cramlite_plugins.locations.placing.tilting import BACK, LEANS
 from cramlite_plugins.locations.placing.ways_out import WAYS
 from cramlite_plugins.locations.pushing.back_in import CAME_OUT, FURTHER
+from cramlite_plugins.objects.products_and_fixtures import block, table
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.shapes.bounds import corners, support
 from cramlite_plugins.shapes.roofs import has_own_roof
 from cramlite_plugins.shapes.tipping_over import tipped_over
-from cramlite_plugins.simulation.objects.products_and_fixtures import block, table
 from cramlite_plugins.tasks.ungrasping import Ungrasping
 
 MOUNT = RobotMount("arm", "ur5e")

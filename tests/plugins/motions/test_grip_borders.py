@@ -12,10 +12,10 @@ from cramlite import Engine
 from cramlite.model import Filling, Gripper, Held, Pose, RobotMount, World
 from cramlite.plugin import Context, Unresolvable
 from cramlite_plugins.motions.grip_force import Grip, grip_force, grip_of, load
+from cramlite_plugins.objects.furniture import drawer
+from cramlite_plugins.objects.products_and_fixtures import block
 from cramlite_plugins.robots.robotiq_2f85 import GRIPPER
 from cramlite_plugins.robots.ur5e import UR5E
-from cramlite_plugins.simulation.objects.furniture import drawer
-from cramlite_plugins.simulation.objects.products_and_fixtures import block
 
 PUSH = 2.5 * 25.0
 """What a motion in contact may push by before it stops, 25 N, with the margin [N]."""

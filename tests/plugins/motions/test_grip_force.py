@@ -14,9 +14,9 @@ from cramlite import Budget, Engine, Solution, Trace, read_scenario
 from cramlite.model import Filling, Held, Pose, World, pair_friction
 from cramlite.plugin import UserError
 from cramlite_plugins.motions.grip_force import Grip, grip_of, load
+from cramlite_plugins.objects.furniture import cabinet, drawer
+from cramlite_plugins.objects.products_and_fixtures import block
 from cramlite_plugins.robots.robotiq_2f85 import GRIPPER
-from cramlite_plugins.simulation.objects.furniture import cabinet, drawer
-from cramlite_plugins.simulation.objects.products_and_fixtures import block
 from cramlite_plugins.validators.grip_strength import explained
 
 ORIGIN = Pose()

@@ -10,9 +10,9 @@ from cramlite.plugin import Context
 from cramlite_plugins.kinematics.kinematics import inverse
 from cramlite_plugins.motion_planning.reach import held_pose
 from cramlite_plugins.motions.gripping import DROPPED, LET_GO, resolve_motion
+from cramlite_plugins.objects.furniture import cabinet, drawer
+from cramlite_plugins.objects.products_and_fixtures import basket, block
 from cramlite_plugins.robots.ur5e import UR5E
-from cramlite_plugins.simulation.objects.furniture import cabinet, drawer
-from cramlite_plugins.simulation.objects.products_and_fixtures import basket, block
 
 AT = Pose((0.75, 0.1, 0.35), (0.0, 0.0, 0.0, 1.0))
 SHIFTED = 0.002

@@ -36,7 +36,7 @@ from cramlite_plugins.backends.urscript.emit import emit
 from cramlite_plugins.motions.motion_kinds import KINDS, value, word
 from cramlite_plugins.robots.ur5 import UR5
 from cramlite_plugins.robots.ur5e import UR5E
-from cramlite_plugins.simulation.urscript.parser import parse
+from cramlite_plugins.ur_controller.urscript.parser import parse
 
 PAGE = Path(__file__).parents[3] / "docs" / "reference" / "motions.md"
 WAY: tuple[AnyStep, ...] = (

@@ -8,10 +8,10 @@ from msgspec.structs import replace
 
 from cramlite.model import D435, Geom, Intrinsics, Pose, Thing, World
 from cramlite_plugins.locations.viewpoints import looking_at
+from cramlite_plugins.objects.products_and_fixtures import hanger, hung, product
 from cramlite_plugins.simulation.camera.depth_camera import render
 from cramlite_plugins.simulation.camera.noise import Noise
 from cramlite_plugins.simulation.model.compile import Compiled, compile_world
-from cramlite_plugins.simulation.objects.products_and_fixtures import hanger, hung, product
 
 SMALL = Intrinsics(96.25, 96.25, 79.5, 59.5, 160, 120)
 QUIET = Noise(flying=0.0, dropped=0.0, disparity=0.0, steps=1 << 20, millimetres=False, colour=0.0)

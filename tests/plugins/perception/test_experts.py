@@ -238,9 +238,9 @@ def test_names_stay_over_frames() -> None:
 def test_a_peg_that_is_not_where_the_map_has_it() -> None:
     from cramlite.model import Pose, World
     from cramlite_plugins.locations.viewpoints import looking_at
+    from cramlite_plugins.objects.products_and_fixtures import hanger
     from cramlite_plugins.simulation.camera.depth_camera import render
     from cramlite_plugins.simulation.model.compile import compile_world
-    from cramlite_plugins.simulation.objects.products_and_fixtures import hanger
 
     real = hanger("hook", Pose((0.873, -0.002, 0.447), (0, 0, 0, 1)))
     believed = hanger("hook", Pose((0.87, 0, 0.45), (0, 0, 0, 1)))

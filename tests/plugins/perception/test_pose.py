@@ -18,13 +18,13 @@ from cramlite import data_folder
 from cramlite.model import Intrinsics, Mask, Pose, View, World
 from cramlite.plugin import UserError
 from cramlite_plugins.locations.viewpoints import looking_at
+from cramlite_plugins.objects.products_and_fixtures import hanger, hung, product
 from cramlite_plugins.perception.pose import libraries as pose_libraries
 from cramlite_plugins.perception.pose.estimate import PoseHypothesis, estimate, keeps_to
 from cramlite_plugins.perception.pose.model import PoseModel, pose_model
 from cramlite_plugins.perception.pose.prior import UPRIGHT, Alignment, Prior
 from cramlite_plugins.simulation.camera.depth_camera import render
 from cramlite_plugins.simulation.model.compile import compile_world
-from cramlite_plugins.simulation.objects.products_and_fixtures import hanger, hung, product
 
 FLAT = (0.08, 0.02, 0.12)
 

@@ -10,9 +10,9 @@ import trimesh
 
 from cramlite.model import Pose, Thing
 from cramlite.plugin import UserError
+from cramlite_plugins.objects.products_and_fixtures import block, product
+from cramlite_plugins.objects.vessels import can, mug
 from cramlite_plugins.perception.pose.model import cube_rotations, mesh_model, pose_model
-from cramlite_plugins.simulation.objects.products_and_fixtures import block, product
-from cramlite_plugins.simulation.objects.vessels import can, mug
 
 
 def test_points_are_on_the_outside_and_the_hole_is_open() -> None:

@@ -12,10 +12,10 @@ from cramlite import Engine, data_folder
 from cramlite.model import Pose, World
 from cramlite.plugin import Expert, Inputs, Judged, UserError
 from cramlite_plugins.locations.viewpoints import looking_at
+from cramlite_plugins.objects.products_and_fixtures import block
 from cramlite_plugins.perception.pose.registration import FITTING, hypotheses
 from cramlite_plugins.simulation.camera.depth_camera import render
 from cramlite_plugins.simulation.model.compile import compile_world
-from cramlite_plugins.simulation.objects.products_and_fixtures import block
 
 
 def _inputs(confidence: float) -> Inputs:

@@ -7,8 +7,8 @@ import pytest
 from cramlite import Engine
 from cramlite.model import Geom, Pose, Thing, World
 from cramlite.plugin import SymbolicWorld
+from cramlite_plugins.objects.products_and_fixtures import table
 from cramlite_plugins.predicates.fluents import _supporting
-from cramlite_plugins.simulation.objects.products_and_fixtures import table
 
 POST = Thing("post", "cram:Product", Pose((0.0, 0.0, 0.04)), (Geom("box", (0.01, 0.01, 0.03)),), mass=0.2)
 """Its top is 70 mm high, on a table whose top is 10 mm high; what has its edge there cannot stand on so little."""

@@ -17,7 +17,7 @@ from cramlite_plugins.robots.dh_arm import forward
 from cramlite_plugins.robots.ur5 import DH, LINKS, UR5, mjcf
 from cramlite_plugins.robots.ur5e import DH as DH_OF_E_SERIES
 from cramlite_plugins.robots.ur5e import UR5E
-from cramlite_plugins.simulation.urscript.parser import parse
+from cramlite_plugins.ur_controller.urscript.parser import parse
 
 MODEL = mujoco.MjModel.from_xml_string(mjcf())
 ANGLE = st.floats(-math.pi, math.pi)

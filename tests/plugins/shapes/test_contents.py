@@ -18,12 +18,12 @@ from cramlite.plugin import UserError
 from cramlite_plugins.episodes.detection.detect import detect
 from cramlite_plugins.locations.parameters import Tilting
 from cramlite_plugins.locations.pour import radius, tilted
+from cramlite_plugins.objects.products_and_fixtures import basket, block, table
+from cramlite_plugins.objects.vessels import bowl, jug
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.shapes.bounds import lowest
 from cramlite_plugins.shapes.contents import bulk, pouring_obstacle, volume, where, within
 from cramlite_plugins.simulation.model.compile import Compiled, compile_world
-from cramlite_plugins.simulation.objects.products_and_fixtures import basket, block, table
-from cramlite_plugins.simulation.objects.vessels import bowl, jug
 from cramlite_plugins.simulation.recording.recorder import Recorder
 
 FLOOR = table("floor", Pose())

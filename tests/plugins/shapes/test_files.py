@@ -13,8 +13,8 @@ from helpers import made
 
 from cramlite.model import Pose
 from cramlite.plugin import UserError
+from cramlite_plugins.objects.products_and_fixtures import make
 from cramlite_plugins.shapes import files
-from cramlite_plugins.simulation.objects.products_and_fixtures import make
 
 
 @pytest.fixture(autouse=True)

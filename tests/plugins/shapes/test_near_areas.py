@@ -7,8 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cramlite.model import Pose
+from cramlite_plugins.objects.vessels import jug
 from cramlite_plugins.shapes.bounds import corners, near
-from cramlite_plugins.simulation.objects.vessels import jug
 
 AREA = (-0.2, -0.1, 0.3, 0.1)
 POT = jug("pot", Pose())

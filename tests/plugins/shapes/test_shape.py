@@ -16,11 +16,11 @@ from msgspec.structs import replace
 
 from cramlite.model import Pose, Thing, World
 from cramlite_plugins.motion_planning.inflated import inflated
+from cramlite_plugins.objects.products_and_fixtures import hanger, make, product
 from cramlite_plugins.shapes import convex, shape
 from cramlite_plugins.shapes.convex import hull_planes, hull_volume
 from cramlite_plugins.shapes.solid import mesh_of
 from cramlite_plugins.simulation.model.compile import compile_world
-from cramlite_plugins.simulation.objects.products_and_fixtures import hanger, make, product
 
 
 @pytest.fixture(autouse=True)
@@ -125,7 +125,7 @@ def _settled(thing: Thing, seconds: float = 1.0) -> Pose:
 
 
 def test_it_hangs_by_its_hole_and_falls_without(tmp_path: Path) -> None:
-    from cramlite_plugins.simulation.objects.products_and_fixtures import hung
+    from cramlite_plugins.objects.products_and_fixtures import hung
 
     made.tagged().export(tmp_path / "tag.stl")
     tea = make("mesh", "tea", Pose(), {"file": str(tmp_path / "tag.stl"), "mass": 0.3})

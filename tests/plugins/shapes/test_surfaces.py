@@ -11,12 +11,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cramlite.model import Belief, Geom, Pose, Thing, World, initial_belief
+from cramlite_plugins.objects.furniture import cabinet, drawer
+from cramlite_plugins.objects.products_and_fixtures import basket, block, hanger, hung, product, table
+from cramlite_plugins.objects.vessels import bottle, bowl, can, lid, mug
 from cramlite_plugins.shapes.bounds import corners
 from cramlite_plugins.shapes.carried_along import carried_along
 from cramlite_plugins.shapes.surfaces import footprint, inset, resting_height, standing, surfaces
-from cramlite_plugins.simulation.objects.furniture import cabinet, drawer
-from cramlite_plugins.simulation.objects.products_and_fixtures import basket, block, hanger, hung, product, table
-from cramlite_plugins.simulation.objects.vessels import bottle, bowl, can, lid, mug
 
 UPSIDE_DOWN = Pose((0, 0, 0), (0, 1, 0, 0))
 

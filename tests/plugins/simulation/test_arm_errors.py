@@ -8,10 +8,10 @@ from helpers.edited import proven, run
 from msgspec.structs import replace
 
 from cramlite.model import Disturbance, Floats, Pose, RobotMount, Rollout, World
+from cramlite_plugins.objects import products_and_fixtures as models
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.simulation.controller.arm_errors import ArmErrors
-from cramlite_plugins.simulation.execute import execute
-from cramlite_plugins.simulation.objects import products_and_fixtures as models
+from cramlite_plugins.simulator.execute import execute
 
 HOME = np.array(UR5E.home)
 WORLD = World((models.table("floor", Pose((0, 0, -0.005))),), (RobotMount("arm", "ur5e"),))

@@ -13,10 +13,10 @@ from msgspec.structs import replace
 
 from cramlite.model import Geom, Physics, Pose, RobotMount, Thing, World
 from cramlite.plugin import UserError
+from cramlite_plugins.objects.products_and_fixtures import MODELS, hanger, hung, make, product
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.simulation.model.build import SOLREF, Carried
 from cramlite_plugins.simulation.model.compile import compile_world
-from cramlite_plugins.simulation.objects.products_and_fixtures import MODELS, hanger, hung, make, product
 
 
 def thing(*geoms: Geom, mass: float | None = None, name: str = "plate", at: Pose | None = None) -> Thing:
@@ -245,7 +245,7 @@ def test_hung_refuses_a_peg_that_does_not_fit() -> None:
 @pytest.mark.parametrize("opening", [None, 0.03])
 def test_a_robot_starts_as_its_mount_says(opening: float | None) -> None:
     """Joints and fingers, before the first cycle and after half a second of it; at home and open where it says nothing."""
-    from cramlite_plugins.simulation.execute import execute
+    from cramlite_plugins.simulator.execute import execute
 
     there = (2.0, -1.6, 1.6, -1.4, -1.57, 1.2) if opening else ()
     world = World((), (RobotMount("arm", "ur5e", joints=there, opening=opening),))
@@ -256,7 +256,7 @@ def test_a_robot_starts_as_its_mount_says(opening: float | None) -> None:
 
 def test_a_closed_gripper_opens_when_it_is_told() -> None:
     """Its registers say that it is closed: else an order to open would be nothing new."""
-    from cramlite_plugins.simulation.execute import execute
+    from cramlite_plugins.simulator.execute import execute
 
     text = (
         'def p():\n  socket_open("127.0.0.1", 63352, "g")\n  textmsg(socket_get_var("PRE", "g"))\n'

@@ -13,8 +13,8 @@ from cramlite.model import MoveJoints, MoveLinear, Rollout
 from cramlite.plugin import UserError
 from cramlite_plugins.kinematics.kinematics import forward
 from cramlite_plugins.robots.ur5e import UR5E
-from cramlite_plugins.simulation.execute import execute
-from cramlite_plugins.simulation.urscript.interpreter import Limits
+from cramlite_plugins.simulator.execute import execute
+from cramlite_plugins.ur_controller.urscript.interpreter import Limits
 
 # Motion
 

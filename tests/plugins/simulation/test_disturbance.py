@@ -12,9 +12,9 @@ from cramlite.model import Pose, RobotMount, Rollout, World
 from cramlite.model.rollout import load_rollout, save_rollout
 from cramlite.model.world import Disturbance
 from cramlite.plugin import UserError
+from cramlite_plugins.objects import products_and_fixtures as models
 from cramlite_plugins.robots.ur5 import UR5
-from cramlite_plugins.simulation.execute import execute
-from cramlite_plugins.simulation.objects import products_and_fixtures as models
+from cramlite_plugins.simulator.execute import execute
 
 WORLD = World((models.table("floor", Pose((0, 0, -0.005))),), (RobotMount("arm", "ur5"),))
 STILL = "def stand():\n  sleep(1.0)\nend\nstand()\n"

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from cramlite.model import Pose, Rollout, World
+from cramlite_plugins.objects.products_and_fixtures import block, table
 from cramlite_plugins.shapes.bounds import corners
 from cramlite_plugins.simulation.camera.ray_tracer import Camera
-from cramlite_plugins.simulation.objects.products_and_fixtures import block, table
 from cramlite_plugins.simulation.recording.pictures import fitted
 
 

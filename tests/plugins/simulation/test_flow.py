@@ -28,8 +28,8 @@ from cramlite.model import (
     walk,
 )
 from cramlite.plugin import UserError
+from cramlite_plugins.objects.products_and_fixtures import table
 from cramlite_plugins.robots.ur5e import UR5E
-from cramlite_plugins.simulation.objects.products_and_fixtures import table
 
 TOP, EDGE = 0.10, 0.55  # of a board: its height, and where it ends in x [m]
 WORLD = World(

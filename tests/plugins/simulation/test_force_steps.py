@@ -22,7 +22,7 @@ from cramlite.model import (
     World,
     ZeroSensor,
 )
-from cramlite_plugins.simulation.objects.products_and_fixtures import block, table
+from cramlite_plugins.objects.products_and_fixtures import block, table
 
 TOP, X = 0.10, 0.45  # of a board: its height, and where sliding begins [m]
 FLOOR = table("floor", Pose((0.4, 0, -0.001)))

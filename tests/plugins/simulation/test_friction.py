@@ -11,9 +11,9 @@ from helpers.standard import ROBOTS, standard_world, standing_world
 from msgspec.structs import replace
 
 from cramlite.model import Physics, Pose, Thing, World, pair_friction
+from cramlite_plugins.objects.furniture import cabinet, drawer
+from cramlite_plugins.objects.products_and_fixtures import block, table
 from cramlite_plugins.simulation.model.compile import Compiled, compile_world
-from cramlite_plugins.simulation.objects.furniture import cabinet, drawer
-from cramlite_plugins.simulation.objects.products_and_fixtures import block, table
 
 G = 9.81
 SIDE = (0.05, 0.05, 0.05)

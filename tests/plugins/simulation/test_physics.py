@@ -13,9 +13,9 @@ from helpers.standard import ROBOTS, standard_world
 from msgspec.structs import replace
 
 from cramlite.model import Physics, Pose, World
+from cramlite_plugins.objects.products_and_fixtures import hung, product, table
+from cramlite_plugins.objects.vessels import can
 from cramlite_plugins.simulation.model.compile import Compiled, compile_world
-from cramlite_plugins.simulation.objects.products_and_fixtures import hung, product, table
-from cramlite_plugins.simulation.objects.vessels import can
 
 START = (3.02, -1.17, 2.0, -1.0, 1.45, -1.57)
 

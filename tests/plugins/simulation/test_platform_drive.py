@@ -29,7 +29,7 @@ from cramlite_plugins.backends.urscript.emit import emit
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.robots.ur5e_mobile import UR5E_MOBILE
 from cramlite_plugins.simulation.controller.platform_drive import leg
-from cramlite_plugins.simulation.execute import execute
+from cramlite_plugins.simulator.execute import execute
 
 FLOOR = Thing("floor", "cram:Table", Pose((0, 0, -0.01)), (Geom("box", (5, 5, 0.005)),))
 POST = Thing("post", "cram:Table", Pose((1.5, 0.2, 0.2)), (Geom("box", (0.05, 0.3, 0.2)),))

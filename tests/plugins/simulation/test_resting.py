@@ -8,9 +8,9 @@ import pytest
 from msgspec.structs import replace
 
 from cramlite.model import Pose, Thing
-from cramlite_plugins.simulation.objects.products_and_fixtures import block, table
-from cramlite_plugins.simulation.objects.rack import rack
-from cramlite_plugins.simulation.objects.vessels import bottle
+from cramlite_plugins.objects.products_and_fixtures import block, table
+from cramlite_plugins.objects.rack import rack
+from cramlite_plugins.objects.vessels import bottle
 from cramlite_plugins.simulation.resting import resting_pose
 
 BOTTLE = bottle("bottle", Pose(), radius=0.026, height=0.1, neck_height=0.04, mass=0.3)

@@ -11,13 +11,13 @@ from msgspec.structs import replace
 
 from cramlite.model import Pose, RobotMount, Rollout, Thing, World
 from cramlite_plugins.episodes.detection.touches import touching_pairs
-from cramlite_plugins.simulation.execute import execute
+from cramlite_plugins.objects.products_and_fixtures import block, table
+from cramlite_plugins.objects.vessels import bottle, bowl, jug, mug
 from cramlite_plugins.simulation.model import sleep
 from cramlite_plugins.simulation.model.compile import Compiled, compile_world
 from cramlite_plugins.simulation.model.index import Data
 from cramlite_plugins.simulation.model.sleep import Sleep, awake_copy
-from cramlite_plugins.simulation.objects.products_and_fixtures import block, table
-from cramlite_plugins.simulation.objects.vessels import bottle, bowl, jug, mug
+from cramlite_plugins.simulator.execute import execute
 from cramlite_plugins.validators import grips
 
 CYCLE = 0.008  # of a control cycle, four steps [s]

@@ -41,7 +41,7 @@ from cramlite_plugins.backends.urscript import emit as urscript
 from cramlite_plugins.kinematics.kinematics import forward
 from cramlite_plugins.robots.fr3 import FR3
 from cramlite_plugins.robots.ur5e import UR5E
-from cramlite_plugins.simulation.execute import execute
+from cramlite_plugins.simulator.execute import execute
 
 ROBOTS = {r.type: r for r in (FR3, UR5E)}
 BLOCK = Thing("block", "cram:Block", Pose((0.42, 0.0, 0.15)), (Geom("box", (0.1, 0.1, 0.15)),))

@@ -7,7 +7,7 @@ from msgspec.structs import replace
 
 from cramlite.model import Action, Held, Location, Object, Pose, World, initial_belief
 from cramlite.plugin import Unresolvable
-from cramlite_plugins.simulation.objects.products_and_fixtures import hanger
+from cramlite_plugins.objects.products_and_fixtures import hanger
 from cramlite_plugins.tasks.picking_up import PickingUp
 from cramlite_plugins.tasks.releasing import Releasing
 from cramlite_plugins.tasks.transporting import Transporting

@@ -31,7 +31,7 @@ from scipy.spatial.transform import Rotation
 
 from cramlite.model import Floats, JudgingLimits, Pose, Rollout, Touch, World
 from cramlite.plugin import PADDING, Allowance, Candidate
-from cramlite_plugins.simulation.objects.products_and_fixtures import hanger, hung, product
+from cramlite_plugins.objects.products_and_fixtures import hanger, hung, product
 from cramlite_plugins.validators.bystanders import Bystanders, Stay, _measured, stays
 from cramlite_plugins.validators.movers import moved_by
 from cramlite_plugins.validators.rest import borne_by, hangs, restless

@@ -12,7 +12,7 @@ from msgspec.structs import replace
 
 from cramlite.model import Action, Object, Pose, World
 from cramlite.plugin import Candidate
-from cramlite_plugins.simulation.objects.vessels import bowl, jug
+from cramlite_plugins.objects.vessels import bowl, jug
 from cramlite_plugins.validators.contents import Poured, Spilled, validators
 
 JUG, BOWL = jug("jug", Pose((0.5, 0.2, 0.051)), grains=20), bowl("bowl", Pose((0.5, -0.2, 0.026)))

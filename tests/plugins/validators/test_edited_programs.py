@@ -13,7 +13,7 @@ from cramlite.interpretation.fluents import symbolic_world
 from cramlite.model import Finding, JudgingLimits, MoveJoints, Pose, World
 from cramlite.planning.goal_literals import literals_of_goals
 from cramlite.plugin import Candidate
-from cramlite_plugins.simulation.objects.products_and_fixtures import block
+from cramlite_plugins.objects.products_and_fixtures import block
 
 PULL = "[2.943, 0.0, 8.0]"
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from conftest import Run
 
-DATA = Path(__file__).parents[1] / "simulation" / "robots_data"
+DATA = Path(__file__).parents[1] / "imports" / "robots_data"
 KEYS = ("'pads'", "'tcp'", "'pad_friction'")
 SCENARIO = """\
 scenario: taken

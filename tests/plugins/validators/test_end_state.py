@@ -10,7 +10,7 @@ from msgspec.structs import replace
 
 from cramlite.model import Held, Pose, Rollout, Touch
 from cramlite.plugin import Candidate
-from cramlite_plugins.simulation.objects.products_and_fixtures import basket, hanger, hung, product
+from cramlite_plugins.objects.products_and_fixtures import basket, hanger, hung, product
 from cramlite_plugins.validators.postconditions import EndState, _not_in, _not_on, validators
 from cramlite_plugins.validators.rest import at_the_end
 

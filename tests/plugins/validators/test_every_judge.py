@@ -18,8 +18,8 @@ from cramlite.interpretation.fluents import symbolic_world
 from cramlite.model import Action, Floats, MoveJoints, Object, Pose, Rollout, SetGripper, Touch, World
 from cramlite.planning.goal_literals import literals_of_goals
 from cramlite.plugin import Candidate
+from cramlite_plugins.objects.vessels import bowl, jug
 from cramlite_plugins.robots.ur5e import UR5E
-from cramlite_plugins.simulation.objects.vessels import bowl, jug
 
 
 def ran(of: Candidate) -> Rollout:

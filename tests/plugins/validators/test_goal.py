@@ -14,10 +14,10 @@ from cramlite.interpretation.fluents import symbolic_world
 from cramlite.model import Entity, Episode, Feature, Finding, Plan, Pose, RobotMount, Rollout, Thing, Touch
 from cramlite.planning.goal_literals import literals_of_goals
 from cramlite.plugin import Candidate
-from cramlite_plugins.simulation.objects.controls import knob
-from cramlite_plugins.simulation.objects.furniture import cabinet, drawer
-from cramlite_plugins.simulation.objects.products_and_fixtures import basket, block, hanger, hung, product, table
-from cramlite_plugins.simulation.objects.vessels import bottle, bowl, jug
+from cramlite_plugins.objects.controls import knob
+from cramlite_plugins.objects.furniture import cabinet, drawer
+from cramlite_plugins.objects.products_and_fixtures import basket, block, hanger, hung, product, table
+from cramlite_plugins.objects.vessels import bottle, bowl, jug
 from cramlite_plugins.validators.goal import Goal, _measured, _recorded
 
 KNOWLEDGE = Engine().knowledge

@@ -26,8 +26,8 @@ from msgspec.structs import replace
 from cramlite.model import Pose, SetGripper, pair_friction
 from cramlite.plugin import Candidate
 from cramlite_plugins.motions.grip_force import Grip
+from cramlite_plugins.objects.products_and_fixtures import block
 from cramlite_plugins.robots.ur5e import UR5E
-from cramlite_plugins.simulation.objects.products_and_fixtures import block
 from cramlite_plugins.validators.grip_strength import GripStrength, explained
 from cramlite_plugins.validators.grips import OPENED as WIDER
 from cramlite_plugins.validators.physics import SLIP

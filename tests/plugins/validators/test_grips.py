@@ -92,7 +92,7 @@ def test_what_is_fixed_to_the_world_is_not_held() -> None:
 
 def test_a_drawer_is_held_though_it_is_fixed_to_its_cabinet() -> None:
     from cramlite.model import Pose
-    from cramlite_plugins.simulation.objects.furniture import cabinet, drawer
+    from cramlite_plugins.objects.furniture import cabinet, drawer
 
     pulled = pressed_for(10, Touch(LEFT, "d", 5.0, 0.0), Touch("d", RIGHT, 5.0, 0.0))
     things = (cabinet("c", Pose((0.7, 0, 0.3))), drawer("d", Pose((0.7, 0, 0.3)), "c"))

@@ -10,8 +10,8 @@ import pytest
 from msgspec.structs import replace
 
 from cramlite.model import Pose, Rollout, World
+from cramlite_plugins.objects.products_and_fixtures import hanger, hung, product
 from cramlite_plugins.simulation.model.compile import compile_world
-from cramlite_plugins.simulation.objects.products_and_fixtures import hanger, hung, product
 from cramlite_plugins.simulation.recording.recorder import Recorder
 from cramlite_plugins.validators.postconditions import _not_hanging, _unsettled
 

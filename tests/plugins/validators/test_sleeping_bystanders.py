@@ -8,7 +8,7 @@ from msgspec.structs import replace
 
 from cramlite.model import Pose
 from cramlite.plugin import Candidate
-from cramlite_plugins.simulation.objects.vessels import bottle
+from cramlite_plugins.objects.vessels import bottle
 
 FLOOR = 0.005  # height of the scenario's floor [m]
 

@@ -8,8 +8,8 @@ from msgspec.structs import replace
 
 from cramlite.model import Feature, Geom, Pose, Touch
 from cramlite.plugin import Candidate
-from cramlite_plugins.simulation.objects.products_and_fixtures import block
-from cramlite_plugins.simulation.objects.vessels import bowl, can, lid
+from cramlite_plugins.objects.products_and_fixtures import block
+from cramlite_plugins.objects.vessels import bowl, can, lid
 from cramlite_plugins.validators.postconditions import EndState
 from cramlite_plugins.validators.stance import borne, near_tip, unbalanced, uncovered
 

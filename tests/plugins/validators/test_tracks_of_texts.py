@@ -8,7 +8,7 @@ from msgspec.structs import replace
 
 from cramlite.model import Pose, World
 from cramlite.plugin import Candidate
-from cramlite_plugins.simulation.objects.vessels import can
+from cramlite_plugins.objects.vessels import can
 
 LIFT, TOOL = "movel(picking_up_2_lift_pose, a=0.5, v=0.1)", "0.0, 3.141593, 0.0], a=0.5, v=0.15)"
 OPEN, CLOSE = 'move_gripper(15, 157, 0, "none", 3.0, "y")', 'move_gripper(255, 157, 33, "object", 3.0, "x")'

@@ -38,7 +38,7 @@ class UrRtdeBackend:
 
 
 def _missing() -> str:
-    from ...simulation.ur.client_program import can_run
+    from ...ur_controller.client_program import can_run
 
     return can_run()
 

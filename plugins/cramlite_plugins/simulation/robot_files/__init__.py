@@ -1,1 +1,1 @@
-"""Arms that other programs describe, MJCF and URDF, as robots of cramlite."""
+"""Old names of modules of `cramlite_plugins.imports.robots`."""

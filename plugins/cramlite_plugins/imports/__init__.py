@@ -1,0 +1,1 @@
+"""Imports of what others describe: scenes and robots, from MJCF and URDF."""

@@ -1,0 +1,1 @@
+"""Arms that other programs describe, MJCF and URDF, as robots of cramlite."""

@@ -1,0 +1,35 @@
+"""The reader of robot files: MJCF and URDF become robots, with a list of what was found and what is missing."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from xml.etree import ElementTree
+
+from cramlite.model import ImportedRobot, RobotFile
+from cramlite.plugin import hookimpl
+
+SUFFIXES = (".xml", ".mjcf", ".urdf")
+
+
+@hookimpl
+def read_robot(file: RobotFile, name: str) -> ImportedRobot | None:
+    """Read the robot in an MJCF or URDF file; None if it is no such file."""
+    if Path(file.path).suffix.lower() not in SUFFIXES:
+        return None
+    from ...simulation.model.no_window import import_mujoco
+
+    import_mujoco()
+    from .robot_file import read_robot as read
+
+    return read(file.path, called(Path(file.path), name), file.stated)
+
+
+def called(path: Path, name: str) -> str:
+    """Return a robot's type: the name of the file's model, and the file's, which may be any vendor's "robot.xml"; that alone where the
+    model has none, or the same."""
+    try:
+        _, root = next(ElementTree.iterparse(path, events=("start",)))
+    except (ElementTree.ParseError, OSError, ValueError):
+        return name  # what is wrong with the file is said when it is read
+    model = " ".join((root.get("model") or root.get("name") or "").split())
+    return name if model in ("", path.stem) else f"{model} ({name})"

@@ -1,0 +1,1 @@
+"""The simulator as a plugin: one front for all that is simulated."""

@@ -1,0 +1,39 @@
+"""URScript functions of time and chance.
+
+Names and parameters: the URScript manual (e-Series 5.x), modules "internals" and "urmath".
+"""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Callable
+from typing import Any
+
+from .urscript.builtins import Library
+from .urscript.values import ScriptError, StructValue, show
+
+
+class Clock:
+    """The simulated time, and numbers that are the same in every run.
+
+    Args:
+        clock: the time since the controller started [s].
+    """
+
+    def __init__(self, clock: Callable[[], float]) -> None:
+        self.clock, self.chance = clock, random.Random(0)
+
+    def library(self) -> Library:
+        """Return the functions that a program may call."""
+        return {"time": self.time, "random": self.random}
+
+    def time(self, mode: Any = 0) -> StructValue:
+        """Return the time since the controller started as struct(sec, nanosec); 2 asks for the date, and is answered alike."""
+        if mode not in (0, 2):
+            raise ScriptError(f"time's mode is 0 or 2, not {show(mode)}")
+        seconds, nano = divmod(round(self.clock() * 1e9), 1_000_000_000)
+        return StructValue(sec=seconds, nanosec=nano)
+
+    def random(self) -> float:
+        """Return a number from 0 to 1; the first of a run is always the same."""
+        return self.chance.random()

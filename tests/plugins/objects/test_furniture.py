@@ -1,0 +1,98 @@
+"""What is mounted on a joint: geometry, physics, recording, and what cannot be used."""
+
+from __future__ import annotations
+
+import math
+
+import mujoco
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from msgspec.structs import replace
+
+from cramlite.model import Joint, Pose, RobotMount, Thing, World
+from cramlite.plugin import UserError
+from cramlite_plugins.locations.handles import joint_value
+from cramlite_plugins.objects.furniture import cabinet, door, drawer
+from cramlite_plugins.robots.arms import robots
+from cramlite_plugins.simulation.model.compile import compile_world
+from cramlite_plugins.simulation.recording.recorder import Recorder
+
+ROBOTS = {r.type: r for r in robots()}
+AT = Pose.from_rotvec((0.7, 0.1, 0.4), (0, 0, 2.5))
+small = st.floats(-1.0, 1.0)
+
+
+@given(st.sampled_from(["slide", "hinge"]), st.tuples(small, small, small), st.tuples(small, small, small), small)
+def test_a_joint_undoes_what_it_did(kind: str, place: tuple[float, ...], turn: tuple[float, ...], by: float) -> None:
+    joint = Joint(kind, Pose.from_rotvec(place, turn), -2.0, 2.0)  # type: ignore[arg-type]
+    moved = joint.moved(AT, by)
+    assert joint.between(AT, moved) == pytest.approx(by, abs=1e-9)
+    assert max(joint.moved(moved, -by).distance(AT)) < 1e-6
+
+
+def world(*things: Thing) -> World:
+    return World((cabinet("cabinet", AT), *things), (RobotMount("arm", "ur5e", Pose((-1, 0, 0))),))
+
+
+@pytest.mark.parametrize("thing", [drawer("x", AT, "cabinet", opened=0.05), door("x", AT, "cabinet", opened=0.3)])
+def test_pushed_it_moves_on_its_joint_only(thing: Thing) -> None:
+    compiled = compile_world(world(thing), ROBOTS)
+    data, recorder = compiled.data(), Recorder(compiled)
+    joint, body = thing.joint, compiled.things["x"]
+    assert joint is not None and body.joint is not None
+    assert data.qpos[body.joint] == pytest.approx(joint.value)
+    assert max(compiled.pose(data, "x").distance(thing.pose)) < 1e-6
+    for _ in range(250):
+        data.qfrc_applied[compiled.model.jnt_dofadr[compiled.model.joint("x").id]] = 3.0
+        mujoco.mj_step(compiled.model, data)
+        recorder.observe(data)
+    values = recorder.rollout().values["x"]
+    assert values[-1] > values[0] + 0.02
+    there = compiled.pose(data, "x")
+    assert joint.value + joint.between(thing.pose, there) == pytest.approx(values[-1], abs=0.02)
+    assert max(joint.moved(thing.pose, float(data.qpos[body.joint]) - joint.value).distance(there)) < 1e-3
+
+
+def test_dry_friction_holds_it() -> None:
+    thing = drawer("x", AT, "cabinet", joint_friction=60.0)
+    compiled = compile_world(world(thing), ROBOTS)
+    data = compiled.data()
+    for _ in range(250):
+        data.qfrc_applied[compiled.model.jnt_dofadr[compiled.model.joint("x").id]] = 30.0
+        mujoco.mj_step(compiled.model, data)
+    assert data.qpos[compiled.things["x"].joint] < 0.002
+
+
+def test_a_planning_model_puts_it_anywhere() -> None:
+    thing = drawer("x", AT, "cabinet")
+    compiled = compile_world(world(thing), ROBOTS, planning=True)
+    data = compiled.data()
+    assert thing.joint is not None
+    there = thing.joint.moved(thing.pose, 0.1)
+    compiled.place(data, "x", there)
+    mujoco.mj_kinematics(compiled.model, data)
+    assert max(compiled.pose(data, "x").distance(there)) < 1e-6
+
+
+@pytest.mark.parametrize(
+    ("thing", "says"),
+    [
+        (drawer("x", AT, "cabinett"), "nearest|cabinet"),
+        (drawer("x", AT, "cabinet", opened=0.3), "outside 0 .. 0.2"),
+        (replace(drawer("x", AT, "cabinet"), mass=None), "no mass"),
+        (door("x", AT, "cabinet", opened=math.pi), "outside 0 .. 1.3"),
+    ],
+)
+def test_what_cannot_be_used(thing: Thing, says: str) -> None:
+    with pytest.raises(UserError, match=says):
+        compile_world(world(thing), ROBOTS)
+
+
+def test_the_value_is_known_from_the_pose() -> None:
+    from cramlite.model import initial_belief
+
+    thing = door("x", AT, "cabinet", opened=0.2)
+    belief = initial_belief(world(thing), "arm", (0.0,) * 6, 0.08)
+    assert thing.joint is not None
+    assert joint_value(belief, "x", thing.joint.moved(thing.pose, 0.5)) == pytest.approx(0.7)
