@@ -151,8 +151,9 @@ def theirs(tasks: Sequence[Query], folder: File, families: Sequence[str]) -> lis
         half, most = np.quantile([a["ms"] for a in of], (0.5, 0.95))
         solved = [a["duration"] for a in of if "duration" in a]
         print(f"sscbirrt, {family}: solved {len(solved)} of {len(of)}; {half:.0f} ms median, {most:.0f} ms p95; {np.mean(solved):.2f} s")
-        numbers += [rate(f"sscbirrt, {family}", len(solved), len(of), "solved"), value(f"sscbirrt, {family}", half, "ms", "trajectory, median")]
-        numbers += [value(f"sscbirrt, {family}", most, "ms", "95 %"), value(f"sscbirrt, {family}", float(np.mean(solved)), "s", "duration, mean")]
+        name = f"sscbirrt, {family}"
+        numbers += [rate(name, len(solved), len(of), "solved"), value(name, half, "ms", "trajectory, median")]
+        numbers += [value(name, most, "ms", "95 %"), value(name, float(np.mean(solved)), "s", "duration, mean")]
     return numbers
 
 
