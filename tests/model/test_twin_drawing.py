@@ -20,5 +20,9 @@ def test_a_factor_is_never_so_low_that_nothing_is_left() -> None:
 
 def test_what_is_not_in_doubt_is_not_told() -> None:
     drawing = Drawing(1.0, 1)
-    assert drawing.number("poses", "block: x", 0.0, "mm", MM) == 0.0 == drawing.between("latency", "late", (0.0, 0.0), "ms", MM)
+    assert (
+        drawing.number("poses", "block: x", 0.0, "mm", MM)
+        == 0.0
+        == drawing.between("latency", "late", (0.0, 0.0), "ms", MM)
+    )
     assert drawing.draws == []
