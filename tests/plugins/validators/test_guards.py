@@ -78,6 +78,16 @@ def test_of_two_guards_of_one_name_the_harder_one_counts_and_a_harder_one_than_t
     assert guard_forces(felt(0.0, 40)) == [None] * COUNT
 
 
+@pytest.mark.parametrize(("begins", "known"), [(0, 0), (1, 3), (2, 4), (30, 32)])
+def test_the_first_samples_of_a_guard_are_of_the_code_before_it_unless_it_runs_first(begins: int, known: int) -> None:
+    base = felt(0.0, 40, guard())
+    assert base.rollout is not None
+    lines = np.full(COUNT, 9.0)
+    lines[begins:60] = 3.0
+    guards = guard_forces(replace(base, rollout=replace(base.rollout, lines=lines)))
+    assert [k for k, one in enumerate(guards) if one is not None] == list(range(known, 60))
+
+
 # Where they end
 
 
