@@ -145,6 +145,11 @@ def test_where_a_guard_ends_is_where_the_sample_after_its_code_has_it() -> None:
 def test_a_guard_that_need_not_meet_anything_goes_to_the_end_of_its_range(way: float, fine: bool) -> None:
     assert (said(gone(way), guard(expect="any")) == "") is fine
     assert said(gone(0.01, met=AT_END), guard(expect="any")) == ""
+    run = gone(0.03)
+    assert run.rollout is not None
+    joints = run.rollout.joints.copy()
+    joints[END:] = lowered(way)
+    assert (said(replace(run, rollout=replace(run.rollout, joints=joints)), guard(expect="any")) == "") is fine, "at its last sample"
 
 
 @pytest.mark.parametrize(("way", "fine"), [(0.05, True), (0.059, True), (0.061, False)])
@@ -155,7 +160,9 @@ def test_a_guard_goes_no_farther_than_its_range(way: float, fine: bool) -> None:
 @pytest.mark.parametrize(("way", "fine"), [(0.15, True), (0.159, True), (0.161, False)])
 def test_its_range_begins_where_the_part_in_the_air_leads(way: float, fine: bool) -> None:
     air = MoveLinear(forward(UR5E, lowered(0.1)), 0.1, 0.5, origin=ORIGIN)
-    assert (said(gone(way, met=AT_END), air, guard()) == "") is fine
+    high = replace(air, target=forward(UR5E, lowered(0.0)))
+    for before in ((air,), (high, air)):
+        assert (said(gone(way, met=AT_END), *before, guard()) == "") is fine, "the last part leads there"
     for other in (replace(air, relative="block"), Wait(1.0, origin=ORIGIN)):
         assert said(gone(way, met=AT_END), other, guard()) == "", "nobody knows where that is"
 
