@@ -188,6 +188,13 @@ def test_a_search_ends_within_its_radius() -> None:
     joints = run.rollout.joints.copy()
     joints[END] = lowered(0.019)
     assert said(replace(run, rollout=replace(run.rollout, joints=joints)), search) != "", "where it ends is its last sample"
+    assert said(replace(run, rollout=replace(run.rollout, joints=joints)), replace(search, frame=DOWN)) == ""
+
+
+@pytest.mark.parametrize(("sample", "held"), [(FIRST - 1, False), (FIRST, True), (END, True), (END + 1, False)])
+def test_a_rim_holds_a_search_while_its_code_runs(sample: int, held: bool) -> None:
+    search = SpiralSearch(DOWN, 3.0, 0.001, 0.008, 0.01, 0.002, 25.0, 9.0, origin=ORIGIN)
+    assert (said(felt(6.0, sample), search) == "") is held
 
 
 @pytest.mark.parametrize(("way", "fine"), [(0.021, True), (0.019, False), (0.05, True), (0.059, True), (0.061, False)])
