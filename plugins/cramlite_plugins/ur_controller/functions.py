@@ -68,7 +68,7 @@ class Functions:
         clock: Callable[[], float] = lambda: 0.0,
     ) -> None:
         self.arm, self.log = controller, log
-        self.registers, self.signals, self.clock = Registers(clock), Signals(log), Clock(clock)
+        self.registers, self.signals, self.clock = Registers(clock, log), Signals(log), Clock(clock)
         self.sockets = Sockets(controller.gripper_server, poses)
         self.streaming = Streaming(controller)
         self.settings = Settings(controller)
