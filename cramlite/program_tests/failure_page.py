@@ -13,7 +13,7 @@ from ..model.rollout import Rollout
 from ..plugin.catalogue import Knowledge
 from .miss import Miss
 
-SIZE = (640, 480)
+SIZE = (560, 420)
 """Width and height of a picture [pixel]."""
 BEFORE_S = 0.5
 """The second picture shows so long before the moment [s]."""
@@ -22,15 +22,16 @@ PAGE = """<!doctype html>
 <html lang="en"><meta charset="utf-8"><title>{{ lines[0] }}</title>
 <style>
 body { font: 15px/1.5 system-ui, sans-serif; margin: 2em auto; max-width: 90em; padding: 0 1em; color: #222 }
-h1 { font-size: 1.2em } figure { display: inline-block; margin: 0 1em 1em 0 } img { max-width: 100%; border: 1px solid #ccc }
+h1 { font-size: 1.2em } p { margin: .3em 0 } .run { display: flex; gap: 1em; margin: 1em 0 } figure { margin: 0; flex: 0 1 auto }
+img { max-width: 100%; border: 1px solid #ccc }
 figcaption { color: #666 } pre { background: #f6f6f4; padding: .5em; overflow-x: auto; line-height: 1.35 }
 .ran { background: #ffd9d0; display: block } .number { color: #999 }
 </style>
 <h1>{{ lines[0] }}</h1>
 {% for line in lines[1:] %}<p>{{ line }}</p>
 {% endfor %}
-{% for uri, says in pictures %}<figure><img src="{{ uri }}" alt="{{ says }}"><figcaption>{{ says }}</figcaption></figure>
-{% endfor %}
+<div class="run">{% for uri, says in pictures %}<figure><img src="{{ uri }}" alt="{{ says }}"><figcaption>{{ says }}</figcaption></figure>
+{% endfor %}</div>
 {% if messages %}<h2>What the program logged</h2><pre>{% for m in messages %}{{ "%8.2f s  "|format(m.time) }}{{ m.text }}
 {% endfor %}</pre>{% endif %}
 <h2>The program</h2><pre>{% for number, line in program %}<span{% if number == ran %} class="ran"{% endif %}><span

@@ -88,7 +88,7 @@ class ProgramRun:
             UserError: one is no goal, or names a thing that the world does not have.
         """
         __tracebackhide__ = True
-        return self._hold(f"ends{goals}", lambda way: _not_finished(way) or self._goals(way, goals))
+        return self._hold(_called("ends", goals), lambda way: _not_finished(way) or self._goals(way, goals))
 
     def stops(self, saying: str = "") -> ProgramRun:
         """Assert that the program does not come to its end: it halts by itself, or the controller stops it.
@@ -123,7 +123,7 @@ class ProgramRun:
         most = _quantity(within, "length")
         for thing in things:
             names_of(self.rollout, (thing,))
-        return self._hold(f"leaves{things}", lambda way: _moved(way, things, most))
+        return self._hold(_called("leaves", things), lambda way: _moved(way, things, most))
 
     def pushes(self, at_most: Quantity, *, after: Quantity = 0.0, before: Quantity | None = None) -> ProgramRun:
         """Assert the largest contact force at the tool, between two times.
@@ -232,6 +232,11 @@ class ProgramRun:
             lines.append("That twin: " + "; ".join(map(str, way.draws[:6])) + (" ..." if len(way.draws) > 6 else ""))
         write_failure_page(self.page, lines, way.rollout, miss, self.text, self.knowledge)
         raise ProgramFailure("\n".join([*lines, f"Drawn on {self.page}"]))
+
+
+def _called(name: str, words: Iterable[str]) -> str:
+    """An assertion as it was called."""
+    return f"{name}({', '.join(map(repr, words))})"
 
 
 def _ends(rollout: Rollout) -> float:

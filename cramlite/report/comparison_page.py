@@ -18,12 +18,15 @@ WIDTH, HEIGHT = 560, 110
 """Of a plot [pixel]."""
 POINTS = 600
 """Of a curve at most."""
+SPANS = {"rad": 0.1, "rad/s": 0.2, "N": 5.0}
+"""Smallest range of a plot, by unit: noise fills none."""
 
 PAGE = """<!doctype html>
 <html lang="en"><meta charset="utf-8"><title>{{ title }}</title>
 <style>
 body { font: 15px/1.5 system-ui, sans-serif; margin: 2em auto; max-width: 78em; padding: 0 1em; color: #222 }
-h1 { font-size: 1.3em } figure { display: inline-block; margin: 0 1em 1em 0 } figcaption { color: #555; font-size: .9em }
+h1 { font-size: 1.3em } p { margin: .2em 0 }
+figure { display: inline-block; margin: 0 1em 1em 0 } figcaption { color: #555; font-size: .9em }
 svg { background: #fafaf8; border: 1px solid #ddd } polyline { fill: none; stroke-width: 1.5 }
 .ran { stroke: #3b6ea5 } .logged { stroke: #c8502d } .parts { stroke: #888; stroke-dasharray: 4 3 }
 </style>
@@ -57,9 +60,11 @@ def write_comparison_page(file: Path, title: str, lines: Sequence[str], found: R
 def _plot(one: Compared, times: Floats) -> dict[str, str]:
     """The curves of one quantity, with one scale."""
     low, high = min(one.logged.min(), one.ran.min()), max(one.logged.max(), one.ran.max())
+    spare = max(0.0, SPANS.get(one.unit, 0.0) - (high - low)) / 2
     far, when = one.worst
     says = f"{one.name} [{one.unit}], {low:.3g} to {high:.3g}; differs most at {when:.2f} s, by {far:.3g}"
-    return {"says": says, "logged": _points(times, one.logged, low, high), "ran": _points(times, one.ran, low, high)}
+    edges = low - spare, high + spare
+    return {"says": says, "logged": _points(times, one.logged, *edges), "ran": _points(times, one.ran, *edges)}
 
 
 def _points(times: Floats, values: Floats, low: float, high: float) -> str:

@@ -94,7 +94,17 @@ def raw_check(scene: PlanningScene, count: int = 2000) -> float:
     return (time.process_time() - before) / count
 
 
-def peer(tasks: Sequence[Problem], folder: File) -> list[dict[str, Any]]:
+@dataclass(frozen=True)
+class Peer:
+    """A problem for sscbirrt: scene, start, goals and clearance [m]."""
+
+    scene: PlanningScene
+    start: Sequence[float]
+    goals: Sequence[Sequence[float]]
+    clearance: float
+
+
+def peer(tasks: Sequence[Peer], folder: File) -> list[dict[str, Any]]:
     """sscbirrt's answers, from a virtual environment that is made when there is none."""
     python = folder / "bin" / "python"
     if not python.exists():
@@ -102,8 +112,8 @@ def peer(tasks: Sequence[Problem], folder: File) -> list[dict[str, Any]]:
         subprocess.run([str(python), "-m", "pip", "install", "-q", *PEER], check=True)
     problems = [
         {
-            "mjcf": mjcf(t.scene), "start": t.start, "goals": inverse(t.scene.robot, t.goal, seed=t.start), "seed": k,
-            "speed": SPEED, "acceleration": ACCELERATION, "clearance": CLEARANCE,
+            "mjcf": mjcf(t.scene), "start": t.start, "goals": t.goals, "seed": k,
+            "speed": SPEED, "acceleration": ACCELERATION, "clearance": t.clearance,
         }
         for k, t in enumerate(tasks)
     ]  # fmt: skip
@@ -147,7 +157,8 @@ def main() -> None:
         if r.path is None:
             print(f"  problem {number}: {r.reason}")
     if options.peer:
-        answers = peer(tasks, options.peer)
+        given = [Peer(t.scene, t.start, inverse(t.scene.robot, t.goal, seed=t.start), CLEARANCE) for t in tasks]
+        answers = peer(given, options.peer)
         good = [(t, a) for t, a in zip(tasks, answers, strict=True) if "duration" in a]
         far = [smallest(t.scene, resampled([tuple(q) for q in a["path"]], STEP)) for t, a in good]
         numbers += line("sscbirrt", [a["ms"] for a in answers], [a["duration"] for _, a in good], far)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 from conftest import Run
 
@@ -37,7 +39,7 @@ def test_a_plan_and_that_there_is_none_are_found_within_that() -> None:
     assert not said
 
 
-def test_a_goal_without_the_planner_says_how_to_install_it(monkeypatch: pytest.MonkeyPatch, run: Run) -> None:
+def test_a_goal_without_the_planner_says_how_to_install_it(monkeypatch: pytest.MonkeyPatch, run: Run, tmp_path: Path) -> None:
     monkeypatch.setattr(symbolic_planner, "find_spec", lambda name: None)
-    ran = run("resolve", "hang_up_a_product")
+    ran = run("resolve", "hang_up_a_product", "--out", tmp_path / "run")
     assert ran.code == 2 and "pip install up-fast-downward" in ran.err and "Traceback" not in ran.err

@@ -78,6 +78,7 @@ def test_a_file_that_is_no_module(content: bytes, run: Run, tmp_path: Path) -> N
 
 EVERY_COMMAND = {
     "check": ("fetch_from_hanger",),
+    "compare": ("run", "log.csv"),
     "controller": ("--seconds", "0.1"),
     "execute": ("program.script", "--world", "fetch_from_hanger"),
     "judge": ("program.script", "--world", "fetch_from_hanger", "--goal", "coffee in basket"),

@@ -44,7 +44,7 @@ def test_a_suite(tmp_path: Path) -> None:
     (tmp_path / "test_cell.py").write_text(SUITE)
     said = suite(tmp_path, "--cramlite-pages", "pages")
     assert "2 failed, 2 passed" in said
-    assert "'block on shelf' is not reached" in said and "ProgramFailure: program, ends('block on shelf',)" in said
+    assert "'block on shelf' is not reached" in said and "ProgramFailure: program, ends('block on shelf')" in said
     assert re.search(rf"{tmp_path}/test_cell\.py:\d+: .*nowhere\.yaml", said) and "Traceback" not in said
     assert [p.name for p in (tmp_path / "pages").iterdir()] == ["test_cell.py__test_bad.html"]
 

@@ -6,7 +6,7 @@ import re
 from collections import Counter
 from collections.abc import Iterator
 
-from cramlite.model import Code, Value
+from cramlite.model import Code, Value, is_program_text
 from cramlite.plugin import Candidate, Cost, Finding, Validator, hookimpl
 
 SECTION = re.compile(r"^\s*# ---- \d+\.")
@@ -34,7 +34,9 @@ class Safeguards(Value):
 
     def check(self, candidate: Candidate) -> Iterator[Finding]:
         code, proven = candidate.code, candidate.proven
-        if code is None or proven is None or not any(SECTION.match(line) for line in proven.text.splitlines()):
+        if code is None or proven is None or code.text == proven.text or is_program_text(code.text):
+            return
+        if not any(SECTION.match(line) for line in proven.text.splitlines()):
             return
         wrong = list(_objections(_statements(code.text), _statements(proven.text), _outside(proven)))
         yield from (Finding(self.name, False, said) for said in wrong)
