@@ -149,7 +149,8 @@ def test_a_guard_that_need_not_meet_anything_goes_to_the_end_of_its_range(way: f
     assert run.rollout is not None
     joints = run.rollout.joints.copy()
     joints[END:] = lowered(way)
-    assert (said(replace(run, rollout=replace(run.rollout, joints=joints)), guard(expect="any")) == "") is fine, "at its last sample"
+    late = replace(run, rollout=replace(run.rollout, joints=joints))
+    assert (said(late, guard(expect="any")) == "") is fine, "at its last sample"
 
 
 @pytest.mark.parametrize(("way", "fine"), [(0.05, True), (0.059, True), (0.061, False)])
@@ -189,6 +190,17 @@ def test_a_search_ends_within_its_radius() -> None:
     joints[END] = lowered(0.019)
     assert said(replace(run, rollout=replace(run.rollout, joints=joints)), search) != "", "where it ends is its last sample"
     assert said(replace(run, rollout=replace(run.rollout, joints=joints)), replace(search, frame=DOWN)) == ""
+
+
+@pytest.mark.parametrize(("way", "fine"), [(0.02, True), (0.0, False)])
+def test_an_insertion_and_an_extraction_end_at_their_last_sample(way: float, fine: bool) -> None:
+    run = gone(0.0)
+    assert run.rollout is not None
+    joints = run.rollout.joints.copy()
+    joints[END:] = lowered(way)
+    moved = replace(run, rollout=replace(run.rollout, joints=joints))
+    assert (said(moved, ForceInsert(DOWN, 8.0, 0.03, 0.02, 25.0, 9.0, origin=ORIGIN)) == "") is fine
+    assert (said(moved, ForceExtract(DOWN, 8.0, (0.0, 0.0), 0.03, 0.02, 25.0, 9.0, origin=ORIGIN)) == "") is fine
 
 
 @pytest.mark.parametrize(("sample", "held"), [(FIRST - 1, False), (FIRST, True), (END, True), (END + 1, False)])
