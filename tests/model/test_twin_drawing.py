@@ -8,7 +8,7 @@ from cramlite.model.twin_drawing import LEAST, MM, Draw, Drawing
 
 
 @pytest.mark.parametrize(("value", "size", "share"), [(3.0, 4.0, 0.75), (-1.0, 4.0, -0.25), (0.0, 0.0, 0.0)])
-def test_a_share_is_of_the_largest_that_could_have_been_drawn(value: float, size: float, share: float) -> None:
+def test_a_share_is_of_the_largest_possible(value: float, size: float, share: float) -> None:
     assert Draw("poses", "block: x", value, size, "mm").share == share
 
 
