@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Iterator, Mapping
+from difflib import SequenceMatcher
 
 from cramlite.model import (
     Code,
@@ -105,7 +106,7 @@ def _objections(lines: list[str], proven: list[str], guards: list[str]) -> Itera
     left = iter(lines)
     lost = next((g for g in guards if not any(_keeps(line, g) for line in left)), "")
     if lost:
-        yield f"'{lost}' of the proven text is gone, changed or not in its place"
+        yield f"'{_missing(lines, guards) or lost}' of the proven text is gone, changed or not in its place"
     new = _new(lines, proven)
     kept = {m[1] for g in guards if g.startswith("global ") and (m := SETTING.match(g))}
     for k in new:
@@ -128,6 +129,13 @@ def _outside(proven: Code) -> list[str]:
     lines = proven.text.splitlines()
     first = next(k for k, line in enumerate(lines) if SECTION.match(line))
     return [s for s in _statements("\n".join(lines[:first])) if not POSE.match(s)]
+
+
+def _missing(lines: list[str], guards: list[str]) -> str:
+    """The first of the guards, but for force limits, that has no place among the lines; "" for none."""
+    blocks = SequenceMatcher(None, guards, lines, autojunk=False).get_matching_blocks()
+    there = {k for block in blocks for k in range(block.a, block.a + block.size)}
+    return next((g for k, g in enumerate(guards) if k not in there and not LIMIT.match(g)), "")
 
 
 def _keeps(line: str, guard: str) -> bool:

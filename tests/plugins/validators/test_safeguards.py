@@ -26,6 +26,9 @@ TEXT = """def place():
     textmsg("abort: ", reason)
     halt
   end
+  def fail(reason):
+    halt
+  end
   global lift_pose = p[0.5, 0.2, 0.151, 0.0, 3.141593, 0.0]
   global force_limit = 60.0  # protective limit on the TCP force [N]
   check_start([2.8, -1.7, 1.5, -1.3, -1.5, 1.2], 0.01)
@@ -60,7 +63,7 @@ def test_it_is_asked() -> None:
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [
-        ("    halt\n", "", "gone"),
+        ("    halt\n", "", "'halt' of the proven text is gone"),
         ("force_limit = 60.0", "force_limit = 60.1", "gone"),
         ("force_limit = 60.0", "force_limit = 0.0", "gone"),
         ("  check_start([2.8, -1.7, 1.5, -1.3, -1.5, 1.2], 0.01)\n", "", "check_start"),
@@ -81,6 +84,7 @@ def test_a_safeguard_that_is_lost(old: str, new: str, said: str) -> None:
     [
         ("def place", "def place"),
         ("force_limit = 60.0", "force_limit = 45.0"),
+        ("force_limit = 60.0", "force_limit = 60.00"),
         ("lift_pose", "taught_point"),
         ("0.151", "0.171"),
         ("  # protective limit on the TCP force [N]", ""),
@@ -89,10 +93,16 @@ def test_a_safeguard_that_is_lost(old: str, new: str, said: str) -> None:
         (MOVE, MOVE + "  sleep(0.5)\n"),
         (MOVE, MOVE + "  freedrive_mode()\n  sleep(0.5)\n  end_freedrive_mode()\n"),
         (MOVE, "  i = 0\n" + MOVE),
+        (MOVE, MOVE + '  move_gripper(0, 157, 33, "none", 3.0, "3.Opening/open")\n'),
     ],
 )
 def test_an_edit_beside_it_passes(old: str, new: str) -> None:
     assert objections(old, new) == []
+
+
+def test_a_limit_that_is_raised_is_named() -> None:
+    said = objections("force_limit = 60.0", "force_limit = 90.0")
+    assert said[0].startswith("'global force_limit = 60.0' of the proven text is gone")
 
 
 def test_only_an_edited_text_is_asked() -> None:
@@ -142,12 +152,12 @@ def steps(
     ]
 
 
-def typed(made: list[AnyStep], **more: object) -> list[str]:
+def typed(made: list[AnyStep], proven: list[AnyStep] | None = None, limit: float = 60.0, **more: object) -> list[str]:
     """What is said of an edited typed program."""
     base = good()
-    proven: Program = replace(base.program, steps=tuple(steps()), force_limit=60.0)
-    text = write_program(replace(proven, steps=tuple(made), **more))
-    asked = replace(base, program=proven, code=Code("", text, {}, ""), proven=Code("urscript", TEXT, {}, ".script"))
+    program: Program = replace(base.program, steps=tuple(proven or steps()), force_limit=limit)
+    text = write_program(replace(program, steps=tuple(made), **more))
+    asked = replace(base, program=program, code=Code("", text, {}, ""), proven=Code("urscript", TEXT, {}, ".script"))
     found = list(Safeguards().check(asked))
     assert found
     return [f.reason for f in found if not f.passed]
@@ -187,3 +197,19 @@ def test_a_typed_program_that_lost_a_safeguard(made: list[AnyStep], more: dict[s
 )
 def test_a_typed_edit_beside_it_passes(made: list[AnyStep], more: dict[str, object]) -> None:
     assert typed(made, **more) == []
+
+
+def test_where_no_force_was_limited_none_need_be() -> None:
+    assert typed(steps(), limit=0.0, name="other") == typed(steps(), limit=0.0, force_limit=80.0) == []
+
+
+def test_each_monitor_is_asked_for_in_its_order() -> None:
+    """Two watch the same steps, one after the other: one that stands for both is one too few."""
+    twice = [*steps(), Monitor((Wait(0.1, origin=LOWER),), force=10.0)]
+    assert typed(twice, proven=twice) == []
+    assert typed([*twice, *steps()], proven=twice) == []
+    (said,) = typed(twice[:-1], proven=twice)
+    assert "(force 10)" in said
+    once = [s for k, s in enumerate(twice) if k != 2]  # the closer one stands for the first, and nothing for the second
+    (said,) = typed(once, proven=twice)
+    assert "(force 10)" in said
