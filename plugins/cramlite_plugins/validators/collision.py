@@ -163,7 +163,7 @@ class _Contacts:
 
     def _left(self, held: str, k: int) -> bool:
         """What is held has been lifted: nothing of what it stood on has touched it for ``GAP``."""
-        return bool(self.times[k] - self.rested.get(held, -math.inf) > GAP)
+        return bool(self.times[k] - self.rested[held] > GAP)
 
     def _among_contents(self, task: str, k: int, pair: Pair) -> bool:
         """A task that brings a thing into a container lets it touch what lies in there."""
