@@ -14,6 +14,7 @@ import itertools
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from functools import cache, lru_cache
+from operator import sub
 from typing import Any
 
 import numpy as np
@@ -31,6 +32,7 @@ TURN = 2 * math.pi
 POLISH_M = 1e-9  # the Newton step stops below this position and rotation error [m, rad]
 EXACT = 1e-6  # a branch whose error stays above this is no solution [m, rad]
 SAME = 1e-5  # two branches nearer than this are one [rad]
+NEAR = math.pi / 4  # Newton's method that ends within this of its seed stayed on the branch [rad]
 SETTLING, SETTLED, FURTHEST = 40, 1e-3, 0.15
 """Steps of a self-motion, a step that is small enough to end it, and the largest [rad]."""
 BEYOND = -0.5
@@ -303,6 +305,17 @@ def _locked(robot: Robot, target: Pose, values: Iterable[float]) -> Iterator[Joi
 def nearest_branch(robot: Robot, target: Pose, seed: Sequence[float]) -> Joints | None:
     """Solve inverse kinematics on the branch of ``seed``, by Newton's method from it; joint limits are not checked."""
     return refine(robot, target, seed, steps=12)
+
+
+def nearest_solution(robot: Robot, target: Pose, seed: Sequence[float]) -> Joints | None:
+    """Solve inverse kinematics nearest to ``seed``, on whatever branch; singular positions are solutions, too.
+
+    Newton's method finds what is near; from farther away it ends on any branch or on none, and the closed form is asked.
+    """
+    own = nearest_branch(robot, target, seed)
+    if not has_closed_form(robot) or (own is not None and max(map(abs, map(sub, own, seed))) < NEAR):
+        return own
+    return next(iter(inverse(replace(robot, conditioning=0.0), target, seed=seed)), own)
 
 
 def _same(a: Joints, b: Joints) -> bool:

@@ -14,7 +14,7 @@ import numpy as np
 
 from cramlite.model import Floats, Pose
 
-from ..kinematics.kinematics import nearest_branch
+from ..kinematics.kinematics import nearest_solution
 from ..kinematics.timing import profile_for_duration
 from ..simulation.controller.controller import ABANDONED, Controller
 from ..simulation.controller.force_mode import ForceMode
@@ -68,7 +68,7 @@ class Functions:
         clock: Callable[[], float] = lambda: 0.0,
     ) -> None:
         self.arm, self.log = controller, log
-        self.registers, self.signals, self.clock = Registers(clock), Signals(log), Clock(clock)
+        self.registers, self.signals, self.clock = Registers(clock, log), Signals(log), Clock(clock)
         self.sockets = Sockets(controller.gripper_server, poses)
         self.streaming = Streaming(controller)
         self.settings = Settings(controller)
@@ -353,7 +353,7 @@ class Functions:
         return self.arm.kinematics.forward(np.array(numbers(q, len(self.arm.q), where)))
 
     def _solved(self, pose: Pose, near: Floats, where: str) -> Floats:
-        found = nearest_branch(self.arm.arm, pose, tuple(near))
+        found = nearest_solution(self.arm.arm, pose, tuple(near))
         if found is None:
             raise ScriptError(f"{where}: no joint position near here reaches {show(from_pose(pose))}")
         return np.array(found)

@@ -24,10 +24,11 @@ class Registers:
 
     Args:
         clock: the time [s].
+        log: is told of each digital output that changes, and when: nothing is wired to them, so that is all that they do.
     """
 
-    def __init__(self, clock: Callable[[], float]) -> None:
-        self.clock = clock
+    def __init__(self, clock: Callable[[], float], log: Callable[[str], None] = lambda _: None) -> None:
+        self.clock, self.log = clock, log
         self.fields: dict[str, Any] = {}
         self.written: dict[str, float] = {}
         self.watched: dict[str, tuple[float, str]] = {}
@@ -41,7 +42,7 @@ class Registers:
                 library[f"read_{way}_{kind}_register"] = self._reader(way, kind)
             library[f"write_output_{kind}_register"] = self._writer(kind)
         for name, first in FIRST.items():
-            library[f"set_{name}digital_out"], library[f"get_{name}digital_out"] = self._outputs(first)
+            library[f"set_{name}digital_out"], library[f"get_{name}digital_out"] = self._outputs(name, first)
         return library
 
     def write_inputs(self, values: dict[str, Any]) -> None:
@@ -64,13 +65,15 @@ class Registers:
         self.watched[show(variable_name)] = (1 / frequency, action)
         self.written[show(variable_name)] = self.clock()
 
-    def _outputs(self, first: int) -> tuple[Callable[[Any, Any], None], Callable[[Any], bool]]:
+    def _outputs(self, name: str, first: int) -> tuple[Callable[[Any, Any], None], Callable[[Any], bool]]:
         """Setter and getter of a kind of digital outputs; its bits begin at ``first``."""
         count = OUTPUTS - first if first == TOOL else OUTPUTS if first == 0 else 8
 
         def put(n: Any, b: Any) -> None:
             bit = 1 << first + numbered(n, count)
-            self.outputs = self.outputs | bit if b else self.outputs & ~bit
+            before, self.outputs = self.outputs, self.outputs | bit if b else self.outputs & ~bit
+            if self.outputs != before:
+                self.log(f"{name}digital_out({n}) is {'on' if b else 'off'}")
 
         def get(n: Any) -> bool:
             return bool(self.outputs >> first + numbered(n, count) & 1)

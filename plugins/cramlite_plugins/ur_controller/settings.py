@@ -13,7 +13,7 @@ import numpy as np
 
 from cramlite.model import Floats
 
-from ..kinematics.kinematics import nearest_branch
+from ..kinematics.kinematics import nearest_solution
 from ..simulation.controller.controller import Controller
 from ..simulation.controller.protective_stop import ProtectiveStop
 from .urscript.values import PoseValue, ScriptError, as_pose, from_pose, numbers, real
@@ -105,7 +105,7 @@ class Settings:
         place = as_pose(pose, "get_inverse_kin_has_solution")
         if tcp is not None:
             place = place * as_pose(tcp, "get_inverse_kin_has_solution").inverse() * self.arm.arm.gripper.tcp
-        return nearest_branch(self.arm.arm, place, tuple(near)) is not None
+        return nearest_solution(self.arm.arm, place, tuple(near)) is not None
 
     def is_within_safety_limits(self, pose: Any) -> bool:
         """Check whether joint positions are within their limits, or a pose has a solution."""

@@ -29,9 +29,23 @@ def test_outputs_are_kept_and_inputs_read_low_and_that_is_said() -> None:
         "  if get_standard_digital_in(4) == False:\n    textmsg(get_tool_analog_in(1) + get_standard_analog_in(0))\n  end\n"
         "  x = get_standard_digital_in(4)\n"
     )
-    assert lines[:4] == ["True", "0.25", "True", "7"]
+    outputs = ["standard_digital_out(1)", "configurable_digital_out(2)", "tool_digital_out(1)"]
+    assert lines[:3] == [f"{name} is on" for name in outputs]
+    assert lines[3:7] == ["True", "0.25", "True", "7"]
     assert next(line for line in lines if "wired" in line) == "get_standard_digital_in(4) reads False: nothing is wired to the inputs here"
     assert sum("get_standard_digital_in" in line for line in lines) == 1 and lines[-1] == "0"
+
+
+def test_a_digital_output_is_logged_when_it_changes() -> None:
+    lines = said("  set_tool_digital_out(0, True)\n  set_tool_digital_out(0, True)\n  set_tool_digital_out(0, False)\n")
+    assert lines == ["tool_digital_out(0) is on", "tool_digital_out(0) is off"]
+
+
+def test_inverse_kinematics_far_from_its_seed_is_the_nearest_solution() -> None:
+    near = "[1.7, -1.45, 1.78, -1.91, -1.57, 1.7]"  # halfway around the base
+    pose = "p[-0.5, -0.2, 0.2, 0, 3.1416, 0]"
+    solved = f"  q = get_inverse_kin({pose}, qnear={near})\n"
+    assert said(f"{solved}  textmsg(pose_dist(get_forward_kin(q), {pose}) < 0.001 and q[2] > 0)\n") == ["True"]
 
 
 @pytest.mark.parametrize(
