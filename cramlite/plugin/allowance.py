@@ -16,7 +16,7 @@ class Allowance(Value):
     Args:
         touches: pairs of things that may touch; ``HAND`` is the hand, ``HELD`` what it holds.
         moves: things that the task moves without holding them.
-        carries_on: whether what is held may touch what it stood or hung on when it was taken.
+        carries_on: whether what is held may touch what it stood or hung on when it was taken, until it was lifted from that.
         slides: whether what is held may be moved along what it touches.
         force: the most that the arm may feel while the task runs, beside what it carries [N]; None for the program's limit.
     """

@@ -110,6 +110,8 @@ class TaskType(ABC):
     """Pairs that may come to touch while it runs: names of roles, ``HAND``, and ``HELD`` for what the hand holds. None: the
     hand, what it holds, and the things of all roles, any two of them; what it holds may also touch what it was taken from.
     () for free motions: nothing. The judge of collisions objects to every other touch."""
+    carries_on: ClassVar[bool] = False
+    """True for a task that declares its ``touches`` and lets what it holds touch what it was taken from, until it was lifted from that."""
     moves: ClassVar[tuple[str, ...]] = ()
     """Roles whose things it moves without holding them, such as what is pushed. The judge of bystanders objects where any
     other thing moves that is not held."""
@@ -161,7 +163,7 @@ class TaskType(ABC):
         return Allowance(
             touches | {frozenset({HAND, HELD})},
             frozenset(things[r] for r in self.moves if r in things),
-            self.touches is None,
+            self.touches is None or self.carries_on,
             self.parameter(action, FORCE_LIMIT) if limited else None,
             self.slides,
         )

@@ -153,15 +153,16 @@ class ProgramRun:
         __tracebackhide__ = True
         return self._hold(f"logs({words!r})", lambda way: _not_logged(way, words))
 
-    def holds(self, claim: Callable[[Rollout], bool], says: str) -> ProgramRun:
+    def holds(self, claim: Callable[[Rollout], Any], says: str) -> ProgramRun:
         """Assert anything of a recorded run.
 
         Args:
-            claim: is given the record, and returns whether it is as it should be.
+            claim: is given the record, and returns whether it is as it should be: a truth value, or one for each sample (N,), of which
+                the first that is false is the moment of a failure.
             says: what it claims, for the message.
         """
         __tracebackhide__ = True
-        return self._hold(says, lambda way: None if claim(way.rollout) else Miss(f"it does not hold that {says}"))
+        return self._hold(says, lambda way: _claimed(way, claim, says))
 
     def matches(
         self,
@@ -243,6 +244,14 @@ def _ends(rollout: Rollout) -> float:
     """The time at which the program ended [s]."""
     lined = np.flatnonzero(rollout.lines)
     return float(rollout.times[lined[-1]]) if len(lined) else float(rollout.times[-1])
+
+
+def _claimed(way: Way, claim: Callable[[Rollout], Any], says: str) -> Miss | None:
+    found = np.asarray(claim(way.rollout), dtype=bool)
+    if found.all():
+        return None
+    when = float(way.rollout.times[int(found.argmin())]) if found.shape == way.rollout.times.shape else None
+    return Miss(f"it does not hold that {says}", when)
 
 
 def _not_finished(way: Way) -> Miss | None:

@@ -71,6 +71,14 @@ def test_what_a_type_declares_is_asked_of_those_who_fill_its_roles() -> None:
     assert found.moves == {"cup"} and found.force == 25.0
 
 
+def test_what_is_picked_up_touches_what_it_stood_on_only_as_it_goes_on_standing_there() -> None:
+    from cramlite import Engine
+
+    roles = {"Locatum": Object("it", entity="cup"), "Relatum": Object("on", entity="table")}
+    found = task_type(Engine().knowledge.tasks, "PickingUp").allowance(Action("1.x", "PickingUp", roles), {})
+    assert found.touches == pairs((HAND, "cup"), (HAND, "table"), (HAND, HELD)) and found.carries_on
+
+
 def test_an_action_may_lower_its_force() -> None:
     assert Careful().allowance(Action("1.Wiping", "x:Careful", ROLES, parameters={FORCE_LIMIT: 9}), {}).force == 9.0
     for free in (Wiping(), Swift()):

@@ -90,6 +90,12 @@ def test_a_failure_names_moment_and_line(picked: ProgramRun) -> None:
     assert f'class="ran"><span\n class="number">{int(line):4d} ' in picked.page.read_text()
 
 
+def test_a_claim_about_each_sample_names_the_first_that_is_wrong(picked: ProgramRun) -> None:
+    assert picked.holds(lambda r: r.times >= 0.0, "time passes") is picked
+    with pytest.raises(ProgramFailure, match=r"it does not hold that it is soon over\nAt 3\.00 s, line \d+"):
+        picked.holds(lambda r: r.times < 2.99, "it is soon over")
+
+
 def test_snapshots(picked: ProgramRun, tmp_path: Path) -> None:
     run = ProgramRun("pick", picked.text, picked.ways, picked.knowledge, tmp_path, tmp_path / "page.html")
     with pytest.raises(ProgramFailure, match="there was no snapshot"):

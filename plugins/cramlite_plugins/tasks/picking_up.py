@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from cramlite.model import Action, Belief, Hang, Location, Motion, Stage
-from cramlite.plugin import Decomposition, Parameter, Role, TaskType, Unresolvable, hookimpl
+from cramlite.plugin import HAND, Decomposition, Parameter, Role, TaskType, Unresolvable, hookimpl
 
 SWINGS = "it turns between the pads until it hangs"
 
@@ -15,6 +15,8 @@ class PickingUp(TaskType):
     aliases = ("PickUp", "Lift")
     roles = (Role("Locatum", aliases=("object",)), Role("Relatum", required=False))
     summary = "lift a held object straight up"
+    touches = ((HAND, "Locatum"), (HAND, "Relatum"))
+    carries_on = True
     slides = False
     parameters = (Parameter("height_m", 0.1, "clears the rim of a tray and leaves room for a free motion"),)
 

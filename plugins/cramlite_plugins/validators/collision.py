@@ -122,6 +122,7 @@ class _Contacts:
         self.gripped = [{*explained.intersection(pressed[k : k + near + 1]), one} for k, one in enumerate(self.held)]
         self.last: dict[Pair, float] = {}  # when two that may touch last did [s]
         self.stood: dict[str, set[str]] = {}  # what a thing touched when it was taken
+        self.rested: dict[str, float] = {}  # when one that is held last touched something of that [s]
 
     def limit(self, k: int, pair: Pair) -> float | None:
         """The most that two may press each other at a sample [N]; None where they must not touch."""
@@ -158,7 +159,11 @@ class _Contacts:
         held, allowance = self.held[k], self.allowances.get(task, Allowance())
         if pair in allowance.touches or frozenset(HELD if one == held else one for one in pair) in allowance.touches:
             return True
-        return allowance.carries_on and held in pair and bool(pair & self.stood.get(held, set()))
+        return allowance.carries_on and held in pair and bool(pair & self.stood.get(held, set())) and not self._left(held, k)
+
+    def _left(self, held: str, k: int) -> bool:
+        """What is held has been lifted: nothing of what it stood on has touched it for ``GAP``."""
+        return bool(self.times[k] - self.rested[held] > GAP)
 
     def _among_contents(self, task: str, k: int, pair: Pair) -> bool:
         """A task that brings a thing into a container lets it touch what lies in there."""
@@ -177,3 +182,6 @@ class _Contacts:
         taken = self.held[k]
         if taken and (k == 0 or self.held[k - 1] != taken):
             self.stood[taken] = {o for p in self.last if taken in p and HAND not in p and self._goes_on(k, p) for o in p - {taken}}
+            self.rested[taken] = float(self.times[k])
+        if pair & self.stood.get(taken, set()) and taken in pair:
+            self.rested[taken] = float(self.times[k])

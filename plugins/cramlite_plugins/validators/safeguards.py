@@ -4,9 +4,22 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from difflib import SequenceMatcher
 
-from cramlite.model import Code, Value, is_program_text
+from cramlite.model import (
+    Code,
+    Monitor,
+    MoveUntilContact,
+    Program,
+    SetGripper,
+    Value,
+    Wait,
+    ZeroSensor,
+    is_program_text,
+    read_program,
+    walk,
+)
 from cramlite.plugin import Candidate, Cost, Finding, Validator, hookimpl
 
 SECTION = re.compile(r"^\s*# ---- \d+\.")
@@ -16,17 +29,29 @@ LIMIT = re.compile(r"global force_limit = ([\d.]+)")
 EXPECTED = re.compile(r'"(object|none|contact)".*"([^"]+)"\)')
 """What a call of the fingers or of a guarded motion expects, and the step that it names."""
 
+CALL = re.compile(r"(\w+)\(")
+IDLE = {"sleep", "sync", "textmsg"}
+"""Calls that only wait or speak."""
+
+WATCHED = ("force", "slip", "time")
+"""What a monitor may watch: fields of ``Monitor``."""
+
 LEFT_ON = ("force_mode", "freedrive_mode", "teach_mode")
 """States of a controller in which the arm gives way; ``end_`` before the name is the call that ends one."""
 
 
-class Safeguards(Value):
-    """Check that an edited URScript text keeps the safeguards of the one that it was edited from.
+Asked = Mapping[str, set[str]]
+"""By step, what its calls expect, or what they are."""
 
-    Safeguards are the statements before the first task that are no poses, in their order (functions, force limit,
-    start check, watchdog), and what a call of a step expects. A lower force limit keeps them; other statements may stand between. A line
-    that is new does not set a variable that they set, nor kill their thread, and ends each state in which the arm
-    gives way.
+
+class Safeguards(Value):
+    """Check that an edited program keeps the safeguards of the one that it was edited from.
+
+    Safeguards of a URScript text are the statements before the first task that are no poses, in their order (functions, force
+    limit, start check, watchdog); other statements may stand between. A line that is new does not set a variable that they set,
+    nor kill their thread, and ends each state in which the arm gives way. Those of a typed program are its force limit, where it
+    must be started, and what its control steps watch. In both, a lower force limit keeps them, a step expects what it did, and
+    one that tares the sensor still does.
     """
 
     name: str = "safeguards"
@@ -34,21 +59,54 @@ class Safeguards(Value):
 
     def check(self, candidate: Candidate) -> Iterator[Finding]:
         code, proven = candidate.code, candidate.proven
-        if code is None or proven is None or code.text == proven.text or is_program_text(code.text):
+        if code is None or proven is None or code.text == proven.text:
             return
-        if not any(SECTION.match(line) for line in proven.text.splitlines()):
+        if is_program_text(code.text):
+            wrong = list(_typed_objections(read_program(code.text).program, candidate.program))
+        elif any(SECTION.match(line) for line in proven.text.splitlines()):
+            wrong = list(_text_objections(code, proven, candidate.program))
+        else:
             return
-        wrong = list(_objections(_statements(code.text), _statements(proven.text), _outside(proven)))
         yield from (Finding(self.name, False, said) for said in wrong)
         if not wrong:
-            yield Finding(self.name, True, "the text watches over its tasks as the one that was proven")
+            yield Finding(self.name, True, "the program watches over its tasks as the one that was proven")
+
+
+def _text_objections(code: Code, proven: Code, program: Program) -> Iterator[str]:
+    lines, old = _statements(code.text), _statements(proven.text)
+    yield from _objections(lines, old, _outside(proven))
+    yield from _no_longer_asked(_expected(lines), _expected(old))
+    tares = _tares(program) - {s.origin for s in walk(program.steps) if not isinstance(s, ZeroSensor | Wait)}
+    yield from _no_longer_called(_called(code, tares), _called(proven, tares))
+
+
+def _typed_objections(program: Program, proven: Program) -> Iterator[str]:
+    if proven.force_limit > 0 and not 0 < program.force_limit <= proven.force_limit:
+        yield f"force_limit is {program.force_limit:g} N, that of the proven program {proven.force_limit:g} N"
+    if program.start != proven.start:
+        yield "start is not that of the proven program: it may begin where it was not proven"
+    yield from _no_longer_asked(_expected_by(program), _expected_by(proven))
+    yield from _no_longer_called(*({o: {"ZeroSensor"} for o in _tares(p)} for p in (program, proven)))
+    yield from _no_longer_watched(program, proven)
+
+
+def _no_longer_asked(asked: Asked, said: Asked) -> Iterator[str]:
+    for step in said.keys() & asked.keys():
+        if said[step] - asked[step]:
+            yield f"{step} no longer asks for '{min(said[step] - asked[step])}': its failure would go unnoticed"
+
+
+def _no_longer_called(called: Asked, said: Asked) -> Iterator[str]:
+    for step in said:
+        if lost := said[step] - called.get(step, set()):
+            yield f"{step} no longer calls '{min(lost)}': what is felt after it begins with a force that is no contact"
 
 
 def _objections(lines: list[str], proven: list[str], guards: list[str]) -> Iterator[str]:
     left = iter(lines)
     lost = next((g for g in guards if not any(_keeps(line, g) for line in left)), "")
     if lost:
-        yield f"'{lost}' of the proven text is gone, changed or not in its place"
+        yield f"'{_missing(lines, guards) or lost}' of the proven text is gone, changed or not in its place"
     new = _new(lines, proven)
     kept = {m[1] for g in guards if g.startswith("global ") and (m := SETTING.match(g))}
     for k in new:
@@ -59,10 +117,6 @@ def _objections(lines: list[str], proven: list[str], guards: list[str]) -> Itera
         for state in LEFT_ON:
             if lines[k].startswith(f"{state}(") and f"end_{state}()" not in lines[k:]:
                 yield f"'{state}' is switched on and nothing behind it switches it off: the arm gives way"
-    asked, said = _expected(lines), _expected(proven)
-    for step in said.keys() & asked.keys():
-        if said[step] - asked[step]:
-            yield f"{step} no longer asks for '{min(said[step] - asked[step])}': its failure would go unnoticed"
 
 
 def _statements(text: str) -> list[str]:
@@ -75,6 +129,13 @@ def _outside(proven: Code) -> list[str]:
     lines = proven.text.splitlines()
     first = next(k for k, line in enumerate(lines) if SECTION.match(line))
     return [s for s in _statements("\n".join(lines[:first])) if not POSE.match(s)]
+
+
+def _missing(lines: list[str], guards: list[str]) -> str:
+    """The first of the guards, but for force limits, that has no place among the lines; "" for none."""
+    blocks = SequenceMatcher(None, guards, lines, autojunk=False).get_matching_blocks()
+    there = {k for block in blocks for k in range(block.a, block.a + block.size)}
+    return next((g for k, g in enumerate(guards) if k not in there and not LIMIT.match(g)), "")
 
 
 def _keeps(line: str, guard: str) -> bool:
@@ -99,6 +160,49 @@ def _expected(lines: list[str]) -> dict[str, set[str]]:
         if line.startswith(("move_gripper(", "move_until_contact(")):
             steps.setdefault(line.rsplit('"', 2)[1], set()).update(m[1] for m in [EXPECTED.search(line)] if m)
     return steps
+
+
+def _expected_by(program: Program) -> dict[str, set[str]]:
+    """What the steps of each origin expect, also "" where one expects nothing."""
+    steps: dict[str, set[str]] = {}
+    for step in walk(program.steps):
+        if isinstance(step, SetGripper | MoveUntilContact):
+            steps.setdefault(step.origin, set()).update({step.expect} - {"any"})
+    return steps
+
+
+def _tares(program: Program) -> set[str]:
+    """Origins of steps that tare the sensor."""
+    return {s.origin for s in walk(program.steps) if isinstance(s, ZeroSensor)}
+
+
+def _called(code: Code, origins: set[str]) -> dict[str, set[str]]:
+    """Functions that the code of some origins calls, but for those that only wait or speak."""
+    found: dict[str, set[str]] = {}
+    for first, origin in code.origins.items():
+        if origin in origins:
+            calls = {m[1] for line in code.lines_of(first) if (m := CALL.match(line))}
+            found.setdefault(origin, set()).update(calls - IDLE)
+    return found
+
+
+def _no_longer_watched(program: Program, proven: Program) -> Iterator[str]:
+    """What monitors of the proven program watch, in their order, and those of another do not, or less closely."""
+    left = [s for s in walk(program.steps) if isinstance(s, Monitor)]
+    for one in (s for s in walk(proven.steps) if isinstance(s, Monitor)):
+        same = next((k for k, other in enumerate(left) if _watches(other, one)), None)
+        if same is None:
+            what = ", ".join(f"{name} {value:g}" for name in WATCHED if (value := getattr(one, name)) is not None)
+            yield f"nobody watches any more what a step of the proven program watched ({what}), or less closely"
+        else:
+            left = left[same + 1 :]
+
+
+def _watches(one: Monitor, other: Monitor) -> bool:
+    """Whether a monitor watches all that another does, as closely."""
+    limits = ((getattr(one, name), getattr(other, name)) for name in WATCHED)
+    same_origins = {s.origin for s in walk(other.steps)} <= {s.origin for s in walk(one.steps)}
+    return same_origins and all(there is None or (own is not None and own <= there) for own, there in limits)
 
 
 @hookimpl

@@ -23,10 +23,11 @@ from cramlite.model import (
     Value,
     Wait,
     ZeroSensor,
+    enclosing_names,
     task_of,
     walk,
 )
-from cramlite.plugin import Candidate, Cost, Finding, Validator, hookimpl
+from cramlite.plugin import Allowance, Candidate, Cost, Finding, Validator, hookimpl
 
 from .grips import held_at
 from .step_ends import wrong_end
@@ -35,6 +36,7 @@ from .task_times import origins
 SHORT = 0.04  # ways below are not judged [m]: a tool that is led lags by up to 5 mm, and touches begin up to 30 mm early
 SHARE = 0.4  # of its way a step covers at least: half of a tilt empties a jug, and a tenth is left for lag
 LEAN = np.radians(10.0)  # of what is held, when a task ends: as far from the vertical is upright (predicates/attitudes.py)
+AHEAD = 0.01  # of the hand's way, what it pushes gets so much farther [m]: as far as a hand may be off (``step_ends``)
 LEVER = 0.1  # a turn of 1 rad counts as so much way [m]: what is held reaches about as far from the tool centre point
 
 
@@ -77,7 +79,8 @@ class Steps(Value):
     Each that has code in the text that was proven has some in the text that ran. Steps that move the arm, the fingers or the
     platform run in their order. Each motion to a stated pose covers its way: from where the hand is when the step's code
     begins it goes at least ``SHARE`` of the way to that pose, measured along that way, position and rotation taken together. A motion that
-    feels ends as it is meant to, in the range that the plan gives it (``step_ends``). What is in the hand when a task has moved the arm
+    feels ends as it is meant to, in the range that the plan gives it (``step_ends``). What a task pushes gets, in one step, as far
+    as the hand was to go from where it was, and ``AHEAD``. What is in the hand when a task has moved the arm
     for the last time leans as the plan has it there: the tasks that follow begin with that.
 
     Steps inside a control step are left to the run, which decides about them.
@@ -107,6 +110,7 @@ class Steps(Value):
         for k in judged:
             yield from self._way(candidate, stages[k], _when(turns, k))
             yield from self._felt(candidate, stages[k], _when(turns, k))
+            yield from self._pushed(candidate, stages[k], _when(turns, k))
         yield from self._leaning(candidate, [(stages[k], _when(turns, k)) for k in judged])
 
     def _late(self, candidate: Candidate, stages: list[Stage], turn: tuple[int, int, int]) -> Finding:
@@ -134,6 +138,20 @@ class Steps(Value):
         reason = wrong_end(candidate, stage.steps, ran)
         if reason:
             yield Finding(self.name, False, f"{stage.origin} was not carried out: {reason}", origin=stage.origin)
+
+    def _pushed(self, candidate: Candidate, stage: Stage, ran: Ran) -> Iterator[Finding]:
+        assert candidate.rollout is not None
+        target = _target(candidate, stage)
+        if target is None or any(s.relative for s in stage.steps):
+            return
+        planned = float(np.linalg.norm((target - _hand(candidate, ran.first))[:3, 3]))
+        for thing in sorted(_pushes(candidate, stage.origin)):
+            first, end = (candidate.rollout.poses[thing][k, :3] for k in ran)
+            far = float(np.linalg.norm(end - first))
+            if far > planned + AHEAD:
+                said = f"{stage.origin} pushed '{thing}' by {1000 * far:.0f} mm, where the hand was to go {1000 * planned:.0f} mm"
+                said = f"{said}, limit {1000 * AHEAD:.0f} mm more"
+                yield Finding(self.name, False, said, far, planned + AHEAD, "m", stage.origin, things=True)
 
     def _leaning(self, candidate: Candidate, ran: Iterable[tuple[Stage, Ran]]) -> Iterator[Finding]:
         assert candidate.rollout is not None
@@ -236,6 +254,13 @@ def _hand(candidate: Candidate, sample: int) -> Floats:
     """Where the tool is at a sample, as ``_target`` has it."""
     assert candidate.rollout is not None
     return _tool(candidate, candidate.rollout.joints[sample])
+
+
+def _pushes(candidate: Candidate, origin: str) -> set[str]:
+    """Loose things that a step's task moves without holding them."""
+    loose = {t.name for t in candidate.world.things if t.joint is None}
+    allowed = (candidate.allowances.get(task, Allowance()).moves for task in enclosing_names(origin))
+    return loose & set[str]().union(*allowed)
 
 
 def _tool(candidate: Candidate, joints: Iterable[float]) -> Floats:

@@ -49,6 +49,13 @@ def _token(ready: Ready, draw: Random) -> str:
     return script.with_numbers(variable, lambda _: short).text
 
 
+def _half(ready: Ready, draw: Random) -> str:
+    """The vessel is turned back half of the way."""
+    name = _last_back(ready.script)
+    code = ready.script.code(name)
+    return ready.script.coded(name, code[: round(draw.uniform(0.4, 0.7) * len(code))]).text
+
+
 def _before_the_end(ready: Ready) -> list[float]:
     """Where the tool was before the last straight retreat, which ends where the run ends, or 120 mm before the hand goes home."""
     path = ready.run.poses["effector"][:, :3]
@@ -98,6 +105,7 @@ RULES: tuple[Rule, ...] = (
         differs,
         ". / left gone no",
     ),
+    rule("half_turned_back", "C", "what was tilted is turned back half of the way", "pour", _half, differs, "back Pouring"),
     rule(
         "token_retreat",
         "C",

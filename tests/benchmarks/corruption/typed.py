@@ -7,6 +7,7 @@ from collections.abc import Callable
 from random import Random
 from typing import Any
 
+from . import tracks
 from .bases import Ready
 from .deletions import differs
 from .order import fell, held_again, not_where_it_was
@@ -80,6 +81,30 @@ def _half_open(steps: Steps, draw: Random) -> Steps:
     return steps
 
 
+def _unguarded(ready: Ready, draw: Random) -> str:
+    """A safeguard of a step is lost: what the grip or the guarded motion expects, or the tare."""
+    program = ready.typed
+    steps = program["steps"]
+    which = draw.choice(("grip", "contact", "tare"))
+    if which == "tare":
+        k = found(steps, "PuttingDown/tare")
+        steps[k] = {"step": "Wait", "duration": 0.3, "origin": steps[k]["origin"]}
+    else:
+        kind = {"grip": "SetGripper", "contact": "MoveUntilContact"}[which]
+        next(s for s in steps if s["step"] == kind and s["expect"] in ("object", "contact"))["expect"] = "any"
+    return json.dumps(program, indent=1)
+
+
+def _unlimited(ready: Ready, draw: Random) -> str:
+    """The program's force limit is raised, or gone."""
+    return json.dumps({**ready.typed, "force_limit": draw.choice((0.0, 500.0))}, indent=1)
+
+
+def unwatched(seen: Seen) -> str:
+    """Say that a safeguard is lost, which is no harm in the run itself, if the thing came as far as before."""
+    return "a safeguard is lost" if tracks.apart(seen.run, seen.ready.run, seen.base.held) < 0.02 else ""
+
+
 def told_too_much(seen: Seen) -> str:
     """Say by how much what the program feels is wrong: the weight that it was told and that is not there."""
     if seen.run.force is None or seen.ready.run.force is None:
@@ -89,6 +114,8 @@ def told_too_much(seen: Seen) -> str:
 
 
 RULES: tuple[Rule, ...] = (
+    rule("typed_unguarded", "N", "a safeguard is lost", "typed", _unguarded, unwatched, "asks calls", times=6),
+    rule("typed_unlimited", "N", "the force limit is raised or gone", "typed", _unlimited, unwatched, "force_limit", times=4),
     rule(
         "typed_late_open",
         "B",

@@ -131,16 +131,55 @@ def test_what_is_held_and_lost_for_a_moment_is_still_pressed() -> None:
 
 
 def test_what_is_held_may_touch_what_it_stood_on_when_it_was_taken() -> None:
-    again = Touch("floor", "block", 40.0, 40.0)
-    assert said(Collision(), touching(range(40, 42), again)) == []
-    own = replace(good().allowances["2.PickingUp"], carries_on=False)
-    assert said(Collision(), allowing("2.PickingUp", own, touching(range(40, 42), again)))
+    """It stood on the floor and against the cup, which it meets once more before the floor is left."""
+
+    def leaning(carries_on: bool) -> Candidate:
+        rows = {**dict.fromkeys(range(TAKEN + 1), 1.0), LIFTED - 2: 9.0}
+        base = good().rollout
+        assert base is not None
+        more = tuple((*row, Touch("cup", "block", rows[k], 0.0)) if k in rows else row for k, row in enumerate(base.touches))
+        own = replace(good().allowances["1.Grasping"], carries_on=carries_on)
+        return allowing("1.Grasping", own, good(touches=more))
+
+    assert said(Collision(), leaning(True)) == []
+    assert said(Collision(), leaning(False))
+
+
+@pytest.mark.parametrize(
+    ("touched", "passes"),
+    [
+        ((LIFTED + 3,), True),  # it leaps 0.2 s high
+        ((LIFTED + 4,), False),
+        ((40,), False),  # it is pressed on the floor that it was lifted from
+        (tuple(range(LIFTED, 45)), True),  # it slides
+        (tuple(range(LIFTED + 2, 45, 3)), True),  # it rattles
+        (tuple(range(LIFTED + 2, 45, 5)), False),
+    ],
+)
+def test_a_support_is_left_once_nothing_was_touched_for_longer_than_contacts_rattle(touched: tuple[int, ...], passes: bool) -> None:
+    pressed = touching(touched, Touch("floor", "block", 14.0, 14.0))
+    assert (said(Collision(), pressed) == []) is passes
+
+
+def test_what_still_stands_on_one_of_two_has_left_neither() -> None:
+    """It leans on the cup, which it does not touch for a second while it is drawn along the floor."""
+
+    def drawn(last: int) -> Candidate:
+        floor = range(LIFTED, last)
+        base = touching(floor, Touch("floor", "block", 1.0, 1.0)).rollout
+        assert base is not None
+        at = {*range(TAKEN + 1), 45}
+        rows = tuple((*row, Touch("cup", "block", 9.0, 0.0)) if k in at else row for k, row in enumerate(base.touches))
+        return allowing("1.Grasping", pair("block", "cup"), candidate(replace(base, touches=rows)))
+
+    assert said(Collision(), drawn(45)) == []
+    assert said(Collision(), drawn(38))
 
 
 def test_what_it_stood_on_is_what_it_touched_in_that_moment() -> None:
     def after(last: int) -> Candidate:
-        """The cup is touched at the start up to a sample, and once more while the block is carried."""
-        return touching([*range(last + 1), 45], Touch("cup", "block", 1.0, 0.0), Touch("cup", "block", 9.0, 0.0))
+        """The cup is touched at the start up to a sample, and once more while the block is lifted."""
+        return touching([*range(last + 1), LIFTED], Touch("cup", "block", 1.0, 0.0), Touch("cup", "block", 9.0, 0.0))
 
     assert said(Collision(), after(TAKEN - 4)) == []  # 0.2 s before it was taken
     assert said(Collision(), after(TAKEN - 5))
@@ -232,7 +271,7 @@ def test_a_thing_that_is_taken_twice_is_asked_what_it_stands_on_each_time() -> N
         rows = []
         for k, row in enumerate(both.rollout.touches):
             kept = tuple(t for t in row if k not in lifted or {t.a, t.b} != {"block", "shelf"})
-            rows.append((*kept, Touch("block", place, 30.0, 0.0)) if k == 88 else kept)
+            rows.append((*kept, Touch("block", place, 30.0, 0.0)) if k == 84 else kept)
         made = candidate(replace(both.rollout, opening=opening, touches=tuple(rows)))
         twice = (*HANDOVERS, Handover("block", "4.ParkingArms/move", taken=True))
         return replace(allowing("4.ParkingArms", pair(HAND, "block"), made), handovers=twice)
@@ -245,9 +284,9 @@ def test_what_is_held_from_the_start_to_the_end_was_taken_at_the_start() -> None
     base = touching(range(COUNT), *(Touch(s, "block", 30.0, 0.0) for s in (LEFT, RIGHT)))
     assert base.rollout is not None
     held = replace(base.rollout, opening=np.full(COUNT, 0.06))
-    rows = tuple((*row, Touch("block", "floor", 30.0, 0.0)) if k == 48 else row for k, row in enumerate(held.touches))
+    rows = tuple((*row, Touch("block", "floor", 30.0, 0.0)) if k == LIFTED else row for k, row in enumerate(held.touches))
     assert said(Collision(), candidate(replace(held, touches=rows))) == []
-    rows = tuple((*row, Touch("block", "cup", 30.0, 0.0)) if k == 48 else row for k, row in enumerate(held.touches))
+    rows = tuple((*row, Touch("block", "cup", 30.0, 0.0)) if k == LIFTED else row for k, row in enumerate(held.touches))
     assert said(Collision(), candidate(replace(held, touches=rows)))
 
 
@@ -257,7 +296,7 @@ def test_what_is_held_at_the_first_sample_stood_on_what_it_touched_then() -> Non
     assert base.rollout is not None
     lines = np.where(np.arange(COUNT) < 2, 1, base.rollout.lines)
     for first, passes in ((0, True), (1, False)):
-        rows = tuple((*row, Touch("block", "cup", 9.0, 0.0)) if k in (first, 48) else row for k, row in enumerate(base.rollout.touches))
+        rows = tuple((*row, Touch("block", "cup", 9.0, 0.0)) if k in (first, LIFTED) else row for k, row in enumerate(base.rollout.touches))
         made = candidate(replace(base.rollout, opening=np.full(COUNT, 0.06), touches=rows, lines=lines))
         assert (said(Collision(), allowing("1.Grasping", pair("block", "cup"), made)) == []) is passes
 

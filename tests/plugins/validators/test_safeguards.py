@@ -6,7 +6,17 @@ import pytest
 from helpers.short_runs import good
 from msgspec.structs import replace
 
-from cramlite.model import Code
+from cramlite.model import (
+    AnyStep,
+    Code,
+    Monitor,
+    MoveUntilContact,
+    Program,
+    SetGripper,
+    Wait,
+    ZeroSensor,
+    write_program,
+)
 from cramlite.plugin import Finding
 from cramlite_plugins.validators.safeguards import Safeguards, validators
 
@@ -15,6 +25,9 @@ TEXT = """def place():
   global force_limit = 0.0
   def abort(reason):
     textmsg("abort: ", reason)
+    halt
+  end
+  def fail(reason):
     halt
   end
   global lift_pose = p[0.5, 0.2, 0.151, 0.0, 3.141593, 0.0]
@@ -37,7 +50,7 @@ end
 MOVE = "  movel(lift_pose, a=0.5, v=0.1)\n"
 
 
-CLOSE = '  move_gripper(255, 157, 33, "object", 3.0, "1.Grasping/close")  # 48 N\n'
+CALL = '  move_gripper(255, 157, 33, "object", 3.0, "1.Grasping/close")  # 48 N\n'
 FREE = "  freedrive_mode()\n"
 KILL = "  kill watchdog_thread\n"
 
@@ -63,7 +76,7 @@ def test_it_is_asked() -> None:
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [
-        ("    halt\n", "", "gone"),
+        ("    halt\n", "", "'halt' of the proven text is gone"),
         ("force_limit = 60.0", "force_limit = 60.1", "gone"),
         ("force_limit = 60.0", "force_limit = 0.0", "gone"),
         ("  check_start([2.8, -1.7, 1.5, -1.3, -1.5, 1.2], 0.01)\n", "", "check_start"),
@@ -98,15 +111,126 @@ def test_of_equal_lines_those_are_new_that_the_proven_text_has_not() -> None:
         (MOVE, MOVE + "  sleep(0.5)\n"),
         (MOVE, MOVE + "  freedrive_mode()\n  sleep(0.5)\n  end_freedrive_mode()\n"),
         (MOVE, "  i = 0\n" + MOVE),
-        (CLOSE, ""),  # whether a step is done is asked by others
-        (CLOSE, CLOSE + CLOSE.replace("1.", "9.")),
+        (CALL, ""),  # whether a step is done is asked by others
+        (CALL, CALL + CALL.replace("1.", "9.")),
+        (MOVE, MOVE + '  move_gripper(0, 157, 33, "none", 3.0, "3.Opening/open")\n'),
     ],
 )
 def test_an_edit_beside_it_passes(old: str, new: str) -> None:
     assert objections(old, new) == []
 
 
+def test_a_limit_that_is_raised_is_named() -> None:
+    said = objections("force_limit = 60.0", "force_limit = 90.0")
+    assert said[0].startswith("'global force_limit = 60.0' of the proven text is gone")
+
+
 def test_only_an_edited_text_is_asked() -> None:
     assert list(Safeguards().check(good())) == []
     assert findings(TEXT) == []
-    assert findings('{"format": 1}') == []  # a typed program has none of them
+
+
+TARE = "3.Placing/PuttingDown/tare"
+LOWER = "3.Placing/PuttingDown/lower"
+CLOSE = "1.Grasping/close"
+
+
+def tared(*lines: str) -> list[str]:
+    """What is said of a text whose tare has these lines, of which the proven one has a pause and the call."""
+
+    def code(*own: str) -> Code:
+        text = [*TEXT.splitlines()[:-3], f"  # {TARE}: no contact", *own, f"  # {LOWER}: down", "  sleep(0.1)", "end"]
+        first = text.index(f"  # {TARE}: no contact") + 1
+        return Code("urscript", "\n".join(text), {first: TARE, first + len(own) + 1: LOWER}, ".script")
+
+    steps = (ZeroSensor(origin=TARE), Wait(0.1, origin=LOWER))
+    base = good()
+    asked = replace(base, program=replace(base.program, steps=steps), code=code(*lines))
+    found = Safeguards().check(replace(asked, proven=code("  sleep(0.3)  # settle", "  zero_ftsensor()")))
+    return [f.reason for f in found if not f.passed]
+
+
+@pytest.mark.parametrize("lines", [("  sleep(0.3)",), ("  # zero_ftsensor()",), ('  textmsg("zero_ftsensor()")', "  sleep(0.3)")])
+def test_a_tare_that_is_a_pause_by_now(lines: tuple[str, ...]) -> None:
+    (reason,) = tared(*lines)
+    assert reason.startswith(f"{TARE} no longer calls 'zero_ftsensor'")
+
+
+@pytest.mark.parametrize("lines", [("  zero_ftsensor()",), ("  sleep(0.5)", "  zero_ftsensor()  # again", "  sync()")])
+def test_a_tare_beside_it_passes(lines: tuple[str, ...]) -> None:
+    assert tared(*lines) == []
+
+
+def steps(
+    limit: float | None = 20.0, slip: float | None = None, closes: str = "object", meets: str = "contact"
+) -> list[AnyStep]:
+    """Steps of a typed program."""
+    return [
+        SetGripper(0.0, 0.1, 48.0, closes, origin=CLOSE),  # type: ignore[arg-type]
+        ZeroSensor(origin=TARE),
+        Monitor((Wait(0.1, origin=LOWER),), force=limit, slip=slip),
+        MoveUntilContact((0.0, 0.0, -1.0), 0.01, 3.0, 0.03, 9.0, meets, origin=LOWER),  # type: ignore[arg-type]
+    ]
+
+
+def typed(made: list[AnyStep], proven: list[AnyStep] | None = None, limit: float = 60.0, **more: object) -> list[str]:
+    """What is said of an edited typed program."""
+    base = good()
+    program: Program = replace(base.program, steps=tuple(proven or steps()), force_limit=limit)
+    text = write_program(replace(program, steps=tuple(made), **more))
+    asked = replace(base, program=program, code=Code("", text, {}, ""), proven=Code("urscript", TEXT, {}, ".script"))
+    found = list(Safeguards().check(asked))
+    assert found
+    return [f.reason for f in found if not f.passed]
+
+
+@pytest.mark.parametrize(
+    ("made", "more", "said"),
+    [
+        (steps(), {"force_limit": 60.1}, "force_limit is 60.1 N"),
+        (steps(), {"force_limit": 0.0}, "force_limit is 0 N"),
+        (steps(), {"start": (0.0,) * 6}, "start is not that"),
+        (steps(closes="any"), {}, "no longer asks for 'object'"),
+        (steps(meets="any"), {}, "no longer asks for 'contact'"),
+        ([s for s in steps() if not isinstance(s, ZeroSensor)], {}, "no longer calls 'ZeroSensor'"),
+        ([Wait(0.3, origin=TARE) if isinstance(s, ZeroSensor) else s for s in steps()], {}, "no longer calls 'ZeroSensor'"),
+        (steps(limit=20.1), {}, "(force 20)"),
+        (steps(limit=None, slip=0.01), {}, "(force 20)"),
+        ([Wait(0.1, origin=LOWER) if isinstance(s, Monitor) else s for s in steps()], {}, "(force 20)"),
+    ],
+)  # fmt: skip
+def test_a_typed_program_that_lost_a_safeguard(made: list[AnyStep], more: dict[str, object], said: str) -> None:
+    (reason,) = typed(made, **more)
+    assert said in reason
+
+
+@pytest.mark.parametrize(
+    ("made", "more"),
+    [
+        (steps(), {"name": "other"}),
+        (steps(), {"force_limit": 45.0}),
+        (steps(limit=15.0), {}),
+        (steps(slip=0.01), {}),
+        ([Wait(1.0, origin=TARE), *steps(), Wait(1.0, origin=TARE)], {}),
+        ([Monitor((Wait(0.2, origin=CLOSE),), time=1.0), *steps()], {}),
+        ([Wait(0.1, origin=TARE) if isinstance(s, Wait) else s for s in steps()], {}),
+    ],
+)
+def test_a_typed_edit_beside_it_passes(made: list[AnyStep], more: dict[str, object]) -> None:
+    assert typed(made, **more) == []
+
+
+def test_where_no_force_was_limited_none_need_be() -> None:
+    assert typed(steps(), limit=0.0, name="other") == typed(steps(), limit=0.0, force_limit=80.0) == []
+
+
+def test_each_monitor_is_asked_for_in_its_order() -> None:
+    """Two watch the same steps, one after the other: one that stands for both is one too few."""
+    twice = [*steps(), Monitor((Wait(0.1, origin=LOWER),), force=10.0)]
+    assert typed(twice, proven=twice) == []
+    assert typed([*twice, *steps()], proven=twice) == []
+    (said,) = typed(twice[:-1], proven=twice)
+    assert "(force 10)" in said
+    once = [s for k, s in enumerate(twice) if k != 2]  # the closer one stands for the first, and nothing for the second
+    (said,) = typed(once, proven=twice)
+    assert "(force 10)" in said

@@ -16,6 +16,7 @@ from cramlite.model import (
     Fallback,
     Finding,
     ForceMove,
+    Joint,
     Joints,
     MoveJoints,
     MoveLinear,
@@ -25,7 +26,7 @@ from cramlite.model import (
     Wait,
     ZeroSensor,
 )
-from cramlite.plugin import Candidate
+from cramlite.plugin import Allowance, Candidate
 from cramlite_plugins.kinematics.kinematics import forward, inverse
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.validators.steps import Steps, _covered, _way, validators
@@ -313,3 +314,55 @@ def test_a_control_step_is_one_whatever_it_does_in_it() -> None:
     assert wrong(ran(steps, [(A, 20), ("2.Moving/a", 20), (C, 20)], hand, without=("2.Moving/b",))) == []
     (late,) = wrong(ran(steps, [(A, 20), (C, 20), ("2.Moving/b", 10)], {**hand, 40: up(0.0)}))
     assert late[0] == "2.Moving/a"
+
+
+# What is pushed
+
+
+PUSHING = "4.Pushing"
+PUSH = f"{PUSHING}/push"
+
+
+def pushing(far: float, *, hand: float = 0.06, step: AnyStep | None = None, moves: str = "cup") -> Candidate:
+    """A run in which the hand is to go 60 mm along x and goes so far, and the cup before it gets so far."""
+    x, y, z = HOME.position
+    there, gone = (Pose((x + way, y, z), HOME.quaternion) for way in (0.06, hand))
+    made = ran((step or line(PUSH, there),), [("", 10), (PUSH, 20)], {0: HOME, 20: gone})
+    assert made.rollout is not None
+    cup = made.rollout.poses["cup"].copy()
+    cup[25:, 0] += far
+    return replace(
+        made, rollout=replace(made.rollout, poses={**made.rollout.poses, "cup": cup}),
+        allowances={**made.allowances, PUSHING: Allowance(moves=frozenset({moves}))},
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(("far", "passes"), [(0.057, True), (0.069, True), (0.071, False), (0.12, False)])
+def test_what_is_pushed_gets_as_far_as_the_hand_was_to_go_and_slides_on_a_little(far: float, passes: bool) -> None:
+    found = wrong(pushing(far, hand=max(far, 0.06)))
+    assert (found == []) is passes
+    if not passes:
+        said = f"{PUSH} pushed 'cup' by {1000 * far:.0f} mm, where the hand was to go 60 mm, limit 10 mm more"
+        assert found == [(PUSH, said)]
+        (finding,) = (f for f in judged(pushing(far)) if not f.passed)
+        assert (finding.value, finding.limit) == (pytest.approx(far), pytest.approx(0.07)) and finding.things
+
+
+def test_a_hand_that_begins_nearer_pushes_less() -> None:
+    """The hand was to go 20 mm from where the step begins, as it is there already for the most part."""
+    x, y, z = HOME.position
+    nearer = replace(line(PUSH, Pose((x + 0.02, y, z), HOME.quaternion)))
+    assert wrong(pushing(0.029, hand=0.02, step=nearer)) == []
+    assert len(wrong(pushing(0.031, hand=0.02, step=nearer))) == 1
+
+
+def test_only_what_a_task_pushes_and_where_a_step_says_where_it_leads() -> None:
+    x, y, z = HOME.position
+    assert wrong(pushing(0.2, moves="shelf")) == []
+    assert wrong(pushing(0.2, moves="ghost")) == []
+    late = replace(line(PUSH, Pose((x + 0.06, y, z), HOME.quaternion)), relative="cup")
+    assert wrong(pushing(0.2, step=late)) == []
+    assert wrong(pushing(0.2, step=Drive((), 0.1, 0.1, 0.1, 0.1, origin=PUSH))) == []
+    made = pushing(0.2)
+    on_joint = tuple(replace(t, joint=Joint("slide", Pose(), 0.0, 1.0)) if t.name == "cup" else t for t in made.world.things)
+    assert wrong(replace(made, world=replace(made.world, things=on_joint))) == []

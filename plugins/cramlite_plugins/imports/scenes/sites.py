@@ -96,7 +96,7 @@ def _place(thing: Thing, site: tuple[Pose, Floats] | None, name: str) -> Feature
     size = {"width": round(2 * float(x), 5), "depth": round(2 * float(y), 5)}
     if 2 * z >= DEEP and ((low < middle) & (middle < high) & (low < top + OVER) & (top - OVER < high)).all() and _hollow(thing, middle):
         roof, floor = _next(thing, pose)
-        if roof is None or floor is not None:
+        if roof is None or floor is not None or roof >= z:
             return _within(pose, float(z), name, size, roof, floor)
     if 4 * x * y < LARGE or 2 * min(x, y) < NARROW:
         return None
@@ -104,8 +104,8 @@ def _place(thing: Thing, site: tuple[Pose, Floats] | None, name: str) -> Feature
 
 
 def _next(thing: Thing, pose: Pose) -> tuple[float | None, float | None]:
-    """How far what is next over and below a pose in its thing's frame is [m], None where nothing is; what has a roof and no floor
-    holds nothing, such as the underside of a table's top."""
+    """How far what is next over and below a pose in its thing's frame is [m], None where nothing is; a site that a board
+    runs through, with nothing below, is the underside of that: of a table's top."""
     middle, up = np.asarray(pose.position), np.asarray(pose.rotate((0.0, 0.0, 1.0)))
     met = ([low for low, _, _ in rays.spans(rays.body(thing.geoms), middle, way) if low >= 0] for way in (up, -up))
     roof, floor = (min(m, default=None) for m in met)
