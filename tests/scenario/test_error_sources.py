@@ -67,6 +67,23 @@ def test_a_size_of_a_new_source_beyond_its_most_is_refused() -> None:
         ErrorSpec(sinking="3 mm")
 
 
+@pytest.mark.parametrize(
+    ("key", "most", "beyond"),
+    [
+        ("position", "50 cm", "51 cm"),
+        ("angle", "3.2 rad", "3.3 rad"),
+        ("kinematics", "50 cm", "51 cm"),
+        ("calibration", "3.2 rad", "3.3 rad"),
+        ("lean", "0.2 rad", "0.21 rad"),
+        ("latency", ("8 ms", "1 s"), ("8 ms", "1.01 s")),
+    ],
+)
+def test_the_largest_error_of_a_file_is_taken_and_none_beyond_it(key: str, most: object, beyond: object) -> None:
+    assert getattr(ErrorSpec(**{key: most}), key)
+    with pytest.raises(ValidationError, match=key):
+        ErrorSpec(**{key: beyond})
+
+
 @pytest.mark.parametrize("seed", DRAWN)
 def test_a_seed_draws_the_twin_that_it_always_drew(seed: int) -> None:
     assert hashlib.sha256(as_json(twin(ErrorModel(), seed).draws).encode()).hexdigest()[:16] == DRAWN[seed]

@@ -71,7 +71,11 @@ def _force(step: AnyStep) -> float | None:
     """The most that a step presses with, by what ends it [N]; None where it does not feel."""
     if isinstance(step, Forced):
         return step.force_limit
-    return step.force + RISE * step.speed if isinstance(step, MoveUntilContact) else None
+    return _guard_force(step) if isinstance(step, MoveUntilContact) else None
+
+
+def _guard_force(step: MoveUntilContact) -> float:
+    return step.force + RISE * step.speed
 
 
 def _steps(candidate: Candidate) -> Mapping[str, list[AnyStep]]:
@@ -89,7 +93,7 @@ def guard_forces(candidate: Candidate) -> list[TaskForce | None]:
     guards: dict[str, TaskForce] = {}
     for step in walk(candidate.program.steps):
         if isinstance(step, MoveUntilContact):
-            own = TaskForce(_force(step) or 0.0, f"of {step.origin}, which ends at {step.force:g} N")
+            own = TaskForce(_guard_force(step), f"of {step.origin}, which ends at {step.force:g} N")
             guards[step.origin] = max(own, guards.get(step.origin, own), key=lambda guard: guard.most)
     known = origins(candidate)
     return [guards.get(origin) if origin == known[max(k - SPREAD, 0)] else None for k, origin in enumerate(known)]

@@ -78,6 +78,16 @@ def test_of_two_guards_of_one_name_the_harder_one_counts_and_a_harder_one_than_t
     assert guard_forces(felt(0.0, 40)) == [None] * COUNT
 
 
+@pytest.mark.parametrize(("begins", "known"), [(0, 0), (1, 3), (2, 4), (30, 32)])
+def test_the_first_samples_of_a_guard_are_of_the_code_before_it_unless_it_runs_first(begins: int, known: int) -> None:
+    base = felt(0.0, 40, guard())
+    assert base.rollout is not None
+    lines = np.full(COUNT, 9.0)
+    lines[begins:60] = 3.0
+    guards = guard_forces(replace(base, rollout=replace(base.rollout, lines=lines)))
+    assert [k for k, one in enumerate(guards) if one is not None] == list(range(known, 60))
+
+
 # Where they end
 
 
@@ -135,6 +145,12 @@ def test_where_a_guard_ends_is_where_the_sample_after_its_code_has_it() -> None:
 def test_a_guard_that_need_not_meet_anything_goes_to_the_end_of_its_range(way: float, fine: bool) -> None:
     assert (said(gone(way), guard(expect="any")) == "") is fine
     assert said(gone(0.01, met=AT_END), guard(expect="any")) == ""
+    run = gone(0.03)
+    assert run.rollout is not None
+    joints = run.rollout.joints.copy()
+    joints[END:] = lowered(way)
+    late = replace(run, rollout=replace(run.rollout, joints=joints))
+    assert (said(late, guard(expect="any")) == "") is fine, "at its last sample"
 
 
 @pytest.mark.parametrize(("way", "fine"), [(0.05, True), (0.059, True), (0.061, False)])
@@ -145,7 +161,9 @@ def test_a_guard_goes_no_farther_than_its_range(way: float, fine: bool) -> None:
 @pytest.mark.parametrize(("way", "fine"), [(0.15, True), (0.159, True), (0.161, False)])
 def test_its_range_begins_where_the_part_in_the_air_leads(way: float, fine: bool) -> None:
     air = MoveLinear(forward(UR5E, lowered(0.1)), 0.1, 0.5, origin=ORIGIN)
-    assert (said(gone(way, met=AT_END), air, guard()) == "") is fine
+    high = replace(air, target=forward(UR5E, lowered(0.0)))
+    for before in ((air,), (high, air)):
+        assert (said(gone(way, met=AT_END), *before, guard()) == "") is fine, "the last part leads there"
     for other in (replace(air, relative="block"), Wait(1.0, origin=ORIGIN)):
         assert said(gone(way, met=AT_END), other, guard()) == "", "nobody knows where that is"
 
@@ -171,6 +189,24 @@ def test_a_search_ends_within_its_radius() -> None:
     joints = run.rollout.joints.copy()
     joints[END] = lowered(0.019)
     assert said(replace(run, rollout=replace(run.rollout, joints=joints)), search) != "", "where it ends is its last sample"
+    assert said(replace(run, rollout=replace(run.rollout, joints=joints)), replace(search, frame=DOWN)) == ""
+
+
+@pytest.mark.parametrize(("way", "fine"), [(0.02, True), (0.0, False)])
+def test_an_insertion_and_an_extraction_end_at_their_last_sample(way: float, fine: bool) -> None:
+    run = gone(0.0)
+    assert run.rollout is not None
+    joints = run.rollout.joints.copy()
+    joints[END:] = lowered(way)
+    moved = replace(run, rollout=replace(run.rollout, joints=joints))
+    assert (said(moved, ForceInsert(DOWN, 8.0, 0.03, 0.02, 25.0, 9.0, origin=ORIGIN)) == "") is fine
+    assert (said(moved, ForceExtract(DOWN, 8.0, (0.0, 0.0), 0.03, 0.02, 25.0, 9.0, origin=ORIGIN)) == "") is fine
+
+
+@pytest.mark.parametrize(("sample", "held"), [(FIRST - 1, False), (FIRST, True), (END, True), (END + 1, False)])
+def test_a_rim_holds_a_search_while_its_code_runs(sample: int, held: bool) -> None:
+    search = SpiralSearch(DOWN, 3.0, 0.001, 0.008, 0.01, 0.002, 25.0, 9.0, origin=ORIGIN)
+    assert (said(felt(6.0, sample), search) == "") is held
 
 
 @pytest.mark.parametrize(("way", "fine"), [(0.021, True), (0.019, False), (0.05, True), (0.059, True), (0.061, False)])

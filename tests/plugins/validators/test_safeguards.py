@@ -17,6 +17,7 @@ from cramlite.model import (
     ZeroSensor,
     write_program,
 )
+from cramlite.plugin import Finding
 from cramlite_plugins.validators.safeguards import Safeguards, validators
 
 TEXT = """def place():
@@ -39,6 +40,8 @@ TEXT = """def place():
   move_gripper(255, 157, 33, "object", 3.0, "1.Grasping/close")  # 48 N
   # 2.PickingUp/lift: straight up
   movel(lift_pose, a=0.5, v=0.1)
+  # 3.Grasping/close: hold block again
+  move_gripper(255, 157, 33, "object", 3.0, "3.Grasping/close")  # 48 N
 
   kill watchdog_thread
 end
@@ -47,12 +50,22 @@ end
 MOVE = "  movel(lift_pose, a=0.5, v=0.1)\n"
 
 
+CALL = '  move_gripper(255, 157, 33, "object", 3.0, "1.Grasping/close")  # 48 N\n'
+FREE = "  freedrive_mode()\n"
+KILL = "  kill watchdog_thread\n"
+
+
+def findings(text: str) -> list[Finding]:
+    """What is said of a text that was edited from the proven one."""
+    edited, proven = (Code("urscript", t, {}, ".script") for t in (text, TEXT))
+    return list(Safeguards().check(replace(good(), code=edited, proven=proven)))
+
+
 def objections(old: str, new: str) -> list[str]:
-    """What is said of the text in which one part, which is there, stands for another."""
+    """What is said of the text in which one part stands for another: objections, or that nothing is wrong."""
     assert old in TEXT
-    codes = (Code("urscript", text, {}, ".script") for text in (TEXT.replace(old, new, 1), TEXT))
-    edited, proven = codes
-    found = Safeguards().check(replace(good(), code=edited, proven=proven))
+    found = findings(TEXT.replace(old, new, 1))
+    assert len({f.passed for f in found}) == 1
     return [f.reason for f in found if not f.passed]
 
 
@@ -70,21 +83,26 @@ def test_it_is_asked() -> None:
         ("catching = False", "catching = True", "catching"),
         (MOVE, "  kill watchdog_thread\n" + MOVE, "before the tasks are done"),
         (MOVE, MOVE + "  force_limit = 500.0\n", "sets what a safeguard"),
-        ('"object"', '"any"', "no longer asks for 'object'"),
+        ('"object"', '"any"', "1.Grasping/close no longer asks for 'object'"),
         (MOVE, MOVE + "  freedrive_mode()\n", "freedrive_mode"),
         (MOVE, MOVE + "  force_mode(lift_pose, [0, 0, 1, 0, 0, 0])\n", "force_mode"),
+        (MOVE, FREE + "  end_freedrive_mode()\n" + MOVE + FREE, "freedrive_mode"),
     ],
 )
 def test_a_safeguard_that_is_lost(old: str, new: str, said: str) -> None:
     assert any(said in reason for reason in objections(old, new))
 
 
+def test_of_equal_lines_those_are_new_that_the_proven_text_has_not() -> None:
+    assert len(objections(MOVE, KILL + MOVE)) == 1
+
+
 @pytest.mark.parametrize(
     ("old", "new"),
     [
-        ("def place", "def place"),
         ("force_limit = 60.0", "force_limit = 45.0"),
         ("force_limit = 60.0", "force_limit = 60.00"),
+        ("force_limit = 60.0", "force_limit = 0.5"),
         ("lift_pose", "taught_point"),
         ("0.151", "0.171"),
         ("  # protective limit on the TCP force [N]", ""),
@@ -93,6 +111,8 @@ def test_a_safeguard_that_is_lost(old: str, new: str, said: str) -> None:
         (MOVE, MOVE + "  sleep(0.5)\n"),
         (MOVE, MOVE + "  freedrive_mode()\n  sleep(0.5)\n  end_freedrive_mode()\n"),
         (MOVE, "  i = 0\n" + MOVE),
+        (CALL, ""),  # whether a step is done is asked by others
+        (CALL, CALL + CALL.replace("1.", "9.")),
         (MOVE, MOVE + '  move_gripper(0, 157, 33, "none", 3.0, "3.Opening/open")\n'),
     ],
 )
@@ -107,6 +127,7 @@ def test_a_limit_that_is_raised_is_named() -> None:
 
 def test_only_an_edited_text_is_asked() -> None:
     assert list(Safeguards().check(good())) == []
+    assert findings(TEXT) == []
 
 
 TARE = "3.Placing/PuttingDown/tare"

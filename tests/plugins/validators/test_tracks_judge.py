@@ -49,11 +49,13 @@ def test_a_thing_that_is_taken_carried_and_put_down_is_explained() -> None:
     assert only(JUDGE, replace(idle, handovers=())).reason == "nothing was in the hand, each time as a task of the plan says"
 
 
-def test_the_way_of_what_no_task_takes_is_told() -> None:
+@pytest.mark.parametrize(("before", "end"), [(0.2, 0.15), (0.15, 0.2)])
+def test_the_way_of_what_no_task_takes_is_told(before: float, end: float) -> None:
+    """The furthest, until its last sample in the hand."""
     carried, base = pinched("cup", PARKING), good().rollout
     assert carried.rollout is not None and base is not None
     x, last = 0.4, PARKING.stop - 1
-    knots = ((0, 0.0), (PARKING.start, 0.0), (last - 2, 0.1), (last - 1, 0.2), (last, 0.15), (last + 1, 0.3))
+    knots = ((0, 0.0), (PARKING.start, 0.0), (last - 2, 0.1), (last - 1, before), (last, end), (last + 1, 0.3))
     way = track(*((k, (x + by, -0.35, 0.2)) for k, by in knots))
     found = refused(replace(carried, rollout=replace(carried.rollout, poses={**base.poses, "cup": way})))
     assert found.value == pytest.approx(0.2) and "and moved by 200 mm" in found.reason and found.origin == "4.ParkingArms"
