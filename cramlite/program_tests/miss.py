@@ -8,9 +8,11 @@ import numpy as np
 
 from ..base.errors import UserError, nearest
 from ..base.value import Value
-from ..model.entity_name import thing_of
+from ..model.entity_name import EntityName, thing_of
 from ..model.rollout import Rollout, Touch
 
+EFFECTOR = "effector"
+"""The gripper in records."""
 HAND = "hand"
 """The gripper in assertions, whatever the robot is called."""
 
@@ -56,12 +58,9 @@ class Miss(Value):
 
 def name_is(recorded: str, asked: str) -> bool:
     """Check whether a name of a record is what was asked for: the whole of it, or the very part."""
-    whole = _recorded(asked)
-    return recorded == whole or ("/" not in asked and thing_of(recorded) == whole)
-
-
-def _recorded(asked: str) -> str:
-    return "effector" + asked.removeprefix(HAND) if thing_of(asked) == HAND else asked
+    name = EntityName.parse(asked)
+    wanted = EntityName(EFFECTOR if name.thing == HAND else name.thing, name.part)
+    return recorded == str(wanted) or (not wanted.part and thing_of(recorded) == wanted.thing)
 
 
 def names_of(rollout: Rollout, names: Iterable[str]) -> None:
@@ -78,5 +77,5 @@ def names_of(rollout: Rollout, names: Iterable[str]) -> None:
 
 def said_touch(touch: Touch) -> str:
     """Return the bodies of a contact, as a clause."""
-    one, other = (name.replace("effector", HAND) for name in (touch.a, touch.b))
+    one, other = (name.replace(EFFECTOR, HAND) for name in (touch.a, touch.b))
     return f"'{one}' touches '{other}'"

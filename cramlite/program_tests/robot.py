@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from functools import lru_cache
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from typing import Any
 
 from ..base.errors import UserError
@@ -142,7 +142,7 @@ class ProgramRobot:
             yield Way(f"twin {number} of {twins}" if number else "the run", rollout, twin.draws)
 
     def _page(self) -> Path:
-        kept = "".join(c if c.isalnum() or c in "-_." else "_" for c in self.place.name.split("/")[-1])
+        kept = "".join(c if c.isalnum() or c in "-_." else "_" for c in PurePosixPath(self.place.name).name)
         return self.place.pages / f"{kept}{f'-{self._count}' if self._count > 1 else ''}.html"
 
 

@@ -176,7 +176,7 @@ def test_what_is_changed_foreign_or_damaged_is_said(experiment: Path, tmp_path: 
     assert len(found) == 3 and all(again[name] == found[name] for name in ("O2-01", "O3-01"))
     scenario = experiment / "scenario.yaml"
     scenario.write_text(scenario.read_text().replace("mass: 300 g", "mass: 310 g"))
-    with pytest.raises(UserError, match=r"another run .different: scenario."):
+    with pytest.raises(UserError, match=r"another run .different: files."):
         run_experiment(order(experiment, out), lambda _: None)
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "thesis.tex").write_text("years of work")
