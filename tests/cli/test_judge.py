@@ -49,7 +49,8 @@ def test_the_text_of_a_run_passes_with_every_judge_that_the_run_had(run: Run, sh
     assert said["passed"] and {f["validator"] for f in said["findings"]} == {f["validator"] for f in first}
     assert [f["origin"] for f in said["findings"]] == [f["origin"] for f in first]
     typed = run("judge", shelf / "program.json", "--world", shelf, "--plan", shelf, "--json")
-    assert typed.code == 0 and {f["validator"] for f in json.loads(typed.out)["findings"]} == {f["validator"] for f in first}
+    asked = {f["validator"] for f in json.loads(typed.out)["findings"]}  # another text than the proven one: safeguards are compared
+    assert typed.code == 0 and asked == {"safeguards", *(f["validator"] for f in first)}
 
 
 @pytest.mark.heavy
