@@ -220,6 +220,11 @@ def test_a_typed_edit_beside_it_passes(made: list[AnyStep], more: dict[str, obje
     assert typed(made, **more) == []
 
 
+def test_limits_of_less_than_a_newton_are_limits() -> None:
+    assert typed(steps(), limit=0.8, force_limit=0.5) == typed(steps(), force_limit=0.5) == []
+    assert "force_limit is 0.9 N" in typed(steps(), limit=0.8, force_limit=0.9)[0]
+
+
 def test_where_no_force_was_limited_none_need_be() -> None:
     assert typed(steps(), limit=0.0, name="other") == typed(steps(), limit=0.0, force_limit=80.0) == []
 
