@@ -9,6 +9,7 @@ from benchmarks.corruption.bases import BASES, Ready, ready
 from benchmarks.corruption.cases import FIXED, OPEN, Case, fixed
 from benchmarks.corruption.judging import answer
 from benchmarks.corruption.rule import Seen
+from benchmarks.corruption.typed import unwatched
 
 from cramlite.plugin.catalogue import Knowledge
 from cramlite.plugin.selection import INSTALLED
@@ -48,6 +49,7 @@ def test_what_does_harm_is_refused_and_what_does_none_passes(case: Case, work: P
 
 @pytest.mark.parametrize("name", sorted({c.base for c in CASES}))
 def test_no_oracle_sees_harm_in_a_base_as_it_is(name: str, readies: dict[str, Ready]) -> None:
+    """Whether a safeguard is lost is seen in the text, and not in a run."""
     base = readies[name]
-    said = {r.name: r.oracle(Seen(base, base.run)) for r in OPEN if r.takes(base.base)}
+    said = {r.name: r.oracle(Seen(base, base.run)) for r in OPEN if r.takes(base.base) and r.oracle is not unwatched}
     assert not {rule: what for rule, what in said.items() if what}
