@@ -5,6 +5,8 @@ Source: Universal Robots, "Dashboard Server, e-Series": commands and their answe
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
+
 from .virtual_robot import IDLE, POWER_OFF, RUNNING, VirtualRobot
 
 GREETING = "Connected: Universal Robots Dashboard Server"
@@ -15,42 +17,47 @@ MODES = {POWER_OFF: "POWER_OFF", IDLE: "IDLE", RUNNING: "RUNNING"}
 VERSION = "URSoftware 5.12.0.1101319 (Mar 22 2022)"
 
 
+FIXED: Mapping[str, str] = {
+    "PolyscopeVersion": VERSION,
+    "version": VERSION,
+    "get serial number": "20225500000",
+    "close popup": "closing popup",
+    "close safety popup": "closing safety popup",
+    "is in remote control": "true",
+    "get operational mode": "AUTOMATIC",
+    "get loaded program": "No program loaded",
+    "isProgramSaved": "false",
+    "play": "Failed to execute: play",
+    "quit": "Disconnected",
+}
+"""Commands whose answer is always the same."""
+STATES: Mapping[str, Callable[[VirtualRobot], str]] = {
+    "get robot model": lambda r: r.model_name,
+    "running": lambda r: f"Program running: {str(r.running).lower()}",
+    "programState": lambda r: ("PLAYING" if r.running else "STOPPED") + " <unnamed>",
+    "safetystatus": lambda r: f"Safetystatus: {r.safety_status}",
+    "safetymode": lambda r: f"Safetymode: {r.safety_status}",
+    "robotmode": lambda r: f"Robotmode: {MODES[r.mode]}",
+}
+"""Commands that ask for a state."""
+
+
 def answer(line: str, robot: VirtualRobot) -> str:
     """Execute a dashboard command and return the answer."""
     words = line.strip()
-    fixed = {
-        "PolyscopeVersion": VERSION,
-        "version": VERSION,
-        "get serial number": "20225500000",
-        "get robot model": robot.model_name,
-        "close popup": "closing popup",
-        "close safety popup": "closing safety popup",
-        "is in remote control": "true",
-        "get operational mode": "AUTOMATIC",
-        "get loaded program": "No program loaded",
-        "isProgramSaved": "false",
-    }
-    if words in fixed:
-        return fixed[words]
+    if words in FIXED:
+        return FIXED[words]
+    if words in STATES:
+        return STATES[words](robot)
     match words:
         case "stop":
             robot.stop_program("stopped at the dashboard")
             return "Stopped"
-        case "running":
-            return f"Program running: {str(robot.running).lower()}"
-        case "programState":
-            return ("PLAYING" if robot.running else "STOPPED") + " <unnamed>"
-        case "safetystatus":
-            return f"Safetystatus: {robot.safety_status}"
-        case "safetymode":
-            return f"Safetymode: {robot.safety_status}"
         case "unlock protective stop":
             return "Protective stop releasing" if robot.unlock() else TOO_EARLY
         case "restart safety":
             robot.restart()
             return "Restarting safety"
-        case "robotmode":
-            return f"Robotmode: {MODES[robot.mode]}"
         case "power on":
             robot.power(IDLE)
             return "Powering on"
@@ -60,10 +67,6 @@ def answer(line: str, robot: VirtualRobot) -> str:
         case "brake release":
             robot.power(RUNNING)
             return "Brake releasing"
-        case "play":
-            return "Failed to execute: play"
-        case "quit":
-            return "Disconnected"
     if words.startswith("load "):
         return f"File not found: {words.removeprefix('load ')[:200]}"
     if words.startswith("popup "):
