@@ -60,7 +60,9 @@ class PegFit(Value):
     Args:
         play_m: radial play.
         push_m: way from the tip to where the hole comes to be.
+        feet: what the peg stands on: a thing that is led down to its root may touch that.
     """
 
     play_m: float
     push_m: float
+    feet: tuple[str, ...] = ()

@@ -8,10 +8,11 @@ from collections.abc import Iterator
 import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import Belief, Floats, Location, PegFit, Place, Pose, Remedy, Value, Vector3
+from cramlite.model import Belief, Floats, Location, PegFit, Place, Pose, Remedy, Thing, Value, Vector3
 from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 
 from ..motion_planning.reach import bound, causes, held_pose, taken_at, traverse
+from ..shapes import ray_casting
 from ..shapes.peg_fit import PLAY, aligned, play, stands
 from .reached import Arm, Candidate, Leg, reached
 
@@ -94,7 +95,7 @@ def insert(location: Location, belief: Belief, context: Context) -> Iterator[Gro
     steps = peg.onto
     centres = peg.root + peg.axis * peg.length + peg.over_tip + np.cumsum(steps, axis=0)
     depth = float(np.linalg.norm(steps[3]))
-    fit = PegFit(peg.play, depth + float(peg.over_tip @ peg.axis))
+    fit = PegFit(peg.play, depth + float(peg.over_tip @ peg.axis), _feet(peg, bound(context, location.of), belief))
 
     def candidates() -> Iterator[Candidate]:
         for side, hole in _ways_round(peg, belief, context):
@@ -120,6 +121,20 @@ def _held_so(location: Location, belief: Belief, context: Context) -> tuple[str,
     the grasp, but not how high the thing was lifted. All places where nobody knows the grasp."""
     grasps = taken_at(belief, context)
     return (*grasps, location.of or "") if grasps else causes(location, context)
+
+
+def _feet(peg: Peg, owner: str, belief: Belief) -> tuple[str, ...]:
+    """What is at or right below the root of a standing peg, beside its owner and the payload."""
+    if not stands(peg.axis):
+        return ()
+    apart = {owner, belief.held.thing if belief.held else ""}
+    return tuple(t.name for t in belief.world.things if t.name not in apart and _reaches(belief.pose(t.name), t, peg))
+
+
+def _reaches(pose: Pose, thing: Thing, peg: Peg) -> bool:
+    inverse = pose.inverse()
+    root, down = np.asarray(inverse.apply(_three(peg.root))), np.asarray(inverse.rotate(_three(-peg.axis)))
+    return any(low <= SHORT and high >= -GAP for low, high, _ in ray_casting.spans(ray_casting.body(thing.geoms), root, down))
 
 
 def _three(vector: Floats) -> Vector3:

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any
+
+from msgspec.structs import replace
 
 from cramlite.model import (
     Action,
@@ -11,12 +14,13 @@ from cramlite.model import (
     Location,
     Motion,
     Object,
+    Place,
     Stage,
     fallback,
     part_name,
     sequence,
 )
-from cramlite.plugin import Decomposition, Parameter, Role, TaskType, Unresolvable, hookimpl
+from cramlite.plugin import HELD, Allowance, Decomposition, Parameter, Role, TaskType, Unresolvable, hookimpl
 
 from ..shapes.peg_fit import stands
 
@@ -102,6 +106,12 @@ class InsertHoleOntoPeg(TaskType):
     def effects(self, action: Action, belief: Belief) -> Belief:
         relatum = action.roles["Relatum"].thing
         return belief.related(("hangs_on", action.roles["Locatum"].entity or "", relatum))
+
+    def allowance(self, action: Action, bindings: Mapping[str, Any]) -> Allowance:
+        """What is led down to a peg's root may touch what the peg stands on."""
+        own, place = super().allowance(action, bindings), bindings.get(self.begins_at(action).name)
+        feet = place.fit.feet if isinstance(place, Place) and place.fit else ()
+        return replace(own, touches=own.touches | {frozenset({HELD, foot}) for foot in feet})
 
     def begins_at(self, action: Action) -> Location:
         locatum, relatum = action.roles["Locatum"].name, action.roles["Relatum"].name
