@@ -114,7 +114,12 @@ def add_commands(add: Add) -> None:
     """Declare ``compare`` with its arguments."""
     compare = add("compare", _compare)
     compare.add_argument("run_folder", type=Path, metavar="run", help="a folder that resolve, or execute --out, wrote")
-    compare.add_argument("log", type=Path, help="CSV of RTDE outputs: timestamp, actual_q_0 to 5, if possible actual_TCP_force_0 to 5")
+    compare.add_argument(
+        "log", type=Path,
+        help="CSV of RTDE outputs: timestamp, actual_q_0 to 5, if possible actual_TCP_force_0 to 5",
+    )
     compare.add_argument("--within", metavar="ANGLE", help="by how much joints may differ (default 0.02 rad)")
     compare.add_argument("--html", type=Path, metavar="FILE", help="write a page with the curves")
-    compare.add_argument("--json", action="store_true")
+    compare.add_argument(
+        "--json", action="store_true", help="print as JSON: offset, seconds, worst of each quantity, parts"
+    )

@@ -231,4 +231,6 @@ def _show(examined: list[Examined]) -> None:
 def add_commands(add: Add) -> None:
     """Declare ``doctor`` with its arguments."""
     doctor = add("doctor", _doctor)
-    doctor.add_argument("--json", action="store_true", help="print what was found as JSON")
+    doctor.add_argument(
+        "--json", action="store_true", help="print as JSON: what, state and found of each line"
+    )

@@ -123,9 +123,12 @@ def add_commands(add: Add) -> None:
     command = add("import", import_scene)
     command.add_argument("scene", type=Path, help="an MJCF or URDF file")
     command.add_argument("--out", type=Path, metavar="FILE", help="write a scenario there; else only say what is understood")
-    sentence = "what is to be achieved, e.g. 'tin on tray'; can be given several times"
+    sentence = "what is to be achieved, such as 'tin on tray'; needs --out; may be given several times"
     command.add_argument("--goal", action="append", default=[], metavar="SENTENCE", help=sentence)
     command.add_argument("--force", action="store_true", help="write over a scenario that exists")
     command.add_argument("--robot", metavar="TYPE", help="who acts in the scenario; the first robot there is, if not said")
     command.add_argument("--keyframe", default="", metavar="NAME", help="the state that the scene starts in")
-    command.add_argument("--package", action="append", default=[], metavar="NAME=FOLDER", help="where a URDF's package is")
+    command.add_argument(
+        "--package", action="append", default=[], metavar="NAME=FOLDER",
+        help="where a URDF's package is; may be given several times",
+    )

@@ -216,7 +216,10 @@ def _judge(arguments: argparse.Namespace) -> int:
 
 def add_purpose(command: argparse.ArgumentParser) -> None:
     """Declare what a text is judged by."""
-    command.add_argument("--plan", default="", help="a run directory, its plan.json, or a scenario with tasks or a goal")
+    command.add_argument(
+        "--plan", default="",
+        help="what it is for: a run directory, its plan.json, or a scenario with tasks or a goal",
+    )
     command.add_argument(
         "--goal", action="append", default=[], help="what should hold in the end, such as 'coffee in basket'; may be given several times"
     )
@@ -225,8 +228,16 @@ def add_purpose(command: argparse.ArgumentParser) -> None:
 def add_commands(add: Add) -> None:
     """Declare ``judge`` with its arguments."""
     judge = add("judge", _judge)
-    judge.add_argument("program", type=Path, help="the text, e.g. an edited program.script of a run directory")
-    judge.add_argument("--world", required=True, help="a run directory, its world.json, or a scenario")
+    judge.add_argument("program", type=Path, help="the text, URScript or a typed program as JSON")
+    judge.add_argument(
+        "--world", required=True,
+        help="a run directory, its world.json, or a scenario, whose real world with this seed is taken",
+    )
     add_purpose(judge)
-    judge.add_argument("--seed", type=int, default=0, help="of a scenario's world and of the sensors' noise")
-    judge.add_argument("--json", action="store_true")
+    judge.add_argument(
+        "--seed", type=int, default=0, help="of a scenario's world and of the sensors' noise; default 0"
+    )
+    judge.add_argument(
+        "--json", action="store_true",
+        help="print as JSON: passed, reason, findings, advice, left_out, remarks",
+    )

@@ -256,16 +256,21 @@ def add_commands(add: Add) -> None:
     resolve = add("resolve", _resolve)
     resolve.add_argument("scenario", help="a scenario file, or the name of a shipped one")
     resolve.add_argument("--out", type=Path, help="run directory; default runs/SCENARIO-SEED")
-    resolve.add_argument("--seed", type=int, default=0, help="0 is the world as written; others vary it (default 0)")
+    resolve.add_argument(
+        "--seed", type=int, default=0, help="0 (default) is the world as written; others vary it"
+    )
     resolve.add_argument("--backend", help="code writer; default the robot's native language")
     resolve.add_argument("--demonstration", type=Path, help="another episode than the scenario's")
     resolve.add_argument(
         "--twins", type=int, metavar="N",
-        help="worlds drawn from the error model that a program is tried in, 0 for none (default: what the scenario says, or 8)",
-    )  # fmt: skip
+        help="worlds drawn from the error model in which a program is tried, 0 for none; default what the "
+            "scenario says, or 8",
+    )
     resolve.add_argument("--plan", type=Path, help="a PDDL plan for the scenario's goal, see 'cramlite goal --pddl'")
     resolve.add_argument(
-        "--reading", metavar="READING", help="of the demonstration: its number as 'cramlite interpret' lists them, or a task that it has"
+        "--reading", metavar="READING",
+        help="of the demonstration: its number as 'cramlite interpret' lists them, or a task that it has; "
+            "also reading: in the scenario",
     )
     resolve.add_argument("--no-report", action="store_true", help="do not write report.html and pictures")
     resolve.add_argument("--json", action="store_true", help="print the result as JSON")

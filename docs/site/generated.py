@@ -14,6 +14,7 @@ from types import FunctionType, ModuleType
 from typing import Any, get_args
 
 import figures  # beside this file, where MkDocs looks while it loads a hook
+import tables
 
 import cramlite
 import cramlite.model
@@ -37,7 +38,8 @@ def on_files(files: Any, config: Any) -> Any:
 
 
 def on_page_markdown(markdown: str, page: Any, config: Any, files: Any) -> str:
-    """What the tests read in comments is shown: the file that a block is, and the exit code of a command; and tables of figures."""
+    """Show what the tests read in comments (names of files, exit codes), and the tables of code and figures."""
+    markdown = tables.filled(markdown)
     if page.file.src_uri == figures.PAGE:
         markdown = figures.shown(markdown)
     markdown = re.sub(r"<!-- file: (.*?) -->\n\n?```(\w+)\n", r'```\2 title="\1"\n', markdown)

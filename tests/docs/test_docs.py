@@ -13,6 +13,7 @@ What a comment before a fenced block means:
 from __future__ import annotations
 
 import argparse
+import importlib.util
 import inspect
 import re
 import shlex
@@ -21,18 +22,17 @@ import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from types import UnionType
+from types import ModuleType, UnionType
 from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
 
 import pytest
 from msgspec.structs import fields
 from pydantic import BaseModel
 
-from cramlite import Budget, Engine, TaskSpec, data_folder, read_scenario
+from cramlite import Budget, Engine, TaskSpec, read_scenario
 from cramlite.base.quantities import Force, Time
 from cramlite.base.spec import Spec
-from cramlite.cli.main import main, parser
-from cramlite.cli.texts import tasks_json
+from cramlite.cli.main import main
 from cramlite.model import Pose
 from cramlite.plugin import Angle, Length, Mass, hookspecs, load_yaml
 from cramlite.plugin.registry import Registry
@@ -287,56 +287,54 @@ def test_budgets_are_documented() -> None:
     same(table_under("scenarios", "budget"), rows, "the table 'budget'")
 
 
-def test_every_object_model_is_documented() -> None:
+def _tables() -> ModuleType:
+    spec = importlib.util.spec_from_file_location("tables", ROOT / "docs" / "site" / "tables.py")
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+TABLES = _tables()
+
+
+def test_every_table_that_is_written_from_the_code_has_its_place() -> None:
+    marks = [(p, m) for p in PAGES for m in TABLES.MARK.findall(p.read_text())]
+    assert sorted(m for _, m in marks) == sorted(TABLES.everything())
+    for page, (kind, name) in marks:
+        found = TABLES.table(kind, name).splitlines()
+        assert len(found) > 2 and len({re.sub(r"\\\|", "", row).count("|") for row in found}) == 1, (page, kind, name)
+        assert kind not in ("options", "model") or f"\n## {name}\n" in page.read_text()
+
+
+def test_a_table_of_nothing_is_refused() -> None:
+    with pytest.raises(KeyError):
+        TABLES.filled("<!-- table: options fly -->")
+    assert "| `file` |" in TABLES.filled("# check\n\n<!-- table: options check -->\n")
+
+
+def test_every_parameter_of_an_object_model_that_needs_words_has_some() -> None:
     from cramlite_plugins.objects.products_and_fixtures import MODELS
 
     page = text_of("scenarios")
     for name, function in MODELS.items():
-        hints = get_type_hints(function, include_extras=True)
         own = [p for p in inspect.signature(function).parameters.values() if p.name not in ("name", "pose")]
-        same(
-            table_under("scenarios", name),
-            [
-                [f"`{p.name}`", kind_of(hints[p.name]), "required" if p.default is p.empty else default_of(p.default)]
-                for p in own
-            ],
-            f"the table of model '{name}'",
-        )
+        assert set(TABLES.explained(function)) <= {p.name for p in own}, name
         if all(p.default is not p.empty for p in own):
             assert function("x", Pose()).type in page
 
 
-def test_every_task_is_documented() -> None:
-    rules = {load_yaml(p)["task"]: p.name for p in data_folder("task_rules").glob("*.yaml")}
-    rows = []
-    for task in tasks_json(Engine().knowledge.tasks.values()):
-        roles = ", ".join(r["name"] + ("" if r["required"] else "?") for r in task["roles"])
-        numbers = ", ".join(f"{p['name']} = {p['default']:g}" for p in task["parameters"])
-        rule = rules.get(task["task"], "none")
-        rows.append([f"`{task['task']}`", ", ".join(task["aliases"]), roles, numbers, rule, task["summary"]])
-    same(table_under("tasks", "Task types"), rows, "the table of tasks")
-
-
 def _commands() -> dict[str, argparse.ArgumentParser]:
-    actions = parser()._actions
-    return dict(next(a for a in actions if isinstance(a, argparse._SubParsersAction)).choices)
+    return dict(TABLES.commands())
 
 
 @pytest.mark.parametrize("command", _commands())
-def test_every_command_is_documented(command: str) -> None:
+def test_every_option_is_explained(command: str) -> None:
     """Those that every command takes stand once, under "Common options"."""
-    rows = []
-    for action in _commands()[command]._actions[1:]:
-        name = ", ".join(action.option_strings) or str(action.metavar or action.dest)
-        value = "" if action.nargs == 0 or not action.option_strings else f" {action.metavar or action.dest.upper()}"
-        rows.append([f"`{name}{value}`"])
-    common = [row[:1] for row in table_under("cli", "Common options")]
-    assert rows[: len(common)] == common
-    own = rows[len(common) :]
-    if own:
-        same(table_under("cli", command), own, f"the table of command '{command}'")
-    else:
-        assert table_under("cli", command) == []
+    actions = _commands()[command]._actions[1:]
+    common = [row[0].strip("`") for row in table_under("cli", "Common options")]
+    assert [TABLES.argument(a) for a in actions[: len(common)]] == common
+    assert [TABLES.argument(a) for a in actions if len(a.help or "") < 5] == []
 
 
 def test_no_command_is_documented_that_there_is_not() -> None:
