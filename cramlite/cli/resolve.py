@@ -17,7 +17,7 @@ from ..base.run_directory import RunDirectory
 from ..engine.engine import make_engine
 from ..engine.scenario_doubts import changes_of_things, doubts, doubts_of_files
 from ..planning.budget import is_late
-from ..planning.failure import failure_text
+from ..planning.failure import brief_failure_text, failure_text
 from ..planning.heartbeat import interrupted_text
 from ..planning.trace import Trace, read_trace
 from ..plugin.selection import INSTALLED, PluginChoice
@@ -49,12 +49,14 @@ def resolve_scenario(
     report: bool = True,
     json_output: bool = False,
     twins: int | None = None,
+    verbose: bool = False,
 ) -> int:
     """Resolve a scenario, execute the first proven program once where there is a real world, and write the run directory.
 
     Args:
         meant: reading of the demonstration, by its number or a task; None for what the scenario says, or all.
         twins: in how many a program is tried before it counts as proven; None for what the scenario says, or 8.
+        verbose: whether a refusal has every cause, or three lines.
 
     Returns:
         0 when a program was proven and its first execution, if there was one, succeeded.
@@ -79,7 +81,7 @@ def resolve_scenario(
         with Progress(quiet=json_output) as say:
             solution = _accepted_solution(run, reading, setting, engine, trace, say, came, report=report)
         if solution is None:
-            raise _no_solution(run, trace, engine, seed, came, json_output=json_output)
+            raise _no_solution(run, trace, engine, seed, came, json_output=json_output, verbose=verbose)
     print(as_json(solution_summary(solution, run, engine, seed)) if json_output else solution_text(solution, str(run.path)))
     return _ended(solution, run, scenario)
 
@@ -149,14 +151,17 @@ def _report_nothing(
 
 
 def _no_solution(
-    run: RunDirectory, trace: Trace, engine: Engine, seed: int, came: Signals, *, json_output: bool
+    run: RunDirectory, trace: Trace, engine: Engine, seed: int, came: Signals, *, json_output: bool, verbose: bool
 ) -> NoSolution | PluginError | Interrupted:
     """What is raised where nothing was proven; as JSON it is printed before."""
     if json_output:
         print(as_json(failure_summary(trace, run, engine, seed)))
     if came.one():
         return Interrupted(f"What was tried until then: {run.path}. The same command goes on there.", came.number)
-    text = f"{failure_text(trace, engine.registry.faults)}\n  Every decision: cramlite explain {run.path}"
+    if verbose:
+        text = f"{failure_text(trace, engine.registry.faults)}\n  Every decision: cramlite explain {run.path}"
+    else:
+        text = brief_failure_text(trace, engine.registry.faults, str(run.path))
     return PluginError(text) if engine.registry.faults else NoSolution(text)
 
 
@@ -248,6 +253,7 @@ def _resolve(arguments: argparse.Namespace) -> int:
         report=not arguments.no_report,
         json_output=arguments.json,
         twins=arguments.twins,
+        verbose=arguments.verbose,
     )
 
 
@@ -273,4 +279,5 @@ def add_commands(add: Add) -> None:
             "also reading: in the scenario",
     )
     resolve.add_argument("--no-report", action="store_true", help="do not write report.html and pictures")
+    resolve.add_argument("--verbose", action="store_true", help="where nothing is proven, print every cause and not the first alone")
     resolve.add_argument("--json", action="store_true", help="print the result as JSON")
