@@ -57,7 +57,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     words = sys.argv[1:] if argv is None else argv
     arguments = parser([w for w in words[:1] if w in COMMANDS]).parse_args(words)
     try:
-        _heed(arguments)
+        _check_common_options(arguments)
         return int(arguments.run(arguments))
     except BrokenPipeError:
         return 0
@@ -99,7 +99,7 @@ def parser(asked: Collection[str] = COMMANDS.keys()) -> argparse.ArgumentParser:
     return whole
 
 
-def _heed(arguments: argparse.Namespace) -> None:
+def _check_common_options(arguments: argparse.Namespace) -> None:
     """A seed is one; plugins that are chosen can be had, also where a command asks none: the others see for themselves."""
     whole_seed(getattr(arguments, "seed", 0))
     if not arguments.asks_plugins and (arguments.plugin or arguments.block or arguments.prefer):

@@ -251,7 +251,7 @@ def _places(flight: Flight) -> list[str]:
     if program is None or not (program.snapshots or program.late):
         return []
     known = [(s.thing, s.pose, s.source) for s in program.snapshots]
-    known += [(p.thing, p.pose, _within(p)) for p in program.late]
+    known += [(p.thing, p.pose, _late_tolerance(p)) for p in program.late]
     lines = ["PUT EVERYTHING where the program believes it, in the frame of the robot's base"]
     for thing, pose, said in known:
         x, y, z = (1000 * v for v in pose.position)
@@ -259,7 +259,7 @@ def _places(flight: Flight) -> list[str]:
     return lines
 
 
-def _within(late: LatePose) -> str:
+def _late_tolerance(late: LatePose) -> str:
     metres, radians = late.tolerance
     return f"asked for when it runs; refused beyond {1000 * metres:.0f} mm or {math.degrees(radians):.0f} deg from here"
 

@@ -52,7 +52,7 @@ class Refused(Exception):
         self.code, self.id, self.data = code, id_, data
 
 
-class Found(Value):
+class OpenSearch(Value):
     """Open search, which ``next`` continues."""
 
     solutions: Iterator[Solution]
@@ -75,7 +75,7 @@ class Service:
         self._open: set[Id] = set()
         self._cancelled: set[Id] = set()
         self._ended = False
-        self._found: dict[Id, Found] = {}
+        self._found: dict[Id, OpenSearch] = {}
         self.methods: Mapping[str, Callable[[Id, dict[str, Any]], Any]] = {
             "check": self._check, "interpret": self._interpret, "next": self._next, "resolve": self._resolve,
             "tasks": self._tasks,
@@ -178,7 +178,7 @@ class Service:
         solutions = engine.resolve(
             scenario, seed=_seed(params), trace=trace, progress=progress, stop=lambda: self._stopped(id_)
         )
-        self._found[id_] = Found(solutions, engine, trace)
+        self._found[id_] = OpenSearch(solutions, engine, trace)
         return self._one(id_)
 
     def _next(self, id_: Any, params: dict[str, Any]) -> Any:

@@ -84,7 +84,7 @@ class _Tree(Value):
         cost = f" (cost {entry.cost:.3g})" if entry.cost is not None and abs(entry.cost) >= 0.0005 else ""
         who = "" if entry.plugin == "engine" else f"  [{entry.plugin}]"
         mark = GIVEN_UP if given_up else MARKS[entry.outcome]
-        yield f"{mark:2} {entry.designator} {_said(entry)}{cost}{who}".rstrip()
+        yield f"{mark:2} {entry.designator} {_decision_text(entry)}{cost}{who}".rstrip()
         if given_up and (why := self._why_given_up(entry)):
             yield f"   {why}"
 
@@ -110,7 +110,7 @@ def _ends(entries: Sequence[Entry]) -> dict[int, int]:
     return {**ends, **{e.number: len(entries) + 1 for e in open_}}
 
 
-def _said(entry: Entry) -> str:
+def _decision_text(entry: Entry) -> str:
     """Alternative and reason, each said once."""
     name = entry.text if entry.outcome in ("asked", "chosen", "refused", "nogood") else ""
     name = re.sub(r"^\d+:(?=\()", "", name)

@@ -60,7 +60,7 @@ class Viewer:
                 if len(track) > 1:
                     frame.position, frame.wxyz = track[position, :3], track[position, 3:]
             self._arrow(position)
-        self.words.content = self._said(position)
+        self.words.content = self._caption(position)
 
     def play(self, seconds: float = 0.0) -> None:
         """Serve, and move on while the box is ticked; return after ``seconds``, never if 0."""
@@ -131,7 +131,7 @@ class Viewer:
         line = np.array([[begin, begin + 0.01 * force]], dtype=np.float32)
         self.server.scene.add_line_segments("/force", line, colors=(194, 47, 29), thickness=0.006)
 
-    def _said(self, position: int) -> str:
+    def _caption(self, position: int) -> str:
         """Line, force and gripper at a position, as Markdown."""
         rollout, sample = self._rollout, self._samples[position]
         number = int(rollout.lines[sample])

@@ -36,7 +36,7 @@ from .ranking import (
     DescriptionLength,
     Option,
     TaskSequence,
-    said,
+    naming_length,
     shortest_first,
 )
 from .rules import Rule
@@ -157,7 +157,7 @@ def candidates(
         cap: unfinished sequences kept.
     """
     by_task = {rule.task: rule for rule in rules}
-    readings = [_undecided(action.matches, [_said(by_task, m) for m in action.matches]) for action in actions]
+    readings = [_undecided(action.matches, [_claims_of(by_task, m) for m in action.matches]) for action in actions]
     general = [generic(action.matches, said_, by_task, taxonomy) for action, said_ in zip(actions, readings, strict=True)]
     options = _options(actions, readings, general, taxonomy, math.log2(max(len(rules), 2)))
     if not all(options):
@@ -204,7 +204,7 @@ def _options(
     for action, claimed, wide in zip(actions, readings, general, strict=True):
         idle = something and not any(c.begins or c.ends for c in claimed)
         honest = [
-            Option(m, said(m, action.matches, taxonomy, name) + _untold(action, claimed, m, claim, taxonomy, name, k in wide), k)
+            Option(m, naming_length(m, action.matches, taxonomy, name) + _untold(action, claimed, m, claim, taxonomy, name, k in wide), k)
             for k, (m, claim) in enumerate(zip(action.matches, claimed, strict=True))
             if explains_ends(claim, claimed) and not (idle and not m.roles and not _is_label(m, action, taxonomy))
         ]
@@ -266,7 +266,7 @@ def _distinct(facts: Iterable[Fact]) -> list[Fact]:
     return found
 
 
-def _said(rules: Mapping[str, Rule], match: Match) -> Claims:
+def _claims_of(rules: Mapping[str, Rule], match: Match) -> Claims:
     return claims(rules[match.task], match) if match.task in rules else NOTHING
 
 

@@ -115,7 +115,7 @@ class TaskSequence(Value):
         return str(self.length)
 
 
-def said(match: Match, fellows: Sequence[Match], taxonomy: Taxonomy, name: float) -> DescriptionLength:
+def naming_length(match: Match, fellows: Sequence[Match], taxonomy: Taxonomy, name: float) -> DescriptionLength:
     """Return the length of naming a reading.
 
     Args:

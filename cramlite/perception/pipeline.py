@@ -21,7 +21,7 @@ class NoPipeline(CramliteError):
     exit_code = 1
 
 
-class Stage(Value):
+class PipelineStage(Value):
     """Stage of a pipeline: a value, and the experts that can make it.
 
     Args:
@@ -47,10 +47,10 @@ class Pipeline(Value):
     """
 
     query: ObjectQuery
-    stages: tuple[Stage, ...]
+    stages: tuple[PipelineStage, ...]
     given: tuple[str, ...]
     refused: tuple[str, ...] = ()
-    reserve: tuple[Stage, ...] = ()
+    reserve: tuple[PipelineStage, ...] = ()
 
     def providers(self, output: str) -> tuple[Expert, ...]:
         """Return the experts that can make a value, in the order of asking; empty if none can."""
@@ -124,8 +124,8 @@ class _Planner(Struct, dict=True):
         ]
         return [e for total, e in sorted(able, key=lambda p: (p[0], p[1].name)) if total < INFINITE]
 
-    def stages(self, outputs: Iterable[str]) -> tuple[Stage, ...]:
-        return tuple(Stage(o, tuple(p), p[0].cost_ms) for o in outputs if (p := self.providers(o)))
+    def stages(self, outputs: Iterable[str]) -> tuple[PipelineStage, ...]:
+        return tuple(PipelineStage(o, tuple(p), p[0].cost_ms) for o in outputs if (p := self.providers(o)))
 
     def before(self, output: str, order: list[str], open_: Collection[str] = ()) -> None:
         """Append a value to the order, after the inputs of its cheapest provider and what else it takes into account."""

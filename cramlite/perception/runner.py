@@ -143,7 +143,7 @@ class _Running(Struct):
         for name, said in found.items():
             for thing, entry in zip(self.objects, said.value, strict=True):
                 if entry is not None:
-                    thing.values[name] = Annotation(_judged(entry), expert.name)
+                    thing.values[name] = Annotation(_as_judged(entry), expert.name)
         return []
 
     def _ask(
@@ -160,7 +160,7 @@ class _Running(Struct):
             absent = [o for o in expert.outputs if o not in found]
             if absent:
                 raise TypeError(f"made no {', '.join(absent)}, which it declares")
-            entries = {o: Annotation(Judged(found[o]) if raw else _judged(found[o]), expert.name) for o in expert.outputs}
+            entries = {o: Annotation(Judged(found[o]) if raw else _as_judged(found[o]), expert.name) for o in expert.outputs}
             if raw and any(len(e.value) != len(self.objects) for e in entries.values()):
                 raise TypeError(f"a scene expert answers with one entry for each of the {len(self.objects)} objects")
             return entries, ""
@@ -176,9 +176,9 @@ class _Running(Struct):
         if any(s.output not in made for s in pending):
             return
         for thing in self._alive():
-            self._judge(thing)
+            self._check_conditions(thing)
 
-    def _judge(self, thing: _Object) -> None:
+    def _check_conditions(self, thing: _Object) -> None:
         for condition in self.pipeline.query.conditions:
             said = thing.values.get(condition.output)
             if said is None:
@@ -218,7 +218,7 @@ class _Running(Struct):
         return Percept(thing.number, dict(thing.values), min(sure), dropped, missing)
 
 
-def _judged(value: Any) -> Judged:
+def _as_judged(value: Any) -> Judged:
     return value if isinstance(value, Judged) else Judged(value)
 
 

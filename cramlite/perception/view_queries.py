@@ -44,14 +44,15 @@ def queries_of(plan: Plan, furniture: World, taxonomy: Taxonomy, tasks: Mapping[
     found: dict[str, tuple[ObjectQuery, ...]] = {}
     for wanted in (o for o in wholes if not places[o.name]):
         here, there = (
-            [p for place in _beside(wanted, plan, tasks, put) for p in _views(places.get(place, ()), taxonomy)] for put in (False, True)
+            [p for place in _named_together(wanted, plan, tasks, put) for p in _views(places.get(place, ()), taxonomy)]
+            for put in (False, True)
         )
         at = here or [*(p for p in _views(furniture.things, taxonomy) if p not in there), *there]
         needs = replace(wanted, types=()) if wanted.features or wanted.affords else wanted
         found[wanted.name] = tuple(query_from(needs, **_at(p, furniture, taxonomy)) for p in dict.fromkeys(at)) or (query_from(needs),)
     covered = {q.value("on") or q.value("in") for queries in found.values() for q in queries[:1]}
     pegs = (p for name in dict.fromkeys(felt) for p in _views(places[name], taxonomy) if p not in covered)
-    ends = dict.fromkeys(n for o in wholes if not places[o.name] for n in _beside(o, plan, tasks, put=True) if n not in felt)
+    ends = dict.fromkeys(n for o in wholes if not places[o.name] for n in _named_together(o, plan, tasks, put=True) if n not in felt)
     tops = [t for name in ends for t in places.get(name, ()) if not bears(t, taxonomy, INSIDE)]
     goals = dict.fromkeys(p for p in _views(tuple(tops), taxonomy) if p not in covered)
     return (*((query_from(Object(""), on=p),) for p in pegs), *found.values(), *((query_from(Object(""), on=p),) for p in goals))
@@ -76,7 +77,7 @@ def _things(wanted: Object, furniture: World, taxonomy: Taxonomy) -> tuple[Thing
     return tuple(t for t in furniture.things if any(taxonomy.is_a(t.type, c) for c in wanted.types))
 
 
-def _beside(wanted: Object, plan: Plan, tasks: Mapping[str, TaskType], put: bool) -> Iterator[str]:
+def _named_together(wanted: Object, plan: Plan, tasks: Mapping[str, TaskType], put: bool) -> Iterator[str]:
     """What tasks that put something down, or the others, name together with a thing, in order: variables, parts standing for
     their wholes."""
     wholes = {o.name: o.part_of or o.name for o in plan.objects}

@@ -28,7 +28,7 @@ SYMBOLS = dict(zip(OPERATORS, ("lt", "le", "gt", "ge", "eq", "eq", "ne"), strict
 LENGTH = 1000
 """Cost of a task: a plan of fewer tasks is cheaper than any longer one, and of two as long the one with tasks of earlier rules."""
 
-Row = tuple[str, ...]
+TableRow = tuple[str, ...]
 
 
 class Table(Value):
@@ -43,7 +43,7 @@ class Table(Value):
 
     name: str
     terms: tuple[str, ...]
-    rows: frozenset[Row]
+    rows: frozenset[TableRow]
     denied: bool = False
 
 
@@ -198,7 +198,7 @@ class _Tabulation:
         return decided(condition, binding, replace(self.scene, held=held))
 
 
-def _matters(rows: set[Row], column: int, choices: int) -> bool:
+def _matters(rows: set[TableRow], column: int, choices: int) -> bool:
     """Whether a table is not the same for every entity in a column."""
     left = {(*row[:column], *row[column + 1 :]) for row in rows}
     return len(left) * choices != len(rows)

@@ -14,7 +14,7 @@ from msgspec.structs import replace
 from ..base.value import Value
 from ..interpretation.fluents import Fact
 from ..model.entity_name import thing_of
-from .handling import Done, Track, done, history, said
+from .handling import Done, Track, done, history, task_text
 from .operators import Operator
 from .refutation import Refutation
 
@@ -61,7 +61,7 @@ class Blocking(Value):
     def __str__(self) -> str:
         things = [[" with ".join(map(str, tracks)) for tracks in any_of] for any_of in self.sets]
         left = [one[0] if len(one) == 1 else f"any of {', '.join(one)}" for one in things]
-        return f"no {said(self.task)} with {' and '.join(left)}"
+        return f"no {task_text(self.task)} with {' and '.join(left)}"
 
 
 def blocking_of(

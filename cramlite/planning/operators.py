@@ -26,7 +26,7 @@ from ..interpretation.fluents import (
     fluents_of,
     matches,
     matching,
-    said,
+    pattern_text,
 )
 from ..interpretation.rules import Rule
 from ..interpretation.timeline import Predicate
@@ -91,13 +91,13 @@ class Operator(Value):
 
     def unmet(self, facts: frozenset[Fact]) -> str:
         """Return the first precondition that does not hold, as rules write it; "" where all do."""
-        missing = [said(f) for f in sorted(self.needs - facts)]
+        missing = [pattern_text(f) for f in sorted(self.needs - facts)]
         if matching(facts, self.without):
-            missing += ["not " + said(f) for p in sorted(self.without, key=str) for f in sorted(matching(facts, [p]))]
+            missing += ["not " + pattern_text(f) for p in sorted(self.without, key=str) for f in sorted(matching(facts, [p]))]
         for one, two in sorted(self.never):
             alike = sorted(by_predicate(facts).get(one[0], ()))
             found = (e for f in alike for e in _others(f, one) if _with(two, e) in facts)
-            missing += [f"not {said(_with(two, e))} as {said(_with(one, e))}" for e in found]
+            missing += [f"not {pattern_text(_with(two, e))} as {pattern_text(_with(one, e))}" for e in found]
         return next(iter(missing), "")
 
     def apply(self, facts: frozenset[Fact]) -> frozenset[Fact]:

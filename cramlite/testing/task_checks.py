@@ -105,7 +105,7 @@ def check_task_type(
     known, beliefs = _known(kinds, relations, hooks or {}), _beliefs()
     _check_declaration(task)
     _check_classes(task, known.hooks)
-    found = [(belief, _ways(task, belief)) for belief in beliefs]
+    found = [(belief, _decompositions(task, belief)) for belief in beliefs]
     assert any(ways for _, ways in found), f"{task.task}: neither an empty nor a holding gripper can do it, nor a robot that drives"
     for belief, ways in found:
         for way in ways:
@@ -126,7 +126,7 @@ def _beliefs() -> tuple[Belief, ...]:
     return sample_belief(), sample_belief("cube"), replace(sample_belief(), at=Pose())
 
 
-def _ways(task: TaskType, belief: Belief) -> list[Decomposition]:
+def _decompositions(task: TaskType, belief: Belief) -> list[Decomposition]:
     try:
         return list(task.decompose(sample_action(task), belief))
     except Unresolvable as impossible:

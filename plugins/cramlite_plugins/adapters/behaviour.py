@@ -64,7 +64,7 @@ class Resolve(py_trees.behaviour.Behaviour):  # type: ignore[misc]  # an extra, 
             return py_trees.common.Status.RUNNING
         if not self._job.begun:
             self._job.begin()
-        self.feedback_message = self._job.said()
+        self.feedback_message = self._job.status_text()
         if self._job.thread.is_alive():
             return py_trees.common.Status.RUNNING
         return py_trees.common.Status.SUCCESS if self._job.succeeded else py_trees.common.Status.FAILURE
@@ -112,7 +112,7 @@ class _Job:
         self.begun = True
         self.thread.start()
 
-    def said(self) -> str:
+    def status_text(self) -> str:
         """What it is doing, or how it ended."""
         if self.outcome and not self.thread.is_alive():
             return self.outcome

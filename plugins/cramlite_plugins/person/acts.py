@@ -216,7 +216,8 @@ def push(person: Performer, world: World, thing: Thing, distance_m: float = 0.06
     aside = np.cross(ahead, UP)
     ways = [ahead, aside, -aside, -ahead]
     way, start = next(
-        ((w, s) for w in ways for s in _beside(person, thing, w) if person.fits(s, 0.0)), (ahead, _beside(person, thing, ahead)[0])
+        ((w, s) for w in ways for s in _pushing_poses(person, thing, w) if person.fits(s, 0.0)),
+        (ahead, _pushing_poses(person, thing, ahead)[0]),
     )
     person.grip(0.0, 0.3)
     go(person, world, start, person.between(0.25, 0.4))
@@ -228,7 +229,7 @@ def push(person: Performer, world: World, thing: Thing, distance_m: float = 0.06
     _by(person, -(BESIDE + 0.02) * way, 0.15)
 
 
-def _beside(person: Performer, thing: Thing, way: Floats) -> list[Pose]:
+def _pushing_poses(person: Performer, thing: Thing, way: Floats) -> list[Pose]:
     """Two poses, half a turn apart, of a hand that points down, its closed fingers about to push a thing a way."""
     pose = person.pose(thing.name)
     bottom, top = pose.position[2] + lowest(thing, pose), support(thing, pose, UP)

@@ -21,7 +21,7 @@ from ..shapes.nesting import room_under
 from ..shapes.standing_up import stood_up
 from ..shapes.surfaces import SUNK, resting_height
 from . import goal_phrases
-from .extents import CAVITY, PEG, SURFACE, within
+from .extents import CAVITY, PEG, SURFACE, in_cavity
 
 HAND = "soma:Gripper"
 """What the hand that acts is."""
@@ -121,7 +121,7 @@ def _contained(scene: SymbolicWorld) -> Iterator[tuple[Thing, Thing]]:
         for container, cavity in hollow:
             if thing.movable and thing.joint is None and thing.name != container.name:
                 x, y, z = (container.pose * cavity.pose).inverse().apply(thing.pose.position).tolist()
-                if within((x, y, z), cavity.size):
+                if in_cavity((x, y, z), cavity.size):
                     yield thing, container
 
 

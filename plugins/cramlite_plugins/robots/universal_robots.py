@@ -15,7 +15,7 @@ import math
 from cramlite.model import Gripper, Robot, SensorErrors, Value
 
 from .axia80 import ERRORS, HEIGHT, MASS, with_sensor
-from .dh_arm import Cylinder, Link, Row, arm_mjcf
+from .dh_arm import Cylinder, DhRow, Link, arm_mjcf
 from .robotiq_2f85 import GRIPPER, gripper_mjcf
 from .ur5e import BLUE, JOINTS, LIMITS
 
@@ -61,7 +61,7 @@ class UrArm(Value):
     precision: float | None
 
 
-def rows(lengths: Six) -> tuple[Row, ...]:
+def rows(lengths: Six) -> tuple[DhRow, ...]:
     """Return the standard Denavit-Hartenberg table (a, d, alpha) of an arm with these lengths [m, rad]."""
     d1, a2, a3, d4, d5, d6 = lengths
     quarter = math.pi / 2

@@ -12,7 +12,7 @@ from cramlite.model import Belief, Estimate, Floats, Place, Pose, Thing, thing_o
 from cramlite.plugin import checkpoint
 
 from .bounds import lowest
-from .contents import within
+from .contents import are_in_cavity
 from .surfaces import SUNK, resting_height
 
 CAME_ALONG = "predicted: pushed, as far as the fingers went"
@@ -77,7 +77,7 @@ def _directly(belief: Belief, name: str) -> Iterator[str]:
 def _is_in(belief: Belief, thing: Thing, container: Thing) -> bool:
     pose, at = belief.poses[container.name].pose, belief.poses[thing.name].pose
     row, centre = np.array([[*pose.position, *pose.quaternion]]), np.array([[at.position]])
-    return bool(within(container, row, centre).item())
+    return bool(are_in_cavity(container, row, centre).item())
 
 
 def _stands_on(belief: Belief, thing: Thing, below: Thing) -> bool:
