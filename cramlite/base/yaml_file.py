@@ -142,7 +142,7 @@ def _in_words(data: Any, location: Sequence[str | int]) -> str:
 
 
 def _item(inside: Any, keys: Sequence[str]) -> str:
-    """What stands in a list: "thing 'tea'" in things, "value of 'at.position'" where it has no parts."""
+    """Name of a list's entry: "thing 'tea'" in things, "value of 'at.position'" where it has no parts."""
     if not isinstance(inside, dict) or not keys:
         return f"value of '{'.'.join(keys)}'" if keys else "value"
     name = f" '{inside['name']}'" if isinstance(inside.get("name"), str) else ""

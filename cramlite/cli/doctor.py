@@ -120,7 +120,7 @@ def graphics() -> Examined:
 
 
 def fonts() -> Examined:
-    """Look for what writes into pictures: the font comes with Pillow, a report takes the browser's."""
+    """Look for fonts: that of pictures comes with Pillow, a report takes the browser's."""
     from PIL import features
 
     if features.check("freetype2"):
@@ -129,7 +129,7 @@ def fonts() -> Examined:
 
 
 def folders() -> Examined:
-    """Check that results and what is kept between runs can be written."""
+    """Check that results and kept files can be written."""
     import os
     from pathlib import Path
 

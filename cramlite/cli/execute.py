@@ -140,7 +140,7 @@ def _robots_file(program: Path, kind: str, knowledge: Knowledge) -> RobotFile | 
 
 
 def _with_file(rollout: Rollout, file: RobotFile | None) -> Rollout:
-    """What was felt, with the file that its robot is from in its world: who reads the record needs it."""
+    """Record of the run with the file of its robot, which readers of the record need."""
     mounts = tuple(replace(m, file=file) for m in rollout.world.robots)
     return replace(rollout, world=replace(rollout.world, robots=mounts))
 
@@ -214,7 +214,7 @@ def execute_and_replan(
 
 
 def _say(said: list[str], text: str, *, aloud: bool) -> None:
-    """Keep what is said between rounds, and print it unless all is printed at the end."""
+    """Keep the lines between rounds, and print them unless all is printed at the end."""
     said.append(text)
     if aloud:
         print(text, flush=True)

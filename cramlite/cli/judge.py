@@ -1,4 +1,4 @@
-"""Judging any text against a plan or a goal: ``cramlite judge``, and what ``cramlite execute`` shares with it."""
+"""Judging any text against a plan or a goal, for ``cramlite judge`` and ``cramlite execute``."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def judge_program(
 
 
 def judged_text(program: Path, text: str, place: World, purpose: Purpose, knowledge: Knowledge, seed: int) -> Judged:
-    """Run and judge a text; what is wrong with it is said with its file."""
+    """Run and judge a text; mistakes in it are told with its file."""
     from ..engine.judging import judge_text
 
     with naming(program):
@@ -92,7 +92,7 @@ def refuse(program: Path, judged: Judged) -> None:
 
 
 def purpose_of(plan: str, goals: Sequence[str], knowledge: Knowledge, place: World) -> Purpose:
-    """Find what a text is judged by.
+    """Find the plan or goal that a text is judged by.
 
     Args:
         plan: as ``judge_program`` has it.
@@ -215,7 +215,7 @@ def _judge(arguments: argparse.Namespace) -> int:
 
 
 def add_purpose(command: argparse.ArgumentParser) -> None:
-    """Declare what a text is judged by."""
+    """Declare the options for the plan or goal that a text is judged by."""
     command.add_argument(
         "--plan", default="",
         help="what it is for: a run directory, its plan.json, or a scenario with tasks or a goal",

@@ -1,4 +1,4 @@
-"""Entry point of the command line: a command is run, and what goes wrong becomes one paragraph and an exit code."""
+"""Entry point of the command line: run a command; an error becomes one paragraph and an exit code."""
 
 from __future__ import annotations
 
@@ -123,7 +123,8 @@ def _start_lightly() -> None:
 
 
 def _leave() -> None:
-    """Nanobind calls what was not collected a leak, on standard error; of the packages here OMPL's is made with it."""
+    """Keep nanobind from reporting uncollected objects as leaks; of the packages here OMPL is made with
+    it."""
     import gc
 
     if "ompl" not in sys.modules:

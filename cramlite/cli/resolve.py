@@ -89,8 +89,8 @@ def resolve_scenario(
 def _accepted_solution(
     run: RunDirectory, reading: Reading, setting: Setting, engine: Engine, trace: Trace, say: Progress, came: Signals, *, report: bool
 ) -> Solution | None:
-    """The first proven program after its execution in the real world, where there is one; its files are written. Or the page about
-    what was tried."""
+    """First proven program after its execution in the real world, if there is one, with its files; else
+    the page about the search."""
     solution, tried = _first_solution(run, reading, setting, engine, trace, say, came)
     if solution is None:
         if report:
@@ -109,7 +109,8 @@ def _accepted_solution(
 def _interrupted_behind(
     run: RunDirectory, solution: Solution, setting: Setting, engine: Engine, came: Signals, *, report: bool
 ) -> Interrupted:
-    """What is raised where a signal came once a program was proven; its files are written, and the report without what is drawn."""
+    """Error for a signal after a program was proven; its files are written, and the report without
+    drawings."""
     write_solution(run, solution, engine, setting.seed)
     if report:
         from ..report import write_report
@@ -120,7 +121,7 @@ def _interrupted_behind(
 
 
 def _started_from(scenario: Scenario, demonstration: Path | None, plan: Path | None, meant: str | None) -> Scenario:
-    """The scenario with what the command line has it start from."""
+    """Scenario with the start that the command line gives."""
     scenario = scenario.demonstrated_by(demonstration) if demonstration else scenario
     scenario = scenario.planned_by(plan) if plan else scenario
     return scenario.read_as(meant) if meant else scenario
@@ -144,7 +145,7 @@ def _solved_before(run: RunDirectory, *, json_output: bool) -> int:
 def _report_nothing(
     run: RunDirectory, reading: Reading, setting: Setting, engine: Engine, trace: Trace, tried: Solution | None, came: Signals
 ) -> None:
-    """The page about a search that proved nothing, with the program that came nearest; no drawings where somebody waits."""
+    """Page about a search that proved nothing, with the nearest program; without drawings after a signal."""
     from ..report import Finished, write_page
 
     write_page(Finished(engine, run, setting, trace, tried, reading.interpretation, reading.episode), drawn=not came.one())
@@ -153,7 +154,7 @@ def _report_nothing(
 def _no_solution(
     run: RunDirectory, trace: Trace, engine: Engine, seed: int, came: Signals, *, json_output: bool, verbose: bool
 ) -> NoSolution | PluginError | Interrupted:
-    """What is raised where nothing was proven; as JSON it is printed before."""
+    """Error for a search that proved nothing; as JSON it is printed before."""
     if json_output:
         print(as_json(failure_summary(trace, run, engine, seed)))
     if came.one():
@@ -198,8 +199,8 @@ def _search(
 
 
 def _executed(solution: Solution, engine: Engine, say: Progress) -> Solution:
-    """The accepted program in the world as it really is, once; there is none where nothing but the belief is declared, and
-    what cannot be run here is not executed either."""
+    """Accepted program after one execution in the real world. Without a real world, or a run here, it
+    stays as it is."""
     if solution.setting.real is None or solution.candidate.rollout is None:
         return solution
     say("executing it once in the real world")
@@ -232,7 +233,8 @@ def _finish(run: RunDirectory, solution: Solution, engine: Engine, say: Progress
 
 
 def _earlier_trace(run: RunDirectory) -> Trace:
-    """What an interrupted run found out about the candidates that it refused; they come first and are not tried again."""
+    """Trace of an interrupted run, for the candidates that it refused; they come first and are not tried
+    again."""
     if not run.refused:
         return Trace()
     entries = read_trace(run.path / "trace.json").entries

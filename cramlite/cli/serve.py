@@ -102,7 +102,7 @@ class Service:
         self._todo.put(None)
 
     def _hear(self, line: str) -> None:
-        """Queue a request; what cannot be one, and ``cancel``, is answered at once."""
+        """Queue a request; ``cancel``, and text that is no request, are answered at once."""
         try:
             request = _request(line)
             if request["method"] == "cancel":
@@ -297,7 +297,7 @@ def _watch(out: int, hang_up: Callable[[], None]) -> None:
 
 
 def _close_quietly(out: IO[str]) -> None:
-    """Where nobody reads any more, Python would complain at its end about what it could not write."""
+    """Close standard output; Python would complain at its end about a reader that is gone."""
     import os
 
     try:

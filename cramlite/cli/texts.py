@@ -92,7 +92,7 @@ def repairs_json(repairs: Iterable[Repair]) -> list[dict[str, Any]]:
 
 
 def _label(action: Interpreted) -> str:
-    """What the recording itself calls the action, or what was concluded from motion."""
+    """Name of the action in the recording, or the conclusion from motion."""
     event = action.segments[0].event if action.segments else None
     if event is None or event.type == ACTION:
         return ""

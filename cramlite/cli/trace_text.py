@@ -30,7 +30,7 @@ def trace_text(trace: Trace, designator: str | None = None) -> str:
 
 
 class _Tree(Value):
-    """What of a trace belongs to what.
+    """Entries of a trace as a tree.
 
     Args:
         entries: all of them, by number from 1.
@@ -79,7 +79,8 @@ class _Tree(Value):
         return self.depths[chain[0].number] if chain else self.depths[entry.number]
 
     def lines(self, entry: Entry) -> Iterator[str]:
-        """Mark, designator, alternative, reason, cost, plugin; of a choice that was given up also what came of it."""
+        """Mark, designator, alternative, reason, cost, plugin; of a choice that was given up also its
+        result."""
         given_up = self.given_up(entry)
         cost = f" (cost {entry.cost:.3g})" if entry.cost is not None and abs(entry.cost) >= 0.0005 else ""
         who = "" if entry.plugin == "engine" else f"  [{entry.plugin}]"

@@ -106,7 +106,7 @@ class Viewer:
             self.server.scene.add_line_segments("/path of the tool", pairs, colors=(60, 110, 165), thickness=0.002)
 
     def _aim(self) -> None:
-        """The camera looks at the middle of what moves."""
+        """Point the camera at the middle of all moving things."""
         points = self._rollout.poses["effector"][:, :3]
         middle = (points.min(axis=0) + points.max(axis=0)) / 2
         self.server.scene.set_up_direction("+z")

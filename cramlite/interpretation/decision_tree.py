@@ -40,7 +40,8 @@ BindingsByTask = dict[str, list[Binding]]
 
 
 class _Settled(Struct):
-    """What states decide of an action: tasks, and the conditions that are left to be asked, with the bindings so far."""
+    """Result of the states for an action: tasks, and the conditions still to be asked, with the bindings
+    so far."""
 
     found: BindingsByTask = field(default_factory=dict)
     left: list[tuple[_Node, list[Values]]] = field(default_factory=list)
@@ -85,7 +86,7 @@ class DecisionTree:
         return found
 
     def _settle_all(self, phases: Sequence[Mapping[PhaseName, Phase]]) -> list[_Settled]:
-        """What states decide of each action."""
+        """Result of the states for each action."""
         known = self._settled
         keys = [(p["pre"].holds, p["run"].holds, p["post"].holds) for p in phases]
         new = {key: p for key, p in zip(keys, phases, strict=True) if key not in known}

@@ -64,7 +64,7 @@ def pattern_text(pattern: Pattern) -> str:
 
 
 def contents(vessel: str) -> str:
-    """Return the entity name of what a vessel was filled with."""
+    """Return the entity name of a vessel's content."""
     return str(EntityName(vessel, "contents"))
 
 
@@ -324,7 +324,7 @@ class Fluents(Value):
         return next((found for above in dict.fromkeys(a for _, a, _ in carried) if (found := follow((), above, above))), ())
 
     def _carries(self, fact: Fact) -> tuple[str, str]:
-        """What carries, and what it carries."""
+        """Carrier and carried thing."""
         things = [thing_of(name) for name in fact[1:]]
         return (things[0], things[1]) if self[fact[0]].carrier == 0 else (things[1], things[0])
 

@@ -111,7 +111,7 @@ class TaskSequence(Value):
 
     @property
     def reason(self) -> str:
-        """What the length is made of, in words."""
+        """Terms of the length, in words."""
         return str(self.length)
 
 

@@ -90,7 +90,7 @@ def _together(found: Iterable[Truth]) -> tuple[str, ...]:
 
 
 def _binding_first(rule: Rule) -> list[Clause]:
-    """What binds variables before what only tests them, for a condition that is not known binds none; states before motion."""
+    """Conditions that bind variables first, states before motion; an unknown condition binds none."""
     return sorted(rule.clauses, key=lambda c: (bool(tests(c.condition)), not c.lasting, c.cost))
 
 
@@ -117,5 +117,6 @@ def possible_matches(rule: Rule, phases: Phases, said: Iterable[Binding]) -> tup
 
 
 def _holds(rule: Rule, phases: Phases, binding: Binding) -> bool:
-    """Whether no condition is false of all fillings together: what was not known of an open role may be known of its filler."""
+    """Whether no condition is false of all fillings together: an open role's unknown may be known of its
+    filler."""
     return all(any(True for _ in evaluate(c.condition, phases[c.phase], binding)) for c in rule.clauses)

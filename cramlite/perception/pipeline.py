@@ -111,12 +111,12 @@ class _Planner(Struct, dict=True):
         return self._costs.get(output, INFINITE)
 
     def _needs(self, expert: Expert) -> tuple[str, ...]:
-        """Its inputs; one object's part comes from what splits the view."""
+        """Inputs of a provider; for a part of one object also those of the segmentation."""
         extra = () if expert.scope == "view" else (SEGMENTS,)
         return tuple(dict.fromkeys((*extra, *(i for i in expert.inputs if i not in (SEGMENT, OBJECTS)))))
 
     def providers(self, output: str) -> list[Expert]:
-        """Who can make a value with inputs that somebody makes, cheapest with all that it needs first."""
+        """Providers of a value whose inputs can be made, the cheapest with all its needs first."""
         able = [
             (e.cost_ms + sum(self.cost(i) for i in self._needs(e)), e)
             for e in self.experts
@@ -138,7 +138,7 @@ class _Planner(Struct, dict=True):
         order.append(output)
 
     def _unfit(self, expert: Expert, output: str) -> str:
-        """Why an expert can never say what a condition demands of a value; empty if it can."""
+        """Reason why an expert can never answer a condition with a value; empty if it can."""
         domain = expert.domain(output, self.priors)
         if domain is None:
             return ""

@@ -149,7 +149,7 @@ class _Running(Struct):
     def _ask(
         self, expert: Expert, known: Mapping[str, Annotation], *, raw: bool = False
     ) -> tuple[dict[str, Annotation] | None, str]:
-        """What an expert says, given its declared inputs only; or None and why it says nothing."""
+        """Answer of an expert that sees its declared inputs only; or None and the reason."""
         missing = [i for i in expert.inputs if i not in known]
         if missing:
             return None, f"expert '{expert.name}' lacks {', '.join(missing)}"
@@ -223,7 +223,7 @@ def _as_judged(value: Any) -> Judged:
 
 
 def _replacing(said: Annotation, before: Annotation | None) -> Annotation:
-    """A later word on the same value; what it replaces is kept among what lost."""
+    """A later answer about the same value; the replaced one is kept among those that lost."""
     if before is None or before.value == said.value:
         return said
     lost = Judged(before.value, before.judged.confidence, f"{before.expert}: {before.judged.reason}")

@@ -64,7 +64,7 @@ def queries_everywhere(furniture: World, taxonomy: Taxonomy) -> Queries:
 
 
 def _at(place: str, furniture: World, taxonomy: Taxonomy) -> dict[str, str]:
-    """The condition of being at a place: in what only holds things inside, else on it."""
+    """Condition of being at a place: in an open container, else on it."""
     thing = next((t for t in furniture.things if t.name == place), None)
     hollow = thing is not None and bears(thing, taxonomy, INSIDE) and not bears(thing, taxonomy, STANDING)
     return {"in" if hollow else "on": place}
@@ -78,8 +78,8 @@ def _things(wanted: Object, furniture: World, taxonomy: Taxonomy) -> tuple[Thing
 
 
 def _named_together(wanted: Object, plan: Plan, tasks: Mapping[str, TaskType], put: bool) -> Iterator[str]:
-    """What tasks that put something down, or the others, name together with a thing, in order: variables, parts standing for
-    their wholes."""
+    """Variables that tasks name together with a thing, by whether they put something down, in order; parts
+    stand for their wholes."""
     wholes = {o.name: o.part_of or o.name for o in plan.objects}
     for action in _actions(plan.actions):
         names = [o.name for o in action.roles.values()]
@@ -106,8 +106,8 @@ def _borne(features: Iterable[str], taxonomy: Taxonomy, *ways: str) -> bool:
 
 
 def _views(things: tuple[Thing, ...], taxonomy: Taxonomy) -> Iterator[str]:
-    """What a camera looks at in one picture: pegs of one class at once, by the class; else one thing after another, the
-    smallest first: less is expected on a floor than on a table."""
+    """Targets of single pictures: pegs of one class at once; else one thing after another, the smallest
+    first."""
     hangers = [t for t in things if bears(t, taxonomy, HANGING)]
     carriers = [t for t in things if t not in hangers and bears(t, taxonomy, STANDING, INSIDE)]
     yield from dict.fromkeys(t.type for t in hangers)

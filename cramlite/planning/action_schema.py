@@ -90,12 +90,12 @@ class ActionSchema(Value):
 
     @property
     def parameters(self) -> dict[str, str]:
-        """Variable -> parameter, without what is always the effector."""
+        """Variable -> parameter, without the effector."""
         return {v: t.rpartition(BETWEEN)[2] for v, t in self.terms.items() if t != EFFECTOR}
 
     @property
     def in_hand(self) -> frozenset[str]:
-        """Terms of what is in the hand at some time."""
+        """Terms of the things that are in the hand at some time."""
         return held_in(conditions_of(self.rule), self.terms)
 
     @property

@@ -90,7 +90,7 @@ def blocking_of(
 
 
 def _tracks(thing: str, before: Sequence[Operator], facts: frozenset[Fact], loose: frozenset[str]) -> tuple[Track, ...]:
-    """What had been done to a thing, which is first, and to what moves with it."""
+    """Tasks done so far to a thing, the first one, and to all that moves with it."""
     pairs = [frozenset(map(thing_of, f[1:])) & loose for f in facts]
     known = {thing}
     while more := {n for names in pairs if names & known for n in names} - known:

@@ -65,7 +65,7 @@ def misses(entries: Sequence[Entry]) -> list[tuple[Entry, ...]]:
 
 
 def _cause(entry: Entry) -> tuple[str, str]:
-    """What two misses have in common that differ in numbers only."""
+    """Common part of two misses that differ in numbers only."""
     return without_numbers(entry.designator) if entry.kind != "proof" else "", without_numbers(entry.reason)
 
 

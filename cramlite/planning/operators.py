@@ -178,7 +178,7 @@ class Grounder:
         return {n: self.contents if n in inside else self._candidates(n, asked, task) for n in names}
 
     def _candidates(self, name: str, asked: Iterable[Atom], task: TaskType) -> list[str]:
-        """Entities that conditions on classes, and what the task type's role asks for, leave for a variable."""
+        """Entities that may fill a variable, by conditions on classes and the role of the task type."""
         role = task.role(name)
         if role is not None and role.effector:
             return [EFFECTOR]
@@ -232,7 +232,7 @@ class Grounder:
     def _facts(
         self, clauses: Iterable[tuple[str, Condition]], phase: str, binding: Mapping[str, str]
     ) -> tuple[frozenset[Fact], frozenset[Pattern]]:
-        """What must hold and what may not, of what tasks change."""
+        """Facts that must hold, and that may not, among those that tasks change."""
         yes: set[Fact] = set()
         no: set[Pattern] = set()
         for condition in (c for p, c in clauses if p == phase and not is_static(c)):

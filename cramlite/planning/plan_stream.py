@@ -106,7 +106,7 @@ class _Given:
         return plan is not None and NEEDLESS not in plan.reasons and not any(_is_with_detours(e, plan.steps) for e in self.unexplained)
 
     def hopeless(self, trace: Trace | None) -> bool:
-        """Whether a thing that can play no role is in what the goal lacks: every sequence needs a task with it."""
+        """Whether a thing of the goal's open part can play no role: every sequence needs a task with it."""
         found = trace.refutation if trace is not None else None
         lacking = {thing_of(e) for fact in self.problem.wanted.needs - self.problem.facts for e in fact[1:]}
         return found is not None and any(thing_of(name) in lacking for name in found.unfit)

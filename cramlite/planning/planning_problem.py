@@ -41,7 +41,7 @@ ASIDE = 5
 
 
 class Scope(Value):
-    """What plans may use.
+    """Limits of the plans of one attempt.
 
     Args:
         things: by name.
@@ -337,7 +337,7 @@ def why_unreachable(problem: PlanningProblem) -> str:
 
 
 def _may_make(schema: ActionSchema, added: Fact, fact: Fact) -> bool:
-    """Whether a schema's effect can be a fact, by what may fill its parameters."""
+    """Whether a schema's effect can be a fact, by the possible fillers of its parameters."""
     tables = {t.terms: t.rows for t in schema.tables if len(t.terms) == 1 and not t.denied}
     return added[0] == fact[0] and all(
         t == e or (t.startswith("?") and (e,) in tables.get((t,), {(e,)})) for t, e in zip(added[1:], fact[1:], strict=True)
@@ -378,7 +378,7 @@ def _moved_unheld(schema: ActionSchema, fluents: Fluents) -> frozenset[str]:
 
 
 def _may_push(schema: ActionSchema, things: frozenset[str], fluents: Fluents) -> bool:
-    """Whether a schema may push one of some things, by what may fill its parameters."""
+    """Whether a schema may push one of some things, by the possible fillers of its parameters."""
     pushed = _moved_unheld(schema, fluents)
     tables = [t.rows for t in schema.tables if not t.denied and len(t.terms) == 1 and t.terms[0] in pushed]
     return bool(pushed) and any(all((thing,) in rows for rows in tables) for thing in things)

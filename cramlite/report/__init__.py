@@ -40,11 +40,11 @@ NOT_DRAWN = "It draws, and the command was interrupted; the same command goes on
 
 
 class Knowing(Protocol):
-    """What a report asks of an engine."""
+    """Parts of an engine that a report asks for."""
 
     @property
     def knowledge(self) -> Knowledge:
-        """What plugins know."""
+        """Knowledge of the plugins."""
 
     @property
     def registry(self) -> Registry:
@@ -91,7 +91,7 @@ class Finished(Value):
 
     @property
     def outcome(self) -> str:
-        """What came of it, as a clause: of the search and, where there was one, of the first execution."""
+        """Result as a clause: of the search and, if there was one, of the first execution."""
         if self.shown is None or not self.proven:
             return "nothing proven"
         said = "program proven, with advice" if self.shown.advice else "program proven"

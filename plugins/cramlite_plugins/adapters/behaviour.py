@@ -49,7 +49,7 @@ class Resolve(py_trees.behaviour.Behaviour):  # type: ignore[misc]  # an extra, 
 
     @property
     def solution(self) -> Solution | None:
-        """What was found; None before that, and after an interruption."""
+        """Program that was found; None before that, and after an interruption."""
         return self._job.solution if self._job else None
 
     def initialise(self) -> None:
@@ -113,7 +113,7 @@ class _Job:
         self.thread.start()
 
     def status_text(self) -> str:
-        """What it is doing, or how it ended."""
+        """Current work, or its end."""
         if self.outcome and not self.thread.is_alive():
             return self.outcome
         if self.running:

@@ -1,4 +1,5 @@
-"""Actions of a person with one hand: each looks where things are, and takes hold of what it needs and does not hold yet."""
+"""Actions of a person with one hand: each looks where things are, and first grasps the things that it
+needs."""
 
 from __future__ import annotations
 
@@ -110,7 +111,7 @@ def put_down(person: Performer, world: World, thing: Thing, onto: Thing) -> None
 
 
 def release(person: Performer, world: World, thing: Thing) -> None:
-    """Open the fingers around what they hold."""
+    """Open the fingers around the payload."""
     grasp(person, world, thing)
     person.wait(person.between(0.1, 0.3))
     person.grip(min(person.opening + person.between(*FREE) + 0.01, OPENING), person.between(0.3, 0.5))
@@ -211,7 +212,7 @@ def hold(person: Performer, world: World, thing: Thing, duration_s: float = 1.0)
 
 
 def push(person: Performer, world: World, thing: Thing, distance_m: float = 0.06) -> None:
-    """Push a thing along what it stands on, with closed fingers that point down."""
+    """Push a thing along its support, with closed fingers that point down."""
     ahead = facing(world)
     aside = np.cross(ahead, UP)
     ways = [ahead, aside, -aside, -ahead]
@@ -239,7 +240,7 @@ def _pushing_poses(person: Performer, thing: Thing, way: Floats) -> list[Pose]:
 
 
 def slide(person: Performer, world: World, thing: Thing, distance_m: float = 0.08) -> None:
-    """Move a held thing along what it stands on, pressing lightly."""
+    """Slide a payload along its support, pressing lightly."""
     grasp(person, world, thing)
     way = facing(world) * person.rng.choice([-1.0, 1.0]) * distance_m
     _by(person, (0, 0, -PRESS), 0.02)
@@ -294,7 +295,7 @@ def roam(person: Performer, world: World) -> None:
 
 
 def _threading(person: Performer, world: World, thing: Thing, hanger: Thing) -> Scene:
-    """What is made out of an object with a hole and of the peg that it is on, or comes on."""
+    """Parts of a thread: an object with a hole, and the peg that it is on, or comes on."""
     hole, peg = thing.feature("vrps:Hole"), hanger.feature("vrps:Peg")
     if hole is None or peg is None:
         lacks = f"'{thing.name}' has no hole (vrps:Hole)" if hole is None else f"'{hanger.name}' has no peg (vrps:Peg)"
@@ -303,7 +304,7 @@ def _threading(person: Performer, world: World, thing: Thing, hanger: Thing) -> 
 
 
 def extract(person: Performer, world: World, thing: Thing, hanger: Thing) -> None:
-    """Pull what hangs off its peg."""
+    """Pull a hanging thing off its peg."""
     scene = _threading(person, world, thing, hanger)
     grasp(person, world, thing)
     pull_off(person, scene)

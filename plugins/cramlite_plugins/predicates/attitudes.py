@@ -1,4 +1,4 @@
-"""Attitudes: upright, upside down, and what a thing's front faces; as predicates, and as goals of putting things down."""
+"""Orientation predicates, and goals of putting down: upright, upside down, direction of a thing's front."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Extents of features: what is in a cavity, or over an area of a surface."""
+"""Extents of features: points in a cavity, or over an area of a surface."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Predicates on motion: what moved while an action lasted, and how far."""
+"""Predicates on motion: moving things during an action, and their distances."""
 
 from __future__ import annotations
 

@@ -68,5 +68,5 @@ def _rows(done: Finished) -> Iterator[GoalRow]:
 
 
 def _mark(answer: GoalAnswer, finding: Finding | None) -> tuple[str, str]:
-    """What was measured counts for more than what was planned."""
+    """Mark of a part of the goal: a measurement counts for more than a plan."""
     return ("✗", "bad") if finding is not None and not finding.passed else MARKS[answer.answer]

@@ -105,7 +105,7 @@ def _flat(actions: Iterable[object], depth: int = 0, rule: str = "") -> Iterator
 def _by_task(
     tasks: Sequence[tuple[Action, int, str]], decisions: Sequence[Decision]
 ) -> dict[str, tuple[tuple[Entry, Entry | None], ...]]:
-    """What was decided after each action came up and before the next one did."""
+    """Decisions after each action came up and before the next one did."""
     found: dict[str, list[tuple[Entry, Entry | None]]] = {action.name: [] for action, _, _ in tasks}
     current = ""
     for decision in decisions:

@@ -131,7 +131,7 @@ def bars(decisions: Sequence[Decision]) -> tuple[Bar, ...]:
 
 
 def reasons(entries: Iterable[Entry]) -> list[Alike]:
-    """Return what most was refused for, the commonest first."""
+    """Return the reasons of the most refusals, the commonest first."""
     groups: dict[tuple[str, str], list[Entry]] = defaultdict(list)
     for entry in entries:
         if entry.outcome in ("refused", "impossible") and entry.plugin != "engine":

@@ -1,4 +1,4 @@
-"""Arms of Universal Robots: what all of them share, from what is published of each (``ur_arms``).
+"""Arms of Universal Robots: their common part, from the published data of each (``ur_arms``).
 
 All are six joints in the same order: turn, two links, and a wrist of three axes that meet in pairs. They differ in lengths, masses,
 torques and speeds. Shapes are drawn from the lengths by the proportions of the UR5e's drawing (``ur5e``), which were

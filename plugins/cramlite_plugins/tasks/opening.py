@@ -48,7 +48,8 @@ class Opening(ByHandle):
         yield from self._driving(replace(action, parameters={**action.parameters, DRIVES: 1.0}), belief)
 
     def _driving(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
-        """The same ways of a drawer, which drives what stands before it along; last, as where that ends nobody knows as well."""
+        """Ways of opening a drawer that drives obstacles along; last, as nobody knows as well where these
+        end."""
         joint = belief.thing(action.roles["Patient"].entity or "").joint
         ways = (*super().decompose(action, belief), self._pressing(action)) if joint is not None and joint.kind == "slide" else ()
         for way in ways:

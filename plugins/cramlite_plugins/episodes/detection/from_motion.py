@@ -124,7 +124,7 @@ def _alone(grid: Grid, name: str, others: Sequence[str]) -> float:
 
 
 def hands_of(episode: Episode) -> tuple[str, ...]:
-    """Return the effector, and what else is a hand and no part of one."""
+    """Return the effector, and other hands that are no part of one."""
     others = (e.name for e in episode.entities if "soma:Hand" in e.types and e.part_of is None)
     return tuple(dict.fromkeys([*([episode.effector] if episode.effector else []), *others]))
 
@@ -165,7 +165,7 @@ def _inferred(episode: Episode, grid: Grid) -> Episode:
 def _all_grips(
     episode: Episode, grid: Grid, hands: Sequence[str], moving: Sequence[str]
 ) -> tuple[list[InferredGrasp], dict[str, set[str]]]:
-    """The grasps of all hands, then those of one that nobody saw, and what rides on what they hold."""
+    """Grasps of all hands, then those of an unseen one, and things that ride on a payload."""
     grips: list[InferredGrasp] = []
     riders: dict[str, set[str]] = defaultdict(set)
     for hand in [*hands, None]:
@@ -194,7 +194,8 @@ def _merged(found: Sequence[Loose]) -> list[Loose]:
 
 
 def _held(episode: Episode, grid: Grid, hand: str, things: Sequence[str]) -> tuple[list[InferredGrasp], dict[str, set[str]]]:
-    """The grasps of one hand, and what rides on what it holds: of things that move with it at one time, it holds one."""
+    """Grasps of one hand, and things that ride on its payload: of things that move with it at one time, it
+    holds one."""
     spans = [(s, _held_on(grid, n, hand, s, e), n) for n in things for s, e in _in_the_air(grid, n, hand)]
     held: list[InferredGrasp] = []
     riding: dict[str, set[str]] = defaultdict(set)
@@ -230,7 +231,8 @@ def _held_on(grid: Grid, thing: str, hand: str, start: int, end: int) -> int:
 
 
 def _steadies(grip: InferredGrasp, acting: InferredGrasp) -> bool:
-    """Whether a hand holds what the acting one holds all the while; who takes over a thing holds it longer."""
+    """Whether a hand only steadies the payload of the acting one; a hand that takes it over holds it
+    longer."""
     both = _overlap(grip.span, acting.span)
     return grip.thing == acting.thing and both > 0 and (grip.span[1] - grip.span[0]) - both < HANDED_OVER / STEP
 
@@ -245,7 +247,7 @@ def _left_out(grip: InferredGrasp, grid: Grid) -> Repair:
 def _one_after_the_other(
     episode: Episode, grips: list[InferredGrasp], acting: str | None, grid: Grid
 ) -> tuple[Episode, list[InferredGrasp]]:
-    """What hands do in turn, as done by one: the acting hand, that is where the one is that does something."""
+    """Acts of hands that take turns, as done by one: the acting hand is where the active one is."""
     mine = [g for g in grips if g.hand == acting]
     turns = [g for g in grips if g.hand == acting or not any(_overlap(g.near, m.near) > 0 for m in mine)]
     turns.sort(key=lambda g: g.span)
@@ -268,7 +270,7 @@ def _overlap(one: Span, other: Span) -> int:
 
 
 def _carries(episode: Episode, grid: Grid, hand: str, span: tuple[int, int, str]) -> tuple[float, float, float]:
-    """Order of what is held: the larger, the steadier in the hand (by 5 mm), the nearer to it."""
+    """Order of possible payloads: the larger, the steadier in the hand (by 5 mm), the nearer to it."""
     start, end, name = span
     place = grid.place(name, hand)[start:end]
     spread = float(np.linalg.norm(place.std(axis=0)))
@@ -302,8 +304,8 @@ def _with_nobody(episode: Episode, held: Sequence[InferredGrasp]) -> Episode:
 
 
 def _held_unseen(episode: Episode, grid: Grid, hand: str | None, things: Sequence[str]) -> tuple[list[InferredGrasp], dict[str, set[str]]]:
-    """Grasps by a hand of which no pose was recorded: a thing that rises and stays up was held by somebody. Of things that
-    rise together the larger is held, else the lower."""
+    """Grasps by a hand without poses: a thing that rises and stays up was held. Of things that rise
+    together the larger is held, else the lower."""
     spans = [(s, e, n) for n in things for s, e in _flights(grid, n)] if hand is not None else []
     held: list[InferredGrasp] = []
     riding: dict[str, set[str]] = defaultdict(set)
@@ -356,7 +358,8 @@ def _of_grips(grips: Sequence[InferredGrasp], grid: Grid) -> Iterator[Event]:
 
 
 def _labels(grips: Sequence[InferredGrasp], grid: Grid) -> Iterator[Event]:
-    """What was done with held things that no state shows. A thing that is shaken is shaken, however it is tilted meanwhile."""
+    """Actions on held things that no state shows. A shaken thing is shaken, however it is tilted
+    meanwhile."""
     for g in grips:
         if g.lift is None:
             continue
@@ -369,7 +372,7 @@ def _labels(grips: Sequence[InferredGrasp], grid: Grid) -> Iterator[Event]:
 
 
 def _standing(episode: Episode, grips: Sequence[InferredGrasp], grid: Grid) -> tuple[list[Event], list[Entity]]:
-    """What things that were lifted stand on before and after: by shapes, or on something that has none."""
+    """Supports of lifted things before and after: by shapes, or an entity without a shape."""
     free = [(g.thing, grid.time(g.lift), grid.time(g.down if g.down is not None else g.span[1])) for g in grips if g.lift is not None]
     known = resting(episode, free)
     carried = {e.roles["supportee"] for e in known if e.type == "soma:SupportState"}
