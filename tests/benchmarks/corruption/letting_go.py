@@ -6,11 +6,13 @@ from random import Random
 
 from . import tracks
 from .bases import Ready
-from .handling_harmless import PLACED
 from .harmless import as_before
 from .order import closing_of, not_where_it_was
 from .rule import Rule, Seen, rule
 from .snippets import Pose, above, aside, fingers, go, leaning, wait
+
+PLACED = "shelf stack fragile goals"
+"""Bases in which something is put down onto a surface."""
 
 GAP = 0.015
 """Distance between an open finger and what it let go of: half of what 80 mm are wider than 50 mm [m]."""
@@ -132,14 +134,15 @@ ABOUT = "Releasing Retracting Placing release"
 
 RULES: tuple[Rule, ...] = (
     rule("dragged_let_go", "B", "a finger takes along what was let go of", PLACED, _dragged, _shifted, ABOUT),
-    rule("turned_let_go", "B", "open fingers turn what they let go of", "shelf fragile", _turned, _spun, ABOUT),
-    rule("tipped_let_go", "B", "a finger pushes at the top of what was let go of", "shelf fragile", _tipped, _toppled, ABOUT),
-    rule("opened_moving", "B", "the fingers open while the hand goes aside", "shelf fragile", _opened_moving,
+    rule("turned_let_go", "B", "open fingers turn what they let go of", "shelf fragile goals", _turned, _spun, ABOUT),
+    rule("tipped_let_go", "B", "a finger pushes at the top of what was let go of", "shelf fragile goals", _tipped, _toppled, ABOUT),
+    rule("opened_moving", "B", "the fingers open while the hand goes aside", "shelf fragile goals", _opened_moving,
          not_where_it_was, ABOUT),
-    rule("dragged_first", "B", "open fingers take it along before they close", "shelf stack fragile basket",
+    rule("dragged_first", "B", "open fingers take it along before they close", "shelf stack fragile basket goals",
          _dragged_first, _drawn, "Grasping held"),
-    rule("leaves_flat", "H", "the hand leaves level, along what it let go of", "shelf fragile", _leaves_flat, as_before(0.008), times=1),
+    rule("leaves_flat", "H", "the hand leaves level, along what it let go of", "shelf fragile goals", _leaves_flat,
+         as_before(0.008), times=1),
     rule("stirs", "H", "the open hand stirs around what it let go of", PLACED, _stirs, as_before(0.008), times=1),
-    rule("nudged", "H", "a finger shifts what was let go of by 2 mm", "shelf fragile", _nudged, as_before(0.008), times=1),
-    rule("opens_less", "H", "the fingers open less far", "shelf fragile", _opens_less, as_before(0.008), times=1),
+    rule("nudged", "H", "a finger shifts what was let go of by 2 mm", "shelf fragile goals", _nudged, as_before(0.008), times=1),
+    rule("opens_less", "H", "the fingers open less far", "shelf fragile goals", _opens_less, as_before(0.008), times=1),
 )  # fmt: skip
