@@ -131,11 +131,13 @@ def test_only_an_edited_text_is_asked() -> None:
 
 
 def test_the_statement_that_is_lost_is_named_in_a_long_text() -> None:
-    """What it is named by may stand in a text hundreds of times."""
-    proven = "  sync()\n" + TEXT.replace(MOVE, 150 * (MOVE + "  sync()\n"))
-    edited, code = (Code("urscript", t, {}, ".script") for t in (proven.replace("  global catching = False\n", ""), proven))
-    said = [f.reason for f in Safeguards().check(replace(good(), code=edited, proven=code)) if not f.passed]
-    assert len(said) == 1 and said[0].startswith("'global catching = False' of the proven text is gone")
+    """One that is there stands in the text hundreds of times, behind a force limit that is raised and before what is lost."""
+    start = "  check_start([2.8, -1.7, 1.5, -1.3, -1.5, 1.2], 0.01)\n"
+    proven = TEXT.replace(start, "  sync()\n" + start).replace(MOVE, 150 * (MOVE + "  sync()\n"))
+    edited = proven.replace(start, "").replace("force_limit = 60.0", "force_limit = 90.0")
+    code = [Code("urscript", t, {}, ".script") for t in (edited, proven)]
+    said = [f.reason for f in Safeguards().check(replace(good(), code=code[0], proven=code[1])) if not f.passed]
+    assert any(reason.startswith("'check_start(") and "of the proven text is gone" in reason for reason in said)
 
 
 TARE = "3.Placing/PuttingDown/tare"
