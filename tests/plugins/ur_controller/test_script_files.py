@@ -235,7 +235,8 @@ def test_what_cannot_run_is_listed_once_with_all_its_lines() -> None:
 
 def test_a_blend_that_is_not_modelled_is_told_and_none_that_is() -> None:
     at = "p[0.4, 0, 0.3, 3.14, 0, 0]"
-    lines = (f"movel({at}, 1.2, 0.25, 0, 0.02)", f"movel({at}, r=0.02)", f"movec({at}, {at}, r=b)", f"movel({at}, r=0)", f"movep({at}, r=1)")
+    told = (f"movel({at}, 1.2, 0.25, 0, 0.02)", f"movel({at}, r=0.02)", f"movec({at}, {at}, r=b)")
+    lines = (*told, f"movel({at}, r=0)", f"movep({at}, r=0.1)")
     found = list(MujocoSimulator().inspect("b = 0.1\n" + "\n".join(lines) + "\n"))
     assert [(line, said.split(":")[0]) for line, said in found if "blend radius" in said] == [(2, "movel"), (3, "movel"), (4, "movec")]
 
