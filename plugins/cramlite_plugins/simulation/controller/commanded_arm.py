@@ -28,7 +28,6 @@ from .trajectories import (
     stopping_motion,
 )
 
-
 NO_WAY = 1e-6
 """A pose that is nearer to another, along any axis and about any, is the same [m, rad]."""
 
