@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import pairwise
 from types import MappingProxyType
 from typing import Any
@@ -247,7 +247,9 @@ class PlanningScene(Value):
 
     def _keeps(self, q: Position) -> bool:
         """Whether every pair keeps the distance that it needs."""
-        return all(d >= self.need.item(g, h) or d >= self._needed(q, g, h) for g, h, d in self._look(q, self.levels[0]))
+        self._place(q)
+        near = self.levels[0].near(self.data)
+        return not near or all(d >= self.need.item(g, h) or d >= self._needed(q, g, h) for g, h, d in self._measured(near))
 
     def _look(self, q: Position, level: Inflated) -> Iterator[tuple[int, int, float]]:
         """The pairs (one, other, distance) that may not touch and are within a level's distance; some are beyond it."""
@@ -256,19 +258,24 @@ class PlanningScene(Value):
 
     def _place(self, q: Position) -> None:
         """Put the arm somewhere."""
-        data, address = self.data, self.index.joints[0]
-        data.qpos[address : address + len(self.index.joints)] = q
-        mujoco.mj_kinematics(self.compiled.model, data)
+        address = self.index.joints[0]
+        self.data.qpos[address : address + len(q)] = q
+        mujoco.mj_kinematics(self.compiled.model, self.data)
         self.checks[0] += 1
 
     def _near(self, level: Inflated) -> Iterator[tuple[int, int, float]]:
-        """The pairs of ``_look`` where the arm is now.
+        """The pairs of ``_look`` where the arm is now."""
+        return self._measured(level.near(self.data))
+
+    def _measured(self, near: Iterable[tuple[int, int]]) -> Iterator[tuple[int, int, float]]:
+        """Those of some pairs that may not touch, with their distance.
 
         Each is measured when it is asked for: the first one that is too close ends most checks of blocked positions.
         """
-        for g, h in level.near(self.data):
-            if self.need.item(g, h) > -math.inf:
-                yield g, h, mujoco.mj_geomDistance(self.compiled.model, self.data, g, h, FAR, None)
+        model, data, need = self.compiled.model, self.data, self.need
+        for g, h in near:
+            if need.item(g, h) > -math.inf:
+                yield g, h, mujoco.mj_geomDistance(model, data, g, h, FAR, None)
 
     def _needed(self, q: Position, g: int, h: int) -> float:
         need: float = self.need.item(g, h)
