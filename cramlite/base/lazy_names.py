@@ -33,9 +33,11 @@ class LazyNames:
     def homes(self) -> Mapping[str, str]:
         """Name -> module that defines it, relative to the package."""
         import ast
+        import linecache
 
-        loader: Any = sys.modules[self._package].__loader__
-        imports = [n for n in ast.walk(ast.parse(loader.get_source(self._package))) if isinstance(n, ast.ImportFrom)]
+        module = sys.modules[self._package]
+        source = "".join(linecache.getlines(module.__file__ or "", vars(module)))  # pytest's loader of an installed plugin gives none
+        imports = [n for n in ast.walk(ast.parse(source)) if isinstance(n, ast.ImportFrom)]
         return {a.name: "." * n.level + (n.module or "") for n in imports for a in n.names if a.asname == a.name}
 
     def known(self) -> list[str]:

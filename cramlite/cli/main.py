@@ -7,7 +7,7 @@ import importlib
 import sys
 from collections.abc import Collection, Mapping, Sequence
 
-from ..base.errors import DEFECTS, CramliteError, PluginError
+from ..base.errors import DEFECTS, CramliteError, PluginError, UserError
 from ..base.seeds import whole_seed
 from ..version import VERSION
 from .arguments import Command, Parser, add_plugin_choice, plugin_choice
@@ -62,15 +62,22 @@ def main(argv: Sequence[str] | None = None) -> int:
     except BrokenPipeError:
         return 0
     except CramliteError as error:
-        said = "".join(c if c.isprintable() or c in "\n\t" else repr(c)[1:-1] for c in str(error))  # a file's text may steer terminals
-        print(f"cramlite: {said}", file=sys.stderr)
-        return error.exit_code
+        return _told(error)
     except DEFECTS as error:
+        if isinstance(error, OSError) and error.filename is not None:
+            return _told(UserError(f"'{error.filename}' cannot be used: {error.strerror}. Give a path that can be read and written."))
         print(f"cramlite: {_bug(error)}", file=sys.stderr)
         return PluginError.exit_code
     except KeyboardInterrupt:
         print("cramlite: interrupted; what was written so far is kept.", file=sys.stderr)
         return 130
+
+
+def _told(error: CramliteError) -> int:
+    """Print an error for people, and return the exit code; a file's text in it may not steer the terminal."""
+    said = "".join(c if c.isprintable() or c in "\n\t" else repr(c)[1:-1] for c in str(error))
+    print(f"cramlite: {said}", file=sys.stderr)
+    return error.exit_code
 
 
 def parser(asked: Collection[str] = COMMANDS.keys()) -> argparse.ArgumentParser:

@@ -60,7 +60,7 @@ def parse_goal(text: str, grounder: Grounder, where: str = "") -> ParsedGoal:
         found = re.fullmatch(_pattern(phrase), said)
         if found is not None:
             words, count = [g or "" for g in found.groups()], len(_places(phrase))
-            amount = (words.pop(),) if phrase.form.endswith(AMOUNT) else ()
+            amount = (words.pop(count),) if phrase.form.endswith(AMOUNT) else ()
             side, other = words[count:] or ("", "")
             what, things = f"{where}the goal '{text}'", tuple(words[:count])
             meaning = _meaning(phrase, things, amount, other, grounder, what)

@@ -59,6 +59,10 @@ def all_predicates() -> tuple[Predicate, ...]:
         ),
         Predicate("near", 2, near, cost=5, doc="Two things are within 0.15 m.", unknown=unknowns.no_pose_of),
         Predicate(
+            "distance_seen_from_above", 2, distance_seen_from_above, value=True, cost=5,
+            doc="How far apart the origins of two things are, seen from above [m].", unknown=unknowns.no_pose_of,
+        ),
+        Predicate(
             "recedes", 2, recedes, frozenset({"run"}), cost=6, doc="A thing moves by 50 mm, and comes no nearer to another."
         ),
         Predicate(
@@ -214,6 +218,15 @@ def near(phase: Phase, name: str | None, place: str | None) -> Iterator[Row]:
             gap = distance_to_box(phase, other, one, phase.end)
             if one != other and gap is not None and gap < NEAR + (UNSIZED if box_of(phase, other) is None else 0.0):
                 yield one, other
+
+
+def distance_seen_from_above(phase: Phase, name: str | None, other: str | None) -> Iterator[Row]:
+    """Evaluate distance_seen_from_above(Thing, Other), at the end of the phase."""
+    for another in [other] if other is not None else things(phase):
+        for one in [name] if name is not None else things(phase):
+            here, there = pose_of(phase, one, phase.end), pose_of(phase, another, phase.end)
+            if one != another and here is not None and there is not None:
+                yield one, another, math.dist(here.position[:2], there.position[:2])
 
 
 def recedes(phase: Phase, name: str | None, place: str | None) -> Iterator[Row]:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from itertools import product
+from typing import Any
 
 import numpy as np
 import shapely
@@ -54,6 +55,15 @@ def nested(thing: Thing, pose: Pose, below: Thing, at: Pose) -> Surface | None:
     touching: Floats = np.column_stack([xs[rows] - x, ys[columns] - y])
     there = Pose((x + (i - CELLS) * STEP, y + (j - CELLS) * STEP, low + rise))
     return Surface(there, shapely.MultiPoint(touching).convex_hull)
+
+
+def touching(thing: Thing, pose: Pose, below: Thing, at: Pose) -> Any:
+    """Return the hull of where a thing touches what is below it, or nearly does, seen from above; empty where it is beside that."""
+    xs, ys, own, under = _seen(thing, pose, below, at)
+    gap = _gap(own, under, CELLS, CELLS)
+    rise = float(gap.max())
+    rows, columns = np.nonzero(gap > rise - SETTLES) if math.isfinite(rise) else ((), ())
+    return shapely.MultiPoint(np.column_stack([xs[rows], ys[columns]])).convex_hull if len(rows) else shapely.Point()
 
 
 def room_under(thing: Thing, pose: Pose, below: Thing, at: Pose) -> float:
