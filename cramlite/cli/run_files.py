@@ -102,7 +102,7 @@ def solution_summary(solution: Solution, run: RunDirectory, engine: Engine, seed
 
 
 def _execution(execution: Execution | None) -> dict[str, Any] | None:
-    """How the first execution went; None where there is no real world, or nothing could be run."""
+    """Result of the first execution; None without a real world, or if nothing could be run."""
     if execution is None:
         return None
     verdict = execution.verdict
@@ -120,7 +120,7 @@ def twins_json(found: TwinVerdict | None) -> dict[str, Any] | None:
 
 
 def _reason(solution: Solution) -> str:
-    """Of the proof; of the execution where that failed."""
+    """Reason of the proof's verdict; that of the execution if it failed."""
     failed = solution.execution is not None and not solution.succeeded
     return f"first execution: {solution.execution.verdict.reason}" if failed and solution.execution else solution.verdict.reason
 

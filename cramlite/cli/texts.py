@@ -223,7 +223,7 @@ def plugins_text(registry: Registry, *, every: bool = True) -> str:
 
 
 def _shipped(infos: Sequence[PluginInfo]) -> Iterable[str]:
-    """How many, and their names by the folder that they are in."""
+    """Number of the shipped plugins, and their names by folder."""
     if infos:
         took = sum(i.load_ms for i in infos)
         yield f"{len(infos)} plugins of cramlite {infos[0].version}, loaded in {took:.0f} ms; --all says more of each:"

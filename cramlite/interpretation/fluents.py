@@ -337,7 +337,7 @@ class Fluents(Value):
         return any(self._excluded(a, b) for a, b in pairs) or any(j is not None and j(scene, a, b) for j, a, b in judges)
 
     def _parted(self, ended: Iterable[Fact], left: Iterable[Fact]) -> set[Fact]:
-        """Facts of whole things that held because of a part, of which no part is left."""
+        """Facts of whole things that held because of a part that is gone."""
         gone = {_of_wholes(f) for f in ended if self[f[0]].of_wholes}
         return gone - {_of_wholes(f) for f in left if f not in gone} if gone else gone
 

@@ -99,7 +99,7 @@ def contradiction(texts: Sequence[str], grounder: Grounder, places: Sequence[str
 
 
 def _ring(goals: Sequence[ParsedGoal], grounder: Grounder, places: Sequence[str]) -> str:
-    """How goals would have a thing carry itself; "" where none do."""
+    """Cycle of goals by which a thing would carry itself; "" without one."""
     asked = {f: k for k, goal in reversed(list(enumerate(goals))) for f in goal.meaning.needs}
     found = grounder.fluents.ring(asked)
     if not found:
@@ -112,7 +112,7 @@ def _ring(goals: Sequence[ParsedGoal], grounder: Grounder, places: Sequence[str]
 
 
 def _two_manners(one: ParsedGoal, other: ParsedGoal) -> str:
-    """How one thing would have to be put down in two ways at once; "" where it need not."""
+    """Conflict of two manners of putting down one thing; "" without one."""
     first, second = (g.meaning.manner.where if g.meaning.manner else {} for g in (one, other))
     if one.things[0] != other.things[0]:
         return ""

@@ -193,7 +193,7 @@ def ground_goal(goal: Goal, objects: Mapping[str, ObjectSpec], grounder: Grounde
 
 
 def _things(spec: ObjectSpec, grounder: Grounder) -> list[str]:
-    """Things that an object may mean: those of its class first, then those that have what is asked for."""
+    """Things that an object may mean: those of its class first, then those with the needed features."""
     if spec.entity:
         return [spec.entity]
     fit = [n for n in grounder.things if all(grounder.scene.has(n, f) for f in spec.features)]

@@ -66,7 +66,8 @@ def _of_things(goal: str, grounder: Grounder, facts: frozenset[Fact]) -> Iterato
 
 
 def _holds(goal: str, grounder: Grounder, facts: frozenset[Fact]) -> bool:
-    """Whether a goal about things holds at the start; what is no goal is refused when it is planned."""
+    """Whether a goal about things holds at the start; a sentence that is no goal is refused when it is
+    planned."""
     try:
         said = parse_goal(goal, grounder)
     except UserError:

@@ -251,7 +251,7 @@ class Grounder:
         return frozenset().union(*found)
 
     def _others(self, given: Atom, then: Condition, binding: Mapping[str, str], scene: SymbolicWorld) -> set[Pattern]:
-        """Facts that ``every given -> then`` forbids: those of entities of which ``then`` does not hold."""
+        """Facts that ``every given -> then`` forbids: those of entities for which ``then`` does not hold."""
         (free,) = [v for v in variables(given) if v not in binding] or [""]
         if not free:
             return set()

@@ -124,8 +124,8 @@ class Search(Struct, dict=True):
         return (yield from self._choose(item, behind, parent))
 
     def _failed(self, state: State, conflict: Conflict | None) -> Conflict:
-        """Remember that a grounded state could not be proven, or was not enough; return what it depends on, the choices for later
-        among it only if they are not put off any more."""
+        """Remember that a grounded state could not be proven, or was not enough; return the choices that
+        it depends on, postponed ones only if they are not postponed any more."""
         everything = _everything(state)
         said = everything if conflict is None else conflict
         later = frozenset(c.choice for c in said if isinstance(c, Later)) & everything

@@ -135,7 +135,7 @@ def _free(thing: Thing) -> bool:
 
 
 def _lean(thing: Thing, errors: ErrorModel, draw: Drawing) -> Pose:
-    """How far a fixed thing leans: a turn about a horizontal axis."""
+    """Lean of a fixed thing: a turn about a horizontal axis."""
     x, y = draw.disc("lean", f"{thing.name}: leans about", errors.lean, "deg", DEG)
     return Pose.from_rotvec((0.0, 0.0, 0.0), (x, y, 0.0))
 
@@ -150,7 +150,7 @@ def _offsets(world: World, errors: ErrorModel, draw: Drawing, sight: Sight | Non
 
 
 def _offset(thing: Thing, errors: ErrorModel, draw: Drawing) -> Pose:
-    """How far a thing is off by itself: a shift in world axes, and a turn about the vertical."""
+    """Offset of a thing by itself: a shift in world axes, and a turn about the vertical."""
     error = errors.of(thing.name)
     shift = draw.ball("poses", f"{thing.name}:", error.position, "mm", MM)
     turn = draw.number("poses", f"{thing.name}: turned", error.angle, "deg", DEG)
@@ -235,7 +235,7 @@ def _resting(thing: Thing, hanger: Thing) -> tuple[Feature, Pose] | None:
 
 
 def _from_axis(hole: Pose, peg: Pose) -> float:
-    """How far a feature is from the axis of another one [m]."""
+    """Distance of a feature from the axis of another one [m]."""
     x, y, _ = peg.inverse().apply(hole.position)
     return math.hypot(x, y)
 

@@ -74,7 +74,7 @@ def robot_text(written: WrittenRobot) -> str:
 
 
 def _described(arm: Path, keys: Path | None, gripper: Path | None) -> RobotFile:
-    """The file of an arm and what is stated beside it, as a scenario would say it."""
+    """File of an arm with the statements beside it, as a scenario has them."""
     from ..scenario.robots import file_of
     from ..scenario.scenario import scenario_from
 
@@ -115,7 +115,7 @@ def _in(local: RobotFile, folder: Path) -> RobotFile:
 
 
 def _source(local: RobotFile, inside: str) -> str:
-    """Python of what is stated, a line for each field that differs from its default."""
+    """Python code of the statements, a line for each field that differs from its default."""
     return "\n".join(f"        {name}={_code(value, inside)}," for name, value in _stated(local.stated))
 
 

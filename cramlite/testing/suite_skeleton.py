@@ -120,7 +120,7 @@ def _filled(template: str, words: dict[str, str]) -> str:
 
 
 def _tests(found: Sequence[ProgramFound], tests: Path) -> str:
-    """The test file: a test a program, those that may not run marked with what they need."""
+    """Test file: a test a program, those that may not run marked with their needs."""
     functions = [_test(one, tests, name) for one, name in zip(found, _names(found), strict=True)]
     skips = "import pytest\n\n\n" if any(one.lacks for one in found) else ""
     about = '"""A test a program: say what it is for, such as .ends("part on tray").leaves("tray").pushes("30 N")."""\n\n'

@@ -168,7 +168,7 @@ def _spread(values: list[float]) -> Spread:
 
 
 def _difference(results: Episodes, experiment: JudgedExperiment) -> Difference | None:
-    """Of all variants at once, and of the suites that these are of."""
+    """Difference of all variants together, and of their originals."""
     of = {name: spec.of for name, spec in experiment.spec.suites.items() if spec.of}
     played = {r.suite for r in results}
     variants = tuple(name for name in of if name in played and of[name] in played)

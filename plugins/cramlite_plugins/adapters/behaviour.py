@@ -99,7 +99,7 @@ class Resolve(py_trees.behaviour.Behaviour):  # type: ignore[misc]  # an extra, 
 
 
 class _Job:
-    """One search and run in a thread; what was left by an interruption writes into its own job only."""
+    """One search and run in a thread; after an interruption it writes into its own job only."""
 
     def __init__(self, work: Callable[[_Job], None]) -> None:
         self.thread = threading.Thread(target=work, args=(self,), daemon=True)

@@ -287,8 +287,8 @@ def _well(robot: Robot, found: Iterable[Joints]) -> tuple[Joints, ...]:
 
 
 def _locked(robot: Robot, target: Pose, values: Iterable[float]) -> Iterator[Joints]:
-    """All solutions inside the limits at each of some values of the last joint. What the solver says is only the nearest there is (least
-    squares) is none: of 497 such, over 120 poses of a Panda, none was refined to one."""
+    """All solutions inside the limits at each of some values of the last joint. Least-squares answers are
+    none: of 497 such, over 120 poses of a Panda, none was refined to one."""
     wrist = _from_root(robot, target).matrix
     for last in values:
         here: list[Joints] = []

@@ -77,7 +77,8 @@ def _transfer(motion: Motion, belief: Belief, context: Context) -> Groundings:
 
 
 def _turned(one: Sequence[float], other: Sequence[float]) -> bool:
-    """Whether two joint positions are the same but for whole turns: what fails at one mostly fails at the other, which is tried last."""
+    """Whether two joint positions differ by whole turns only: a failure at one mostly is one at the other,
+    which is tried last."""
     return all(abs(math.remainder(a - b, 2 * math.pi)) < 0.1 for a, b in zip(one, other, strict=True))
 
 

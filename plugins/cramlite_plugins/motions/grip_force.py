@@ -119,7 +119,7 @@ def _doubt(grip: GripLoad, force: float) -> str:
 
 
 def _limit(grip: GripLoad, context: Context, because: tuple[str, ...]) -> tuple[float, str]:
-    """The most that a pad may press [N], and why: the gripper's most, or what the thing bears."""
+    """Highest force of a pad [N], and why: the gripper's, or that of the thing."""
     low, high = grip.gripper.force
     borne = most_borne(grip.thing, context)
     limit, why = min((high, f"the most of gripper '{grip.gripper.type}'"), borne or (math.inf, ""), key=lambda x: x[0])
@@ -152,7 +152,7 @@ def _too_weak(grip: GripLoad, limit: float, why: str, because: tuple[str, ...]) 
 
 
 def _rougher(grip: GripLoad, limit: float) -> Remedy:
-    """What to try where pads that press so hard as they may do not carry the weight."""
+    """Remedy where pads at their highest force do not carry the weight."""
     weight = MARGIN * grip.mass * (GRAVITY + ACCELERATION)
     enough, mass = weight / (2 * limit), 2 * grip.friction * limit / (MARGIN * (GRAVITY + ACCELERATION))
     lighter = f", or make it lighter than {mass:.2g} kg" if mass > 0 else ""

@@ -104,7 +104,7 @@ def noted(motion: Motion) -> str:
 
 
 def _things(motion: Motion, parameter: str, belief: Belief, context: Context) -> list[Thing]:
-    """Forces: what is held and what may be touched. Rates: what is held."""
+    """Things that limit a motion: for forces the payload and what may be touched, for rates the payload."""
     names = [belief.held.thing] if belief.held else []
     if parameter.endswith("_n"):
         names += [thing_of(str(context.bindings[n])) for n in motion.may_touch if n in context.bindings]

@@ -96,7 +96,7 @@ class Opening(ByHandle):
         return replace(super().begins_at(action), parameters=self._least(action))
 
     def _least(self, action: Action) -> dict[str, Any]:
-        """How far it must get, whatever hand opens it."""
+        """Least opening that counts, whatever hand opens it."""
         return {"least": self.parameter(action, "share") or LESS[-1], **self._drives(action)}
 
     @staticmethod

@@ -38,8 +38,8 @@ class Releasing(TaskType):
 
 
 def _rests(action: Action, held: Held, belief: Belief) -> bool:
-    """Whether what is held is where it would stay: not moved since it was grasped, known to rest there, or nothing that
-    it could be put down on is named."""
+    """Whether the payload would stay: not moved since it was grasped, known to rest there, or without a
+    named support."""
     relatum = action.roles.get("Relatum")
     if relatum is None or relatum.entity is None:
         return True

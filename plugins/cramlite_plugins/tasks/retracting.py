@@ -42,7 +42,8 @@ class Retracting(TaskType):
 
     @staticmethod
     def _farther_in(action: Action, what: str) -> tuple[Location | Motion, ...]:
-        """What is to be closed later would meet the thing, and the hand comes no farther in with it: closed fingers do."""
+        """Whether a thing in the way of a later closing has to be pushed in with closed fingers, as the
+        hand comes no farther with it."""
         off, deeper = Location(action.inside("off"), "off", what), Location(action.inside("deeper"), "deeper", what)
         push = {"stage": Stage.POSE, "speed_m_s": SPEED}
         return (

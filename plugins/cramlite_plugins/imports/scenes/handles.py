@@ -73,7 +73,7 @@ def _outward(geoms: Sequence[Geom], joint: Joint) -> list[Floats]:
 
 
 def _about(geoms: Sequence[Geom], joint: Joint) -> bool:
-    """Whether a hinge goes through the middle of what it turns."""
+    """Whether a hinge goes through the middle of the part that it turns."""
     low, high = _boxes(geoms, joint.pose)
     return bool((np.abs(low + high)[:2] < MIDDLE * (high - low)[:2]).all())
 
@@ -99,13 +99,14 @@ def _area(geom: Geom, out: Floats) -> float:
 
 
 def _post(geom: Geom, out: Floats) -> bool:
-    """Whether something is longer out of the front than across it: a knob, or what carries a lever."""
+    """Whether a part is longer out of the front than across it: a knob, or the post of a lever."""
     low, high = _boxes([geom], _frame(out))
     return bool((high - low)[2] > (high - low)[:2].max())
 
 
 def _handle(geoms: Sequence[Geom], parts: tuple[int, ...], out: Floats, joint: Joint, why: str) -> Handle | None:
-    """The outermost of its parts is the bar, of posts and what lies across one of the latter; fingers close across its thinner side."""
+    """Bar of a handle: the outermost part, or the one across a post; fingers close across its thinner
+    side."""
     frame = _frame(out)
     bar = max((geoms[k] for k in parts), key=lambda g: (not _post(g, out), round(_reach(g, out), 4), _area(g, out)))
     low, high = _boxes([bar], frame)

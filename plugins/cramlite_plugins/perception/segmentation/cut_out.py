@@ -57,7 +57,7 @@ def cloud(inputs: Inputs) -> Mapping[str, Any]:
 
 
 def _near(own: Any, depth: Any, least: float) -> Any:
-    """Where the image shows the robot: at its expected depth (NaN where it is not), or two pixels beside it."""
+    """Pixels of the robot: at its expected depth (NaN where it is not), or two pixels beside it."""
     import numpy as np
     from scipy import ndimage
 
