@@ -120,7 +120,7 @@ def _own(limits: Sequence[str]) -> dict[str, float]:
 def _share(speed: float | None, out: Path | None) -> float | None:
     if speed is None:
         if out is not None:
-            raise UserError(f"--out {out}: what is written there is the text of the dry run, so say its speed, such as --speed 0.2.")
+            raise UserError(f"--out {out}: the text of a dry run is written there, so give its speed, such as --speed 0.2.")
         return None
     if not 0 < speed <= 1:
         raise UserError(f"--speed {speed:g}: the speed of a dry run is a share of the program's own, above 0 and up to 1, such as 0.2.")

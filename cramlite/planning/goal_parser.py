@@ -78,7 +78,7 @@ def _denied(goal: ParsedGoal, where: str) -> ParsedGoal:
     """
     denied = goal.meaning.denied if not goal.side else None
     if denied is None:
-        raise UserError(f"{where}the goal '{NOT}{goal.text}' denies more than one relation; say what shall hold instead.")
+        raise UserError(f"{where}the goal '{NOT}{goal.text}' denies more than one relation; state the wanted relation instead.")
     return ParsedGoal(NOT + goal.text, goal.things, denied)
 
 
