@@ -1,4 +1,4 @@
-"""``cramlite preflight``: one page about a program for the person who is about to stand beside the arm."""
+"""``cramlite preflight``: one page about a program for the person beside the arm."""
 
 from __future__ import annotations
 
@@ -49,7 +49,8 @@ def preflight(
     plugins: PluginChoice = INSTALLED,
     json_output: bool = False,
 ) -> int:
-    """Print one page about a program: what to set on the controller, what it reaches, what the proof covered and what not.
+    """Print one page about a program: settings of the controller, values reached, covered and uncovered
+    doubts.
 
     Args:
         program: a run directory, or a text.

@@ -272,7 +272,7 @@ def _seed(params: dict[str, Any]) -> int:
 
 
 def serve(engine: Engine) -> int:
-    """Serve on this process's standard streams; what plugins print goes to standard error."""
+    """Serve on this process's standard streams; prints of plugins go to standard error."""
     out, sys.stdout = sys.stdout, sys.stderr
     number = sys.stdin.fileno()
     lines = open(number, encoding="utf-8", errors="replace", closefd=False)  # noqa: SIM115  Python's end waits for who reads stdin

@@ -17,7 +17,7 @@ KILLED = 128
 
 
 class Interrupted(CramliteError):
-    """End of a command by a signal; the message says what was found until then.
+    """End of a command by a signal; the message has the findings until then.
 
     Args:
         message: one paragraph.

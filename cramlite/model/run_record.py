@@ -1,4 +1,4 @@
-"""Record of a run, for exporters: what moved, what was felt, and what the program was doing."""
+"""Record of a run, for exporters: motions, forces, and steps of the program."""
 
 from __future__ import annotations
 

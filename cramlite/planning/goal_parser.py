@@ -1,4 +1,4 @@
-"""Goals in words, "tin on counter near hook": which phrase that predicates declare each of them is, and what it asks for."""
+"""Goals in words, "tin on counter near hook": the declared phrase of each, and its demands."""
 
 from __future__ import annotations
 
@@ -83,7 +83,8 @@ def _denied(goal: ParsedGoal, where: str) -> ParsedGoal:
 
 
 def contradiction(texts: Sequence[str], grounder: Grounder, places: Sequence[str] = ()) -> str:
-    """Name two goals that cannot hold at one time, by what predicates declare of each other, and why; "" where all can.
+    """Name two goals that cannot hold at one time, by the predicates' declarations, and why; "" if all
+    can.
 
     Args:
         places: "file:line" of each goal; none for goals that stand in no file.

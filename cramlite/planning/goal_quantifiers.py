@@ -21,7 +21,7 @@ Says = tuple[str, ...]
 
 
 def without_quantifiers(says: Sequence[str], grounder: Grounder) -> Iterator[Says]:
-    """Generate what goals may mean: for each choice of things and of alternatives, the goals about them.
+    """Generate the meanings of goals: for each choice of things and alternatives, the goals about them.
 
     What needs least is first: of alternatives those that hold already, of things those for which the goal does; else in the
     order of goal and world.

@@ -1,4 +1,4 @@
-"""Heartbeat of a search: it ends when its caller wants that, and says every few seconds what is done now."""
+"""Heartbeat of a search: it ends when its caller wants, and tells the current work every few seconds."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ BEHIND = {"proof": "searching: what to do otherwise after the last program", "se
 
 
 class NowDone(str):
-    """Line of progress on what is done now; other lines are events, and come once."""
+    """Line of progress on the current work; other lines are events, and come once."""
 
     __slots__ = ()
 

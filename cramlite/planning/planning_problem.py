@@ -1,4 +1,5 @@
-"""Symbolic planning problems: what holds, what should hold, and the tasks that change it; as PDDL, and plans checked."""
+"""Symbolic planning problems: present facts, wanted facts, and tasks that change them; as PDDL, and plans
+checked."""
 
 from __future__ import annotations
 
@@ -105,7 +106,7 @@ class PlanningProblem(Value, eq=False):
             yield Scope(every)
 
     def within(self, scope: Scope) -> PlanningProblem:
-        """Return the problem with no more ways round what was refused than a scope leaves."""
+        """Return the problem with no more ways round the refusals than a scope leaves."""
         blocked = tuple(b.left_shut() for b in self.blocked) if scope.left_shut else self.blocked
         return replace(self, blocked=tuple(b.while_others_stay() for b in blocked) if scope.others_moved else blocked)
 
@@ -222,7 +223,8 @@ class PlanningProblem(Value, eq=False):
         return tuple(kept)
 
     def shut_first(self, steps: tuple[Operator, ...]) -> tuple[Operator, ...]:
-        """Return a plan in which what it opens is opened behind all that it shuts, as far as it is a plan so, too.
+        """Return a plan in which things are opened after all those that it closes, as far as it stays a
+        plan.
 
         What is open takes room: before a cabinet the handle of an open drawer keeps the hand from closing the one below.
         """
@@ -251,7 +253,7 @@ class PlanningProblem(Value, eq=False):
         return TaskPlan(tuple(steps), tuple(self._out_of_the_way(steps, k) or reason for k, reason in enumerate(found)))
 
     def surplus(self, steps: Sequence[Operator]) -> frozenset[tuple[bool, Fact]]:
-        """Return what operators make or end beyond what later ones and the goal ask for."""
+        """Return the effects of operators beyond the needs of later ones and the goal."""
         return surplus(self.wanted, self.facts, tuple(steps))
 
     def _out_of_the_way(self, steps: Sequence[Operator], k: int) -> str:
@@ -263,7 +265,8 @@ class PlanningProblem(Value, eq=False):
         return ""
 
     def blocking(self, steps: Sequence[Operator], found: Refutation) -> Blocking | None:
-        """Return what the failure of a task sequence rules out; None where no task of it was refused, or it is known."""
+        """Return the blocking that follows from the failure of a task sequence; None without a refused
+        task, or if it is known."""
         facts = [self.facts]
         for step in steps:
             facts.append(step.apply(facts[-1]))
@@ -284,7 +287,7 @@ class PlanningProblem(Value, eq=False):
         return frozenset(t.thing for t in blocking.tracks if own & joints and t.thing in joints - own - wide)
 
     def blockings(self, steps: Sequence[Operator], found: Refutation) -> tuple[Blocking, ...]:
-        """Return what the failure of a task sequence rules out, as ``blocking`` does.
+        """Return the blockings that follow from the failure of a task sequence, as ``blocking`` does.
 
         Of a task that was refused in one part of it alone, such as putting down, that part, too: it would be refused as a task of its own.
         """

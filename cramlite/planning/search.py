@@ -33,7 +33,7 @@ Below = Generator[State, Conflict | None, Conflict]
 
 
 class Effort(Struct):
-    """Effort that was spent on one task sequence, in all rounds, and what it taught.
+    """Effort that was spent on one task sequence, in all rounds, and its lessons.
 
     Args:
         breadth: how many times as many alternatives are tried as in the first round.

@@ -1,4 +1,4 @@
-"""The trace of a resolution: who answered what, and why the others were refused."""
+"""Trace of a resolution: answers with their plugins, and reasons of refusals."""
 
 from __future__ import annotations
 

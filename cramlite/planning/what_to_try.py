@@ -1,4 +1,4 @@
-"""What a person may try after a search that found nothing, from what its refusals say is missing."""
+"""Remedies after a search that found nothing, from the missing quantities of its refusals."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Discovery of plugins: entry points of installed packages, and files that somebody names."""
+"""Discovery of plugins: entry points of installed packages, and files that a user names."""
 
 from __future__ import annotations
 

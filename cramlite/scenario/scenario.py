@@ -219,7 +219,7 @@ class Scenario(Value):
         return tuple(map(self.resolve_path, self.spec.ontologies))
 
     def with_plugins(self, chosen: PluginChoice) -> PluginChoice:
-        """Return a selection of plugins extended by what this scenario blocks and prefers.
+        """Return a selection of plugins extended by the scenario's ``block`` and ``prefer``.
 
         Raises:
             UserError: it names a plugin that there is not; with file and line.
@@ -251,7 +251,7 @@ class Scenario(Value):
         return replace(self, spec=self.spec.model_copy(update={"reading": reading}))
 
     def with_goal(self, goal: Sequence[Any]) -> Scenario:
-        """Return this scenario with a goal in the place of what it starts from.
+        """Return this scenario with a goal as its start.
 
         Args:
             goal: sentences such as "tin on tray", or goals as data (``goal_spec``).

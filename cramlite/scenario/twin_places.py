@@ -1,4 +1,4 @@
-"""Real things of a twin, where they really are: each as large as it is, with what carries it.
+"""Real things of a twin at their real places: each of its real size, with its carrier.
 
 What hangs goes on to hang: it moves with what it hangs on, along the peg and about the vertical. What stands goes on to stand: it goes
 up, down and over with what it stands on. What is mounted moves with what carries it. What is fixed leans about its base. What is free
@@ -52,7 +52,7 @@ class _Placing:
         self.boxes = {t.name: boxes(t) for t in world.things}
 
     def put(self, thing: Thing) -> None:
-        """Place a thing, after what carries it: files of others list drawers before their cabinets."""
+        """Place a thing, after its carrier: files of others list drawers before their cabinets."""
         self.waiting.discard(thing.name)
         carrier = self.hangers.get(thing.name, thing.joint.parent if thing.joint else "")
         if carrier in self.waiting:

@@ -68,7 +68,7 @@ def write_robot(name: str, arm: Path, keys: Path | None, gripper: Path | None, o
 
 
 def robot_text(written: WrittenRobot) -> str:
-    """Return what was found in the files of a robot, and what is missing, as text."""
+    """Return the findings about the files of a robot, and the missing data, as text."""
     found = [f"  found: {line}" for line in written.read.found]
     return "\n".join([*found, *(f"  to check: {line}" for line in written.read.notes)])
 

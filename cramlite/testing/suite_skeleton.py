@@ -147,7 +147,7 @@ def _names(found: Sequence[ProgramFound]) -> list[str]:
 
 
 def suite_text(files: Sequence[Path]) -> str:
-    """Return what was written and what to do next, as text."""
+    """Return the written files and the next step, as text."""
     tests = files[0]
     return "\n".join([
         f"Wrote {', '.join(str(f) for f in files[1:])}.",

@@ -29,7 +29,7 @@ from .twins import doubts, execute_in_twin, peak_force
 
 
 def run_demonstration(trial: Trial) -> DemonstrationResult:
-    """Run the trial of one demonstration, or what is left of it.
+    """Run the trial of one demonstration, or its open part.
 
     Raises:
         UserError: a file that cannot be read or written.

@@ -43,7 +43,7 @@ class EpisodeRow(Value):
 
 
 class Spread(Value):
-    """Spread of a time over so many episodes [s]: its median, what 95 % stay under, and the longest."""
+    """Spread of a time over so many episodes [s]: median, 95 % quantile, longest."""
 
     median: float
     most: float

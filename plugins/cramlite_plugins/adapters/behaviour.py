@@ -123,7 +123,7 @@ class _Job:
 
 
 class Place:
-    """Setting of a behaviour tree: what one behaviour's run left is where the next one begins.
+    """Setting of a behaviour tree: the end of one behaviour's run is the start of the next.
 
     ``place.now`` is the ``setting`` of behaviours, ``place.run`` their ``run``: the text is executed in the simulator, in
     the world as it really is then, and judged there.

@@ -47,7 +47,7 @@ class Rows(Value):
 
 
 def world_tracks(rows: dict[str, Rows]) -> tuple[dict[str, Track], tuple[Repair, ...]]:
-    """Return the tracks of all frames in the root frame of the transform tree, and what had to be repaired."""
+    """Return the tracks of all frames in the root frame of the transform tree, and the repairs."""
     inner = {n for r in rows.values() for n in r.names}
     clean: dict[str, Rows] = {}
     repairs: list[Repair] = []

@@ -71,7 +71,7 @@ class Messages:
             self.store.register(get_types_from_msg(text, name))
 
     def of(self, run: RunRecord) -> Iterator[Said]:
-        """Yield what is said on every topic, topic by topic."""
+        """Yield the messages of every topic, topic by topic."""
         yield from self._frames(run)
         yield from self._felt(run)
         yield from self._happened(run)

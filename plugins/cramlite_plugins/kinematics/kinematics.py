@@ -103,7 +103,8 @@ def _jacobian(chain: Floats, end: Floats) -> Floats:
 
 
 def twist(from_: Floats, to: Floats) -> Floats:
-    """Compute what moves one (4, 4) frame onto another: (6,) translation [m] and rotation vector [rad], parent axes."""
+    """Compute the twist from one (4, 4) frame to another: (6,) translation [m] and rotation vector [rad],
+    parent axes."""
     (a, b, c), (d, e, f), (g, h, i) = (to[:3, :3] @ from_[:3, :3].T).tolist()
     x, y, z, cosine = (h - f) / 2, (c - g) / 2, (d - b) / 2, (a + e + i - 1) / 2
     sine = math.hypot(x, y, z)

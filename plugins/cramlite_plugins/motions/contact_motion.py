@@ -143,7 +143,8 @@ def frame_along(axis: Floats) -> Pose:
 
 
 def carried(motion: Motion, belief: Belief) -> float:
-    """Return the upward force of the compliant arm [N]: its load's weight, less what presses on a surface."""
+    """Return the upward force of the compliant arm [N]: its load's weight, less the part that presses on a
+    surface."""
     held = belief.world.thing(belief.held.thing) if belief.held else None
     weight = GRAVITY * (held.mass or 0.0) if held is not None and held.joint is None else 0.0  # rails carry a drawer
     return weight - float(motion.parameters.get("press_n", 0.0))

@@ -1,4 +1,4 @@
-"""Expert for materials: looked up by what an object was recognised as, not measured."""
+"""Expert for materials: looked up for the recognised class, not measured."""
 
 from __future__ import annotations
 

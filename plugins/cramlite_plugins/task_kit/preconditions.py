@@ -31,7 +31,7 @@ def empty_hand(belief: Belief) -> None:
 
 
 def what_is_held(belief: Belief, to_be: str) -> Held:
-    """Return what is held, so that something can be done with it.
+    """Return the payload, for a task about it.
 
     Args:
         to_be: what, such as "let go".

@@ -108,7 +108,7 @@ class InsertHoleOntoPeg(TaskType):
         return belief.related(("hangs_on", action.roles["Locatum"].entity or "", relatum))
 
     def allowance(self, action: Action, bindings: Mapping[str, Any]) -> Allowance:
-        """What is led down to a peg's root may touch what the peg stands on."""
+        """Return the allowance of a hole that is led down to a peg's root: it may touch the peg's support."""
         own, place = super().allowance(action, bindings), bindings.get(self.begins_at(action).name)
         feet = place.fit.feet if isinstance(place, Place) and place.fit else ()
         return replace(own, touches=own.touches | {frozenset({HELD, foot}) for foot in feet})

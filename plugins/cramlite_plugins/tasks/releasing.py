@@ -30,7 +30,7 @@ class Releasing(TaskType):
             yield Decomposition((down, *steps), "it is in the air: put it down first, then open the fingers")
 
     def begins_at(self, action: Action) -> Location | None:
-        """Return the location near the relatum, where what is held is brought; None without a relatum.
+        """Return the location near the relatum, where the payload is brought; None without a relatum.
 
         Not where the next task begins: nothing is held any more then.
         """

@@ -71,7 +71,7 @@ class Ungrasping(TaskType):
         return Decomposition(steps, f"under the roof of {relatum.entity} with its foot, where it tips over, and push it in")
 
     def allowance(self, action: Action, bindings: Mapping[str, Any]) -> Allowance:
-        """Return what it may touch, and that it moves what it pushes in after it tipped over."""
+        """Return the allowance, with the thing that it pushes in after it tipped over."""
         pushed: Place | None = bindings.get(_way_in(action.roles["Locatum"]))
         return replace(super().allowance(action, bindings), moves=frozenset({thing_of(pushed.thing)} if pushed else ()))
 

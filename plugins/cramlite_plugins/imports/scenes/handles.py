@@ -37,7 +37,7 @@ class Handle(Value):
 
 
 def find_handle(geoms: Sequence[Geom], names: Sequence[str], joint: Joint) -> Handle | None:
-    """Find what a drawer or a door is held by.
+    """Find the handle of a drawer or a door.
 
     Args:
         geoms: in the thing's frame, each with the name of the file's geom, mesh or body.
@@ -122,7 +122,7 @@ def _handle(geoms: Sequence[Geom], parts: tuple[int, ...], out: Floats, joint: J
 
 
 def with_handle(thing: Thing, names: Sequence[str]) -> tuple[Thing, str]:
-    """Return a jointed thing with its handle, and what is said of it.
+    """Return a jointed thing with its handle, and a note on it.
 
     Args:
         names: what the file calls each of its geoms.

@@ -32,7 +32,7 @@ BESIDE = 0.001
 
 
 def with_pegs(made: Sequence[Made]) -> list[Made]:
-    """Add the feature "peg" to posts that a hole goes over, and the holes that go over one to what has them."""
+    """Add the feature "peg" to posts that a hole goes over, and the holes to their things."""
     posts = {m.thing.name: peg for m in made if (peg := _post(m.thing, [o.thing for o in made])) is not None}
     if not posts:
         return list(made)

@@ -10,7 +10,8 @@ from cramlite.plugin import Expert, Inputs, Parameter, Unresolvable, hookimpl
 
 
 def region(inputs: Inputs) -> Mapping[str, Any]:
-    """Return an axis-aligned box around the fixtures that the query names as a place, with room for what is there."""
+    """Return an axis-aligned box around the fixtures that the query names as a place, with room for their
+    content."""
     import numpy as np
 
     from cramlite.plugin import RELATIONS
