@@ -96,7 +96,7 @@ class InsertHoleOntoPeg(TaskType):
         )
 
     def _push_along_peg(self, felt: Callable[..., Motion], belief: Belief, relatum: Object) -> Iterable[Motion]:
-        """A peg that stands leads nothing over a bent tip: along it goes a straight way, and it gives way to its sides."""
+        """Motions down an upright peg: straight, compliant to its sides, since there is no bent tip to follow."""
         peg = belief.feature(relatum.thing, "vrps:Peg")
         if peg is not None and stands((belief.thing(relatum.thing).pose * peg.pose).rotate((0.0, 0.0, 1.0))):
             yield felt("sink", "force_path", "down along the peg", corner=TIP, end=DEEP)
