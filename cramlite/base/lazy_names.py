@@ -61,7 +61,7 @@ class LazyNames:
         return found
 
     def _instead(self, old: str) -> Any:
-        """Warn of a deprecated name whoever uses it, each time; give what the new name stands for."""
+        """Warn of a deprecated name each time it is used; return the object of the new name."""
         new, since = self.deprecated[old]
         said = f"{self._package}.{old} is deprecated since cramlite {since}: use {self._package}.{new}"
         warnings.warn(said, DeprecationWarning, stacklevel=3)

@@ -1,4 +1,4 @@
-"""Entry point of the command line: a command is run, and what goes wrong becomes one paragraph and an exit code."""
+"""Entry point of the command line: run a command; an error becomes one paragraph and an exit code."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     words = sys.argv[1:] if argv is None else argv
     arguments = parser([w for w in words[:1] if w in COMMANDS]).parse_args(words)
     try:
-        _heed(arguments)
+        _check_common_options(arguments)
         return int(arguments.run(arguments))
     except BrokenPipeError:
         return 0
@@ -106,7 +106,7 @@ def parser(asked: Collection[str] = COMMANDS.keys()) -> argparse.ArgumentParser:
     return whole
 
 
-def _heed(arguments: argparse.Namespace) -> None:
+def _check_common_options(arguments: argparse.Namespace) -> None:
     """A seed is one; plugins that are chosen can be had, also where a command asks none: the others see for themselves."""
     whole_seed(getattr(arguments, "seed", 0))
     if not arguments.asks_plugins and (arguments.plugin or arguments.block or arguments.prefer):
@@ -130,7 +130,8 @@ def _start_lightly() -> None:
 
 
 def _leave() -> None:
-    """Nanobind calls what was not collected a leak, on standard error; of the packages here OMPL's is made with it."""
+    """Keep nanobind from reporting uncollected objects as leaks; of the packages here OMPL is made with
+    it."""
     import gc
 
     if "ompl" not in sys.modules:

@@ -126,6 +126,6 @@ def interrupted_text(trace: Trace) -> str:
     found = f"no program was refused yet{_on_the_way(trace.entries)}" if runs else "nothing was refused yet"
     if miss is not None:
         found = f"nearest miss: candidate {miss.candidate}, {miss.designator}: {miss.reason} [{miss.plugin}]"
-    tries = "".join(f"\n  To try: {said}" for said in what_to_try(entries))
+    tries = "".join(f"\n  To try: {said}" for said in what_to_try(entries, 1))
     where = f" ({runs})" if runs else ""
     return f"the search was interrupted after {len(trace.entries)} decisions{where}; {found}{tries}"

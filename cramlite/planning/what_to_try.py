@@ -95,7 +95,7 @@ def _about(entry: Entry, remedy: Remedy) -> str:
 
 
 def _room(collision: Collision) -> Remedy:
-    """What a collision says: two bodies need more room."""
+    """Remedy of a collision: two bodies need more room."""
     more = f"at least {1000 * collision.depth:.0f} mm more room" if collision.depth >= ROUNDED else "more room"
     return Remedy("", f"{collision}: make {more} between them", collision.depth)
 
@@ -113,7 +113,7 @@ def _reasons(refusals: Sequence[Entry], most: int) -> Iterator[str]:
 
 
 def _each_once(said: Iterable[str]) -> dict[str, str]:
-    """The first of the texts that differ in numbers only, by what they have in common."""
+    """First of the texts that differ in numbers only, by their common part."""
     found: dict[str, str] = {}
     for text in said:
         found.setdefault(without_numbers(text), text)

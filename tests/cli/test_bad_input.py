@@ -176,7 +176,7 @@ def test_no_solution_of_a_process_ends_with_its_reasons(process: Run, tmp_path: 
     (tmp_path / "opening.yaml").write_text(text)
     ran = process("resolve", tmp_path / "opening.yaml", "--no-report", "--out", tmp_path / "run")
     _is_clear(ran, 1, "No solution", "Nearest miss")
-    assert "cramlite explain" in ran.err.splitlines()[-1]  # a library printed what it had not cleaned up
+    assert ran.err.splitlines()[-1].startswith("  To try: ")  # a library printed what it had not cleaned up
 
 
 def test_a_path_that_is_no_episode(run: Run, tmp_path: Path) -> None:
