@@ -30,7 +30,7 @@ def empty_hand(belief: Belief) -> None:
         raise Unresolvable.because_of_earlier_tasks(f"the gripper already holds '{belief.held.thing}'", blocking=())
 
 
-def what_is_held(belief: Belief, to_be: str) -> Held:
+def held_payload(belief: Belief, to_be: str) -> Held:
     """Return the payload, for a task about it.
 
     Args:

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from cramlite.model import Action, Belief, ExpectedGrip, Fingers, Held, Location, Motion, thing_of
 from cramlite.plugin import Decomposition, Role, TaskType, Unresolvable, hookimpl
 
-from ..task_kit.preconditions import near, what_is_held
+from ..task_kit.preconditions import held_payload, near
 
 
 class Releasing(TaskType):
@@ -18,7 +18,7 @@ class Releasing(TaskType):
     slides = False
 
     def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
-        held = what_is_held(belief, "released")
+        held = held_payload(belief, "released")
         steps = (
             Motion(action.inside("open"), "gripper", None, {"to": Fingers.OPEN, "expect": ExpectedGrip.NONE}, reason="let go"),
             Motion(action.inside("payload"), "payload", reason="the gripper is empty again"),

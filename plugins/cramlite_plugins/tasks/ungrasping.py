@@ -22,7 +22,7 @@ from cramlite.model import (
 )
 from cramlite.plugin import Allowance, Decomposition, Role, TaskType, hookimpl
 
-from ..task_kit.preconditions import spot, what_is_held
+from ..task_kit.preconditions import held_payload, spot
 
 SPEED = 0.08  # of fingers that push in what lies there [m/s]: LIBERO's book stays at them; with 0.05 it takes 14 actions more
 
@@ -36,7 +36,7 @@ class Ungrasping(TaskType):
     slides = False
 
     def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
-        what_is_held(belief, "let go")
+        held_payload(belief, "let go")
         if _has_a_roof(action, belief):
             yield self._tip_over(action)
             return
