@@ -36,7 +36,7 @@ Say = Callable[[str], None]
 
 
 class Asked(Value):
-    """Question of a client: what is to be proven.
+    """Question of a client: the scenario or goal to be proven.
 
     Args:
         files: that the client may name.
@@ -56,7 +56,7 @@ class Asked(Value):
         Raises:
             UserError: it cannot be used, or the goal is none.
         """
-        scenario = self.files.read(self.scenario)
+        scenario = self.files.read(self.scenario, self.goal)
         return scenario.with_goal(self.goal) if self.goal else scenario
 
     def key(self, scenario: Scenario, setting: Setting, engine: Engine) -> dict[str, Any]:
@@ -91,7 +91,7 @@ class ProvenRun(Value):
 
 
 class ProvenRuns:
-    """Register of what was proven by this process.
+    """Register of the programs that this process has proven.
 
     Args:
         engine: for scenarios that ask for none of their own.
@@ -135,7 +135,7 @@ class ProvenRuns:
         return proven
 
     def recall(self, name: str) -> ProvenRun:
-        """Return what was proven under a name.
+        """Return the proven program of a name.
 
         Raises:
             UserError: nothing was, by this process.

@@ -92,6 +92,9 @@ def test_a_bystander_moves_no_further_than_the_limit(way: float, passes: bool, a
         (one,) = found
         assert one.reason == "'cup', which no task moved then, got 5 mm away by 2.0 s; limit 5 mm by default"
         assert one.value == pytest.approx(way) and (one.limit, one.origin) == (0.005, "2.PickingUp")
+        assert str(one.remedy).endswith("'limits: {bystander_motion: 6 mm}' in the scenario")
+        let = JudgingLimits(bystander_motion=0.006, of_scenario=("bystander_motion",))
+        assert all(f.passed for f in Bystanders().check(replace(pushed, limits=let))), "what it says, does"
 
 
 def test_one_that_comes_back_was_moved_all_the_same() -> None:
@@ -115,6 +118,7 @@ def test_a_bystander_leans_no_further_than_the_limit(degrees: float, passes: boo
     assert all(f.passed for f in found) is passes
     if not passes:
         assert found[0].reason == "'cup', which no task moved then, leant over by 5 deg by 2.0 s; limit 5 deg by default"
+        assert str(found[0].remedy).endswith("'limits: {bystander_tilt: 6 deg}' in the scenario")
         assert found[0].value == pytest.approx(math.radians(degrees)) and (found[0].unit, found[0].origin) == ("rad", "2.PickingUp")
         exact = replace(wide, limits=replace(wide.limits, bystander_tilt=found[0].value))
         assert all(f.passed for f in Bystanders().check(exact))

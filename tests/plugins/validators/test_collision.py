@@ -56,6 +56,19 @@ def test_a_carried_thing_that_hits_another_is_an_objection() -> None:
     assert found.reason == "'block' hit 'cup' with 10 N at 3.0 s in 3.Placing/PuttingDown; limit 2 N by default"
 
 
+def test_an_objection_says_what_would_let_the_touch_be_and_offers_no_limit_that_no_task_has() -> None:
+    found = only(Collision(), hits(range(60, 61), "block", "cup"))
+    assert str(found.remedy) == (
+        "'block' and 'cup' meet with 10.0 N where 2 N are let: make more room between them, or name another place, "
+        "or, where that does no harm, 'limits: {brush: 10 N}' in the scenario"
+    )
+    limits = JudgingLimits(brush=10.0, of_scenario=("brush",))
+    assert only(Collision(), replace(hits(range(60, 61), "block", "cup"), limits=limits)).passed, "what it says, does"
+    hard = only(Collision(), hits(range(60, 61), "block", "cup", 26.0))
+    assert "make more room" in str(hard.remedy) and "brush" not in str(hard.remedy)
+    assert only(Collision(), good()).remedy is None
+
+
 @pytest.mark.parametrize(("force", "passes"), [(2.0, True), (2.001, False)])
 def test_a_brush_is_no_touch(force: float, passes: bool) -> None:
     assert only(Collision(), hits(range(60, 62), "block", "cup", force)).passed is passes
