@@ -148,16 +148,19 @@ def falls_in(placement: Placement, query: Query) -> str | Refused:
 def in_region(placement: Placement, query: Query) -> str | Refused:
     """Check that its origin is over the region that is asked for, a little inside, since what is let go may
     shift, and no higher than that reaches."""
-    if not (region := query.where.region):
-        return ""
-    x, y, z = (query.target.pose.inverse() * placement.thing).position
+    return _region_missed(placement.thing, placement.height, query) if query.where.region else ""
+
+
+def _region_missed(thing: Pose, height: float, query: Query) -> str | Refused:
+    """How far an origin at a pose, to be lowered by a height [m], would be outside its region; "" where it is in it."""
+    region, (x, y, z) = query.where.region, (query.target.pose.inverse() * thing).position
     at, area = shapely.Point(x, y), query.target.area
     by = float(area.boundary.distance(at)) if area.covers(at) else -float(area.distance(at))
     if by < WELL_IN:
         said = f"{-1000 * by:.0f} mm beside" if by < 0 else f"only {1000 * by:.0f} mm from the edge of"
         return f"its origin would be {said} '{region}'; {1000 * WELL_IN:.0f} mm inside is needed"
     feature = next(f for f in query.belief.thing(thing_of(query.entity)).features if f.name == region)
-    over = 0.0 if query.depth else z - placement.height - feature.size.get("height", math.inf) + BELOW_TOP
+    over = 0.0 if query.depth else z - height - feature.size.get("height", math.inf) + BELOW_TOP
     if over <= 0:
         return ""
     what, reaches = f"'{thing_of(query.entity)}/{region}'", f"reaches {1000 * feature.size['height']:.0f} mm above the face in it"
@@ -287,12 +290,39 @@ def hand_off(placement: Placement, query: Query) -> str | Refused:
 def rests_there(placement: Placement, query: Query) -> str | Refused:
     """Check in simulation that a payload that is let go of leaning comes to stand in the opening, wherever
     near its place."""
+    if placement.kind == "dropped":
+        return _dropped_there(placement, query)
     if placement.kind != "in" or placement.lies is None:
         return ""
     for end in rests(query.thing, placement.thing, query.whole, query.at, OFF_PATH):
         stands = end is not None and end.distance(stood_up(query.thing, end))[1] <= STANDS
         if end is None or not stands or not query.target.area.covers(footprint(query.thing, query.target.pose.inverse() * end)):
             return refusal(f"'{query.thing.name}' may come to lie otherwise than it stands when it is let go of")
+    return ""
+
+
+def dropped(placement: Placement, query: Query) -> str | Refused:
+    """Check that a payload which is let go of otherwise than it stands comes to rest, with its origin where it shall be."""
+    if placement.lies is None:
+        return "" if room(placement, query) else "it comes to rest nowhere near"  # the hand's own checks say so else
+    return _astray(placement.lies, query)
+
+
+def _astray(end: Pose, query: Query) -> str | Refused:
+    """Why a payload at rest is not where it shall be: its origin is not in its region, or its middle not over what it is put onto."""
+    to = query.target.pose.inverse() * end
+    if query.where.region:
+        sunk = query.depth and not -query.depth <= to.position[2] <= 0.0
+        return "its origin comes to rest above or below its region" if sunk else _region_missed(end, 0.0, query)
+    centre = shapely.Point(*to.apply(centre_of_mass(query.thing))[:2])
+    return "" if query.target.area.covers(centre) else f"it comes to rest beside '{query.entity}'"
+
+
+def _dropped_there(placement: Placement, query: Query) -> str | Refused:
+    """Check in simulation that a payload comes to rest where it shall be, let go of wherever near its place."""
+    for end in rests(query.thing, placement.thing, query.around, query.at, OFF_PATH, there=True):
+        if no := _astray(end, query) if end is not None else "it may come to rest nowhere near":
+            return no
     return ""
 
 
@@ -361,6 +391,8 @@ def hidden_by(points: Floats, eye: Floats, belief: Belief, others: Iterable[Thin
 SHAPES: Mapping[str, Mapping[str, Check]] = {
     "on": {"supported": supported, "clear": clear, "near": near, "beside": beside, "in its region": in_region, "let in": let_in},
     "in": {"inside": inside, "falls": falls, "near": near, "beside": beside, "in its region": in_region},
+    "within": {"near": near, "beside": beside, "in its region": in_region, "let in": let_in},
+    "dropped": {"near": near, "beside": beside, "let in": let_in, "at rest": dropped},
     "at rest": {"near": near, "beside": beside, "over its region": over_region},
     "toppled": {"lying there": lying_there, "near": near, "beside": beside},
 }
