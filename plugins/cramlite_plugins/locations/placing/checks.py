@@ -6,27 +6,26 @@ Those of the shapes alone are asked before the arm is; all work in the robot's b
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping
-from typing import Any
+from collections.abc import Callable, Mapping
 
 import numpy as np
 import shapely
 from msgspec.structs import replace
 
-from cramlite.model import Belief, Floats, Pose, Remedy, Stage, Thing, thing_of
+from cramlite.model import Pose, Remedy, Stage, thing_of
 from cramlite.plugin import Refused, checkpoint
 
 from ...kinematics.kinematics import inverse, reach_shortfall, why_no_inverse
 from ...motion_planning.reach import shift
 from ...motion_planning.space import refusal
 from ...motion_planning.too_far import no_inverse
-from ...shapes import ray_casting as rays
-from ...shapes.bounds import box_around, centre_of_mass, support
+from ...shapes.bounds import centre_of_mass, support
 from ...shapes.standing_up import stood_up
 from ...shapes.surfaces import FLAT, footprint, inset, standing
 from ...simulation.resting import rests
 from ..reached import Leg
 from .query import Placement, Query
+from .visibility import visible
 
 ASIDE = 0.02  # what is left of a thing is so by at least this [m]
 SIDES: Mapping[str, tuple[int, float]] = {
@@ -38,7 +37,6 @@ OFF_WALLS = 0.008
 WELL_IN = 0.01  # of an origin from the edge of its region [m]: a thing that is let go shifts by a few millimetres
 BELOW_TOP = 0.002  # of an origin at rest from the upper end of its region [m]: the judge of goals asks for half of that
 LEVEL = 45.0  # of closing or approach direction from level, up to which something falls out of a hand [deg]: friction of 1 holds on less
-SEEN = 0.5  # share of a thing that others may not hide
 STANDS = math.radians(3.0)  # what leans by no more has come to stand
 OFF_PATH = 0.004  # how far beside its place what is let go may be [m]: where an arm has arrived
 
@@ -288,28 +286,35 @@ def hand_off(placement: Placement, query: Query) -> str | Refused:
 
 
 def rests_there(placement: Placement, query: Query) -> str | Refused:
-    """Check in simulation that a payload that is let go of leaning comes to stand in the opening, wherever
-    near its place."""
-    if placement.kind == "dropped":
-        return _dropped_there(placement, query)
-    if placement.kind != "in" or placement.lies is None:
+    """Check in simulation where a payload comes to rest that is let go of leaning, wherever near its place: standing in
+    the opening, or where it shall be."""
+    there = placement.kind == "dropped"
+    if placement.lies is None or placement.kind not in ("in", "dropped"):
         return ""
-    for end in rests(query.thing, placement.thing, query.whole, query.at, OFF_PATH):
-        stands = end is not None and end.distance(stood_up(query.thing, end))[1] <= STANDS
-        if end is None or not stands or not query.target.area.covers(footprint(query.thing, query.target.pose.inverse() * end)):
-            return refusal(f"'{query.thing.name}' may come to lie otherwise than it stands when it is let go of")
+    below = query.around if there else query.whole
+    for end in rests(query.thing, placement.thing, below, query.at, OFF_PATH, there):
+        if no := (_astray(end, query) if there else _leaning(end, query)):
+            return no
     return ""
 
 
+def _leaning(end: Pose | None, query: Query) -> str:
+    """Why a payload at rest does not stand in an opening; "" where it does."""
+    stands = end is not None and end.distance(stood_up(query.thing, end))[1] <= STANDS
+    if end and stands and query.target.area.covers(footprint(query.thing, query.target.pose.inverse() * end)):
+        return ""
+    return f"'{query.thing.name}' may come to lie otherwise than it stands when it is let go of"
+
+
 def dropped(placement: Placement, query: Query) -> str | Refused:
-    """Check that a payload which is let go of otherwise than it stands comes to rest, with its origin where it shall be."""
-    if placement.lies is None:
-        return "" if room(placement, query) else "it comes to rest nowhere near"  # the hand's own checks say so else
-    return _astray(placement.lies, query)
+    """Check that a payload which is let go of otherwise than it stands comes to rest where it shall be."""
+    return "" if placement.lies is None and room(placement, query) else _astray(placement.lies, query)
 
 
-def _astray(end: Pose, query: Query) -> str | Refused:
-    """Why a payload at rest is not where it shall be: its origin is not in its region, or its middle not over what it is put onto."""
+def _astray(end: Pose | None, query: Query) -> str | Refused:
+    """Why a payload at rest is not where it shall be, its origin in its region or its middle over its target."""
+    if end is None:
+        return "it may come to rest nowhere near"
     to = query.target.pose.inverse() * end
     if query.where.region:
         sunk = query.depth and not -query.depth <= to.position[2] <= 0.0
@@ -318,74 +323,11 @@ def _astray(end: Pose, query: Query) -> str | Refused:
     return "" if query.target.area.covers(centre) else f"it comes to rest beside '{query.entity}'"
 
 
-def _dropped_there(placement: Placement, query: Query) -> str | Refused:
-    """Check in simulation that a payload comes to rest where it shall be, let go of wherever near its place."""
-    for end in rests(query.thing, placement.thing, query.around, query.at, OFF_PATH, there=True):
-        if no := _astray(end, query) if end is not None else "it may come to rest nowhere near":
-            return no
-    return ""
-
-
 def lying_there(placement: Placement, query: Query) -> str | Refused:
     """Check that the payload has room where it comes to lie, whatever let go of it."""
     lying = shift(placement.rests, (0.0, 0.0, placement.height))
     no: Refused | None = query.scene.met(query.belief.base() * query.hand(lying), False)
     return no or ""
-
-
-def visible(placement: Placement, query: Query) -> str:
-    """Check that other things hide no more than half of it, and a camera looks its way."""
-    asked = query.where.visible_from
-    if asked is None:
-        return ""
-    eye, axis, field = _eye(asked, query)
-    if eye is None:
-        return "it cannot be said whether a camera sees it: none is fixed in the world; give 'visible_from' a point"
-    points = placement.thing.apply(_grid(query.thing))
-    middle = points.mean(axis=0) - eye
-    off = math.acos(float(np.clip(middle @ axis / np.linalg.norm(middle), -1, 1))) if axis is not None else 0.0
-    if off > field:
-        return f"{math.degrees(off):.0f} deg off the camera's axis, it sees {math.degrees(field):.0f} deg to each side"
-    others = (t for t in query.belief.world.things if t.name != query.thing.name)
-    hidden, by = hidden_by(points, eye, query.belief, others)
-    share = 1.0 - float(hidden.mean())
-    if share >= SEEN:
-        return ""
-    return f"{100 * share:.0f} % of it is seen, {100 * SEEN:.0f} % is needed; '{by}' hides most"
-
-
-def _grid(thing: Thing) -> Floats:
-    """27 points in the box around a thing."""
-    low, high = box_around(thing.geoms)
-    shares = np.array([(x, y, z) for x in (0.1, 0.5, 0.9) for y in (0.1, 0.5, 0.9) for z in (0.1, 0.5, 0.9)])
-    found: Floats = low + shares * (high - low)
-    return found
-
-
-def _eye(asked: Any, query: Query) -> tuple[Floats | None, Floats | None, float]:
-    """Where the camera is and the way that it looks, if that is known, and how far to each side it sees
-    [rad]."""
-    base = query.belief.base().inverse()
-    if asked != "camera":
-        return base.apply(np.asarray(asked, dtype=float)), None, math.pi
-    camera = query.context.camera
-    if camera is None or camera.mount is not None:
-        return None, None, 0.0
-    pose = base * camera.pose
-    return np.asarray(pose.position), pose.rotate((0.0, 0.0, 1.0)), camera.intrinsics.min_half_field_of_view
-
-
-def hidden_by(points: Floats, eye: Floats, belief: Belief, others: Iterable[Thing]) -> tuple[Floats, str]:
-    """Return the occlusion (n,) of points (n, 3) in the base frame from an eye (1 is hidden), and the main
-    occluder."""
-    hidden, counts = np.zeros(len(points)), dict[str, int]()
-    for other in others:
-        to = belief.pose(other.name).inverse()
-        shape, start = rays.body(other.geoms), to.apply(eye)
-        stopped = [rays.crossed(shape, start[None], to.apply(p)[None]) for p in points]
-        counts[other.name] = sum(stopped)
-        hidden = np.maximum(hidden, np.array(stopped, dtype=float))
-    return hidden, max(counts, key=lambda n: counts[n], default="")
 
 
 SHAPES: Mapping[str, Mapping[str, Check]] = {
