@@ -16,8 +16,8 @@ from cramlite.plugin import Context, Unresolvable
 
 from ...kinematics.kinematics import inverse, reach_gap, reach_shortfall
 from ...motion_planning.planning_scene import CLEARANCE
-from ...motion_planning.reach import shift
-from ...shapes.bounds import box_around, centre_of_mass, height, lowest, support
+from ...motion_planning.reach import shift, taken_at
+from ...shapes.bounds import box_around, centre_of_mass, corners, height, lowest, support
 from ...shapes.box_overlaps import overlaps
 from ...shapes.roofs import has_a_roof, has_own_roof, open_sides, roof_over, roofed
 from ...shapes.standing_up import stood_up
@@ -145,7 +145,8 @@ def _levels(
 
 
 def _too_high(query: Query, room: float, needed: float) -> Unresolvable:
-    """What to say where a payload is too high for the room under a roof, or no side is open."""
+    """What to say where a payload is too high for the room under a roof, or no side is open; where it is not too high
+    on each of its sides, another grasp may bring it in lying."""
     low = room - needed + 2 * HIGH
     if low >= 2 * HIGH:
         return Unresolvable(f"no side of '{query.entity}' is open", blocking=())
@@ -156,7 +157,10 @@ def _too_high(query: Query, room: float, needed: float) -> Unresolvable:
     )
     remedy = Remedy(f"room {query.entity}", says, needed - room)
     said = f"the room under the roof of '{query.entity}' is {more}"
-    return Unresolvable(said, blocking=(), remedy=remedy)
+    low_side = float(np.min(np.ptp(corners(query.thing, Pose()), axis=0)))
+    lies = low_side + 2 * HIGH <= room and not query.where.attitude and query.thing.filling is None
+    grasps = taken_at(query.belief, query.context) if lies else ()
+    return Unresolvable(said, grasps, blocking=(), remedy=remedy)
 
 
 def _level(query: Query, floor: Floor, now: Pose, kind: str) -> Iterator[Placement]:
