@@ -16,7 +16,7 @@ import numpy as np
 import shapely
 from msgspec.structs import replace
 
-from cramlite.model import Floats, Pose, Value
+from cramlite.model import Belief, Floats, Pose, Thing, Value, Vector3
 from cramlite.plugin import Refused, Unresolvable
 
 from ...motion_planning.reach import shift, taken_at, tcp
@@ -285,12 +285,18 @@ def toppled(query: Query, upright: Pose, out: Floats, lean: float) -> Iterator[t
 
 
 def _floor(query: Query, lying: Pose) -> float | None:
-    """Height of what carries a thing that lies turned so, with its middle in the opening's [m]; None for
-    nothing."""
-    points = corners(query.thing, lying)
-    middle = query.target.pose.apply((0.0, 0.0, -query.depth / 2)) - (points.min(axis=0) + points.max(axis=0)) / 2
-    there = Pose(tuple((np.asarray(lying.position) + middle).tolist()), lying.quaternion)
-    height, _ = resting_height(query.thing, there, [(query.belief.thing(n), query.belief.pose(n)) for n in query.belief.poses])
+    x, y, z = map(float, query.target.pose.apply((0.0, 0.0, -query.depth / 2)))
+    return carried_at(query.thing, lying, (x, y, z), query.belief)
+
+
+def carried_at(thing: Thing, turned: Pose, point: Vector3, belief: Belief) -> float | None:
+    """Return the height of what carries a thing, turned as at a pose, with its middle over or under a point of the base frame
+    [m]; None for nothing."""
+    points = corners(thing, turned)
+    middle = np.asarray(point) - (points.min(axis=0) + points.max(axis=0)) / 2
+    there = Pose(tuple((np.asarray(turned.position) + middle).tolist()), turned.quaternion)
+    others = [(belief.thing(n), belief.pose(n)) for n in belief.poses if n != thing.name]
+    height, _ = resting_height(thing, there, others)
     return height if math.isfinite(height) else None
 
 
