@@ -4,9 +4,13 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from ..base.errors import UserError
 from .arguments import Add, plugin_choice
+
+if TYPE_CHECKING:
+    from ..learning.proposal import Proposal
 
 MOST = 10
 """Demonstrations at a time: nobody shows one thing more often."""
@@ -28,6 +32,8 @@ def add_commands(add: Add) -> None:
         "--known", nargs="+", type=Path, default=[], metavar="EPISODE",
         help="episodes of other tasks: what known tasks explain in them is no example",
     )  # fmt: skip
+    learn.add_argument("--try", dest="scenario", metavar="SCENARIO", help="let a robot do it in this scenario's world, and read its runs")
+    learn.add_argument("--worlds", type=int, default=2, metavar="N", help="seeds that are tried, from 1 on (default 2)")
     learn.add_argument("--out", type=Path, help="folder of the package (default: cramlite-NAME)")
 
 
@@ -54,7 +60,20 @@ def _learn(arguments: argparse.Namespace) -> int:
         print(text)
     print("how it is done: " + (" -> ".join(task for task, _ in proposal.steps) or "not learned; write 'decompose'"))
     print("\n".join([f"Wrote a task plugin to '{folder}':", *(f"  {path.relative_to(folder)}" for path in written)]))
-    return 0
+    return _tried(arguments, proposal, next(p for p in written if p.name == "__init__.py")) if arguments.scenario else 0
+
+
+def _tried(arguments: argparse.Namespace, proposal: Proposal, module: Path) -> int:
+    """What came of it in other worlds; 1 where a trial failed."""
+    from ..base.resources import find_scenario
+    from ..learning.trial import trials
+    from ..scenario.scenario import read_scenario
+
+    done = []
+    for trial in trials(proposal, module, read_scenario(find_scenario(arguments.scenario)), range(1, 1 + arguments.worlds)):
+        print(f"seed {trial.seed}: {trial.reason}", flush=True)
+        done.append(trial.passed)
+    return 0 if all(done) else 1
 
 
 def _interval(text: str) -> tuple[float, float]:

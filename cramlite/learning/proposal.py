@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
 
@@ -78,7 +79,7 @@ def propose(task: str, learned: Learned, rules: Sequence[Rule], taxonomy: Taxono
         rules: of the known tasks.
         wrong: the examples that were left out.
     """
-    roles = dict(_names(rules)[: learned.cast.roles])
+    roles = _called(learned, _names(rules))
     names = [HAND, *roles]
     evidence = _evidence(learned, names, wrong)
     return Proposal(
@@ -88,13 +89,27 @@ def propose(task: str, learned: Learned, rules: Sequence[Rule], taxonomy: Taxono
     )  # fmt: skip
 
 
+def _called(learned: Learned, names: Sequence[tuple[str, str]]) -> dict[str, str]:
+    """Roles in the order of the rule's variables: the first name is for what is moved farthest, and so on."""
+    shown = list(zip(learned.examples, learned.cast.fillers, strict=True))
+    order = sorted(range(learned.cast.roles), key=lambda k: (-max(_moved(e.span, f[k]) for e, f in shown), k))
+    called = dict(zip(order, names, strict=False))
+    return dict(called[k] for k in range(learned.cast.roles))
+
+
+def _moved(span: Span, thing: str) -> float:
+    """How far a thing is from where it was at the start of a span [m], to the millimetre."""
+    before, after = (span.timeline.episode.pose_at(thing, t) for t in (span.start, span.end))
+    return 0.0 if before is None or after is None else round(math.dist(before.position, after.position), 3)
+
+
 def _names(rules: Sequence[Rule]) -> list[tuple[str, str]]:
     """Names of roles with their classes, the first as most known tasks call their first role, and so on."""
     found: list[tuple[str, str]] = []
     for place in range(max((len(r.roles) for r in rules), default=0)):
         asked = Counter(pair for r in rules for pair in list(r.roles.items())[place : place + 1] if pair[0] not in dict(found))
         found += [pair for pair, _ in asked.most_common(1)]
-    spare = Counter(pair for r in rules for pair in r.roles.items() if pair[0] not in dict(found))
+    spare = Counter(pair for r in rules for pair in list(r.roles.items())[1:] if pair[0] not in dict(found))
     found += [pair for pair, _ in sorted(spare.items(), key=lambda p: (-p[1], p[0]))]
     return [*dict(found).items(), *((f"Other_{k}", ROLE) for k in range(1, 4))]
 

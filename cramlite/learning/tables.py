@@ -79,7 +79,7 @@ class Tables:
         places = (self.size if s == HAND else slice(None) if s == ANY else slice(self.size) for s in slots)
         picked = table[(slice(None), *places)]
         left = [s for s in slots if s != HAND]
-        picked = picked.any(axis=tuple(k + 1 for k, s in enumerate(left) if s == ANY)) if ANY in left else picked
+        picked = np.asarray(picked.any(axis=tuple(k + 1 for k, s in enumerate(left) if s == ANY))) if ANY in left else picked
         named = [s for s in left if s > 0]
         picked = np.transpose(picked, (0, *(np.argsort(named) + 1))) if len(named) > 1 else picked
         return np.asarray(picked).reshape([len(self.spans), *(self.size if r in named else 1 for r in range(1, roles + 1))])

@@ -22,6 +22,7 @@ from cramlite.learning.learner import covers
 from cramlite.learning.package import page_text, write_package
 from cramlite.learning.proposal import Proposal
 from cramlite.learning.shortest import Group, Problem, Wish, minimal, shortest, widened
+from cramlite.learning.trial import trials
 from cramlite.model import Episode
 from cramlite.plugin import UserError
 
@@ -201,3 +202,31 @@ def test_a_margin_is_bought_where_it_pays() -> None:
     problem = Problem(np.array([5.0, 6.0, 9.0]), narrow, [], [], [])
     assert widened(problem, (0,)) == (0, 1)  # 8 bits saved for 6
     assert widened(problem, (2,)) == (2,)
+
+
+# Trials
+
+
+@pytest.mark.heavy
+def test_a_robot_does_what_was_learned_and_the_rule_reads_it(tmp_path: Path) -> None:
+    folder = write_package(fetched(), "shelving", tmp_path / "made")[0]
+    scenario = read_scenario(find_scenario("tasks/placing"))
+    (done,) = trials(fetched(), folder / "cramlite_shelving" / "__init__.py", scenario, range(11, 12))
+    assert done.passed, done.reason
+
+
+@pytest.mark.heavy
+def test_a_run_that_lacks_a_change_is_not_what_was_learned(tmp_path: Path) -> None:
+    folder = write_package(fetched(), "shelving", tmp_path / "made")[0]
+    module = folder / "cramlite_shelving" / "__init__.py"
+    text, begin = module.read_text(), 'Action(action.inside("3_'
+    module.write_text(text[: text.index(begin)].rstrip() + "\n" + text[text.index("        )\n        yield") :])  # it is only lifted
+    (done,) = trials(fetched(), module, read_scenario(find_scenario("tasks/placing")), range(11, 12))
+    assert not done.passed and "supports(" in done.reason
+
+
+def test_what_the_world_lacks_is_said(tmp_path: Path) -> None:
+    folder = write_package(fetched(), "shelving", tmp_path / "made")[0]
+    scenario = read_scenario(find_scenario("tasks/turning_on"))
+    with pytest.raises(UserError, match="nothing for the role Patient: neither 'block' nor any"):
+        next(trials(fetched(), folder / "cramlite_shelving" / "__init__.py", scenario, range(1, 2)))
