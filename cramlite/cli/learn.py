@@ -32,6 +32,9 @@ def add_commands(add: Add) -> None:
         "--known", nargs="+", type=Path, default=[], metavar="EPISODE",
         help="episodes of other tasks: what known tasks explain in them is no example",
     )  # fmt: skip
+    learn.add_argument(
+        "--compare", nargs="+", type=Path, default=[], metavar="EPISODE", help="further demonstrations: in what they do it otherwise"
+    )
     learn.add_argument("--try", dest="scenario", metavar="SCENARIO", help="let a robot do it in this scenario's world, and read its runs")
     learn.add_argument("--worlds", type=int, default=2, metavar="N", help="seeds that are tried, from 1 on (default 2)")
     learn.add_argument("--out", type=Path, help="folder of the package (default: cramlite-NAME)")
@@ -39,7 +42,7 @@ def add_commands(add: Add) -> None:
 
 def _learn(arguments: argparse.Namespace) -> int:
     from ..engine.engine import Engine
-    from ..learning.from_episodes import learn_task
+    from ..learning.from_episodes import compared, learn_task
     from ..learning.package import write_package
 
     if len(arguments.episodes) > MOST:
@@ -51,6 +54,7 @@ def _learn(arguments: argparse.Namespace) -> int:
     examples = [(engine.read_episode(path), *span) for path, span in zip(arguments.episodes, marked, strict=True)]
     refused, known = ([engine.read_episode(path) for path in paths] for paths in (arguments.refused, arguments.known))
     proposal = learn_task(arguments.task, examples, engine.knowledge, refused=refused, known=known)
+    others = [(path, compared(proposal, (engine.read_episode(path), None, None), engine.knowledge)) for path in arguments.compare]
     folder, *written = write_package(proposal, arguments.task, arguments.out)
     print(f"Learned {proposal.task}, a kind of {proposal.above}, from {len(examples)} example{'s' if len(examples) > 1 else ''}:")
     for phase, texts in proposal.rule.items():
@@ -58,7 +62,9 @@ def _learn(arguments: argparse.Namespace) -> int:
             print(f"  {phase:4} {text}")
     for text in (*(f"taken to be wrong: {w}" for w in proposal.wrong), *(f"open: {u}" for u in proposal.undecided)):
         print(text)
-    print("how it is done: " + (" -> ".join(task for task, _ in proposal.steps) or "not learned; write 'decompose'"))
+    print("how it is done: " + (" -> ".join(s.task for s in proposal.steps) or "not learned; write 'decompose'"))
+    for path, found in others:
+        print(f"{path}: {'; '.join(map(str, found)) or 'as it was shown'}")
     print("\n".join([f"Wrote a task plugin to '{folder}':", *(f"  {path.relative_to(folder)}" for path in written)]))
     return _tried(arguments, proposal, next(p for p in written if p.name == "__init__.py")) if arguments.scenario else 0
 

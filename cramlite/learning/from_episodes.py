@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 from ..base.errors import UserError
 from ..testing.skeleton import camel
 from .example import Library, Marked, example
-from .learner import learn
-from .proposal import Proposal, propose
+from .learner import covers, learn
+from .procedure import Deviation, deviations
+from .proposal import Proposal, propose, steps_of
 
 if TYPE_CHECKING:
     from ..model.episode import Episode
@@ -49,3 +50,17 @@ def learn_task(
             "not the task. Mark intervals that differ (--interval), leave one of them out, or write a predicate for what differs."
         )
     return proposal
+
+
+def compared(proposal: Proposal, shown: Shown, knowledge: Knowledge) -> tuple[Deviation, ...]:
+    """Return in what another demonstration, or an execution, differs from how a learned task is done.
+
+    Raises:
+        UserError: an interval is empty, the demonstration is not of the task, or no known tasks explain the examples.
+    """
+    one = example(Marked(*shown), knowledge.rules, knowledge.taxonomy)
+    fillers = covers(proposal.learned, one.span)
+    if proposal.procedure is None or not fillers:
+        why = "known tasks do not explain every example" if proposal.procedure is None else f"the learned rule does not hold of {one.span}"
+        raise UserError(f"'{shown[0].name}' cannot be compared: {why}.")
+    return tuple(deviations(proposal.procedure, steps_of(one, fillers[0], proposal.roles)))

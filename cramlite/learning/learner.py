@@ -129,7 +129,7 @@ def _sure(rest: Sequence[Known], tables: Tables | None, cast: Cast) -> list[bool
     changes = {c.predicate for c in cast.changes}
     return [
         k.strict or k.named or (k.claim is not None and not k.claim.passive and (not changes or bool(changes & k.explained) or not same))
-        for k, same in zip(rest, alike.any(axis=1), strict=True)
+        for k, same in zip(rest, np.asarray(alike.any(axis=1)), strict=True)
     ]
 
 

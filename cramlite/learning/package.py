@@ -8,6 +8,7 @@ from pathlib import Path
 
 from ..base.html_template import html_template, write_html
 from ..testing.skeleton import fill
+from .procedure import plan_text
 from .proposal import Proposal
 
 PAGE = "learned.html"
@@ -34,13 +35,15 @@ def write_package(proposal: Proposal, name: str, out: Path | None = None) -> tup
 
 def page_text(proposal: Proposal) -> str:
     """Return the page about a learned task as HTML: the rule, the evidence for each condition, what was dropped, what is open."""
-    return html_template((files(__package__) / "learned.html.j2").read_text(encoding="utf-8")).render(found=proposal)
+    return html_template((files(__package__) / "learned.html.j2").read_text(encoding="utf-8")).render(
+        found=proposal, plan=plan_text(proposal.procedure) if proposal.procedure else ""
+    )
 
 
 def _words(proposal: Proposal, name: str) -> Mapping[str, str]:
     spoken = name.replace("_", " ")
     steps = proposal.steps
-    classes = sorted({c for _, said in steps for c in said.values() if c and c not in proposal.roles})
+    classes = sorted({c for s in steps for _, c in s.fillers if c not in proposal.roles})
     model = "Action, Belief" + (", Object" if classes else "")
     plugin = "Decomposition, Role, TaskType, " + ("hookimpl" if steps else "Unresolvable, hookimpl")
     count = sum(len(texts) for texts in proposal.rule.values())
@@ -64,8 +67,8 @@ def _decompose(proposal: Proposal, classes: list[str]) -> str:
         )
     lines = [f'        some_{k} = Object("some_{k}", ("{class_}",))' for k, class_ in enumerate(classes)]
     lines.append("        steps = (")
-    for k, (task, said) in enumerate(proposal.steps, 1):
-        fillers = {r: f'action.roles["{c}"]' if c in proposal.roles else f"some_{classes.index(c)}" for r, c in said.items() if c}
+    for k, step in enumerate(proposal.steps, 1):
+        fillers = {r: f'action.roles["{c}"]' if c in proposal.roles else f"some_{classes.index(c)}" for r, c in step.fillers}
         roles = ", ".join(f'"{r}": {f}' for r, f in fillers.items())
-        lines.append(f'            Action(action.inside("{k}_{task.split(":")[-1]}"), "{task}", {{{roles}}}),')
+        lines.append(f'            Action(action.inside("{k}_{step.task.split(":")[-1]}"), "{step.task}", {{{roles}}}),')
     return "\n".join([*lines, "        )", '        yield Decomposition(steps, "as it was shown")'])

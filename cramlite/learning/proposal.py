@@ -6,14 +6,18 @@ import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
 
+import numpy as np
+
 from ..base.value import Value
 from ..interpretation.conditions import Binding, atoms
 from ..interpretation.rules import Rule
 from ..interpretation.timeline import Segment
 from ..ontology.foundation import ROLE, TASK
 from ..ontology.taxonomy import Taxonomy
+from .example import Example
 from .learner import Learned, conditions
 from .literal import Literal
+from .procedure import Procedure, Step, procedure
 from .span import Span
 from .tables import Tables
 
@@ -53,7 +57,7 @@ class Proposal(Value, eq=False):
         undecided: what one more demonstration could decide.
         covered: stretches that are no examples and that the rule covers all the same.
         wrong: examples that it does not cover.
-        steps: known tasks that explain each example, in order, with who fills their roles; none where they differ.
+        procedure: the known tasks that explain the examples, as a partial order; None where they explain none of one.
         learned: what it was made of.
     """
 
@@ -67,8 +71,13 @@ class Proposal(Value, eq=False):
     undecided: tuple[str, ...]
     covered: tuple[str, ...]
     wrong: tuple[str, ...]
-    steps: tuple[tuple[str, Mapping[str, str]], ...]
+    procedure: Procedure | None
     learned: Learned
+
+    @property
+    def steps(self) -> tuple[Step, ...]:
+        """The known tasks that no example does without, in an order that contradicts none."""
+        return tuple(s for s in self.procedure.steps if s not in self.procedure.optional) if self.procedure else ()
 
 
 def propose(task: str, learned: Learned, rules: Sequence[Rule], taxonomy: Taxonomy, wrong: Sequence[Span] = ()) -> Proposal:
@@ -85,7 +94,7 @@ def propose(task: str, learned: Learned, rules: Sequence[Rule], taxonomy: Taxono
     return Proposal(
         task, _above(learned, rules, taxonomy), roles, learned.cast.fillers, conditions(learned, names), evidence,
         _dropped(learned, names), _undecided(learned, evidence, names), tuple(_covered(learned)), tuple(map(str, wrong)),
-        _steps(learned, roles), learned,
+        _procedure(learned, roles), learned,
     )  # fmt: skip
 
 
@@ -193,20 +202,24 @@ def _covered(learned: Learned) -> list[str]:
     if not learned.others:
         return []
     tables = Tables(learned.language, [k.span for k in learned.others])
-    holds = (tables.truths(learned.literals, roles).all(axis=0) & tables.valid(roles)).any(axis=1)
+    holds = np.asarray((tables.truths(learned.literals, roles).all(axis=0) & tables.valid(roles)).any(axis=1))
     return [str(k.span) for k, true in zip(learned.others, holds, strict=True) if true]
 
 
-def _steps(learned: Learned, roles: Mapping[str, str]) -> tuple[tuple[str, Mapping[str, str]], ...]:
-    """The known tasks that explain the examples, if they are the same in all: task, and role -> a role of ours, or a thing's class."""
-    shown = [
-        tuple((task, tuple(_ours(e.span, f, n, roles) for n in said.values())) for task, said in e.tasks)
-        for e, f in zip(learned.examples, learned.cast.fillers, strict=True)
-    ]
-    if not shown[0] or any(s != shown[0] for s in shown):
-        return ()
-    first = learned.examples[0]
-    return tuple((task, dict(zip(said, ours, strict=True))) for (task, ours), (_, said) in zip(shown[0], first.tasks, strict=True))
+def _procedure(learned: Learned, roles: Mapping[str, str]) -> Procedure | None:
+    """The known tasks that explain the examples: who fills their roles is a role of ours, or a thing's class."""
+    shown = [steps_of(e, f, roles) for e, f in zip(learned.examples, learned.cast.fillers, strict=True)]
+    return procedure(shown) if all(shown) else None
+
+
+def steps_of(one: Example, fillers: Sequence[str], roles: Mapping[str, str]) -> tuple[Step, ...]:
+    """Return the known tasks that explain an example, in order, in the words of a proposal.
+
+    Args:
+        fillers: of the roles in the example.
+    """
+    said = [(task, [(role, _ours(one.span, fillers, name, roles)) for role, name in known.items()]) for task, known in one.tasks]
+    return tuple(Step(task, tuple((role, filler) for role, filler in who if filler)) for task, who in said)
 
 
 def _ours(span: Span, fillers: Sequence[str], name: str, roles: Mapping[str, str]) -> str:

@@ -17,7 +17,7 @@ from cramlite import Engine, find_scenario, read_scenario
 from cramlite.engine.recording import record_episode, tasks_in_words
 from cramlite.interpretation.rules import load_rules
 from cramlite.interpretation.timeline import Segment
-from cramlite.learning.from_episodes import learn_task
+from cramlite.learning.from_episodes import compared, learn_task
 from cramlite.learning.learner import covers
 from cramlite.learning.package import page_text, write_package
 from cramlite.learning.proposal import Proposal
@@ -64,7 +64,7 @@ def test_it_says_what_changes() -> None:
 
 
 def test_known_tasks_in_order_are_how_it_is_done() -> None:
-    tasks = [task for task, _ in fetched().steps]
+    tasks = [step.task for step in fetched().steps]
     assert tasks[:2] == ["soma:Grasping", "soma:PickingUp"]
     assert tasks.index("soma:PuttingDown") < tasks.index("soma:Releasing")
 
@@ -202,6 +202,22 @@ def test_a_margin_is_bought_where_it_pays() -> None:
     problem = Problem(np.array([5.0, 6.0, 9.0]), narrow, [], [], [])
     assert widened(problem, (0,)) == (0, 1)  # 8 bits saved for 6
     assert widened(problem, (2,)) == (2,)
+
+
+# Another demonstration
+
+
+def test_another_demonstration_is_compared_step_by_step() -> None:
+    knowledge = ENGINE.knowledge
+    assert compared(fetched(), (episode("tasks/placing", 9, PLACED), None, None), knowledge) == ()
+    held = "Grasping block, PickingUp block floor, PuttingDown block shelf"
+    said = [str(d) for d in compared(fetched(), (episode("tasks/putting_down", 9, held), None, None), knowledge)]
+    assert any(s.startswith("step missing: Releasing") for s in said)
+
+
+def test_what_is_not_the_task_is_not_compared() -> None:
+    with pytest.raises(UserError, match="the learned rule does not hold"):
+        compared(fetched(), (episode("tasks/grasping", 1), None, None), ENGINE.knowledge)
 
 
 # Trials
