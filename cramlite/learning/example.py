@@ -6,8 +6,8 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from ..base.errors import UserError
 from ..base.value import Value, replace
-from ..interpretation.coherence import Claims, claims
-from ..interpretation.conditions import atoms
+from ..interpretation.coherence import Claims, claims, passive
+from ..interpretation.conditions import Binding, atoms
 from ..interpretation.interpretation import interpret
 from ..interpretation.matching import Match
 from ..interpretation.rules import Rule
@@ -65,12 +65,14 @@ class Example(Value, eq=False):
         actions: inside it.
         around: actions of the same episode beside it.
         tasks: known tasks that the best reading finds inside, in order, with the fillers of their roles.
+        idle: known tasks in which nothing happens whose rules hold of it.
     """
 
     span: Span
     actions: tuple[Span, ...]
     around: tuple[Known, ...]
     tasks: tuple[tuple[str, dict[str, str]], ...] = ()
+    idle: frozenset[str] = frozenset()
 
 
 def example(marked: Marked, rules: Sequence[Rule], taxonomy: Taxonomy) -> Example:
@@ -91,8 +93,23 @@ def example(marked: Marked, rules: Sequence[Rule], taxonomy: Taxonomy) -> Exampl
     read, by_task = list(_read(timeline, rules)), {r.task: r for r in rules}
     inside = [(Span(timeline, a, b), m) for a, b, m in read if _share(a, b, start, end) >= INSIDE]
     around = tuple(_explained(Span(timeline, a, b), by_task, m) for a, b, m in read if _share(a, b, start, end) <= BESIDE)
-    tasks = tuple((m.task, m.roles) for _, m in inside if m is not None)
-    return Example(Span(timeline, start, end), tuple(s for s, _ in inside), around, tasks)
+    tasks = tuple((m.task, m.roles) for _, m in inside if m is not None and not passive(by_task[m.task]))
+    span = Span(timeline, start, end)
+    idle = frozenset(r.task for r in rules if passive(r) and holds(r, span))
+    return Example(span, tuple(s for s, _ in inside), around, tasks, idle)
+
+
+def holds(rule: Rule, span: Span) -> bool:
+    """Check whether a rule holds of a span under some filling of its roles."""
+    return bool(solutions(rule, span))
+
+
+def solutions(rule: Rule, span: Span) -> list[Binding]:
+    """Return the bindings under which a rule holds of a span."""
+    bindings: list[Binding] = [{}]
+    for clause in rule.quick_order:
+        bindings = [found for b in bindings for found in clause.condition.solve(span.phases[clause.phase], b)]
+    return bindings
 
 
 class Library:
@@ -137,12 +154,14 @@ def _unnamed(episode: Episode) -> Episode:
 
 
 def _read(timeline: Timeline, rules: Sequence[Rule]) -> Iterator[tuple[float, float, Match | None]]:
-    """The actions of an episode, each with what the best reading by the known rules says of it."""
+    """The actions of an episode, each with what the best reading by the known rules says of it; else that it may be idle."""
     read = interpret(timeline.episode, rules, timeline.taxonomy)
     best = next(read.sequences(), None)
     explained = [k for k, a in enumerate(read.actions) if not a.unexplained]
     chosen = {explained[k]: m for k, m in zip(best.actions, best.matches, strict=True)} if best else {}
-    yield from ((a.start, a.end, chosen.get(k)) for k, a in enumerate(read.actions))
+    idle = {r.task for r in rules if passive(r)}
+    for k, action in enumerate(read.actions):
+        yield action.start, action.end, chosen.get(k) or next((m for m in action.matches if m.task in idle), None)
 
 
 def _explained(span: Span, rules: Mapping[str, Rule], match: Match | None, strict: bool = False, named: bool = False) -> Known:

@@ -107,7 +107,7 @@ def _learned(
     told = max((len(c.changes) for c in choices), default=0)
     best: Learned | None = None
     for cast in choices:
-        sure = _sure(rest, tables, cast)
+        sure = _sure(rest, tables, cast, frozenset.intersection(*(e.idle for e in kept)))
         others = [k.span for k, s in zip(rest, sure, strict=True) if s]
         literals = (*cast.common, *_classes(taxonomy, shown, cast), *_bounds(shown, cast, others))
         problem = _problem(shown, tables, literals, cast, kept, [(k, r) for k, (r, s) in enumerate(zip(rest, sure, strict=True)) if s])
@@ -121,14 +121,15 @@ def _learned(
     return best
 
 
-def _sure(rest: Sequence[Known], tables: Tables | None, cast: Cast) -> list[bool]:
-    """Whether a known task explains an action, also what changes in it as in the examples: else it may be the task that is learned."""
+def _sure(rest: Sequence[Known], tables: Tables | None, cast: Cast, idle: frozenset[str]) -> list[bool]:
+    """Whether a known task explains an action, also what changes in it as in the examples: else it may be the task that is learned. What
+    is read as idle is explained, unless the examples are idle in the same way."""
     if tables is None:
         return []
     alike = tables.truths(cast.changes, cast.roles).all(axis=0) & tables.valid(cast.roles)
     changes = {c.predicate for c in cast.changes}
     return [
-        k.strict or k.named or (k.claim is not None and not k.claim.passive and (not changes or bool(changes & k.explained) or not same))
+        k.strict or k.named or (k.claim is not None and k.task not in idle and (not changes or bool(changes & k.explained) or not same))
         for k, same in zip(rest, np.asarray(alike.any(axis=1)), strict=True)
     ]
 

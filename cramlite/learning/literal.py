@@ -18,7 +18,8 @@ ANY, HAND = -1, 0
 PHASES: tuple[PhaseName, ...] = ("pre", "run", "post")
 CHANGED, NUMBER, NEGATED, LOOK, OPEN = 1.0, 4.0, 1.0, 1.0, 3.0
 """Bits: which way something changes; a threshold (one of 16 places between two values); that it is denied; each unit of a predicate's cost,
-so that what was recorded is asked before what must be measured; an argument that is left open, where a role could be named."""
+so that what was recorded is asked before what must be measured; an argument that is left open, where a role could be named.
+A denial leaves one open for nothing: that nothing supports a thing is about the thing."""
 
 
 class Literal(Value, order=True):
@@ -86,7 +87,7 @@ class Language(Value):
         """Return the description length of a condition in a rule with so many roles."""
         predicate = self.predicates[literal.predicate]
         bits = math.log2(len(self.predicates)) + math.log2(roles + 2) * len(literal.slots) + LOOK * predicate.cost
-        bits += 0.0 if literal.denied else OPEN * literal.slots.count(ANY)
+        bits += OPEN * max(literal.slots.count(ANY) - literal.denied, 0)
         if literal.kind in ("begins", "ends"):
             return bits + CHANGED
         bits += 0.0 if predicate.timeless else math.log2(len(PHASES))

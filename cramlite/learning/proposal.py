@@ -9,12 +9,11 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from ..base.value import Value
-from ..interpretation.conditions import Binding, atoms
+from ..interpretation.conditions import atoms
 from ..interpretation.rules import Rule
-from ..interpretation.timeline import Segment
 from ..ontology.foundation import ROLE, TASK
 from ..ontology.taxonomy import Taxonomy
-from .example import Example
+from .example import Example, solutions
 from .learner import Learned, conditions
 from .literal import Literal
 from .procedure import Procedure, Step, procedure
@@ -132,11 +131,8 @@ def _above(learned: Learned, rules: Sequence[Rule], taxonomy: Taxonomy) -> str:
 
 
 def _recognised(rule: Rule, span: Span, fillers: Sequence[str]) -> bool:
-    phases = span.timeline.phases(Segment(span.start, span.end))
-    bindings: list[Binding] = [{}]
-    for clause in rule.quick_order:
-        bindings = [f for b in bindings for f in clause.condition.solve(phases[clause.phase], b)]
-    return any(span.timeline.episode.whole(str(b[next(iter(rule.roles))])) in fillers for b in bindings)
+    role = next(iter(rule.roles))
+    return any(span.timeline.episode.whole(str(b[role])) in fillers for b in solutions(rule, span))
 
 
 def _evidence(learned: Learned, names: Sequence[str], wrong: Sequence[Span]) -> tuple[Evidence, ...]:
