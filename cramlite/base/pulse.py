@@ -1,4 +1,4 @@
-"""Pulse of long work: wherever it takes time it is asked whether to go on, and what is done now can be told.
+"""Pulse of long work: it is asked whether to go on, and its current work can be told.
 
 Whoever wants to end work passes a function that says so (``pulse``); what takes long calls ``checkpoint`` several times a
 second, however deep it is. Nothing but the end of the work depends on it: decisions are the same with and without.
@@ -70,7 +70,7 @@ class Pulse:
         return self._stop() or (self._outer is not None and self._outer.asked_to_stop())
 
     def beat(self) -> None:
-        """Ask whether to go on, and tell what is done, unless that was just done.
+        """Ask whether to go on, and tell the current work, unless that was just done.
 
         Raises:
             Stopped: the work is to end.
@@ -105,7 +105,7 @@ def pulse(stop: Stop, tell: Callable[[Work | None], None] = lambda _: None) -> I
 
 @contextmanager
 def working(what: str, whole: float = 0.0, ends: float | None = None) -> Iterator[None]:
-    """Say what the work in this block is; the arguments are those of ``Work``."""
+    """Name the work in this block; the arguments are those of ``Work``."""
     its = _PULSE.get()
     if its is None:
         yield
@@ -118,7 +118,7 @@ def working(what: str, whole: float = 0.0, ends: float | None = None) -> Iterato
 
 
 def checkpoint(at: float | None = None) -> None:
-    """Ask whether to go on; what takes longer than a tenth of a second calls this meanwhile.
+    """Ask whether to go on; work that takes longer than a tenth of a second calls this meanwhile.
 
     Args:
         at: how much of the work is done [s of simulated time]; None where that is not known.
@@ -141,7 +141,7 @@ def stop_asked() -> bool:
 
 
 def awaited(future: Future[T]) -> T:
-    """Wait for what another thread or process computes, and return it.
+    """Wait for the result of another thread or process, and return it.
 
     Raises:
         Stopped: the work is to end; the future is cancelled if it has not begun.

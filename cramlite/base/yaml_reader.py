@@ -64,7 +64,7 @@ def read(text: str) -> Any:
 
 
 def _check(text: str) -> None:
-    """Check depth and size by the events alone; an alias is as deep and as large as what it repeats."""
+    """Check depth and size by the events alone; an alias counts as the node that it repeats."""
     open_: list[_Part] = [_Part("")]
     done: dict[str, _Part] = {}
     events: Iterator[Any] = iter(yaml.parse(text, Reader))
@@ -77,7 +77,7 @@ def _check(text: str) -> None:
             open_[-1].add(part)
         elif isinstance(event, yaml.AliasEvent):
             if any(part.anchor == event.anchor for part in open_[1:]):
-                raise ConstructorError(None, None, f"the alias '*{event.anchor}' is recursive: within what it repeats", _mark(event))
+                raise ConstructorError(None, None, f"the alias '*{event.anchor}' is recursive: it is inside its own anchor", _mark(event))
             open_[-1].add(done.get(event.anchor or "", _Part("", -1)))
         elif isinstance(event, yaml.ScalarEvent):
             part = done[event.anchor or ""] = _Part(event.anchor or "", -1)

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 def check_file(name: str, plugins: PluginChoice = INSTALLED) -> int:
-    """Check a scenario, a rule file or a program, and print what was found.
+    """Check a scenario, a rule file or a program, and print the findings.
 
     Returns:
         0 if nothing stands against it; doubts are printed and do not count.
@@ -77,7 +77,7 @@ def _check_scenario(path: Path, data: Any, plugins: PluginChoice) -> int:
 
 
 def _start(scenario: Scenario, setting: Setting, engine: Engine) -> str:
-    """What a scenario starts from, in words; each kind of start is asked for what a run would need of it."""
+    """Start of a scenario in words; each kind of start is asked for all that a run would need of it."""
     if scenario.spec.demonstration is not None:
         return f"the demonstration '{scenario.spec.demonstration}', read as {_shown(scenario, setting, engine).with_things}"
     if scenario.spec.goal is not None:

@@ -7,10 +7,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..base.errors import UserError, did_you_mean
+from ..base.pulse import pulse
 from ..model.program_json import read_program
 from ..plugin.exporting import require_absent, require_installed, write_new
 from ..plugin.selection import INSTALLED, PluginChoice
 from .arguments import Add, plugin_choice
+from .signals import interruptible
 from .view import recorded
 
 if TYPE_CHECKING:
@@ -88,9 +90,10 @@ def program_and_code(run: Path) -> tuple[Program | None, Code | None]:
 
 
 def _export(arguments: argparse.Namespace) -> int:
-    written = export_run(
-        arguments.run_dir, arguments.to, out=arguments.out, world=arguments.world, seed=arguments.seed, plugins=plugin_choice(arguments)
-    )
+    with interruptible("nothing is left of what was written") as taken, pulse(taken.one):
+        written = export_run(
+            arguments.run_dir, arguments.to, out=arguments.out, world=arguments.world, seed=arguments.seed, plugins=plugin_choice(arguments)
+        )
     print(written)
     return 0
 
@@ -98,8 +101,12 @@ def _export(arguments: argparse.Namespace) -> int:
 def add_commands(add: Add) -> None:
     """Declare ``export`` with its arguments."""
     export = add("export", _export)
-    export.add_argument("run_dir", type=Path, metavar="RUN", help="a run directory of 'cramlite resolve' or 'cramlite execute --out'")
+    export.add_argument(
+        "run_dir", type=Path, metavar="RUN", help="a run directory of resolve, or a folder of execute --out"
+    )
     export.add_argument("--to", required=True, metavar="FORMAT", help="gif, mp4, csv, mcap, rerun, btcpp, or what a plugin adds")
     export.add_argument("--out", type=Path, help="file or folder to write; default RUN/FORMAT")
-    export.add_argument("--world", help="scenario or world.json of the run; default the run's own world.json")
-    export.add_argument("--seed", type=int, default=0, help="seed of the scenario's world (default 0)")
+    export.add_argument(
+        "--world", help="a run directory, its world.json, or a scenario, where RUN holds no world"
+    )
+    export.add_argument("--seed", type=int, default=0, help="of a scenario's world; default 0")

@@ -1,4 +1,4 @@
-"""``cramlite preflight``: one page about a program for the person who is about to stand beside the arm."""
+"""``cramlite preflight``: one page about a program for the person beside the arm."""
 
 from __future__ import annotations
 
@@ -49,7 +49,8 @@ def preflight(
     plugins: PluginChoice = INSTALLED,
     json_output: bool = False,
 ) -> int:
-    """Print one page about a program: what to set on the controller, what it reaches, what the proof covered and what not.
+    """Print one page about a program: settings of the controller, values reached, covered and uncovered
+    doubts.
 
     Args:
         program: a run directory, or a text.
@@ -120,7 +121,7 @@ def _own(limits: Sequence[str]) -> dict[str, float]:
 def _share(speed: float | None, out: Path | None) -> float | None:
     if speed is None:
         if out is not None:
-            raise UserError(f"--out {out}: what is written there is the text of the dry run, so say its speed, such as --speed 0.2.")
+            raise UserError(f"--out {out}: the text of a dry run is written there, so give its speed, such as --speed 0.2.")
         return None
     if not 0 < speed <= 1:
         raise UserError(f"--speed {speed:g}: the speed of a dry run is a share of the program's own, above 0 and up to 1, such as 0.2.")
@@ -251,7 +252,7 @@ def _places(flight: Flight) -> list[str]:
     if program is None or not (program.snapshots or program.late):
         return []
     known = [(s.thing, s.pose, s.source) for s in program.snapshots]
-    known += [(p.thing, p.pose, _within(p)) for p in program.late]
+    known += [(p.thing, p.pose, _late_tolerance(p)) for p in program.late]
     lines = ["PUT EVERYTHING where the program believes it, in the frame of the robot's base"]
     for thing, pose, said in known:
         x, y, z = (1000 * v for v in pose.position)
@@ -259,7 +260,7 @@ def _places(flight: Flight) -> list[str]:
     return lines
 
 
-def _within(late: LatePose) -> str:
+def _late_tolerance(late: LatePose) -> str:
     metres, radians = late.tolerance
     return f"asked for when it runs; refused beyond {1000 * metres:.0f} mm or {math.degrees(radians):.0f} deg from here"
 
@@ -300,13 +301,26 @@ def _preflight(arguments: argparse.Namespace) -> int:
 def add_commands(add: Add) -> None:
     """Declare ``preflight`` with its arguments."""
     command = add("preflight", _preflight)
-    command.add_argument("program", type=Path, help="a run directory, or the text of a program")
-    command.add_argument("--world", default="", help="that a text runs in: a scenario, run directory or world.json")
-    command.add_argument("--speed", type=float, metavar="SHARE", help="dry run in simulation at a share of its speed, such as 0.2")
+    command.add_argument("program", type=Path, help="a run directory, or a text, of which less is known")
+    command.add_argument(
+        "--world", default="",
+        help="that a text runs in: a run directory, a scenario or a world.json; a run directory has its own",
+    )
+    command.add_argument(
+        "--speed", type=float, metavar="SHARE",
+        help="dry run in simulation at a share of the program's speed, above 0 and up to 1; needs a run "
+            "directory or a typed program",
+    )
     command.add_argument("--out", type=Path, metavar="FILE", help="write the text of the dry run there")
     command.add_argument(
         "--limit", action="append", default=[], metavar="NAME=VALUE",
         help="of your cell: tool_speed [m/s], tool_force [N], joint_speed [deg/s] or payload [kg]; may be given several times",
     )  # fmt: skip
-    command.add_argument("--seed", type=int, default=0, help="of a scenario's world and of the sensors' noise")
-    command.add_argument("--json", action="store_true")
+    command.add_argument(
+        "--seed", type=int, default=0, help="of a scenario's world and of the sensors' noise; default 0"
+    )
+    command.add_argument(
+        "--json", action="store_true",
+        help="print as JSON: ready, objections, checks with reaches, in_twins, limit, source and set, "
+            "covered, not_covered",
+    )

@@ -36,7 +36,7 @@ from .ranking import (
     DescriptionLength,
     Option,
     TaskSequence,
-    said,
+    naming_length,
     shortest_first,
 )
 from .rules import Rule
@@ -103,8 +103,7 @@ def claims(rule: Rule, match: Match) -> Claims:
 def _implied(
     needs: frozenset[Fact], denies: frozenset[Fact], after: frozenset[Fact], gone: frozenset[Fact], fluents: Mapping[str, Fluent]
 ) -> frozenset[Fact]:
-    """What ends because its denial is meant by another's, and what begins, having been denied, because another implies it; what
-    ends because another begins that excludes it, and that: what excludes it was denied before, or it was needed."""
+    """Facts that end or begin because another fact of the reading implies, denies or excludes them."""
     meant = {str(p[0]) for f in gone for p in fluents.get(f[0], PLAIN).denial}
     denied = {f[0] for f in denies}
     of = {f: fluents.get(f[0], PLAIN) for f in after}
@@ -129,7 +128,7 @@ def _fact(atom: Atom, match: Match) -> Fact:
 
 
 def passive(rule: Rule) -> bool:
-    """Check whether a rule denies, while the action lasts, that something happens, and asserts of nothing that it does.
+    """Check whether a rule only denies events during the action, and asserts none.
 
     What happens is said by predicates without arguments: that the arm moves, that the gripper does.
     """
@@ -157,7 +156,7 @@ def candidates(
         cap: unfinished sequences kept.
     """
     by_task = {rule.task: rule for rule in rules}
-    readings = [_undecided(action.matches, [_said(by_task, m) for m in action.matches]) for action in actions]
+    readings = [_undecided(action.matches, [_claims_of(by_task, m) for m in action.matches]) for action in actions]
     general = [generic(action.matches, said_, by_task, taxonomy) for action, said_ in zip(actions, readings, strict=True)]
     options = _options(actions, readings, general, taxonomy, math.log2(max(len(rules), 2)))
     if not all(options):
@@ -174,8 +173,8 @@ def candidates(
 
 
 def _undecided(matches: Sequence[Match], claimed: Sequence[Claims]) -> list[Claims]:
-    """What readings of one action claim. Of several fillings of one task none of which is known, only one can be right: what the
-    fillings differ in is left open in what they begin and end, so that whichever is chosen explains it."""
+    """Claims of the readings of one action. Of several unknown fillings of a task only one can be right:
+    their differences are left open, so that the chosen one explains them."""
     found = list(claimed)
     for task in {m.task for m in matches if m.unknown}:
         alike = [k for k, m in enumerate(matches) if m.task == task and m.unknown]
@@ -198,13 +197,13 @@ def _left_open(claim: Claims, names: set[str]) -> Claims:
 def _options(
     actions: Sequence[Read], readings: Sequence[Sequence[Claims]], general: Sequence[frozenset[int]], taxonomy: Taxonomy, name: float
 ) -> list[list[Option]]:
-    """What may be said of each action. Where something happens in some action, others in which nothing does are left out."""
+    """Options of each action. If something happens in some action, idle others are left out."""
     something = any(c.changes for said_ in readings for c in said_) or any(a.label or set(a.moved) & _spoken_of(a) for a in actions)
     found = []
     for action, claimed, wide in zip(actions, readings, general, strict=True):
         idle = something and not any(c.begins or c.ends for c in claimed)
         honest = [
-            Option(m, said(m, action.matches, taxonomy, name) + _untold(action, claimed, m, claim, taxonomy, name, k in wide), k)
+            Option(m, naming_length(m, action.matches, taxonomy, name) + _untold(action, claimed, m, claim, taxonomy, name, k in wide), k)
             for k, (m, claim) in enumerate(zip(action.matches, claimed, strict=True))
             if explains_ends(claim, claimed) and not (idle and not m.roles and not _is_label(m, action, taxonomy))
         ]
@@ -216,7 +215,7 @@ def _options(
 def _untold(
     action: Read, claimed: Sequence[Claims], match: Match | None, claim: Claims, taxonomy: Taxonomy, name: float, wide: bool = False
 ) -> DescriptionLength:
-    """What must be told of an action beside a reading of it, or beside none."""
+    """Relations that must be told beside a reading of an action, or beside none."""
     changes = _distinct(f for c in claimed for f in c.changes)
     left = sum(not _among(f, claim.changes) for f in changes)
     mine = {thing_of(f) for f in match.roles.values()} if match is not None else set()
@@ -254,7 +253,7 @@ def _spoken_of(action: Read) -> set[str]:
 
 
 def _is_label(match: Match, action: Read, taxonomy: Taxonomy) -> bool:
-    """Whether a reading is what the recording calls the action, or more special."""
+    """Whether a reading is the recording's label of the action, or a subclass of it."""
     return action.label is not None and taxonomy.is_a(match.task, action.label)
 
 
@@ -266,7 +265,7 @@ def _distinct(facts: Iterable[Fact]) -> list[Fact]:
     return found
 
 
-def _said(rules: Mapping[str, Rule], match: Match) -> Claims:
+def _claims_of(rules: Mapping[str, Rule], match: Match) -> Claims:
     return claims(rules[match.task], match) if match.task in rules else NOTHING
 
 
@@ -335,14 +334,14 @@ def _presupposed(at: Choice, claim: Claims, begins: Sayers, ends: Sayers) -> Ite
 
 
 def _lasting(k: int, said: Iterable[Claims], begins: Sayers, ends: Sayers) -> Iterator[Demand]:
-    """Condition 2, of what may have begun in one action and nothing may have ended later."""
+    """Condition 2, for a relation that may have begun in one action and is not ended by a later one."""
     for fact in {f for c in said for f in c.begins}:
         if not any(c[0] > k for c in ends(fact)):
             yield Demand(None, frozenset(c for c in begins(fact) if c[0] >= k))
 
 
 def _closed(at: Choice, claim: Claims, ends: Sayers) -> Iterator[Demand]:
-    """Condition 3, of what a reading begins."""
+    """Condition 3, for the relations that a reading begins."""
     for fact in claim.begins:
         if later := frozenset(c for c in ends(fact) if c[0] > at[0]):
             yield Demand(at, later)

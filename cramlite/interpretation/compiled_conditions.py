@@ -48,7 +48,8 @@ def _extended(slots: Slots, names: list[str]) -> dict[str, int]:
 
 
 def _plain(condition: Condition, slots: Slots, new: list[str]) -> Step:
-    """Comparisons, and the rare 'or' of which one option binds more than the others: as ``conditions`` defines it."""
+    """Comparisons, and an 'or' with one option that binds more than the others, as ``conditions`` defines
+    it."""
 
     def step(phases: Sequence[Phase], bindings: list[Values]) -> list[Values]:
         extended = []
@@ -141,7 +142,7 @@ def _picker(places: list[int]) -> Callable[[Values], Values]:
 
 
 def _arguments(atom: Atom, slots: Slots, places: Sequence[int]) -> Callable[[Values], tuple[Any, ...]]:
-    """What is asked at some places of an atom: constants, bound values, and None for the rest."""
+    """Arguments of an atom at some places: constants, bound values, None for the rest."""
     terms = [atom.terms[k] for k in places]
     sources = [slots.get(t.name) if isinstance(t, Variable) else None for t in terms]
     fixed = tuple([None if isinstance(t, Variable) else t for t in terms])

@@ -81,8 +81,8 @@ def match_of(rule: Rule, binding: Binding, unknown: tuple[str, ...] = ()) -> Mat
 
 
 def measured(rule: Rule, roles: Mapping[str, str], phases: Phases) -> dict[str, float]:
-    """Return the largest value of each value predicate that the rule compares, of the fillers of its roles: what was seen
-    of it, in the unit that the predicate's sentence gives."""
+    """Return the largest value of each value predicate that the rule compares, for the fillers of its
+    roles, in the unit of the predicate's sentence."""
     found: dict[str, float] = {}
     for clause in rule.clauses:
         for compare in comparisons(clause.condition):
@@ -127,8 +127,8 @@ def _rejection(rule: Rule, clause: Clause, phase: Phase, bindings: list[Binding]
 
 
 def _facts(clause: Clause, phase: Phase, bindings: list[Binding]) -> tuple[str, ...]:
-    """The facts that speak about the failed condition: what a negation found, what a value is, and
-    otherwise all that is known of the predicates."""
+    """Facts about the failed condition: rows of a negation, a value, else all that is known of the
+    predicates."""
     found: dict[str, None] = {}
     for atom in atoms(clause.condition):
         narrow = isinstance(clause.condition, (Not, Compare)) or _wide(atom)

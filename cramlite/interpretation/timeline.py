@@ -1,4 +1,4 @@
-"""Timeline of an episode for matching: actions, and what holds before, during and after each.
+"""Timeline of an episode for matching: actions, and states before, during and after each.
 
 Closed world: a state that is not known to hold does not hold. The intervals are those
 of Alt et al., KR 2023.
@@ -307,7 +307,7 @@ def _agreeing(rows: tuple[Row, ...], arguments: tuple[str | float | None, ...]) 
 
 
 def _wholes(entities: dict[str, Entity], entity: Entity) -> Iterable[str]:
-    """What the entity is a part of, nearest first, with itself; a cycle of part_of ends it."""
+    """Entity with the things that it is part of, nearest first; a cycle of part_of ends it."""
     seen: list[str] = []
     current: Entity | None = entity
     while current is not None and current.name not in seen:

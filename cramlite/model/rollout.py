@@ -155,7 +155,8 @@ class Rollout(Value, dict=True):
 
     @cached_property
     def awake_touches(self) -> tuple[tuple[Touch, ...], ...]:
-        """The touches of each sample without those of ``asleep``: all that hands and what they move take part in."""
+        """Touches of each sample without those of ``asleep``: all in which hands and moved things take
+        part."""
         idle = {id(t) for still in {id(s): s for s in self.asleep}.values() for t in still}
         return tuple(tuple(t for t in touches if id(t) not in idle) for touches in self.touches) if idle else self.touches
 
@@ -189,7 +190,7 @@ _CONTROLLED = ("force", "commanded", "payload", "grip")  # None where no control
 
 
 def save_rollout(rollout: Rollout, path: Path) -> None:
-    """Write a rollout to a file. The world is not written: whoever reads it has its file."""
+    """Write a rollout to a file. The world is not written: readers have its file."""
     import numpy as np
 
     pairs = sorted({(t.a, t.b) for touches in rollout.touches for t in touches})

@@ -1,4 +1,5 @@
-"""Parsing of ontology files with rdflib, and extraction of what the taxonomy needs. Imported only on a cache miss."""
+"""Parsing of ontology files with rdflib, and extraction of the taxonomy's data. Imported only on a cache
+miss."""
 
 from __future__ import annotations
 
@@ -58,7 +59,8 @@ def parse(files: list[tuple[Path, bytes]], origins: dict[Node, tuple[str, int]] 
 
 
 def _check(path: Path, syntax: str, data: bytes | str) -> None:
-    """Refuse what would make a parser open another file or an address, or take more memory than the file's size lets expect."""
+    """Refuse text that would make a parser open another file or an address, or take far more memory than
+    the file's size."""
     if isinstance(data, bytes):
         check_xml(path, data)
     elif syntax == "json-ld":
@@ -94,7 +96,7 @@ def _text(path: Path, content: bytes) -> str:
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """rdflib logs names that are no IRIs before it raises what is wrong; the error says it, and names the file."""
+    """Silence rdflib's log of bad IRIs; the error that follows has them, and the file."""
     logger = logging.getLogger("rdflib.term")
     before, logger.disabled = logger.disabled, True
     try:
@@ -104,7 +106,7 @@ def _quiet() -> Iterator[None]:
 
 
 def _complaint(error: Exception) -> tuple[str, str]:
-    """Where, as ":line" or "", and what a parser of rdflib objects to, without the bytes that it shows."""
+    """Place, as ":line" or "", and complaint of a parser of rdflib, without the bytes that it shows."""
     if isinstance(error, SAXParseException):
         return f":{error.getLineNumber()}", error.getMessage()
     before = getattr(error, "lines", None)  # of Turtle: lines that end before
@@ -121,7 +123,7 @@ def prefixes_of(graph: rdflib.Graph) -> dict[str, str]:
 
 
 def extract(files: list[tuple[Path, bytes]]) -> dict[str, Any]:
-    """Extract what ``Taxonomy`` holds from ontology files, as JSON data."""
+    """Extract the data of ``Taxonomy`` from ontology files, as JSON data."""
     origins: dict[Node, tuple[str, int]] = {}
     graph = parse(files, origins)
     prefixes = prefixes_of(graph)

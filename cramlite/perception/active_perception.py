@@ -1,4 +1,5 @@
-"""Active perception: the camera is moved to see what a plan needs, and what it sees becomes the believed world.
+"""Active perception: the camera is moved to see the objects of a plan, and its pictures become the
+believed world.
 
 Furniture is known from the map; things that can be moved are known only as far as they are perceived, and what is seen
 but not recognised is in the way.
@@ -113,7 +114,7 @@ def look(
     scenario: Scenario, wanted: Sequence[Sequence[ObjectQuery]], world: World, real: World, robot: Robot,
     knowledge: Knowledge, seed: int,
 ) -> Look:  # fmt: skip
-    """Look for things with the scenario's camera, and return what is believed then.
+    """Look for things with the scenario's camera, and return the belief afterwards.
 
     For each thing: bring the camera to where it sees the places that a query names, take a picture of the real world,
     and believe what the experts say of it.
@@ -163,7 +164,7 @@ def _best(
 def look_into(
     seen: Look, place: str, state: State, camera: Camera, now: World, knowledge: Knowledge, seed: int
 ) -> Look:
-    """Return what is believed after a picture of what is at some furniture and was hidden before.
+    """Return the belief after a picture of furniture whose content was hidden before.
 
     What is recognised there is believed to have been there at the start, where the furniture then was.
 
@@ -197,8 +198,8 @@ def look_into(
 
 
 def _wary(seen: Look, taken: Picture, there: tuple[Thing, ...], container: str, knowledge: Knowledge) -> Look:
-    """With what a picture of a changed world shows and nobody recognises: fixed bodies, but those in a container as parts of it, as
-    they move along with it.
+    """Belief with the unrecognised bodies of a changed world: fixed ones, but parts of the container that
+    they are in.
 
     Args:
         there: what is known, as it stood when the picture was taken.
@@ -226,7 +227,7 @@ def _is_in(pose: Pose, container: Thing, knowledge: Knowledge) -> bool:
 
 
 def _with(before: Look, taken: Picture, knowledge: Knowledge) -> Look:
-    """What is believed after one more picture."""
+    """Belief after one more picture."""
     assert taken.perceived is not None
     answers = taken.perceived.answers
     found = {n: (t, p) for p in answers if (known := thing_from_percept(p, knowledge)) for n, t in [known]}
@@ -245,7 +246,7 @@ def _with(before: Look, taken: Picture, knowledge: Knowledge) -> Look:
 
 
 def _beware(seen: Look, knowledge: Knowledge) -> Look:
-    """With what the pictures show and nothing that is known explains, as bodies that are in the way."""
+    """Belief with unexplained points of the pictures as obstacles."""
     if not any("obstacles" in e.outputs for e in knowledge.experts):
         return seen
     fixed, moved = (tuple(t for t in seen.known.things if t.furniture == kind) for kind in (True, False))
@@ -267,7 +268,8 @@ def _free_names(seen: Look, obstacles: Iterable[Thing]) -> Iterator[str]:
 
 
 def _unexplained(taken: Picture, fixed: Iterable[Thing], moved: Iterable[Thing], knowledge: Knowledge) -> tuple[Thing, ...]:
-    """Bodies around what a picture shows, and neither fixed nor recognised things explain; () where no expert says."""
+    """Bodies around points of a picture that fixed and recognised things do not explain; () if no expert
+    answers."""
     if not any("obstacles" in e.outputs for e in knowledge.experts):
         return ()
     query = ObjectQuery(wanted=("obstacles",))
@@ -383,7 +385,7 @@ def _looking(knowledge: Knowledge) -> str:
 
 
 def ask(query: ObjectQuery, view: View, fixtures: tuple[Thing, ...], knowledge: Knowledge, **more: Any) -> Perceived:
-    """Answer a query about a view, with what the engine knows beforehand: models, classes, and a map."""
+    """Answer a query about a view, with the prior knowledge of the engine: models, classes, and a map."""
     priors = {
         "view": view, "fixtures": fixtures, "models": knowledge.products, "query": query,
         "taxonomy": knowledge.taxonomy, **more,

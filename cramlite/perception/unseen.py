@@ -1,4 +1,4 @@
-"""What no picture shows yet: places above furniture that something stands before, and how much of them a camera would see."""
+"""Unseen places: areas above furniture behind occluders, and how much of them a camera would see."""
 
 from __future__ import annotations
 
@@ -68,7 +68,8 @@ def _shown(points: Points, depth: Depth, camera: Pose, intrinsics: Intrinsics) -
 
 
 def _depths(points: Points, depth: Depth, camera: Pose, intrinsics: Intrinsics) -> tuple[Points, Points]:
-    """How far points are along the optical axis, and how far what is seen in their direction is; NaN outside of the image."""
+    """Depth of points along the optical axis, and depth of the image in their direction; NaN outside of
+    the image."""
     local = camera.inverse().apply(points)
     pixels = np.nan_to_num(np.round(intrinsics.project(local)), nan=-1.0).astype(int)
     within = (pixels >= 0).all(axis=-1) & (pixels < (intrinsics.width, intrinsics.height)).all(axis=-1)

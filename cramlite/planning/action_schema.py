@@ -28,7 +28,7 @@ SYMBOLS = dict(zip(OPERATORS, ("lt", "le", "gt", "ge", "eq", "eq", "ne"), strict
 LENGTH = 1000
 """Cost of a task: a plan of fewer tasks is cheaper than any longer one, and of two as long the one with tasks of earlier rules."""
 
-Row = tuple[str, ...]
+TableRow = tuple[str, ...]
 
 
 class Table(Value):
@@ -43,7 +43,7 @@ class Table(Value):
 
     name: str
     terms: tuple[str, ...]
-    rows: frozenset[Row]
+    rows: frozenset[TableRow]
     denied: bool = False
 
 
@@ -85,17 +85,17 @@ class ActionSchema(Value):
 
     @property
     def doing(self) -> str:
-        """What is done: the class of its task, and whether elsewhere."""
+        """Class of its task, and whether it happens elsewhere."""
         return doing(self.task, self.elsewhere)
 
     @property
     def parameters(self) -> dict[str, str]:
-        """Variable -> parameter, without what is always the effector."""
+        """Variable -> parameter, without the effector."""
         return {v: t.rpartition(BETWEEN)[2] for v, t in self.terms.items() if t != EFFECTOR}
 
     @property
     def in_hand(self) -> frozenset[str]:
-        """Terms of what is in the hand at some time."""
+        """Terms of the things that are in the hand at some time."""
         return held_in(conditions_of(self.rule), self.terms)
 
     @property
@@ -118,7 +118,7 @@ def action_schemas(grounder: Grounder, rules: Iterable[Rule], tasks: Mapping[str
 
 
 def kind_of(entity: str) -> str:
-    """Return "hand", "component" or "body": what kind of entity a name is of."""
+    """Return "hand", "component" or "body": the kind of entity of a name."""
     return "hand" if entity == EFFECTOR else "component" if BETWEEN in entity else "body"
 
 
@@ -186,7 +186,7 @@ class _Tabulation:
         return Table(f"{_name(inner)} {reduced}", names, left, denied)
 
     def every(self, given: Atom, then: Condition) -> Universal:
-        """Return ``every given -> then`` with a table of what ``then`` allows."""
+        """Return ``every given -> then`` with a table of the rows that ``then`` allows."""
         (other,) = [v for v in variables(given) if v not in self.terms]
         binding = {**self.terms, other: "?other"}
         fact = (given.predicate.name, *(str(a) for a in given.arguments(dict(binding))))
@@ -198,7 +198,7 @@ class _Tabulation:
         return decided(condition, binding, replace(self.scene, held=held))
 
 
-def _matters(rows: set[Row], column: int, choices: int) -> bool:
+def _matters(rows: set[TableRow], column: int, choices: int) -> bool:
     """Whether a table is not the same for every entity in a column."""
     left = {(*row[:column], *row[column + 1 :]) for row in rows}
     return len(left) * choices != len(rows)

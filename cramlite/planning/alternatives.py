@@ -121,11 +121,12 @@ class Alternatives(Value):
                 yield from self.registry.ask(plugin, hook, item.name, partial(kind.ground, item, belief, context))
 
     def _instead(self, item: Designator) -> str:
-        """What there is in the place of a relation that nobody answers."""
+        """Answer in the place of a relation that no plugin answers."""
         return f": no relation '{item.relation}'; {nearest(item.relation, self.relations)}" if isinstance(item, Location) else ""
 
     def _accepted(self, plugin: str, answers: Iterable[Any], point: ChoicePoint) -> Iterator[Alternative]:
-        """One plugin's answers. What they are depends on the item's domain, unless the plugin itself says on what."""
+        """Answers of one plugin. What they depend on follows from the item's domain, unless the plugin
+        says it."""
         made = {name for name, _ in point.state.choices}
         earlier = point.domain if isinstance(point.item, Motion) else made
         try:
@@ -164,7 +165,8 @@ class Alternatives(Value):
 
 
 def wrong_with(answer: object, item: Designator) -> str:
-    """Say why an answer is no grounding of a designator, as a clause: who uses it later is not to blame for it. Empty if it is one."""
+    """Return why an answer is no grounding of a designator, as a clause, so that its later users are not
+    blamed; empty if it is one."""
     kind, value = type(item).__name__, getattr(answer, "value", None)
     if not isinstance(answer, Grounding):
         return f"an answer is a Grounding or a Refused, not {_short(answer)}"
@@ -201,7 +203,7 @@ def _check_way(way: Any) -> None:
 
 
 def misfit(action: Action, inside: Iterable[Action], tasks: Mapping[str, object]) -> str:
-    """Return why an action cannot be part of what it is to be part of; empty when it can.
+    """Return why an action cannot be part of its compound; empty if it can.
 
     Args:
         inside: the actions that it is a part of, the innermost first.

@@ -14,7 +14,7 @@ from msgspec.structs import replace
 from ..base.value import Value
 from ..interpretation.fluents import Fact
 from ..model.entity_name import thing_of
-from .handling import Done, Track, done, history, said
+from .handling import Done, Track, done, history, task_text
 from .operators import Operator
 from .refutation import Refutation
 
@@ -48,12 +48,13 @@ class Blocking(Value):
         return all(any(same.issuperset(tracks) for tracks in any_of) for any_of in self.sets)
 
     def left_shut(self) -> Blocking:
-        """Return what it rules out as long as nothing is opened to make room: what is shut takes the least there is."""
+        """Return the blocking that holds as long as nothing is opened to make room: closed joints take the
+        least room."""
         return replace(self, sets=tuple(any_of for any_of in self.sets if all(tracks[0].thing not in self.shut for tracks in any_of)))
 
     def while_others_stay(self) -> Blocking:
-        """Return what it rules out as long as nothing else that was in the way is moved: whatever the task's own things come from,
-        they meet it again; the same where nothing else was."""
+        """Return the blocking that holds as long as no other obstacle is moved: the task's own things meet
+        it again, wherever they come from; the same without other obstacles."""
         own = {thing_of(e) for _, e in self.task[1]}
         others = tuple(any_of for any_of in self.sets if own.isdisjoint(tracks[0].thing for tracks in any_of))
         return replace(self, sets=others) if others else self
@@ -61,14 +62,14 @@ class Blocking(Value):
     def __str__(self) -> str:
         things = [[" with ".join(map(str, tracks)) for tracks in any_of] for any_of in self.sets]
         left = [one[0] if len(one) == 1 else f"any of {', '.join(one)}" for one in things]
-        return f"no {said(self.task)} with {' and '.join(left)}"
+        return f"no {task_text(self.task)} with {' and '.join(left)}"
 
 
 def blocking_of(
     found: Refutation, steps: Sequence[Operator], facts: Sequence[frozenset[Fact]], loose: frozenset[str]
 ) -> Blocking | None:
-    """Return what a refuted task sequence says of all sequences: that its last refused task fails while all that its failure
-    depends on is as it was.
+    """Return the lesson of a refuted task sequence for all: its last refused task fails while all that its
+    failure depends on is unchanged.
 
     Args:
         facts: before each step, those that rules ask about.
@@ -90,7 +91,7 @@ def blocking_of(
 
 
 def _tracks(thing: str, before: Sequence[Operator], facts: frozenset[Fact], loose: frozenset[str]) -> tuple[Track, ...]:
-    """What had been done to a thing, which is first, and to what moves with it."""
+    """Tasks done so far to a thing, the first one, and to all that moves with it."""
     pairs = [frozenset(map(thing_of, f[1:])) & loose for f in facts]
     known = {thing}
     while more := {n for names in pairs if names & known for n in names} - known:

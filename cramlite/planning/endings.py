@@ -1,4 +1,4 @@
-"""Endings: all that ends where a task ends something, by what predicates declare of each other (``Fluent``).
+"""Endings: all facts that end where a task ends one, by the predicates' declarations (``Fluent``).
 
 ``Fluents.after`` says the same of one state; here it is said of all states, as the conditional effects of an action schema.
 """
@@ -48,7 +48,7 @@ def is_free(term: str) -> bool:
 
 
 def kinds_of(schemas: Iterable[ActionSchema], facts: Iterable[Fact]) -> Kinds:
-    """Return the kinds of entities that relations are ever about: at first, and by what tasks add."""
+    """Return the kinds of entities that relations can be about: at first, and by the effects of tasks."""
     found: dict[tuple[str, int], set[str]] = {}
     added = ((f[0], map(_kind, f[1:])) for s in schemas for f in s.change.adds)
     known = ((f[0], map(kind_of, f[1:])) for f in facts)
@@ -74,7 +74,8 @@ def _kind(term: str) -> str:
 
 
 def endings(schema: ActionSchema, fluents: Fluents, kinds: Kinds) -> tuple[Ending, ...]:
-    """Return what ends with a task, without what never holds and what ends under fewer conditions anyway."""
+    """Return the facts that end with a task, without those that never hold or end under fewer conditions
+    anyway."""
     found: list[Ending] = []
     todo = [_tidy(e) for e in _denied(schema, fluents)]
     for _ in range(DEEPEST):
@@ -85,7 +86,7 @@ def endings(schema: ActionSchema, fluents: Fluents, kinds: Kinds) -> tuple[Endin
 
 
 def _denied(schema: ActionSchema, fluents: Fluents) -> Iterator[Ending]:
-    """What a rule says itself, and what cannot hold beside what it adds."""
+    """Denials of a rule, and facts that cannot hold beside those that it adds."""
     for pattern in sorted(schema.change.removes, key=str):
         yield Ending((str(pattern[0]), *(p if p is not None else f"?any{k}" for k, p in enumerate(pattern[1:]))))
     for every in schema.after:
@@ -97,7 +98,8 @@ def _denied(schema: ActionSchema, fluents: Fluents) -> Iterator[Ending]:
 
 
 def _following(ending: Ending, fluents: Fluents) -> Iterator[Ending]:
-    """What ends with a fact: its mirror image, what it undoes, its wholes, and what implies it."""
+    """Facts that end with a fact: its mirror image, those that it undoes, its wholes, and those that imply
+    it."""
     name, *terms = ending.fact
     fluent, when = fluents[name], ending.when | {ending.fact}
     if fluent.symmetric:
@@ -143,7 +145,7 @@ def _tidy(ending: Ending) -> Ending:
 
 
 def _possible(ending: Ending, kinds: Kinds) -> bool:
-    """Whether its facts can ever hold, by the kinds of what they are about."""
+    """Whether its facts can ever hold, by the kinds of their arguments."""
     facts = [ending.fact, *ending.when]
     terms = {t for f in facts for t in f[1:]} - set(ending.free)
     fits = all(_kind(t) in kinds.get((f[0], k), ()) for f in facts for k, t in enumerate(f[1:], 1) if t in terms)

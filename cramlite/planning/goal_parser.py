@@ -1,4 +1,4 @@
-"""Goals in words, "tin on counter near hook": which phrase that predicates declare each of them is, and what it asks for."""
+"""Goals in words, "tin on counter near hook": the declared phrase of each, and its demands."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def parse_goal(text: str, grounder: Grounder, where: str = "") -> ParsedGoal:
         found = re.fullmatch(_pattern(phrase), said)
         if found is not None:
             words, count = [g or "" for g in found.groups()], len(_places(phrase))
-            amount = (words.pop(),) if phrase.form.endswith(AMOUNT) else ()
+            amount = (words.pop(count),) if phrase.form.endswith(AMOUNT) else ()
             side, other = words[count:] or ("", "")
             what, things = f"{where}the goal '{text}'", tuple(words[:count])
             meaning = _meaning(phrase, things, amount, other, grounder, what)
@@ -78,12 +78,13 @@ def _denied(goal: ParsedGoal, where: str) -> ParsedGoal:
     """
     denied = goal.meaning.denied if not goal.side else None
     if denied is None:
-        raise UserError(f"{where}the goal '{NOT}{goal.text}' denies more than one relation; say what shall hold instead.")
+        raise UserError(f"{where}the goal '{NOT}{goal.text}' denies more than one relation; state the wanted relation instead.")
     return ParsedGoal(NOT + goal.text, goal.things, denied)
 
 
 def contradiction(texts: Sequence[str], grounder: Grounder, places: Sequence[str] = ()) -> str:
-    """Name two goals that cannot hold at one time, by what predicates declare of each other, and why; "" where all can.
+    """Name two goals that cannot hold at one time, by the predicates' declarations, and why; "" if all
+    can.
 
     Args:
         places: "file:line" of each goal; none for goals that stand in no file.
@@ -99,7 +100,7 @@ def contradiction(texts: Sequence[str], grounder: Grounder, places: Sequence[str
 
 
 def _ring(goals: Sequence[ParsedGoal], grounder: Grounder, places: Sequence[str]) -> str:
-    """How goals would have a thing carry itself; "" where none do."""
+    """Cycle of goals by which a thing would carry itself; "" without one."""
     asked = {f: k for k, goal in reversed(list(enumerate(goals))) for f in goal.meaning.needs}
     found = grounder.fluents.ring(asked)
     if not found:
@@ -112,7 +113,7 @@ def _ring(goals: Sequence[ParsedGoal], grounder: Grounder, places: Sequence[str]
 
 
 def _two_manners(one: ParsedGoal, other: ParsedGoal) -> str:
-    """How one thing would have to be put down in two ways at once; "" where it need not."""
+    """Conflict of two manners of putting down one thing; "" without one."""
     first, second = (g.meaning.manner.where if g.meaning.manner else {} for g in (one, other))
     if one.things[0] != other.things[0]:
         return ""
@@ -121,7 +122,7 @@ def _two_manners(one: ParsedGoal, other: ParsedGoal) -> str:
 
 
 def _forms(phrases: Iterable[GoalPhrase]) -> str:
-    """What could be said instead."""
+    """Other goal phrases that are close."""
     forms = [f"'{p.form}'" for p in sorted(phrases, key=lambda p: -len(_places(p)))]
     said = f"say {', '.join(forms[:-1])} or {forms[-1]}" if forms[1:] else "no plugin declares a phrase for goals"
     sides = ", ".join(f"'{s}'" for s in SIDES)
@@ -144,7 +145,7 @@ def _pattern(phrase: GoalPhrase) -> str:
 def _meaning(
     phrase: GoalPhrase, things: tuple[str, ...], amount: tuple[str, ...], other: str, grounder: Grounder, what: str
 ) -> GoalCondition:
-    """What the phrase makes of things that there are."""
+    """Meaning of a phrase for the things of the world."""
     for name in filter(None, (*things, other)):
         known = grounder.things if name == thing_of(name) else grounder.scene.types
         if name not in known:

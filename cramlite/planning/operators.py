@@ -26,7 +26,7 @@ from ..interpretation.fluents import (
     fluents_of,
     matches,
     matching,
-    said,
+    pattern_text,
 )
 from ..interpretation.rules import Rule
 from ..interpretation.timeline import Predicate
@@ -38,7 +38,7 @@ OTHER = "?other"
 
 
 def doing(task: str, elsewhere: bool) -> str:
-    """Return what is done, as blockings tell tasks apart."""
+    """Return the class of its task, and whether it happens elsewhere, as blockings tell tasks apart."""
     return f"{task} elsewhere" if elsewhere else task
 
 
@@ -71,7 +71,7 @@ class Operator(Value):
 
     @property
     def doing(self) -> str:
-        """What is done: the class of its task, and whether elsewhere."""
+        """Class of its task, and whether it happens elsewhere."""
         return doing(self.task, self.elsewhere)
 
     def __str__(self) -> str:
@@ -91,13 +91,13 @@ class Operator(Value):
 
     def unmet(self, facts: frozenset[Fact]) -> str:
         """Return the first precondition that does not hold, as rules write it; "" where all do."""
-        missing = [said(f) for f in sorted(self.needs - facts)]
+        missing = [pattern_text(f) for f in sorted(self.needs - facts)]
         if matching(facts, self.without):
-            missing += ["not " + said(f) for p in sorted(self.without, key=str) for f in sorted(matching(facts, [p]))]
+            missing += ["not " + pattern_text(f) for p in sorted(self.without, key=str) for f in sorted(matching(facts, [p]))]
         for one, two in sorted(self.never):
             alike = sorted(by_predicate(facts).get(one[0], ()))
             found = (e for f in alike for e in _others(f, one) if _with(two, e) in facts)
-            missing += [f"not {said(_with(two, e))} as {said(_with(one, e))}" for e in found]
+            missing += [f"not {pattern_text(_with(two, e))} as {pattern_text(_with(one, e))}" for e in found]
         return next(iter(missing), "")
 
     def apply(self, facts: frozenset[Fact]) -> frozenset[Fact]:
@@ -178,7 +178,7 @@ class Grounder:
         return {n: self.contents if n in inside else self._candidates(n, asked, task) for n in names}
 
     def _candidates(self, name: str, asked: Iterable[Atom], task: TaskType) -> list[str]:
-        """Entities that conditions on classes, and what the task type's role asks for, leave for a variable."""
+        """Entities that may fill a variable, by conditions on classes and the role of the task type."""
         role = task.role(name)
         if role is not None and role.effector:
             return [EFFECTOR]
@@ -211,7 +211,8 @@ class Grounder:
         return name in self.things and self.things[name].movable
 
     def change(self, rule: Rule, task: TaskType, binding: Mapping[str, str], ends: bool = False) -> Change | None:
-        """Return what a task needs and changes with some fillers, which may be parameters; conditions on classes left out.
+        """Return needs and changes of a task with some fillers, which may be parameters; without
+        conditions on classes.
 
         Args:
             ends: whether it ends something beside what it denies by itself.
@@ -232,7 +233,7 @@ class Grounder:
     def _facts(
         self, clauses: Iterable[tuple[str, Condition]], phase: str, binding: Mapping[str, str]
     ) -> tuple[frozenset[Fact], frozenset[Pattern]]:
-        """What must hold and what may not, of what tasks change."""
+        """Facts that must hold, and that may not, among those that tasks change."""
         yes: set[Fact] = set()
         no: set[Pattern] = set()
         for condition in (c for p, c in clauses if p == phase and not is_static(c)):
@@ -251,7 +252,7 @@ class Grounder:
         return frozenset().union(*found)
 
     def _others(self, given: Atom, then: Condition, binding: Mapping[str, str], scene: SymbolicWorld) -> set[Pattern]:
-        """Facts that ``every given -> then`` forbids: those of entities of which ``then`` does not hold."""
+        """Facts that ``every given -> then`` forbids: those of entities for which ``then`` does not hold."""
         (free,) = [v for v in variables(given) if v not in binding] or [""]
         if not free:
             return set()
@@ -265,7 +266,7 @@ def conditions_of(rule: Rule) -> list[tuple[str, Condition]]:
 
 
 def held_in(clauses: Iterable[tuple[str, Condition]], binding: Mapping[str, str]) -> frozenset[str]:
-    """Return what is in the hand at some time of a task."""
+    """Return the things that are in the hand at some time of a task."""
     atoms = (c for _, c in clauses if isinstance(c, Atom) and c.predicate.fluent.in_hand)
     return frozenset(str(a.arguments(dict(binding))[-1]) for a in atoms)
 

@@ -91,7 +91,7 @@ def _meant(found: Interpretation, reading: int | str | None) -> Iterator[TaskSeq
 
 
 def _shown(task: TaskType, match: Match, rule: Rule | None, action: Interpreted, timeline: Timeline) -> dict[str, float]:
-    """What the demonstration shows of a task's parameters: those that are named like a value that its rule compares."""
+    """Parameters of a task that the demonstration shows: those named like a value that its rule compares."""
     from ..interpretation.matching import measured
     from ..interpretation.timeline import Segment
 
@@ -151,7 +151,8 @@ def plans_for_goal(
 
 
 class _Asked(NamedTuple):
-    """A goal, what a scenario says of its objects, where it says each part, and the plan that it hands over."""
+    """Goal, statements of the scenario about its objects, lines of its parts, and the plan that it hands
+    over."""
 
     goal: Goal
     objects: Mapping[str, ObjectSpec] = MappingProxyType({})

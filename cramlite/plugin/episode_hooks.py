@@ -15,7 +15,7 @@ from .validation import check_answer
 
 
 class EpisodeHooks:
-    """Reading, repair, detection and writing of episodes: plugins do the work, and what they answer is checked.
+    """Reading, repair, detection and writing of episodes by plugins, whose answers are checked.
 
     Args:
         registry: whose plugins are asked.
@@ -92,7 +92,7 @@ class EpisodeHooks:
             return episode
 
     def _answer(self, hook: str, nobody: str, **arguments: Any) -> Any:
-        """The first plugin's answer; who failed is named where nobody answers."""
+        """Answer of the first plugin; without one, failed plugins are named."""
         answer = self._registry.first(hook, **arguments)
         if answer is not None:
             return answer

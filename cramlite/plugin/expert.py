@@ -1,4 +1,4 @@
-"""Perception experts: declarations by plugins of what can be computed from a view.
+"""Perception experts: declarations by plugins of values that can be computed from a view.
 
 An expert is a function from named values to named values. The engine chains experts backwards from what is asked
 (``expert_plan``), runs them cheapest first and falls back when one fails (``perception``).
@@ -60,7 +60,7 @@ class Inputs(Value):
     parameters: Mapping[str, float] = field(default_factory=dict)
 
     def __getitem__(self, name: str) -> Any:
-        """A value; what was judged is given as its bare value."""
+        """Value of a name; of a judged one its bare value."""
         found = self.values[name]
         return found.value if isinstance(found, Judged) else found
 

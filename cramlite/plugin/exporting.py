@@ -36,7 +36,7 @@ def require_absent(target: Path) -> None:
 
 
 def write_new(exporter: Exporter, record: RunRecord, target: Path) -> None:
-    """Write a run to a place where nothing is; what is half written is taken away.
+    """Write a run to a new place; a half-written file is removed.
 
     Raises:
         UserError: something is there, or it cannot be written.
@@ -47,6 +47,9 @@ def write_new(exporter: Exporter, record: RunRecord, target: Path) -> None:
     except OSError as error:
         _take_away(target)
         raise UserError(f"'{target}' cannot be written: {error.strerror or error}; choose another place.") from error
+    except BaseException:  # interrupted, or a defect of the exporter
+        _take_away(target)
+        raise
 
 
 def _take_away(target: Path) -> None:

@@ -1,4 +1,4 @@
-"""Validation of plugins before they are asked anything, with messages for the person who has them installed."""
+"""Validation of plugins before they are asked anything, with messages for their users."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ class WrongHook(Exception):
 
 
 class WrongDeclaration(Exception):
-    """Error: something declared under a hook is not what the hook is for."""
+    """Error: a declaration under a hook is of the wrong kind."""
 
 
 class WrongAnswer(Exception):
@@ -87,7 +87,7 @@ def check_hooks(plugin: ModuleType | object) -> None:
 
 
 def check_declared(hook: str, item: object) -> None:
-    """Check that a declared thing has what its hook is for.
+    """Check that a declaration has the members that its hook needs.
 
     Raises:
         WrongDeclaration: names what it has not, or what of it is not possible.
@@ -111,7 +111,7 @@ def check_declared(hook: str, item: object) -> None:
 
 
 def _check_complete(hook: str, item: object) -> None:
-    """What the engine will ask of it is there, whether it is made of our class or of one of its author's."""
+    """Check that the members that the engine will ask for are there, whichever class it is made of."""
     kind = _class_of(hook)
     if kind is None or isinstance(item, kind):
         return
@@ -122,7 +122,7 @@ def _check_complete(hook: str, item: object) -> None:
 
 
 def _class_of(hook: str) -> type | None:
-    """The class that is offered for what is declared under a hook; None where a protocol of few words says all."""
+    """Class that is offered for a hook's declarations; None if a protocol of few members is enough."""
     if hook == "task_types":
         from .task_type import TaskType
 
@@ -157,7 +157,7 @@ def _check_path(item: object) -> None:
 
 
 def check_many(hook: str, answer: Any) -> Iterable[Any]:
-    """Return what a hook gave that may give several, checked to be a list or the like.
+    """Return the list that a hook gave, checked to be one.
 
     Raises:
         WrongAnswer: it is none; names what it is.
@@ -236,7 +236,7 @@ def _check_values(hook: str, item: object) -> None:
 
 
 def _check_fluent(name: str, item: object) -> None:
-    """What planning reads of a predicate is what it takes it for."""
+    """Check that a predicate's planning fields have their types."""
     from ..interpretation.fluents import Fluent
 
     static, fluent = getattr(item, "static", None), getattr(item, "fluent", Fluent())
@@ -262,7 +262,7 @@ def _short(value: object) -> str:
 
 
 def _words(hook: str) -> Mapping[str, tuple[str, ...]]:
-    """Attributes of what is declared under a hook that are one of a few words, and the words."""
+    """Attributes of a hook's declaration with a fixed set of words, and the words."""
     if hook == "validators":
         from ..model.verdict import COSTS
 
@@ -279,7 +279,7 @@ def _words(hook: str) -> Mapping[str, tuple[str, ...]]:
 
 
 def why_not_loaded(error: BaseException, distribution: str) -> str:
-    """Explain why a plugin could not be imported, and what to do."""
+    """Explain why a plugin could not be imported, and the next step."""
     if isinstance(error, ModuleNotFoundError) and error.name:
         package = error.name.split(".")[0]
         if package in ("cramlite", "cramlite_plugins"):
@@ -297,7 +297,8 @@ def why_not_loaded(error: BaseException, distribution: str) -> str:
 
 
 def error_with_location(error: BaseException) -> str:
-    """Return an error's text with file and line of where it was raised; what the engine says of a plugin has none."""
+    """Return an error's text with file and line of its origin; the engine's own errors about a plugin have
+    none."""
     if isinstance(error, NoModule | WrongHook | WrongDeclaration | WrongAnswer):
         return str(error)
     trace, place = error.__traceback__, ""

@@ -79,7 +79,7 @@ def _templates(part: str) -> list[Path]:
 
 
 def _words(kind: str, name: str) -> Mapping[str, str]:
-    """What the templates are filled with."""
+    """Values of the templates."""
     major, minor = VERSION.split(".")[:2]
     return {
         "kind": kind, "name": name, "camel": camel(name), "package": f"cramlite_{name}",
@@ -114,7 +114,8 @@ def _checked(name: str) -> str:
 
 
 def _taken(kind: str, name: str) -> str:
-    """Why what the package would declare could not be loaded, or would hide something; empty if it works."""
+    """Reason why the package's declarations could not be loaded, or would hide something; empty if they
+    work."""
     from ..plugin.catalogue import Knowledge
     from ..plugin.registry import Registry
     from ..plugin.validation import NAMED_BY
@@ -148,7 +149,7 @@ def _taken_task(local: str, knowledge: Knowledge) -> str:
 
 
 def skeleton_text(kind: str, files: tuple[Path, ...]) -> str:
-    """Return what was written, and what to do next, as text."""
+    """Return the written files, and the next step, as text."""
     folder, *written = files
     article = "an" if kind[0] in "aeiou" else "a"
     lines = [f"Wrote {article} {kind} plugin to '{folder}':", *(f"  {path.relative_to(folder)}" for path in written)]

@@ -1,4 +1,4 @@
-"""What answers for a judge, and how an experiment's own file of it is loaded."""
+"""Protocol of a judge, and the loading of an experiment's own file of it."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ class Judge(Protocol):
         """Return the judgement, as it is by now."""
 
     def picture(self) -> bytes:
-        """Return what the judge's camera sees, as PNG; nothing where it has none."""
+        """Return the picture of the judge's camera as PNG; nothing without a camera."""
 
     def close(self) -> None:
         """End the process."""

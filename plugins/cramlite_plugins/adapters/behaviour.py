@@ -49,7 +49,7 @@ class Resolve(py_trees.behaviour.Behaviour):  # type: ignore[misc]  # an extra, 
 
     @property
     def solution(self) -> Solution | None:
-        """What was found; None before that, and after an interruption."""
+        """Program that was found; None before that, and after an interruption."""
         return self._job.solution if self._job else None
 
     def initialise(self) -> None:
@@ -64,7 +64,7 @@ class Resolve(py_trees.behaviour.Behaviour):  # type: ignore[misc]  # an extra, 
             return py_trees.common.Status.RUNNING
         if not self._job.begun:
             self._job.begin()
-        self.feedback_message = self._job.said()
+        self.feedback_message = self._job.status_text()
         if self._job.thread.is_alive():
             return py_trees.common.Status.RUNNING
         return py_trees.common.Status.SUCCESS if self._job.succeeded else py_trees.common.Status.FAILURE
@@ -99,7 +99,7 @@ class Resolve(py_trees.behaviour.Behaviour):  # type: ignore[misc]  # an extra, 
 
 
 class _Job:
-    """One search and run in a thread; what was left by an interruption writes into its own job only."""
+    """One search and run in a thread; after an interruption it writes into its own job only."""
 
     def __init__(self, work: Callable[[_Job], None]) -> None:
         self.thread = threading.Thread(target=work, args=(self,), daemon=True)
@@ -112,8 +112,8 @@ class _Job:
         self.begun = True
         self.thread.start()
 
-    def said(self) -> str:
-        """What it is doing, or how it ended."""
+    def status_text(self) -> str:
+        """Current work, or its end."""
         if self.outcome and not self.thread.is_alive():
             return self.outcome
         if self.running:
@@ -123,7 +123,7 @@ class _Job:
 
 
 class Place:
-    """Setting of a behaviour tree: what one behaviour's run left is where the next one begins.
+    """Setting of a behaviour tree: the end of one behaviour's run is the start of the next.
 
     ``place.now`` is the ``setting`` of behaviours, ``place.run`` their ``run``: the text is executed in the simulator, in
     the world as it really is then, and judged there.

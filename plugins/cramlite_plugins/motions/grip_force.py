@@ -1,4 +1,5 @@
-"""Grip force: from a thing's weight, the friction of pads and thing, and a margin; limited by the gripper and by what the thing bears.
+"""Grip force: from a thing's weight, the friction of pads and thing, and a margin; limited by gripper and
+thing.
 
 Two pads that press with F each hold 2 mu F along their faces. Asked for is, on each pad,
 
@@ -28,8 +29,8 @@ ACCELERATION = 1.2
 """Of the tool [m/s2]: URScript's default, and 1.4 rad/s2 of a leading axis at 0.85 m; straight lines take 0.5."""
 
 
-class Grip(Value):
-    """What two pads are to hold.
+class GripLoad(Value):
+    """Load of two pads.
 
     Args:
         thing: what is gripped.
@@ -78,15 +79,16 @@ def load(thing: Thing) -> float:
     return 0.0 if thing.joint is not None else (thing.mass or 0.0) + content
 
 
-def grip_of(held: Held, world: World, gripper: Gripper) -> Grip:
-    """Return what the pads are to hold when a thing is held so, with what is in or on it; a thing on a joint hangs on that."""
+def grip_of(held: Held, world: World, gripper: Gripper) -> GripLoad:
+    """Return the load of the pads at a grasp of a thing, with its content; a thing on a joint hangs on
+    that."""
     thing = world.thing(held.thing)
     x, _, z = (held.tcp_to_thing * Pose(centre_of_mass(thing))).position
     mass = load(thing) and load(thing) + sum(load(world.thing(name)) for name in held.carries)
-    return Grip(thing, mass, world.physics.pad_friction, thing.least_friction, math.hypot(x, z), gripper)
+    return GripLoad(thing, mass, world.physics.pad_friction, thing.least_friction, math.hypot(x, z), gripper)
 
 
-def grip_force(grip: Grip, asked: float, context: Context, of_thing: tuple[str, ...], within: tuple[str, ...]) -> tuple[float, str]:
+def grip_force(grip: GripLoad, asked: float, context: Context, of_thing: tuple[str, ...], within: tuple[str, ...]) -> tuple[float, str]:
     """Return the force of each pad [N] and where it comes from; one that was asked for stays, as far as the thing bears it.
 
     Args:
@@ -112,14 +114,14 @@ def grip_force(grip: Grip, asked: float, context: Context, of_thing: tuple[str, 
     return force, f"grip {force:g} N{instead}{source}" if source or instead else ""
 
 
-def _doubt(grip: Grip, force: float) -> str:
+def _doubt(grip: GripLoad, force: float) -> str:
     """That a given force does not carry the weight, where it does not; else nothing."""
     carried = 2 * grip.friction * force
     return f", which carries {carried:.1f} N: doubtful for {grip}" if carried < GRAVITY * grip.mass else ""
 
 
-def _limit(grip: Grip, context: Context, because: tuple[str, ...]) -> tuple[float, str]:
-    """The most that a pad may press [N], and why: the gripper's most, or what the thing bears."""
+def _limit(grip: GripLoad, context: Context, because: tuple[str, ...]) -> tuple[float, str]:
+    """Highest force of a pad [N], and why: the gripper's, or that of the thing."""
     low, high = grip.gripper.force
     borne = most_borne(grip.thing, context)
     limit, why = min((high, f"the most of gripper '{grip.gripper.type}'"), borne or (math.inf, ""), key=lambda x: x[0])
@@ -130,7 +132,7 @@ def _limit(grip: Grip, context: Context, because: tuple[str, ...]) -> tuple[floa
 
 
 def most_borne(thing: Thing, context: Knowing) -> tuple[float, str] | None:
-    """Return the most that each pad may press a thing with [N], and who says so; None where nobody does."""
+    """Return the highest force of a pad on a thing [N], and its source; None without a limit."""
     limits = list[tuple[float, str]]()
     if (said := lowest([thing], "cram:maximumGripForce", context)) is not None:
         limits.append((said.value, str(said)))
@@ -139,7 +141,7 @@ def most_borne(thing: Thing, context: Knowing) -> tuple[float, str] | None:
     return min(limits, key=lambda x: x[0], default=None)
 
 
-def _too_weak(grip: Grip, limit: float, why: str, because: tuple[str, ...]) -> Unresolvable:
+def _too_weak(grip: GripLoad, limit: float, why: str, because: tuple[str, ...]) -> Unresolvable:
     numbers = {"weight_N": GRAVITY * grip.mass, "friction": grip.friction, "limit_N": limit}
     if math.isinf(grip.least):
         said = f"no grip force holds {grip}; {limit:g} N is {why}"
@@ -151,8 +153,8 @@ def _too_weak(grip: Grip, limit: float, why: str, because: tuple[str, ...]) -> U
     return Unresolvable(reason, because, {**numbers, "needed_N": grip.least}, blocking=(), remedy=_rougher(grip, limit))
 
 
-def _rougher(grip: Grip, limit: float) -> Remedy:
-    """What to try where pads that press so hard as they may do not carry the weight."""
+def _rougher(grip: GripLoad, limit: float) -> Remedy:
+    """Remedy where pads at their highest force do not carry the weight."""
     weight = MARGIN * grip.mass * (GRAVITY + ACCELERATION)
     enough, mass = weight / (2 * limit), 2 * grip.friction * limit / (MARGIN * (GRAVITY + ACCELERATION))
     lighter = f", or make it lighter than {mass:.2g} kg" if mass > 0 else ""

@@ -43,18 +43,19 @@ class Opening(ByHandle):
                     yield replace(way, reason=f"{way.reason}; to {share:g} of the range alone", cost=0.5 + 0.1 * k)
         thing = belief.thing(action.roles["Patient"].entity or action.roles["Patient"].name)
         if thing.joint is not None and thing.joint.kind == "hinge":
-            yield self._pushed_on(action)
+            yield self._push_from_inside(action)
         yield self._pressing(action)
         yield from self._driving(replace(action, parameters={**action.parameters, DRIVES: 1.0}), belief)
 
     def _driving(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
-        """The same ways of a drawer, which drives what stands before it along; last, as where that ends nobody knows as well."""
+        """Ways of opening a drawer that drives obstacles along; last, as nobody knows as well where these
+        end."""
         joint = belief.thing(action.roles["Patient"].entity or "").joint
         ways = (*super().decompose(action, belief), self._pressing(action)) if joint is not None and joint.kind == "slide" else ()
         for way in ways:
             yield replace(way, reason=f"{way.reason}; what it meets is driven along", cost=way.cost + 2.0)
 
-    def _pushed_on(self, action: Action) -> Decomposition:
+    def _push_from_inside(self, action: Action) -> Decomposition:
         patient, touch, way = action.roles["Patient"], (action.roles["Patient"].name,), self.way(action)
         least, off = self._least(action), Location(action.inside("off"), "retreat")
         begun = Location(action.inside("begun"), "opened", patient.name, {"ajar": least["least"]})
@@ -95,7 +96,7 @@ class Opening(ByHandle):
         return replace(super().begins_at(action), parameters=self._least(action))
 
     def _least(self, action: Action) -> dict[str, Any]:
-        """How far it must get, whatever hand opens it."""
+        """Least opening that counts, whatever hand opens it."""
         return {"least": self.parameter(action, "share") or LESS[-1], **self._drives(action)}
 
     @staticmethod
@@ -107,7 +108,7 @@ class Opening(ByHandle):
         return Location(f"opened({patient})", "opened", patient, {"share": self.parameter(action, "share"), **self._drives(action)})
 
     def allowance(self, action: Action, bindings: Mapping[str, Any]) -> Allowance:
-        """Return what it may touch, among it what the drawer drives before it, which may touch each other."""
+        """Return the allowance, with obstacles that the drawer drives along, which may touch each other."""
         allowed, patient = super().allowance(action, bindings), action.roles["Patient"]
         way = bindings.get(self.way(action).name)
         along = (patient.thing, *driven(way)) if isinstance(way, Place) else ()

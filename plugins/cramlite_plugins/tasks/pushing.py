@@ -122,7 +122,8 @@ class Pushing(TaskType):
         )
 
     def effects(self, action: Action, belief: Belief) -> Belief:
-        """Return the belief with the thing somewhere within the stroke; what came along with the fingers is before or about them."""
+        """Return the belief with the thing somewhere within the stroke; things that came along are before
+        or about the fingers."""
         thing = action.roles["Patient"].entity or ""
         known = belief.poses[thing]
         before_them = action.parameters.get("where") or known.source == CAME_ALONG
@@ -143,7 +144,7 @@ def _where(far: Location) -> str:
 
 
 def _resists(belief: Belief, name: str) -> float:
-    """Friction of a thing on what is as rough as it is [N]."""
+    """Friction of a thing on a support as rough as itself [N]."""
     thing = belief.thing(name)
     rough = max((g.friction for g in thing.geoms if g.friction is not None), default=thing.friction)
     return GRAVITY * (thing.mass or 0.0) * rough

@@ -112,7 +112,7 @@ class _Writer(Struct):
                 self.add(*leaf(step, self), origin=step.origin)
 
     def payload(self, step: SetPayload) -> list[str]:
-        """What the gripper holds beside itself, in the tool frame: the tool's own load is in its tooldata."""
+        """Load beside the gripper, in the tool frame: the tool's own load is in its tooldata."""
         gripper, mass = self.robot.gripper, step.mass - self.robot.gripper.mass
         self.load = "load0"
         if mass > 1e-3:
@@ -184,7 +184,7 @@ def emit(program: Program, robot: Robot, *, forces: bool) -> Code:
 
 
 def _axis_zeros(program: Program, robot: Robot) -> tuple[float, ...]:
-    """Where the axes of the program's robot are zero."""
+    """Zeros of the axes of the program's robot."""
     if program.robot_type != robot.type or robot.backend not in NATIVE:
         said = f"RAPID is for ABB arms (backend 'rapid'), not for '{robot.type}' (backend '{robot.backend}')"
         raise UserError(f"program for '{program.robot_type}': {said}")

@@ -78,7 +78,7 @@ class LineProcess:
         return ProcessGone(self._ended(what))
 
     def _ended(self, what: str) -> str:
-        """What is said of a process that is ended, if it did not end by itself."""
+        """Description of an ended process, if it did not end by itself."""
         if self.process.poll() is None:
             self.process.kill()
         end = "" if what.endswith((".", "!")) else "."
@@ -105,7 +105,7 @@ class LineProcess:
         self.lines.put(b"")
 
     def _death(self) -> str:
-        """How it ended, with the last line that it wrote to standard error."""
+        """End of the process, with the last line that it wrote to standard error."""
         try:
             code: object = self.process.wait(1.0)
         except subprocess.TimeoutExpired:

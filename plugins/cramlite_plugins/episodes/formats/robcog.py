@@ -80,7 +80,8 @@ def is_semantic_map(found: Individuals) -> bool:
 
 
 def read_events(found: Individuals) -> tuple[tuple[Event, ...], tuple[Repair, ...]]:
-    """Read the events in their writer's order, else by start; what is no event is left out and reported."""
+    """Read the events in their writer's order, else by start; entries that are no events are left out and
+    reported."""
     events: list[tuple[float, Event]] = []
     repairs: list[Repair] = []
     for name, properties in found.items():
@@ -100,7 +101,7 @@ def _order(properties: dict[str, list[str]]) -> float:
 
 
 def experiment(found: Individuals) -> dict[str, list[str]]:
-    """Return what is said of the experiment itself; empty if nothing is."""
+    """Return the properties of the experiment itself; empty if there are none."""
     return next((p for p in found.values() if _is_experiment(p)), {})
 
 

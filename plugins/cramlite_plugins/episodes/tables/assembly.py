@@ -59,7 +59,8 @@ def _episode(file: Path, mapping: Mapping, table: Table, found: Recorded) -> Epi
 
 
 def _following(episode: Episode, mapping: Mapping) -> Episode:
-    """Whoever opens or closes a drawer or a door follows it on its rails or hinge: an action, and no grasp as of what is carried."""
+    """Opening or closing as an action: the hand follows a drawer or door on its rails or hinge, without a
+    grasp."""
     opened = {n for n, t in mapping.things.items() if t.opens is not None}
     held = [e for e in episode.events if e.type == "cram:GraspState" and e.roles["object"] in opened]
     repairs, events = list(episode.repairs), {e.id: e for e in episode.events}
@@ -99,7 +100,7 @@ def _range(opens: OpensSpec, convention: Convention) -> float:
 
 
 def _joints(mapping: Mapping, tracks: dict[str, Track], found: Recorded) -> dict[str, Floats]:
-    """How far each drawer [m] and door [rad] is open, at the recording's instants: away from where it is at first."""
+    """Openings of each drawer [m] and door [rad] at the recording's instants, from the first one."""
     times = np.unique(found.times)
     values: dict[str, Floats] = {}
     for name, spec in mapping.things.items():
@@ -136,7 +137,7 @@ def _gaps(found: Recorded) -> list[Repair]:
 
 
 def _with_opening(episode: Episode, mapping: Mapping, table: Table, found: Recorded) -> Episode:
-    """How far the hand that acts is open, where a column says so."""
+    """Opening of the acting hand, if a column has it."""
     spec = mapping.hands[episode.effector].gripper if episode.effector in mapping.hands else None
     if spec is None or episode.effector is None:
         return episode

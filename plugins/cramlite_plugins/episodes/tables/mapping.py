@@ -93,7 +93,7 @@ class ShapeSpec(Spec):
 
 
 class PlaceSpec(Spec):
-    """Pose of what was not tracked, in the recording's unit, axes and kind of rotation."""
+    """Pose of an untracked thing, in the recording's unit, axes and kind of rotation."""
 
     position: tuple[Number, Number, Number]
     rotation: tuple[Number, ...] = ()
@@ -173,7 +173,7 @@ class Mapping(Spec):
         return {**self.hands, **{n: t for n, t in self.things.items() if n not in still}}
 
     def conventional(self, unit: str | None = None, rotation: str | None = None) -> Convention:
-        """Return the convention: what the file says of itself, what the mapping says, and what is usual where neither does.
+        """Return the convention: from the file, the mapping, or the usual one, in this order.
 
         Args:
             unit, rotation: that the file states in its header.
@@ -220,7 +220,7 @@ class Mapping(Spec):
 
 
 def _agreed(key: str, said: str | None, stated: str | None) -> str | None:
-    """What the mapping says, or what the file states of itself."""
+    """Statement of the mapping, or of the file itself."""
     if said is not None and stated is not None and said != stated:
         raise UserError(f"'{key}: {said}' contradicts the recording's own header, which says {stated}; leave '{key}' out.")
     return said or stated

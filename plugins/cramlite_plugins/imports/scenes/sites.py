@@ -62,7 +62,8 @@ def _upright(thing: Thing, model: Any, data: Any, site: int) -> tuple[Pose, Floa
 
 
 def _leaning(thing: Thing, model: Any, data: Any, site: int) -> Feature | None:
-    """The area that a flat site marks on what is not level, such as a rack, with what it faces as z; None if it is level, or on nothing."""
+    """Area of a flat site on a leaning support, such as a rack, its z away from it; None if it is level,
+    or on nothing."""
     turned = pose_of(data.site_xpos[site], data.site_xmat[site])
     half = np.asarray(model.site_size[site], dtype=float)
     thin, second, long = np.argsort(half, kind="stable").tolist()
@@ -97,22 +98,22 @@ def _place(thing: Thing, site: tuple[Pose, Floats] | None, name: str) -> Feature
     if 2 * z >= DEEP and ((low < middle) & (middle < high) & (low < top + OVER) & (top - OVER < high)).all() and _hollow(thing, middle):
         roof, floor = _next(thing, pose)
         if roof is None or floor is not None or roof >= z:
-            return _within(pose, float(z), name, size, roof, floor)
+            return _cavity_of_site(pose, float(z), name, size, roof, floor)
     if 4 * x * y < LARGE or 2 * min(x, y) < NARROW:
         return None
     return _upon(thing, pose, float(z), name, size)
 
 
 def _next(thing: Thing, pose: Pose) -> tuple[float | None, float | None]:
-    """How far what is next over and below a pose in its thing's frame is [m], None where nothing is; a site that a board
-    runs through, with nothing below, is the underside of that: of a table's top."""
+    """Distances to the next shapes over and below a pose in its thing's frame [m], None without one; a
+    site that a board runs through, with nothing below, is the underside of a table's top."""
     middle, up = np.asarray(pose.position), np.asarray(pose.rotate((0.0, 0.0, 1.0)))
     met = ([low for low, _, _ in rays.spans(rays.body(thing.geoms), middle, way) if low >= 0] for way in (up, -up))
     roof, floor = (min(m, default=None) for m in met)
     return roof, floor
 
 
-def _within(pose: Pose, half: float, name: str, size: dict[str, float], roof: float | None, floor: float | None) -> Feature:
+def _cavity_of_site(pose: Pose, half: float, name: str, size: dict[str, float], roof: float | None, floor: float | None) -> Feature:
     """The cavity that a site fills, down to the floor below that; of one with a roof, which nothing comes into from above, the area below,
     with the room over it."""
     if roof is None or floor is None:

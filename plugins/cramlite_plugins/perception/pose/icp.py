@@ -25,7 +25,7 @@ _DAMPING = 0.004 * np.diag(np.array([0.05, 0.05, 0.05, 1, 1, 1], np.float32) ** 
 """Of the strongest constraint; a product's half length, 5 cm, makes turns of shifts [m]."""
 
 
-class Stage(Value):
+class RegistrationStage(Value):
     """One stage of coarse-to-fine registration.
 
     Args:
@@ -67,7 +67,7 @@ def spread(points: Floats32, count: int) -> Floats32:
     return points if len(points) <= count else points[np.linspace(0, len(points) - 1, count).astype(np.int64)]
 
 
-def register(model: PoseModel, scene: Floats32, starts: PoseBatch, stage: Stage, outline: Outline) -> PoseBatch:
+def register(model: PoseModel, scene: Floats32, starts: PoseBatch, stage: RegistrationStage, outline: Outline) -> PoseBatch:
     """Refine all initial poses by Gauss-Newton iterations of one stage.
 
     Args:
@@ -113,7 +113,7 @@ def dot(a: Batch, b: Batch) -> Batch:
 
 
 def _surface_terms(
-    model: PoseModel, points: Floats32, turn: Batch, shift: Batch, ray: Floats32, reach: float, stage: Stage
+    model: PoseModel, points: Floats32, turn: Batch, shift: Batch, ray: Floats32, reach: float, stage: RegistrationStage
 ) -> tuple[Batch, Batch]:
     moved = turn @ points + shift[:, :, None]
     nearest, normals, facing = match(model, moved, np.asarray(turn @ ray))
@@ -131,9 +131,9 @@ def _surface_terms(
 
 
 def _outline_terms(
-    surface: tuple[Floats32, Floats32], turn: Batch, shift: Batch, ray: Floats32, outline: Outline, stage: Stage
+    surface: tuple[Floats32, Floats32], turn: Batch, shift: Batch, ray: Floats32, outline: Outline, stage: RegistrationStage
 ) -> tuple[Batch, Batch]:
-    """Model points whose pixels show what is behind the object are drawn back into it."""
+    """Terms that draw model points back into the object if their pixels show the background."""
     points, normals = surface
     seen = turn.transpose(0, 2, 1) @ (points - shift[:, :, None])  # the inverse of a rotation is its transpose
     which, pull = outline.silhouette_error(seen.transpose(0, 2, 1), (turn @ ray) @ normals < 0.05)
@@ -180,7 +180,7 @@ def _cross_matrix(v: Batch) -> Batch:
 
 
 def _step(matrix: Batch, vector: Batch, turn: Batch, shift: Batch) -> tuple[Batch, Batch]:
-    """One damped step: what nothing holds (2 % of the strongest constraint) stays."""
+    """One damped step; directions without constraint (2 % of the strongest) stay."""
     strongest = matrix[:, 3, 3] + matrix[:, 4, 4] + matrix[:, 5, 5] + np.float32(1e-6)
     damped = (matrix + strongest[:, None, None] * _DAMPING).astype(np.float64)
     step = np.linalg.solve(damped, -vector[..., None])[..., 0]
