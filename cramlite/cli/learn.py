@@ -26,16 +26,21 @@ def add_commands(add: Add) -> None:
         help="when the task was done [s]; once for all episodes, or once for each, in their order; the whole episodes if left out",
     )  # fmt: skip
     learn.add_argument(
-        "--not", dest="refused", nargs="+", type=Path, default=[], metavar="EPISODE", help="episodes in which it was not done"
-    )
-    learn.add_argument(
-        "--known", nargs="+", type=Path, default=[], metavar="EPISODE",
-        help="episodes of other tasks: what known tasks explain in them is no example",
+        "--not", dest="refused", nargs="+", type=Path, default=[], metavar="EPISODE",
+        help="episodes in which it was not done: the rule may hold of nothing in them",
     )  # fmt: skip
     learn.add_argument(
-        "--compare", nargs="+", type=Path, default=[], metavar="EPISODE", help="further demonstrations: in what they do it otherwise"
-    )
-    learn.add_argument("--try", dest="scenario", metavar="SCENARIO", help="let a robot do it in this scenario's world, and read its runs")
+        "--known", nargs="+", type=Path, default=[], metavar="EPISODE",
+        help="episodes of other tasks: what known tasks explain in them, or the recording names, is no example",
+    )  # fmt: skip
+    learn.add_argument(
+        "--compare", nargs="+", type=Path, default=[], metavar="EPISODE",
+        help="further demonstrations: which steps are missing, in another order, or new",
+    )  # fmt: skip
+    learn.add_argument(
+        "--try", dest="scenario", metavar="SCENARIO",
+        help="let a robot do it in this scenario's world, and read its runs by the learned rule; exit code 1 if one fails",
+    )  # fmt: skip
     learn.add_argument("--worlds", type=int, default=2, metavar="N", help="seeds that are tried, from 1 on (default 2)")
     learn.add_argument("--out", type=Path, help="folder of the package (default: cramlite-NAME)")
 
