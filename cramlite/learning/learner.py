@@ -24,7 +24,8 @@ condition, which is about a class (18), or two of them."""
 NARROW = 1.0
 """Bits of a stretch that is told from the examples by one condition alone: a rule has a margin, as its bounds have."""
 UNTOLD = 17.0
-"""Bits of a change that all examples show and a rule does not tell: three names of one among fifty, as in readings (ranking.py)."""
+"""Bits of a change that all examples show and a rule does not tell, and of a thing that moves in all and is in no role: three names of one
+among fifty, as in readings (ranking.py)."""
 UNSEEN = 2.0
 """Bits, shared among the examples, for those in which no single action fulfils the rule, so that it is seen in the marked stretch alone."""
 ROLE = 1.0
@@ -104,7 +105,7 @@ def _learned(
     kept = [e for k, e in enumerate(examples) if k not in left_out]
     shown = Tables(language, [e.span for e in kept])
     choices = [c for roles in range(MOST_ROLES + 1) for c in casts(shown, roles)]
-    told = max((len(c.changes) for c in choices), default=0)
+    told = max((len(c.changes) + c.movers for c in choices), default=0)
     best: Learned | None = None
     for cast in choices:
         sure = _sure(rest, tables, cast, frozenset.intersection(*(e.idle for e in kept)))
@@ -114,7 +115,7 @@ def _learned(
         if not all(problem.needed):
             continue
         found = shortest(problem)
-        bits = found.bits + ROLE * cast.roles + EXCEPTION * len(left_out) + UNTOLD * (told - len(cast.changes))
+        bits = found.bits + ROLE * cast.roles + EXCEPTION * len(left_out) + UNTOLD * (told - len(cast.changes) - cast.movers)
         if best is None or bits < best.bits - 1e-3:
             known = tuple(k for k, s in zip(rest, sure, strict=True) if s)
             best = Learned(tuple(literals[k] for k in widened(problem, found.chosen)), cast, tuple(kept), left_out, known, language, bits)

@@ -106,9 +106,10 @@ class Language(Value):
 
 
 def _sensible(predicate: Predicate, slots: tuple[int, ...]) -> bool:
-    """Whether nothing is related to itself, and of two ways to write a symmetric relation it is the first."""
+    """Whether a condition is about who acts or a role, rather than the whole scene; nothing is related to itself; and of two ways to write
+    a symmetric relation it is the first."""
     named = [s for s in slots if s != ANY]
-    if len(set(named)) < len(named):
+    if len(set(named)) < len(named) or (slots and not named):
         return False
     return not (predicate.fluent.symmetric and slots != tuple(sorted(slots)))
 

@@ -8,7 +8,7 @@ from itertools import combinations
 import numpy as np
 
 from ..base.value import Value
-from .literal import ANY, Language, Literal
+from .literal import ANY, HAND, Language, Literal
 from .span import Truths
 from .tables import Tables
 
@@ -28,6 +28,7 @@ class Cast(Value, eq=False):
         places: for each example the same as one index into the fillings of the roles.
         common: conditions that hold in all examples.
         changes: those of them that say that a recorded state begins or ends, with nothing left open, and that follow from no other.
+        movers: how many roles are filled by things that are elsewhere in the end in all examples.
         agreement: how much the examples agree upon.
     """
 
@@ -35,6 +36,7 @@ class Cast(Value, eq=False):
     places: tuple[int, ...]
     common: tuple[Literal, ...]
     changes: tuple[Literal, ...]
+    movers: int
     agreement: float
 
     @property
@@ -62,12 +64,18 @@ def casts(tables: Tables, roles: int) -> list[Cast]:
 
 
 def _who_changes(tables: Tables) -> list[int]:
-    """The things of the first span of which something changes, those of which most does first."""
-    literals = [one for one in tables.language.literals(1) if one.roles and _moving(tables.language, one)]
+    """The things of the first span of which something changes, or that who acts is at, those of which most does first."""
+    language = tables.language
+    literals = [one for one in language.literals(1) if one.roles and (_moving(language, one) or _with_hand(language, one))]
     weights = np.array([_weight(tables.language, one) for one in literals])
     score = weights @ tables.truths(literals, 1)[:, 0] if tables.size else np.zeros(0)
     score = np.where(tables.valid(1)[0], score, 0.0) if tables.size else score
     return [k for k in sorted(range(tables.size), key=lambda k: (-score[k], k)) if score[k] > 0][:WHO]
+
+
+def _with_hand(language: Language, literal: Literal) -> bool:
+    """Whether a condition says that a recorded state holds between who acts and a role all through."""
+    return literal.phase == "run" and HAND in literal.slots and not literal.denied and recorded(language, literal)
 
 
 def _moving(language: Language, literal: Literal) -> bool:
@@ -104,7 +112,8 @@ def _cast(
         common = common & holds[:, k, places[-1]]
     kept = tuple(one for one, true in zip(literals, common, strict=True) if true)
     names = tuple(tables.names(k, p, roles) for k, p in enumerate(places))
-    return Cast(names, tuple(places), kept, tuple(_changes(tables.language, kept)), float(weights @ common))
+    movers = sum(all(s.elsewhere(f[role]) for s, f in zip(tables.spans, names, strict=True)) for role in range(roles))
+    return Cast(names, tuple(places), kept, tuple(_changes(tables.language, kept)), movers, float(weights @ common))
 
 
 def _distinct(things: int, roles: int) -> Truths:

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import numpy.typing as npt
 
+from ..interpretation.interpretation import ELSEWHERE
 from ..interpretation.timeline import Phase, PhaseName, Predicate, Segment, Timeline
 
 Truths = npt.NDArray[np.bool_]
@@ -30,6 +33,11 @@ class Span:
 
     def __str__(self) -> str:
         return f"{self.timeline.episode.name} ({self.start:.2f} to {self.end:.2f} s)"
+
+    def elsewhere(self, thing: str) -> bool:
+        """Check whether a thing is elsewhere at the end than at the start (``ELSEWHERE``)."""
+        before, after = (self.timeline.episode.pose_at(thing, t) for t in (self.start, self.end))
+        return before is not None and after is not None and math.dist(before.position, after.position) > ELSEWHERE
 
     def holds(self, predicate: Predicate, phase: PhaseName) -> Truths:
         """Return for which things, and the effector as the last one, a predicate holds: a table with one axis for each argument."""
