@@ -153,9 +153,10 @@ def in_region(placement: Placement, query: Query) -> str | Refused:
     x, y, z = (query.target.pose.inverse() * placement.thing).position
     at, area = shapely.Point(x, y), query.target.area
     by = float(area.boundary.distance(at)) if area.covers(at) else -float(area.distance(at))
-    if by < WELL_IN:
+    least = min(WELL_IN, float(shapely.maximum_inscribed_circle(area).length) / 2)  # of a small one it is near the middle
+    if by < least:
         said = f"{-1000 * by:.0f} mm beside" if by < 0 else f"only {1000 * by:.0f} mm from the edge of"
-        return f"its origin would be {said} '{region}'; {1000 * WELL_IN:.0f} mm inside is needed"
+        return f"its origin would be {said} '{region}'; {1000 * least:.0f} mm inside is needed"
     feature = next(f for f in query.belief.thing(thing_of(query.entity)).features if f.name == region)
     over = 0.0 if query.depth else z - placement.height - feature.size.get("height", math.inf) + BELOW_TOP
     if over <= 0:
