@@ -35,7 +35,7 @@ SIDES: Mapping[str, tuple[int, float]] = {
 """Axis of the robot's base and the sign of what lies on that side: x leads forwards, y to the left."""
 OFF_WALLS = 0.008
 """Of an outline from the walls that it is let down between [m]: a streamed arm is up to 5 mm off its path."""
-WELL_IN = 0.01  # of an origin from the edge of its region [m]: a thing that is let go shifts by a few millimetres
+WELL_IN = 0.008  # of an origin from the edge of its region [m]: a thing that is let go shifts by a few millimetres
 BELOW_TOP = 0.002  # of an origin at rest from the upper end of its region [m]: the judge of goals asks for half of that
 LEVEL = 45.0  # of closing or approach direction from level, up to which something falls out of a hand [deg]: friction of 1 holds on less
 SEEN = 0.5  # share of a thing that others may not hide
@@ -153,10 +153,9 @@ def in_region(placement: Placement, query: Query) -> str | Refused:
     x, y, z = (query.target.pose.inverse() * placement.thing).position
     at, area = shapely.Point(x, y), query.target.area
     by = float(area.boundary.distance(at)) if area.covers(at) else -float(area.distance(at))
-    least = min(WELL_IN, float(shapely.maximum_inscribed_circle(area).length) / 2)  # of a small one it is near the middle
-    if by < least:
+    if by < WELL_IN:
         said = f"{-1000 * by:.0f} mm beside" if by < 0 else f"only {1000 * by:.0f} mm from the edge of"
-        return f"its origin would be {said} '{region}'; {1000 * least:.0f} mm inside is needed"
+        return f"its origin would be {said} '{region}'; {1000 * WELL_IN:.0f} mm inside is needed"
     feature = next(f for f in query.belief.thing(thing_of(query.entity)).features if f.name == region)
     over = 0.0 if query.depth else z - placement.height - feature.size.get("height", math.inf) + BELOW_TOP
     if over <= 0:

@@ -142,17 +142,20 @@ def standing_at(query: Query, now: Pose, offset: Offset, yaw: float = 0.0, cost:
 
 
 def _turns(query: Query, now: Pose, offset: Offset, few: tuple[float, ...]) -> tuple[float, ...]:
-    """Turns [deg], and between the walls of an opening those by which the sides of what is held are along
-    them: first of all where it would else be near a wall."""
+    """Turns [deg], first those by which straight sides are along those of the area or the opening that is meant, as
+    people put things; between walls also of what would else be near one."""
     area = query.target.area
-    if not query.depth or area.area < STRAIGHT * shapely.box(*area.bounds).area:
-        return few  # nothing is let down, or the opening is round
+    if not (query.depth or query.where.region) or area.area < STRAIGHT * shapely.box(*area.bounds).area:
+        return few  # nothing marks its sides, or its opening is round
     there, axis = stood(query, now, offset, 0.0), query.target.pose.rotate((1.0, 0.0, 0.0))
     side = np.subtract(*rectangle(query, there)[:2])
     apart = math.degrees(math.atan2(axis[1], axis[0]) - math.atan2(side[1], side[0]))
     along = sorted((round(math.remainder(apart + quarter, 360.0), 2) for quarter in (0.0, 90.0, 180.0, 270.0)), key=abs)
     seen = footprint(query.thing, query.target.pose.inverse() * there)
-    narrow = not area.buffer(-OFF_WALLS).covers(seen) or seen.area > STRAIGHT * shapely.minimum_rotated_rectangle(seen).area
+    straight = seen.area > STRAIGHT * shapely.minimum_rotated_rectangle(seen).area
+    if not query.depth:
+        return tuple(dict.fromkeys((*along[:1], *few))) if straight else few
+    narrow = straight or not area.buffer(-OFF_WALLS).covers(seen)
     return (*along, *few) if narrow else (*few[:1], *along, *few[1:])
 
 
