@@ -121,7 +121,7 @@ def _two_manners(one: ParsedGoal, other: ParsedGoal) -> str:
 
 
 def _forms(phrases: Iterable[GoalPhrase]) -> str:
-    """What could be said instead."""
+    """Other goal phrases that are close."""
     forms = [f"'{p.form}'" for p in sorted(phrases, key=lambda p: -len(_places(p)))]
     said = f"say {', '.join(forms[:-1])} or {forms[-1]}" if forms[1:] else "no plugin declares a phrase for goals"
     sides = ", ".join(f"'{s}'" for s in SIDES)
@@ -144,7 +144,7 @@ def _pattern(phrase: GoalPhrase) -> str:
 def _meaning(
     phrase: GoalPhrase, things: tuple[str, ...], amount: tuple[str, ...], other: str, grounder: Grounder, what: str
 ) -> GoalCondition:
-    """What the phrase makes of things that there are."""
+    """Meaning of a phrase for the things of the world."""
     for name in filter(None, (*things, other)):
         known = grounder.things if name == thing_of(name) else grounder.scene.types
         if name not in known:

@@ -182,11 +182,11 @@ def in_cavity(phase: Phase, name: str | None, place: str | None) -> Iterator[Row
             continue
         for one in [name] if name is not None else things(phase):
             point = relative_position(phase, cavity, one, phase.end)
-            if one != container and point is not None and _within(point, size):
+            if one != container and point is not None and _in_cavity(point, size):
                 yield one, container
 
 
-def _within(point: Vector3, size: Mapping[str, float]) -> bool:
+def _in_cavity(point: Vector3, size: Mapping[str, float]) -> bool:
     x, y, z = point
     beside = math.hypot(x, y) > size["radius"] if "radius" in size else abs(x) > size["width"] / 2 or abs(y) > size["depth"] / 2
     return not beside and -size["height"] <= z <= RIM
@@ -237,12 +237,14 @@ def recedes(phase: Phase, name: str | None, place: str | None) -> Iterator[Row]:
         if None in poses or math.dist(*(p.position for p in poses if p is not None)) < ELSEWHERE:
             continue
         for other in [place] if place is not None else things(phase):
-            before, after = ((distance_to_box(phase, other, one, t), _beside(phase, one, other, t)) for t in (phase.start, phase.end))
+            before, after = (
+                (distance_to_box(phase, other, one, t), _horizontal_distance(phase, one, other, t)) for t in (phase.start, phase.end)
+            )
             if one != other and not any(b is not None and a is not None and b - a > APPROACHED for b, a in zip(before, after, strict=True)):
                 yield one, other
 
 
-def _beside(phase: Phase, one: str, other: str, time: float) -> float:
+def _horizontal_distance(phase: Phase, one: str, other: str, time: float) -> float:
     """Distance of two origins, seen from above [m]."""
     here, there = pose_of(phase, one, time), pose_of(phase, other, time)
     return 0.0 if here is None or there is None else math.dist(here.position[:2], there.position[:2])

@@ -33,7 +33,7 @@ OVERTURNED = Pose.from_rotvec((0, 0, 0), (math.pi, 0, 0))
 
 
 def nested(thing: Thing, pose: Pose, below: Thing, at: Pose) -> Surface | None:
-    """Find what would carry a thing that is let down onto another; None where it would pass beside it.
+    """Find the support of a thing that is let down onto another; None where it would pass beside it.
 
     Args:
         pose: of the thing in a frame whose z is up: its height does not matter.
@@ -74,7 +74,8 @@ def room_under(thing: Thing, pose: Pose, below: Thing, at: Pose) -> float:
 
 
 def _seen(thing: Thing, pose: Pose, below: Thing, at: Pose) -> tuple[Floats, Floats, Floats, Floats]:
-    """Middles of cells (n,) and (m,); a thing's lower side there, downwards (n, m), and the upper side of what is below, also around it."""
+    """Middles of cells (n,) and (m,); the thing's lower side there, downwards (n, m), and the upper side
+    of the support, also around it."""
     points = corners(thing, pose)
     (left, near, _), (right, far, _) = points.min(axis=0), points.max(axis=0)
     xs, ys = np.arange(left, right, STEP) + STEP / 2, np.arange(near, far, STEP) + STEP / 2
@@ -87,7 +88,7 @@ def _wider(cells: Floats) -> Floats:
 
 
 def _gap(own: Floats, under: Floats, i: int, j: int) -> Floats:
-    """How far each cell of the thing would have to rise to be over what is below, (n, m) [m]."""
+    """Rise that each cell of the thing would need to be over the support, (n, m) [m]."""
     gap: Floats = own + under[i : i + own.shape[0], j : j + own.shape[1]]
     return gap
 
