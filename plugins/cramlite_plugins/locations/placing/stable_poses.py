@@ -28,7 +28,7 @@ from ...shapes.surfaces import footprint, resting_height
 from ...shapes.tipping_over import tipped_over
 from ..parameters import Where
 from .at_rest import CLOSE, DROPS, PALM_UP, is_uneven, leaning, must_lean, resting_poses
-from .checks import OFF_WALLS, WELL_IN, clear, supported
+from .checks import OFF_WALLS, WELL_IN, clear, near, supported
 from .positions import Offset, free_for, middle, positions_on, rectangle
 from .query import Placement, Query
 
@@ -98,9 +98,9 @@ def stable_poses(queries: list[Query], now: Pose) -> Iterator[Rest | Refused]:
             queries = queries[1:]
         yield from _upright(queries, now)
         return
-    near = replace(first, clearance=CLOSE)
+    close = replace(first, clearance=CLOSE)
     none = f"{why}; nor would it be, leaning against a wall"
-    yield from _simulated(near, leaning(near, now), now, ((LET_GO, near.depth + ABOVE),), none)
+    yield from _simulated(close, leaning(close, now), now, ((LET_GO, close.depth + ABOVE),), none)
 
 
 def _simulated(
@@ -128,8 +128,9 @@ def _upright(queries: list[Query], now: Pose) -> Iterator[Rest]:
 
 
 def _stands(rest: Rest) -> bool:
-    """Whether what is below carries it there."""
-    return not supported(Placement(rest.name, rest.thing, rest.thing, rest.thing, 0.0), rest.query)
+    """Whether what is below carries it there, where it shall be."""
+    here = Placement(rest.name, rest.thing, rest.thing, rest.thing, 0.0)
+    return not (supported(here, rest.query) or near(here, rest.query))
 
 
 def standing_at(query: Query, now: Pose, offset: Offset, yaw: float = 0.0, cost: float = 0.0) -> Rest:
