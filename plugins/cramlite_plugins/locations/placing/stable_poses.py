@@ -94,7 +94,7 @@ def stable_poses(queries: list[Query], now: Pose) -> Iterator[Rest | Refused]:
         if first.under and not any(_stands(rest) for rest in _upright(queries[:1], now)):
             none = f"nor would it come to rest on '{first.entity}', let go of in any of {DROPS} ways"
             yield from _upright(queries[:1], now)
-            yield from _simulated(first, resting_poses(first, now), now, ONTO, none)
+            yield from _simulated(first, resting_poses(first, now), now, NESTED, none)
             queries = queries[1:]
         yield from _upright(queries, now)
         return
