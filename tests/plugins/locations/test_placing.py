@@ -538,12 +538,12 @@ def lopsided(higher: float) -> Thing:
 
 
 @pytest.mark.heavy
-@pytest.mark.parametrize(("higher", "leans"), [(0.006, True), (0.03, False)])
+@pytest.mark.parametrize(("higher", "leans"), [(0.006, True), (0.0, False)])
 def test_what_nothing_level_carries_is_put_as_it_comes_to_rest(higher: float, leans: bool) -> None:
-    """A block of 40 mm leans by 10 deg on two edges, one of them 6 mm higher, and not where that is 30 mm."""
-    found, _ = answers(on("box"), believed(lopsided(higher)))
+    """A block of 40 mm leans on two edges, one of them 6 mm higher, and stands where they are as high."""
+    found, _ = answers(on("box"), believed(lopsided(higher)), 2000)
     places = [a for a in found if isinstance(a, Grounding) and "at rest" in a.key]
-    assert bool(places) is leans and any("its centre of mass would be" in a.reason for a in found)
+    assert bool(places) is leans and any("not supported: its centre of mass" in a.reason for a in found) is leans
 
 
 @pytest.mark.parametrize(("region", "least", "most"), [("left", 0.05, 0.15), ("right", -0.15, -0.05)])
