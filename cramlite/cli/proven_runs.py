@@ -56,7 +56,7 @@ class Asked(Value):
         Raises:
             UserError: it cannot be used, or the goal is none.
         """
-        scenario = self.files.read(self.scenario)
+        scenario = self.files.read(self.scenario, self.goal)
         return scenario.with_goal(self.goal) if self.goal else scenario
 
     def key(self, scenario: Scenario, setting: Setting, engine: Engine) -> dict[str, Any]:

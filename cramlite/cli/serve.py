@@ -250,9 +250,9 @@ def _is_id(id_: object) -> bool:
 
 def _scenario(params: dict[str, Any]) -> Any:
     from ..base.resources import find_scenario
-    from ..scenario.scenario import read_scenario
+    from ..scenario.scenario import read_scenario, started_by
 
-    said = params.get("scenario")
+    said = started_by(params.get("scenario"), params.get("goal"))
     scenario = read_scenario(said if isinstance(said, dict) else find_scenario(_text(params, "scenario")))
     return scenario.with_goal(params["goal"]) if "goal" in params else scenario
 
