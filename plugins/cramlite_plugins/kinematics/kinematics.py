@@ -38,8 +38,7 @@ SETTLING, SETTLED, FURTHEST = 40, 1e-3, 0.15
 BEYOND = -0.5
 """Cosine of a turn that is looked at as a quaternion, which takes three times as long."""
 ASTRAY = 0.13
-"""How far a joint of an arm that is led by its tool may be from where its controller comes to rest [rad]: of 81 rests in LIBERO's judge the
-worst tenth was."""
+"""How far a joint of a led arm may be from where it settles [rad]: in LIBERO's judge the worst tenth was."""
 LEADING = (0.1, 0.4)
 """Between poses on the way of a tool that is led [m, rad]."""
 STEPS = (0.48, 0.06)
