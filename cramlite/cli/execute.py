@@ -17,6 +17,7 @@ from ..base.resources import find_scenario
 from ..model.rollout import save_rollout
 from ..plugin.catalogue import pick
 from ..plugin.selection import INSTALLED, PluginChoice
+from ..scenario.faults import faulty, read_fault_text
 from ..scenario.scenario import read_scenario
 from ..scenario.worlds import read_world
 from .arguments import Add, duration, plugin_choice
@@ -41,6 +42,7 @@ def execute_program(
     seed: int = 0,
     plan: str = "",
     goals: Sequence[str] = (),
+    faults: Sequence[str] = (),
     out: Path | None = None,
     episode: bool = True,
     plugins: PluginChoice = INSTALLED,
@@ -52,6 +54,7 @@ def execute_program(
         program: the text, e.g. ``program.script`` of a run directory.
         world: a run directory, its ``world.json``, or a scenario, whose world with this seed is taken.
         plan, goals: as ``judge.judge_program`` has them.
+        faults: that happen to it, as ``scenario.faults.read_fault_text`` reads them.
         out: folder for the recorded run: ``execution.json``, ``rollout.npz``, ``world.json`` and, with ``episode``, ``episode/``.
 
     Returns:
@@ -66,6 +69,7 @@ def execute_program(
     knowledge = Knowledge(plugins.registry())
     _vacant(out)
     text, place = read_text(program), robots_world(world, program, knowledge, seed)
+    place = faulty(place, map(read_fault_text, faults))
     judged = None
     if plan or goals:
         judged = judged_text(program, text, place, purpose_of(plan, goals, knowledge, place), knowledge, seed)
@@ -326,6 +330,7 @@ def _execute(arguments: argparse.Namespace) -> int:
         seed=arguments.seed,
         plan=arguments.plan,
         goals=arguments.goal,
+        faults=arguments.fault,
         out=arguments.out,
         episode=not arguments.no_episode,
         plugins=plugin_choice(arguments),
@@ -357,6 +362,10 @@ def add_commands(add: Add) -> None:
         "--replan", metavar="SCENARIO", help="where the program stops, look again and resolve the rest of this scenario"
     )
     execute.add_argument("--rounds", type=int, default=3, help="programs that may run with --replan (default 3)")
+    execute.add_argument(
+        "--fault", metavar="'KEY: VALUE, ...'", action="append", default=[],
+        help="what goes wrong meanwhile, e.g. 'grip_lost: 0.5 s, line: PickingUp, after: 1 s'; may be given again",
+    )
     execute.add_argument("--out", type=Path, help="folder for the recorded run")
     execute.add_argument("--no-episode", action="store_true", help="write no episode into it")
     execute.add_argument("--json", action="store_true")

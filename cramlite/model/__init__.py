@@ -52,7 +52,7 @@ if TYPE_CHECKING:
     from .entity_name import EntityName as EntityName, thing_of as thing_of
     from .episode import Entity as Entity, Episode as Episode, Event as Event, Repair as Repair, Track as Track
     from .error_model import ErrorModel as ErrorModel, PoseError as PoseError
-    from .fault import Fault as Fault, FaultKind as FaultKind
+    from .fault import Fault as Fault, FaultKind as FaultKind, Trigger as Trigger
     from .friction import pair_friction as pair_friction
     from .geometry import (
         Floats as Floats,

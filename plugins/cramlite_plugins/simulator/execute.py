@@ -18,7 +18,8 @@ from ..simulation.controller.controller import Controller
 from ..simulation.controller.gripper_drive import GripperDrive
 from ..simulation.controller.gripper_server import GripperServer
 from ..simulation.controller.halted import Halted
-from ..simulation.controller.protective_stop import ProtectiveStop, Safety, StopsToCome
+from ..simulation.controller.protective_stop import ProtectiveStop, Safety
+from ..simulation.faults import FaultsToCome, Killed
 from ..simulation.model.compile import Compiled, compile_world, misbuild, unstable
 from ..simulation.recording.recorder import Peaks, Recorder
 from ..simulation.typed_program.machine import ProgramMachine, load_program
@@ -70,15 +71,16 @@ def execute(
         raise UserError(f"the world has no robot '{mount}'; {nearest(mount, compiled.robots)}")
     typed = is_program_text(text)
     drive = GripperDrive if typed else GripperServer
-    run = _Run(compiled, mount, force_noise, seed, safety or Safety(), drive)
+    run = _Run(compiled, mount, force_noise, seed, safety or Safety(), drive, text)
     machine = _typed(run, text) if typed else _urscript(run, text, limits)
     _come_to_rest(run)
     run.start()
     outcome, reason = run.play(machine, time_limit)
     for _ in range(round(settle / run.controller.period)):
         run.controller.hold()
+        run.faults.keep_away()
         run.observe(0)
-    return replace(run.recorder.rollout(outcome, reason), **run.peaks.arrays())
+    return replace(run.recorder.rollout(outcome, reason), faults=tuple(run.faults.happened), **run.peaks.arrays())
 
 
 def _come_to_rest(run: _Run) -> None:
@@ -136,7 +138,7 @@ class _Run:
     """One execution: controller, recorder and clock."""
 
     def __init__(
-        self, compiled: Compiled, mount: str, noise: float, seed: int, safety: Safety, drive: type[GripperDrive]
+        self, compiled: Compiled, mount: str, noise: float, seed: int, safety: Safety, drive: type[GripperDrive], text: str
     ) -> None:
         index, off = compiled.robots[mount], compiled.world.disturbance
         misbuild(compiled, mount, off)
@@ -148,7 +150,7 @@ class _Run:
         self.controller.let_sleep()
         self.poses = PoseServer(compiled, self.data, base, seed)
         self.machine: _Runner | None = None
-        self.stops = StopsToCome(compiled.world.faults)
+        self.faults = FaultsToCome(compiled, self.data, self.controller, text)
         self.peaks = Peaks(self.recorder.period)
 
     def start(self) -> None:
@@ -170,7 +172,7 @@ class _Run:
         farthest, since = machine.main_line, 0.0
         try:
             while self.data.time < since + time_limit:
-                self.stops.due(float(self.data.time))
+                self.faults.due(float(self.data.time), machine.main_line, self.controller.force())
                 machine.cycle()
                 if machine.finished:
                     return "finished", ""
@@ -186,6 +188,8 @@ class _Run:
             return "halted", said[0] if said else f"line {machine.main_line}: halt, without a message"
         except ProtectiveStop as stop:
             return "protective stop", f"line {machine.main_line}: {stop}"
+        except Killed:
+            return "killed", f"line {machine.main_line}: the program was ended from outside"
         except Stopped as stop:
             return "error", str(stop)
         except ScriptError as error:
