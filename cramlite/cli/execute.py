@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import argparse
 import shlex
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from msgspec import to_builtins
 from msgspec.structs import replace
 
 from ..base.errors import NoSolution, UserError, nearest
@@ -26,8 +27,10 @@ from .texts import findings_text, rollout_json, rollout_text, warn_of
 
 if TYPE_CHECKING:
     from ..engine.engine import Engine
+    from ..engine.going_on import GoingOn, Stretch
     from ..engine.judging import Judged
     from ..engine.replanning import Attempt, Round
+    from ..engine.time_line import Moment
     from ..model.robot_file import RobotFile
     from ..model.rollout import Rollout
     from ..plugin.catalogue import Knowledge
@@ -175,15 +178,18 @@ def execute_and_replan(
     world: str,
     seed: int = 0,
     rounds: int,
+    faults: Sequence[str] = (),
     out: Path | None = None,
     episode: bool = True,
     plugins: PluginChoice = INSTALLED,
     json_output: bool = False,
 ) -> int:
-    """Run a program of a run directory; where it stops with a reason, look again, resolve the rest and go on.
+    """Run a program of a run directory; where it is stopped, resolve the rest by what is read or seen then, and go on.
 
     Args:
-        scenario: that the program was made from, with ``poses: camera``.
+        scenario: that the program was made from; with ``poses: camera`` its camera looks where a program stops by itself, else poses are
+            readings, and watched.
+        faults: as ``execute_program`` has them.
         rounds: how many programs may run, the first one included.
         out: folder with a folder for each round, as ``execute_program`` writes one, with the round's program.
 
@@ -195,26 +201,48 @@ def execute_and_replan(
         UserError: a file that cannot be used.
     """
     from ..engine import replanning
+    from ..engine.going_on import GoingOn
+    from ..engine.time_line import write_time_line
 
     _vacant(out)
     scene, engine = _who_replans(scenario, rounds, plugins)
     first = _first_attempt(program, scene, engine, world, seed)
+    first = replace(first, world=faulty(first.world, map(read_fault_text, faults)))
     said: list[str] = []
     done: list[Round] = []
+    moments: list[Moment] = []
     say = partial(_say, said, aloud=not json_output)
+    if scene.spec.poses == "camera":
+        executed: Iterable[Round] = replanning.rounds(first, scene, engine, seed=seed, most=rounds, say=say)
+    else:
+        executed = _stretches(GoingOn(scene, engine, seed, say), first, rounds, moments)
     try:
-        for number, one in enumerate(replanning.rounds(first, scene, engine, seed=seed, most=rounds, say=say), 1):
+        for number, one in enumerate(executed, 1):
             done.append(one)
             if not json_output:
                 print(rollout_text(one.rollout))
             if out is not None:
                 _write_round(out / f"round_{number}", one, program.stem, engine, episode=episode)
     finally:
+        if out is not None and moments:
+            write_time_line(moments, out)
         if json_output:
-            print(as_json({"said": said, "executions": len(done), "rounds": [rollout_json(one.rollout) for one in done]}))
+            rows = [rollout_json(one.rollout) for one in done]
+            print(as_json({"said": said, "executions": len(done), "rounds": rows, "time_line": to_builtins(moments)}))
     if not json_output:
         print("Came to its end " + ("at the first execution" if len(done) == 1 else f"after {len(done)} executions"))
     return 0
+
+
+def _stretches(going_on: GoingOn, first: Attempt, rounds: int, moments: list[Moment]) -> Iterator[Round]:
+    """The rounds of an execution that goes on, and its time line so far."""
+    from ..engine.time_line import time_line
+
+    done: list[Stretch] = []
+    for stretch in going_on.stretches(first, rounds):
+        done.append(stretch)
+        moments[:] = time_line(done)
+        yield stretch.round
 
 
 def _say(said: list[str], text: str, *, aloud: bool) -> None:
@@ -225,12 +253,10 @@ def _say(said: list[str], text: str, *, aloud: bool) -> None:
 
 
 def _who_replans(name: str, rounds: int, plugins: PluginChoice) -> tuple[Scenario, Engine]:
-    """The scenario, whose camera looks again, and its engine."""
+    """The scenario and its engine."""
     from ..engine.engine import make_engine
 
     scenario = read_scenario(find_scenario(name))
-    if scenario.spec.poses != "camera":
-        raise UserError(f"{scenario.path}: nothing can be planned anew without looking: the scenario needs 'poses: camera'.")
     if rounds < 1:
         raise UserError(f"--rounds {rounds}: at least one program runs.")
     return scenario, make_engine(scenario, plugins)
@@ -319,6 +345,7 @@ def _execute(arguments: argparse.Namespace) -> int:
             world=arguments.world,
             seed=arguments.seed,
             rounds=arguments.rounds,
+            faults=arguments.fault,
             out=arguments.out,
             episode=not arguments.no_episode,
             plugins=plugin_choice(arguments),
@@ -359,7 +386,7 @@ def add_commands(add: Add) -> None:
     execute.add_argument("--seed", type=int, default=0, help="of a scenario's world and of the sensors' noise")
     add_purpose(execute)
     execute.add_argument(
-        "--replan", metavar="SCENARIO", help="where the program stops, look again and resolve the rest of this scenario"
+        "--replan", metavar="SCENARIO", help="where the program is stopped, resolve the rest of this scenario by what is read or seen then"
     )
     execute.add_argument("--rounds", type=int, default=3, help="programs that may run with --replan (default 3)")
     execute.add_argument(

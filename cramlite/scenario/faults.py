@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from typing import Annotated, Any, Literal
+from typing import Any, Literal
 
 import yaml
 from msgspec.structs import replace
@@ -53,24 +53,24 @@ class FaultSpec(Spec):
     payload: Mass | None = None
     tool: Vector | None = None
     sensor: tuple[Force, Force, Force] | None = None
-    grip_lost: Annotated[Time, Field(gt=0)] | None = None
-    slip: Annotated[float, Field(ge=0, lt=1)] | None = None
-    closes_short: Annotated[Length, Field(gt=0)] | None = None
-    friction: Annotated[float, Field(ge=0, le=3)] | None = None
+    grip_lost: Time | None = Field(None, gt=0)
+    slip: float | None = Field(None, ge=0, lt=1)
+    closes_short: Length | None = Field(None, gt=0)
+    friction: float | None = Field(None, ge=0, le=3)
     readings: Literal["frozen", "lost"] | None = None
-    protective_stop: Annotated[Time, Field(ge=0)] | None = None
-    connection: Annotated[Time, Field(ge=0)] | None = None
+    protective_stop: Time | None = Field(None, ge=0)
+    connection: Time | None = Field(None, ge=0)
     killed: Literal[True] | None = None
     cancelled: Literal[True] | None = None
-    goal: Annotated[tuple[str, ...], Field(min_length=1)] | None = None
+    goal: tuple[str, ...] | None = Field(None, min_length=1)
     by: Vector | None = None
-    takes: Annotated[Force, Field(gt=0)] | None = None
-    lasts: Annotated[Time, Field(gt=0)] | None = None
-    after: Annotated[Time, Field(ge=0)] = 0.0
+    takes: Force | None = Field(None, gt=0)
+    lasts: Time | None = Field(None, gt=0)
+    after: Time = Field(0.0, ge=0)
     line: str = ""
-    force: Annotated[Force, Field(ge=0)] = 0.0
+    force: Force = Field(0.0, ge=0)
     near: str = ""
-    within: Annotated[Length, Field(gt=0)] | None = None
+    within: Length | None = Field(None, gt=0)
 
     @model_validator(mode="after")
     def _one_kind(self) -> FaultSpec:
@@ -180,6 +180,26 @@ def foreseen(faults: Iterable[Fault], world: World) -> World:
     """Return a world as it is believed before faults happen: without what they add to it."""
     unknown = {f.thing for f in faults if f.kind is FaultKind.ADDED}
     return replace(world, things=tuple(t for t in world.things if t.name not in unknown))
+
+
+LASTING = frozenset({FaultKind.STICKING, FaultKind.FRICTION, FaultKind.CLOSES_SHORT})
+"""Kinds that go on in the next run."""
+
+
+def left_over(faults: Iterable[Fault], happened: Iterable[str], seconds: float) -> tuple[Fault, ...]:
+    """Return the faults of a world in which a run has ended: what goes on, and what is still to come.
+
+    Args:
+        happened: those that happened in the run, as text.
+        seconds: that it took.
+    """
+    done, found = set(happened), []
+    for fault in faults:
+        if str(fault) not in done:
+            found.append(fault if fault.trigger else replace(fault, after=max(0.0, fault.after - seconds)))
+        elif fault.kind in LASTING:
+            found.append(replace(fault, trigger=None, after=0.0))
+    return tuple(found)
 
 
 _PUT = (FaultKind.MISSING, FaultKind.MOVED, FaultKind.ADDED, FaultKind.FALLEN)

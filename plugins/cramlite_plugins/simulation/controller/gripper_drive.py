@@ -33,6 +33,11 @@ class GripperDrive(GripperOrder):
         """Initialize the order from the fingers' state before the first cycle."""
         self.opening = self.goal = self.command = self.measured(data)
 
+    def grip(self, force: float) -> None:
+        """Press on what is between the fingers before the first cycle, with a force of each pad [N]."""
+        self.move(self.gripper.opening[0], self.gripper.speed[1], force)
+        self.command = self.goal
+
     def measured(self, data: Any) -> float:
         """Return the measured opening [m]."""
         return self.jaws.measured(data)
