@@ -17,6 +17,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from itertools import pairwise
+from operator import sub
 
 import numpy as np
 
@@ -69,7 +70,7 @@ def profile_for_duration(way: float, time: float, acceleration: float) -> tuple[
 
 def leading(a: Sequence[float] | Floats, b: Sequence[float] | Floats) -> float:
     """Return the way of the leading axis, max |b - a| [rad]."""
-    return float(max(abs(y - x) for x, y in zip(a, b, strict=True)))
+    return float(max(map(abs, map(sub, b, a))))
 
 
 def segment_times(path: Sequence[Sequence[float]], speed: float, acceleration: float) -> tuple[float, ...]:

@@ -16,6 +16,7 @@ import numpy as np
 
 from cramlite.model import Floats, Value
 
+BITS = 31  # of a collision mask
 CORNER = 3**0.5  # a corner of a grown box moves further out than its faces
 MESH = int(mujoco.mjtGeom.mjGEOM_MESH)
 # A convex hull does not grow with its size; for it a margin is right: with half of the distance none of 153 pairs that
@@ -43,12 +44,12 @@ class Inflated(Value):
         return {(g, h) for g, h in data.contact.geom.tolist()} if data.ncon else set()
 
 
-def inflated(model: Any, moved: Floats, distance: float) -> Inflated:
+def inflated(model: Any, apart: Floats, distance: float) -> Inflated:
     """Inflate the geoms of a model; only those collide that some joint of the arm moves apart.
 
     Args:
         model: the planning model; it is not changed.
-        moved: (geoms, joints) 1 where the joint moves the geom, else 0.
+        apart: (geoms, geoms) above 0 where a joint changes where one is as seen from the other.
         distance: see ``Inflated`` [m].
     """
     grown, by = copy.copy(model), distance / 2
@@ -57,14 +58,18 @@ def inflated(model: Any, moved: Floats, distance: float) -> Inflated:
     grown.geom_rbound[:] = model.geom_rbound + by * CORNER
     grown.geom_aabb[:, 3:] = model.geom_aabb[:, 3:] + by
     grown.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_MIDPHASE)  # its boxes are those of the model as it was
-    _mask(grown, moved)
+    _mask(grown, apart > 0)
     return Inflated(distance, grown)
 
 
-def _mask(model: Any, moved: Floats) -> None:
-    """Geoms that the same joints move never meet; a bit for each such group, at most 31."""
-    _, group = np.unique(moved, axis=0, return_inverse=True)
+def _mask(model: Any, meets: Any) -> None:
+    """Geoms that no joint moves apart never meet; a bit for each group of geoms that are alike in that, the last one for all others."""
+    rows, group = np.unique(meets, axis=0, return_inverse=True)
+    group, others = np.minimum(group.reshape(-1), BITS - 1), (1 << (BITS - 1)) if len(rows) > BITS else 0
+    first = [int(np.flatnonzero(group == k)[0]) for k in range(min(len(rows), BITS))]
+    masks = [others | sum(1 << k for k, one in enumerate(first) if meets[of, one]) for of in first]
+    if others:
+        masks[-1] = (1 << BITS) - 1
     collides = (model.geom_contype | model.geom_conaffinity) > 0
-    bit = np.left_shift(1, group.reshape(-1))
-    model.geom_contype[:] = np.where(collides, bit, 0)
-    model.geom_conaffinity[:] = np.where(collides, (1 << 31) - 1 - bit, 0)
+    model.geom_contype[:] = np.where(collides, np.left_shift(1, group), 0)
+    model.geom_conaffinity[:] = np.where(collides, np.array(masks)[group], 0)

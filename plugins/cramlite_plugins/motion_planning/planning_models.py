@@ -8,13 +8,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from functools import lru_cache
 
-from cramlite.model import Floats, Robot, World
+from cramlite.model import Robot, World
 
 from ..shapes.itself import Itself
 from ..simulation.model.build import Carried
 from ..simulation.model.compile import Compiled, compile_world
 from .inflated import Inflated, inflated
-from .pairs import movers
+from .pairs import Movers, movers
 
 MODELS = 16
 """That are kept: one for each thing in the hand at each grasp, and the empty hand; of a scene of 200 hulls some 2 MB each."""
@@ -41,13 +41,13 @@ def _model(
     return compile_world(world.it, {t: r.it for t, r in robots}, planning=True, carried=dict(carried))
 
 
-def moved_geoms(compiled: Compiled, mount: str) -> Floats:
-    """Return (geoms, joints) of the robot of a mount: 1 where the joint moves the geom, else 0."""
+def arm_movers(compiled: Compiled, mount: str) -> Movers:
+    """Return which joints of the robot of a mount move which geoms."""
     return _movers(Itself(compiled), mount)
 
 
 @lru_cache(maxsize=MODELS)
-def _movers(compiled: Itself[Compiled], mount: str) -> Floats:
+def _movers(compiled: Itself[Compiled], mount: str) -> Movers:
     return movers(compiled.it, compiled.it.robots[mount])
 
 
@@ -58,4 +58,4 @@ def inflated_model(compiled: Compiled, mount: str, distance: float) -> Inflated:
 
 @lru_cache(maxsize=LEVELS * MODELS)
 def _inflated(compiled: Itself[Compiled], mount: str, distance: float) -> Inflated:
-    return inflated(compiled.it.model, moved_geoms(compiled.it, mount), distance)
+    return inflated(compiled.it.model, arm_movers(compiled.it, mount).apart(), distance)

@@ -17,7 +17,8 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import pairwise
 from types import MappingProxyType
 from typing import Any
 
@@ -32,8 +33,9 @@ from ..simulation.model.build import Carried
 from ..simulation.model.compile import Compiled
 from ..simulation.model.index import RobotIndex
 from .inflated import Inflated
-from .pairs import Pairs, required_distances
-from .planning_models import inflated_model, moved_geoms, planning_model
+from .joint_line import JointLine, Part, rates
+from .pairs import Movers, Pairs, required_distances
+from .planning_models import arm_movers, inflated_model, planning_model
 from .space import refusal
 
 Joints = tuple[float, ...]
@@ -48,36 +50,6 @@ NEAR = 0.35  # the neighbourhood of a start or goal that touches something, larg
 FAR = 0.1  # up to where distances of near pairs are measured [m]
 SMALLEST = 0.002  # shortest interval of a line, largest joint difference [rad]: only counts near such contacts
 
-CHUNK = 0.3  # a line is cut into parts with less than this sum of joint differences [rad], for which levers are worked out
-
-
-class Rates(Value):
-    """How far each two geoms (geoms, geoms) may move towards one another over a whole line, and any at most [m]."""
-
-    between: Floats
-    most: float
-
-
-Part = tuple[float, float, Rates | None]
-
-
-class JointLine:
-    """A straight joint-space line."""
-
-    def __init__(self, a: Sequence[float] | Floats, b: Sequence[float] | Floats) -> None:
-        self.start, self.way = np.asarray(a, dtype=float), np.subtract(b, a)
-        self.size = float(np.abs(self.way).max())
-
-    def at(self, fraction: float) -> Floats:
-        q: Floats = self.start + fraction * self.way
-        return q
-
-    def parts(self) -> list[Part]:
-        """The line in equal parts."""
-        count = math.ceil(float(np.abs(self.way).sum()) / CHUNK + 1e-9)
-        return [(k / count, (k + 1) / count, None) for k in range(count)]
-
-
 class PlanningScene(Value):
     """Planning scene: a robot among things; make one with ``scene``.
 
@@ -86,8 +58,7 @@ class PlanningScene(Value):
         index: the robot that moves.
         data: scratch state; every query overwrites the joints of the robot.
         need: distance (geoms, geoms) that each pair must keep; -inf where contact is allowed [m].
-        moved: (geoms, joints) 1 where the joint moves the geom, else 0.
-        still: 1 - moved.
+        movers: which joints move which geoms.
         first: id of the robot's first joint; its joints follow one another.
         levels: what finds near pairs, from the clearance up.
         kept: distance that is left between two checks [m].
@@ -102,8 +73,7 @@ class PlanningScene(Value):
     index: RobotIndex
     data: Any
     need: Floats
-    moved: Floats
-    still: Floats
+    movers: Movers
     first: int
     levels: tuple[Inflated, ...]
     kept: float
@@ -119,6 +89,11 @@ class PlanningScene(Value):
         return self.index.robot
 
     @property
+    def moved(self) -> Floats:
+        """Return (geoms, joints) 1 where the joint moves the geom, else 0."""
+        return self.movers.moved
+
+    @property
     def limits(self) -> tuple[tuple[float, float], ...]:
         """Return the limits (lower, upper) of each joint [rad]."""
         return self.robot.limits
@@ -131,7 +106,7 @@ class PlanningScene(Value):
 
     def free(self, q: Position) -> bool:
         """Check whether the joints are inside their limits and every pair keeps the distance that it needs."""
-        return self._inside(q) and all(d >= self._needed(q, g, h) for g, h, d in self._look(q, self.levels[0]))
+        return self._inside(q) and self._keeps(q)
 
     def met(self, tcp: Pose, hand: bool = True) -> Refused | None:
         """Return what is too near to the hand, or to what it holds, with the tcp at a pose in the world; None if nothing is.
@@ -176,6 +151,10 @@ class PlanningScene(Value):
                 return False
             rest.extend(halves)
         return True
+
+    def line_probed(self, a: Position, b: Position) -> bool:
+        """Check the end of a line from a free position, and places on it that lie ``PROBED`` apart: what is free may be blocked between."""
+        return self.free(b) and all(map(self._keeps, JointLine(a, b).probes()))
 
     def blocked(self, a: Position, b: Position) -> float | None:
         """Return the fraction of the straight joint-space line where it is first blocked; None when it is free."""
@@ -266,17 +245,36 @@ class PlanningScene(Value):
     def _inside(self, q: Position) -> bool:
         return all(low <= value <= high for value, (low, high) in zip(q, self.limits, strict=True))
 
+    def _keeps(self, q: Position) -> bool:
+        """Whether every pair keeps the distance that it needs."""
+        self._place(q)
+        near = self.levels[0].near(self.data)
+        return not near or all(d >= self.need.item(g, h) or d >= self._needed(q, g, h) for g, h, d in self._measured(near))
+
     def _look(self, q: Position, level: Inflated) -> Iterator[tuple[int, int, float]]:
-        """The pairs (one, other, distance) that may not touch and are within a level's distance; some are beyond it.
+        """The pairs (one, other, distance) that may not touch and are within a level's distance; some are beyond it."""
+        self._place(q)
+        return self._near(level)
+
+    def _place(self, q: Position) -> None:
+        """Put the arm somewhere."""
+        address = self.index.joints[0]
+        self.data.qpos[address : address + len(q)] = q
+        mujoco.mj_kinematics(self.compiled.model, self.data)
+        self.checks[0] += 1
+
+    def _near(self, level: Inflated) -> Iterator[tuple[int, int, float]]:
+        """The pairs of ``_look`` where the arm is now."""
+        return self._measured(level.near(self.data))
+
+    def _measured(self, near: Iterable[tuple[int, int]]) -> Iterator[tuple[int, int, float]]:
+        """Those of some pairs that may not touch, with their distance.
 
         Each is measured when it is asked for: the first one that is too close ends most checks of blocked positions.
         """
-        model, data, address = self.compiled.model, self.data, self.index.joints[0]
-        data.qpos[address : address + len(self.index.joints)] = q
-        mujoco.mj_kinematics(model, data)
-        self.checks[0] += 1
-        for g, h in level.near(data):
-            if self.need.item(g, h) > -math.inf:
+        model, data, need = self.compiled.model, self.data, self.need
+        for g, h in near:
+            if need.item(g, h) > -math.inf:
                 yield g, h, mujoco.mj_geomDistance(model, data, g, h, FAR, None)
 
     def _needed(self, q: Position, g: int, h: int) -> float:
@@ -291,25 +289,28 @@ class PlanningScene(Value):
         return tuple(float(v) for v in q), near
 
     def _judge(self, line: JointLine, part: Part) -> list[Part] | None:
-        """Look at the middle of a part of a line: None where it is blocked, else the halves that are not known to be
-        free by that."""
-        low, high, rates = part
+        """Look at the middle of a part of a line: None where it is blocked, else what is not known to be free by that."""
+        low, high, known = part
         middle, half = (low + high) / 2, (high - low) / 2
         q = line.at(middle)
-        far = np.inf if rates is None else self.kept + half * rates.most
+        self._place(q)
+        if known is None:
+            known = rates(line, half, self.movers, self.data, self.compiled.model.geom_rbound, self.first)
+        far = self.kept + half * known.most
         level = next((v for v in self.levels if v.distance >= far), self.levels[0])
         open_ = level.distance < far
-        for g, h, d in self._look(q, level):
-            need = self._needed(q, g, h)
+        for g, h, d in self._near(level):
+            need = self.need.item(g, h)
             if d < need:
-                return None
-            if not open_ and rates is not None:
-                open_ = d - half * rates.between[g, h] < min(need, KEPT * need)
+                need = self._needed(q, g, h)
+                if d < need:
+                    return None
+            open_ = open_ or d - half * known.between.item(g, h) < min(need, KEPT * need)
         if not open_ or (high - low) * line.size < SMALLEST:
             return []
-        if rates is None:
-            rates = self._rates(line, half)
-        return [(low, middle, rates), (middle, high, rates)]
+        reach = self.levels[min(1, len(self.levels) - 1)].distance - self.kept
+        count = max(2, math.ceil(half * known.most / reach)) if level.distance < far else 2
+        return [(a, b, known) for a, b in pairwise(np.linspace(low, high, count + 1).tolist())]
 
     def _first(self, line: JointLine, part: Part) -> float | None:
         """The first blocked fraction within a part of a line."""
@@ -322,24 +323,6 @@ class PlanningScene(Value):
             before = self._first(line, (low, middle, rates))
             return middle if before is None else before
         return next((at for p in halves if (at := self._first(line, p)) is not None), None)
-
-    def _rates(self, line: JointLine, half: float) -> Rates:
-        """How far each joint may move any point of each geom over the whole line, within ``half`` of where it is now.
-
-        The lever is the distance of the geom's centre p from the axis u through a, |p - a|^2 - ((p - a) u)^2 under
-        a root, and its bounding radius. It grows by no more than the way G that the geom itself moves:
-        G = sum_j (lever_j + G) w_j for joints that turn by w_j.
-        """
-        data, first, way = self.data, self.first, np.abs(line.way)
-        u, a = data.xaxis[first : first + len(way)], data.xanchor[first : first + len(way)]
-        p = data.geom_xpos
-        along = p @ u.T - np.einsum("jk,jk->j", a, u)
-        square = np.einsum("gk,gk->g", p, p)[:, None] - 2.0 * (p @ a.T) + np.einsum("jk,jk->j", a, a) - along * along
-        lever = (np.sqrt(np.maximum(square, 0.0)) + self.compiled.model.geom_rbound[:, None]) * self.moved
-        grown = (lever @ (half * way)) / (1.0 - half * float(way.sum()))
-        rates: Floats = (lever + grown[:, None] * self.moved) * way
-        alone = rates @ self.still.T  # joints that move both do not count
-        return Rates(alone + alone.T, float(rates.sum(axis=1).max()))
 
 
 def _farthest(clearance: float, wider: Mapping[str, float]) -> float:
@@ -390,12 +373,12 @@ def scene(
     index, data = compiled.robots[mount], compiled.data()
     width = index.reach[1] if opening is None else opening
     index.set_opening(data, width)
-    moved = moved_geoms(kept, mount)
+    movers = arm_movers(kept, mount)
     first = int(np.flatnonzero(compiled.model.jnt_qposadr == index.joints[0])[0])
-    need = required_distances(compiled, moved, allowed, clearance, wider)
+    need = required_distances(compiled, movers, allowed, clearance, wider)
     distances = (most, *(v for v in LEVELS if v > most))
     levels = tuple(inflated_model(kept, mount, v) for v in distances)
     displaced = {name: pose for name, pose in (poses or {}).items() if pose != world.thing(name).pose and name not in held}
     return PlanningScene(
-        compiled, index, data, need, moved, 1.0 - moved, first, levels, KEPT * most, [0], width, held, displaced
+        compiled, index, data, need, movers, first, levels, KEPT * most, [0], width, held, displaced
     )  # fmt: skip

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 Joints = tuple[float, ...]
 Points = tuple[Joints, ...]
 WORTH = 0.005  # a change must save this share of the duration: below, it only costs checks
-STALE = 40  # attempts without a gain after which it ends
+STALE = 20  # attempts without a gain after which it ends
 
 
 def shortened(
@@ -37,16 +37,17 @@ def shortened(
     """
     rng = np.random.default_rng(seed)
     path, stale = _skip_corners(scene, points, speed, acceleration), 0
+    lasts = duration(path, speed, acceleration)
     for attempt in range(attempts):
         checkpoint()
         if len(path) < 3 or stale >= STALE:
             break
         propose: Callable[..., tuple[Points, list[tuple[Joints, Joints]]]] = (_cut, _pull)[attempt % 2]
         candidate, edges = propose(path, rng, speed, acceleration)
-        old, new = duration(path, speed, acceleration), duration(candidate, speed, acceleration)
+        shorter = duration(candidate, speed, acceleration)
         stale += 1
-        if new < old * (1 - WORTH) and all(scene.line_free(a, b) for a, b in edges):
-            path, stale = candidate, 0
+        if shorter < lasts * (1 - WORTH) and all(scene.line_free(a, b) for a, b in edges):
+            path, lasts, stale = candidate, shorter, 0
     return path
 
 

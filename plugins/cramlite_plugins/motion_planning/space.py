@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Protocol
 
-from cramlite.model import Collision, Floats, Remedy
+from cramlite.model import Collision, Floats, Remedy, Value
 from cramlite.plugin import InTheWay, Refused
 
 Joints = tuple[float, ...]
@@ -28,6 +28,9 @@ class Space(FreeLines, Protocol):
     def limits(self) -> tuple[tuple[float, float], ...]:
         """Return the limits (lower, upper) of each joint [rad]."""
 
+    def line_probed(self, a: Sequence[float] | Floats, b: Sequence[float] | Floats) -> bool:
+        """Check places on a straight joint-space line from a free position, and its end: quick, and not sure."""
+
     def free(self, q: Sequence[float] | Floats) -> bool:
         """Check whether the arm is inside its limits and keeps its clearance at a joint position [rad]."""
 
@@ -45,6 +48,24 @@ class Space(FreeLines, Protocol):
 
     def relaxed(self, anchors: Sequence[Sequence[float]]) -> Space:
         """Return the same scene, asking near each of these positions for no more clearance than there is at it."""
+
+
+class Probed(Value):
+    """A space whose lines are only probed: what is found in it must be checked in the space itself.
+
+    Args:
+        space: in which states are looked at.
+    """
+
+    space: Space
+
+    def line_free(self, a: Sequence[float] | Floats, b: Sequence[float] | Floats) -> bool:
+        """Check places on a straight joint-space line from a free position, and its end."""
+        return self.space.line_probed(a, b)
+
+    def tip(self, q: Sequence[float] | Floats) -> Floats:
+        """Return the position (3,) of the tcp [m]."""
+        return self.space.tip(q)
 
 
 def refusal(

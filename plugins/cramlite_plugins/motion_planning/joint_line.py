@@ -1,0 +1,81 @@
+"""Straight joint-space lines in parts, and how far each part may move any two geoms towards one another."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from cramlite.model import Floats, Value
+
+from .pairs import Movers
+
+CHUNK = 0.6  # a line is cut into parts with less than this sum of joint differences [rad], for which levers are worked out
+PROBED = 0.05  # largest joint difference [rad] between two places at which a line is probed
+
+
+class Rates(Value):
+    """How far each two geoms (geoms, geoms) may move towards one another over a whole line, and any at most [m]."""
+
+    between: Floats
+    most: float
+
+
+Part = tuple[float, float, Rates | None]
+
+
+class JointLine:
+    """A straight joint-space line."""
+
+    def __init__(self, a: Sequence[float] | Floats, b: Sequence[float] | Floats) -> None:
+        self.start, self.way = np.asarray(a, dtype=float), np.subtract(b, a)
+        self.size = float(np.abs(self.way).max())
+
+    def at(self, fraction: float) -> Floats:
+        """Return the joint position (n,) at a fraction of the line."""
+        q: Floats = self.start + fraction * self.way
+        return q
+
+    def parts(self) -> list[Part]:
+        """Return the line in equal parts."""
+        count = math.ceil(float(np.abs(self.way).sum()) / CHUNK + 1e-9)
+        return [(k / count, (k + 1) / count, None) for k in range(count)]
+
+    def probes(self) -> Floats:
+        """Return joint positions (m, n) ``PROBED`` apart between the ends, such that few of the first ones leave no long gap."""
+        at: Floats = self.start + _spread(int(self.size / PROBED))[:, None] * self.way
+        return at
+
+
+@lru_cache(maxsize=256)
+def _spread(count: int) -> Floats:
+    """Even fractions between 0 and 1 in van der Corput's order."""
+    bits = count.bit_length()
+    order = (int(f"{k:0{bits}b}"[::-1], 2) for k in range(1 << bits))
+    found: Floats = np.array([k for k in order if 0 < k <= count], dtype=float) / (count + 1)
+    return found
+
+
+def rates(line: JointLine, half: float, movers: Movers, data: Any, bounds: Floats, first: int) -> Rates:
+    """Compute how far each joint may move any point of each geom over a whole line, within ``half`` of where ``data`` is now.
+
+    The lever is the distance of the geom's centre p from the axis u through a, |p - a|^2 - ((p - a) u)^2 under
+    a root, and its bounding radius. It grows by no more than the way G that the geom itself moves:
+    G = sum_j (lever_j + G) w_j for joints that turn by w_j.
+
+    Args:
+        bounds: bounding radius of each geom (geoms,) [m].
+        first: id of the first joint.
+    """
+    way, turned = np.abs(line.way), movers.turned
+    u, a, p = data.xaxis[first : first + len(way)], data.xanchor[first : first + len(way)], data.geom_xpos
+    along = p @ u.T - np.einsum("jk,jk->j", a, u)
+    square = np.einsum("gk,gk->g", p, p)[:, None] - 2.0 * (p @ a.T) + np.einsum("jk,jk->j", a, a) - along * along
+    lever = (np.sqrt(np.maximum(square, 0.0)) + bounds[:, None]) * turned
+    grown = (lever @ (half * way)) / (1.0 - half * float(way.sum()))
+    each: Floats = (lever + grown[:, None] * turned) * way
+    alone = each @ movers.still.T  # joints that move both do not count
+    return Rates(alone + alone.T, float(each.sum(axis=1).max()))
