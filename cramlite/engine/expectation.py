@@ -53,6 +53,28 @@ class Noise(Value):
 EXACT = Noise()
 
 
+class Limits(Value):
+    """Limits of how far a run may be from its proof; see the constants.
+
+    Args:
+        place: of things [m].
+        lean: of things [rad].
+        width: of the fingers [m].
+        push: beyond what the proof felt [N].
+        slower, later: of a line of the program: a factor, and a time [s].
+    """
+
+    place: float = PLACE
+    lean: float = LEAN
+    width: float = WIDTH
+    push: float = PUSH
+    slower: float = SLOWER
+    later: float = LATER
+
+
+USUAL = Limits()
+
+
 class Expectation(Value, eq=False):
     """Expectation of a run, from the run that proved its program.
 
@@ -140,10 +162,14 @@ class RunWatch:
         noise: of the readings, by which limits are wider; it is drawn here for readings of a simulation, which have none.
         seed: of that.
         period: between readings [s].
+        limits: of deviations.
     """
 
-    def __init__(self, expected: Expectation, noise: Noise = EXACT, seed: int = 0, period: float = 0.04) -> None:
-        self.expected, self.noise, self.period = expected, noise, period
+    def __init__(
+        self, expected: Expectation, noise: Noise = EXACT, seed: int = 0, period: float = 0.04, limits: Limits = USUAL
+    ) -> None:
+        self.expected, self.noise, self.period, self.limits = expected, noise, period, limits
+        self._seen: set[str] = set()
         self.notice: Notice | None = None
         self.last: Readings | None = None
         self._draw = np.random.default_rng([seed, 79])
@@ -158,6 +184,7 @@ class RunWatch:
         frozen = self._frozen(readings)
         readings = self._noisy(readings) if readings.poses is not None else readings
         found = frozen or next(self._deviations(readings), None)
+        self._seen |= (readings.poses or {}).keys()
         key = (found.kind, found.thing) if found else None
         self._times = self._times + 1 if key is not None and key == self._before else 1
         self._before = key
@@ -216,7 +243,7 @@ class RunWatch:
         if not now.line:
             return
         off = float(np.min(np.abs(self.expected.opening[rows] - now.opening)))
-        if off <= WIDTH:
+        if off <= self.limits.width:
             return
         near = self.expected.opening[rows][np.argmin(np.abs(self.expected.opening[rows] - now.opening))]
         held = {self.expected.held[k] for k in rows}
@@ -226,12 +253,14 @@ class RunWatch:
         if "" not in always:
             kind, thing = Deviation.GRASP_LOST, max(always)
         said = f"the fingers are {1000 * now.opening:.1f} mm apart, {1000 * near:.1f} mm in the proof"
-        yield self._said(kind, now, said, thing, off, WIDTH, "m")
+        yield self._said(kind, now, said, thing, off, self.limits.width, "m")
 
     def _thing(self, name: str, now: Readings) -> Iterator[Notice]:
         expected, rows = self.expected, self.expected.rows(now.line)
         assert now.poses is not None
         pose = now.poses.get(name)
+        if pose is None and name not in self._seen:
+            return  # what was never read is not missed
         if pose is None:
             yield self._said(Deviation.MISSING, now, f"'{name}' can no longer be seen", name)
             return
@@ -241,8 +270,8 @@ class RunWatch:
         local = (now.tool.inverse() * pose).position
         hand = float(np.min(np.linalg.norm(expected.in_hand[name][held] - local, axis=1))) if held else math.inf
         world = _distance(expected.poses[name][rows, :3], np.array(pose.position))
-        off, limit = hand if always else min(hand, world), PLACE + SIGMAS * self.noise.position
-        lean, most = self._lean(name, pose, held if always else rows), LEAN + SIGMAS * self.noise.turn
+        off, limit = hand if always else min(hand, world), self.limits.place + SIGMAS * self.noise.position
+        lean, most = self._lean(name, pose, held if always else rows), self.limits.lean + SIGMAS * self.noise.turn
         if lean > most and not always:
             said = f"'{name}' leans {math.degrees(lean):.0f} deg from how it stood"
             yield self._said(Deviation.FALLEN, now, said, name, lean, most, "rad")
@@ -262,7 +291,7 @@ class RunWatch:
 
     def _felt(self, now: Readings) -> Iterator[Notice]:
         most = float(self.expected.force[self.expected.rows(now.line)].max())
-        limit = max(SHARE * most, most + PUSH) + SIGMAS * self.noise.force
+        limit = max(SHARE * most, most + self.limits.push) + SIGMAS * self.noise.force
         if now.force > limit:
             said = f"{now.force:.1f} N are felt, at most {most:.1f} N in the proof"
             yield self._said(Deviation.CONTACT, now, said, "", now.force, limit, "N")
@@ -272,7 +301,7 @@ class RunWatch:
             self._line, self._since = now.line, now.time
         own = self.expected.own(now.line)
         usual = float(np.ptp(self.expected.times[own])) if len(own) else 0.0
-        lasted, limit = now.time - self._since, SLOWER * usual + LATER
+        lasted, limit = now.time - self._since, self.limits.slower * usual + self.limits.later
         if lasted > limit and now.line:
             yield self._said(Deviation.STUCK, now, f"it has run for {lasted:.1f} s, {usual:.1f} s in the proof", "", lasted, limit, "s")
 

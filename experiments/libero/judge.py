@@ -23,6 +23,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 sys.path.insert(0, str(Path(__file__).resolve().parent))
+from changes import PREFIX, Change, cases
 from instability import instability
 from judge_lines import Refused, serve
 from masses import with_masses
@@ -50,13 +51,20 @@ class Judge:
         self.steps, self.first = 0, None
         self.hand = 0.0
         self.force: Any = None
+        self.change: Any = None
 
     def reset(self, suite: str, task: int, state: int) -> dict[str, Any]:
         """Begin an episode, after LIBERO's idle actions."""
         from libero.libero import benchmark, get_libero_path
         from libero.libero.envs.env_wrapper import ControlEnv
 
-        known = benchmark.get_benchmark_dict()
+        known, self.change = benchmark.get_benchmark_dict(), None
+        if suite.startswith(PREFIX):
+            found = cases(suite)
+            if not (0 <= task < len(found) and state in (0, 1)):
+                raise Refused(f"'{suite}' has cases 0 to {len(found) - 1}, each as a control (state 0) and changed (1)")
+            self.change = Change(found[task], state == 1)
+            suite, task, state = found[task]["task_suite_name"], found[task]["task_index"], found[task]["init_state_index"]
         if suite not in known:
             near = difflib.get_close_matches(suite, known, n=5, cutoff=0.3)
             raise Refused(f"there is no suite '{suite}'; did you mean one of {', '.join(near or sorted(known)[:5])}?")
@@ -78,6 +86,8 @@ class Judge:
         robot = self.env.robots[0]
         self.force = WristForce(self.env.env, lambda: robot.ee_force)
         self.hand = 0.0
+        if self.change is not None:
+            self.change.set_up(self.env.env)
         for _ in range(IDLE):
             self.env.step(np.zeros(7))
         self.steps, self.first = 0, None
@@ -93,6 +103,7 @@ class Judge:
             "goal": env.parsed_problem["goal_state"],
             "bodies": {n: thing.root_body for n, thing in things.items() if hasattr(thing, "root_body")},
             "regions": {n: {"bodies": above(sim, n), "box": site_box(sim, n)} for n in env.object_sites_dict},
+            "absent": sorted(things[n].root_body for n in (self.change.away if self.change else ())),
             "base": [*sim.data.body_xpos[base].tolist(), *sim.data.body_xquat[base].tolist()],
         }  # fmt: skip
 
@@ -120,6 +131,8 @@ class Judge:
         self.steps += 1
         if self.first is None and self.env.check_success():
             self.first = self.steps
+        if self.change is not None:
+            self.change.see(self.env.env, self.steps)
         return self.feel() | {"stop": instability(self.env.sim.data._data)}
 
     def feel(self) -> dict[str, Any]:
@@ -132,12 +145,21 @@ class Judge:
         force = -(turn @ self.force.mean() + weight)
         return {
             "joints": np.array(robot._joint_positions).tolist(), "opening": abs(fingers[0]) + abs(fingers[1]),
-            "wrench": [*force.tolist(), 0.0, 0.0, 0.0],
+            "wrench": [*force.tolist(), 0.0, 0.0, 0.0], **self.read(),
         }  # fmt: skip
+
+    def read(self) -> dict[str, Any]:
+        """Return the poses of what can be moved, by body, and the goal where another one is asked for; of suites with changes alone."""
+        if self.change is None:
+            return {}
+        env, data = self.env.env, self.env.sim.data
+        there = {n: int(env.obj_body_id[n]) for n in env.objects_dict if n not in self.change.away}
+        poses = {env.get_object(n).root_body: [*data.body_xpos[b].tolist(), *data.body_xquat[b].tolist()] for n, b in there.items()}
+        return {"poses": poses, "goal": self.change.goal}
 
     def check(self) -> dict[str, Any]:
         """Return LIBERO's judgement: now, and at which step it was true for the first time."""
-        return {"success": bool(self.env.check_success()), "first": self.first, "steps": self.steps}
+        return {"success": bool(self.env.check_success()), "first": self.first, "steps": self.steps, "changed": self.change.applied if self.change else None}
 
     def cameras(self) -> dict[str, Any]:
         """Take a picture with each camera of the published protocol, as PNG in base64."""
