@@ -63,6 +63,8 @@ def real_after(rollout: Rollout, world: World, holds: InHand | None) -> World:
     """Return the real world as a run left it, with what is still to go wrong in it; fingers that pressed go on pressing."""
     left = world_after_run(rollout, world)
     faults = left_over(world.faults, (m.text for m in rollout.faults), float(rollout.times[-1]))
+    gone = {f.thing for f in world.faults if f.kind is FaultKind.MISSING and f not in faults}
+    left = replace(left, things=tuple(t for t in left.things if t.name not in gone))
     left = left.moved({f.thing: world.thing(f.thing).pose for f in faults if f.kind is FaultKind.ADDED})
     mount: RobotMount = replace(left.robots[0], holds=holds)
     return replace(left, faults=faults, robots=(mount, *left.robots[1:]))

@@ -1,7 +1,8 @@
-"""Changes of LIBERO-MAX: what happens to a scene in mid-run, by manifests in a folder that the user names. Only the judge's process reads them.
+"""Changes of LIBERO-MAX: what happens to a scene in mid-run, by manifests in a folder that the user names.
 
-A case is a pair: the same task and initial state without the change (state 0 of its suite here) and with it (state 1). A third of the cases,
-those whose name has a BLAKE2b digest of 4 bytes that 3 divides, is kept for the end: suites whose name ends with "_end".
+Only the judge's process reads them. A case is a pair: the same task and initial state without the change (state 0 of its suite here) and
+with it (state 1). A third of the cases, those whose name has a BLAKE2b digest of 4 bytes that 3 divides, is kept for the end: suites whose
+name ends with "_end".
 """
 
 from __future__ import annotations
@@ -20,6 +21,8 @@ FOLDER = "CRAMLITE_LIBERO_MAX"
 PREFIX = "libero_max_"
 PHYSICAL = ("move_object", "insert_obstacle", "insert_distractors")
 INTENT = ("replace_instruction", "cancel_instruction")
+WATCHED, NET, ALONG, STILL = 10, 0.02, 0.04, 0.01
+"""Over so many actions a hand that was told to stop moves at most so far, net and along its way, and the target at most so far [m]."""
 STATE = {"core_dev.json": 1, "intent_dev.json": 0}
 """Initial state whose cases are used."""
 
@@ -60,6 +63,9 @@ class Change:
         self.heights: dict[str, float] = {}
         self.goal: list[list[str]] | None = None
         self.away: set[str] = set()
+        self.moved = 0.0
+        self.way: list[list[float]] = []
+        self.rested: Any = None
 
     def set_up(self, env: Any) -> None:
         """Take away what the case removes before the start, in both arms of the pair."""
@@ -74,15 +80,27 @@ class Change:
     def see(self, env: Any, steps: int) -> None:
         """Apply the change if its trigger holds; after a step, before the next action."""
         trigger = self.scenario["trigger"]
+        hand = np.array(env.sim.data.site_xpos[env.robots[0].eef_site_id])
+        if self.way and len(self.way) <= WATCHED:
+            self.way.append(hand.tolist())
+            self.moved = float(np.linalg.norm(origin(env, trigger["value"]) - self.rested))
         if not self.comes or self.applied is not None:
             return
-        hand = np.array(env.sim.data.site_xpos[env.robots[0].eef_site_id])
         if float(np.linalg.norm(hand - origin(env, trigger["value"]))) > trigger["distance_m"]:
             return
         self.applied = steps
         change = self.scenario["change"]
         getattr(self, change["operation"])(env, change, hand)
         env.sim.forward()
+
+    @property
+    def stopped(self) -> bool | None:
+        """Whether the hand stopped when nothing was asked for any more; None while that is not to be told, or was not asked."""
+        if self.goal != [] or len(self.way) <= WATCHED:
+            return None
+        way = np.array(self.way)
+        net, along = float(np.linalg.norm(way[-1] - way[0])), float(np.linalg.norm(np.diff(way, axis=0), axis=1).sum())
+        return net <= NET and along <= ALONG and self.moved <= STILL
 
     def move_object(self, env: Any, change: dict[str, Any], hand: Any) -> None:
         """Displace a thing; what has no free joint by its body."""
@@ -114,6 +132,8 @@ class Change:
     def cancel_instruction(self, env: Any, change: dict[str, Any], hand: Any) -> None:
         """Ask for nothing any more."""
         self.goal = []
+        self.way = [hand.tolist()]
+        self.rested = origin(env, self.scenario["trigger"]["value"])
 
 
 def body_of(env: Any, name: str) -> int:

@@ -129,7 +129,7 @@ class Judge:
         self.force.begin()
         self.env.step(np.array([*action, turn]))
         self.steps += 1
-        if self.first is None and self.env.check_success():
+        if self.first is None and self.success():
             self.first = self.steps
         if self.change is not None:
             self.change.see(self.env.env, self.steps)
@@ -154,12 +154,18 @@ class Judge:
             return {}
         env, data = self.env.env, self.env.sim.data
         there = {n: int(env.obj_body_id[n]) for n in env.objects_dict if n not in self.change.away}
-        poses = {env.get_object(n).root_body: [*data.body_xpos[b].tolist(), *data.body_xquat[b].tolist()] for n, b in there.items()}
+        at = {n: [*data.body_xpos[b].tolist(), *data.body_xquat[b].tolist()] for n, b in there.items()}
+        poses = {env.get_object(n).root_body: pose for n, pose in at.items()}
         return {"poses": poses, "goal": self.change.goal}
+
+    def success(self) -> bool:
+        """Return LIBERO's judgement; where the task was cancelled, whether the hand stopped."""
+        cancelled = self.change is not None and self.change.goal == []
+        return bool(self.change.stopped) if cancelled else bool(self.env.check_success())
 
     def check(self) -> dict[str, Any]:
         """Return LIBERO's judgement: now, and at which step it was true for the first time."""
-        return {"success": bool(self.env.check_success()), "first": self.first, "steps": self.steps, "changed": self.change.applied if self.change else None}
+        return {"success": self.success(), "first": self.first, "steps": self.steps, "changed": self.change.applied if self.change else None}
 
     def cameras(self) -> dict[str, Any]:
         """Take a picture with each camera of the published protocol, as PNG in base64."""

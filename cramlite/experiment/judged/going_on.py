@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 ROUNDS = 6
 """Programs of an attempt, the first one included."""
 ANOTHER = Limits(place=0.03, lean=0.4, width=math.inf, push=math.inf, slower=3.0, later=4.0)
-"""Of runs in another simulator than that of the proof: what is grasped settles otherwise there, fingers creep, and what is felt is not the same."""
+"""Of runs in another simulator than that of the proof: what is grasped settles otherwise there, fingers creep, forces differ."""
 STOPS = {"halted": Deviation.REFUSED, "protective stop": Deviation.STOPPED}
 
 
