@@ -1,8 +1,8 @@
 """Changes of LIBERO-MAX: what happens to a scene in mid-run, by manifests in a folder that the user names.
 
 Only the judge's process reads them. A case is a pair: the same task and initial state without the change (state 0 of its suite here) and
-with it (state 1). A third of the cases, those whose name has a BLAKE2b digest of 4 bytes that 3 divides, is kept for the end: suites whose
-name ends with "_end".
+with it (state 1). What is kept for the end is in suites whose name ends with "_end": of physical changes the third whose name has a BLAKE2b
+digest of 4 bytes that 3 divides, of changed instructions the odd rows of the manifest.
 """
 
 from __future__ import annotations
@@ -27,8 +27,10 @@ STATE = {"core_dev.json": 1, "intent_dev.json": 0}
 """Initial state whose cases are used."""
 
 
-def kept(case_id: str) -> bool:
+def kept(case_id: str, row: int, intent: bool) -> bool:
     """Return whether a case is kept for the end."""
+    if intent:
+        return row % 2 == 1
     return int.from_bytes(hashlib.blake2b(case_id.encode(), digest_size=4).digest(), "big") % 3 == 0
 
 
@@ -43,9 +45,9 @@ def cases(suite: str) -> list[dict[str, Any]]:
         raise Refused(f"the cases of '{suite}' are in LIBERO-MAX's '{file}'; say its folder by the environment variable {FOLDER}")
     found = json.loads((Path(folder) / file).read_text())["cases"]
     return [
-        c for c in found
+        c for row, c in enumerate(found)
         if c["init_state_index"] == STATE[file] and c["task_suite_name"] == f"libero_{name}"
-        and c["scenario"]["change"]["operation"] in operations and kept(c["case_id"]) == end
+        and c["scenario"]["change"]["operation"] in operations and kept(c["case_id"], row, intent) == end
     ]  # fmt: skip
 
 

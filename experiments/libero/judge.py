@@ -165,7 +165,8 @@ class Judge:
 
     def check(self) -> dict[str, Any]:
         """Return LIBERO's judgement: now, and at which step it was true for the first time."""
-        return {"success": self.success(), "first": self.first, "steps": self.steps, "changed": self.change.applied if self.change else None}
+        changed = self.change.applied if self.change else None
+        return {"success": self.success(), "first": self.first, "steps": self.steps, "changed": changed}
 
     def cameras(self) -> dict[str, Any]:
         """Take a picture with each camera of the published protocol, as PNG in base64."""
