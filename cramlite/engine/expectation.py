@@ -163,11 +163,14 @@ class RunWatch:
         seed: of that.
         period: between readings [s].
         limits: of deviations.
+        asked: what was asked for last in place of the first goal, which the program follows; None for nothing.
     """
 
     def __init__(
-        self, expected: Expectation, noise: Noise = EXACT, seed: int = 0, period: float = 0.04, limits: Limits = USUAL
-    ) -> None:
+        self, expected: Expectation, noise: Noise = EXACT, seed: int = 0, period: float = 0.04, limits: Limits = USUAL,
+        asked: tuple[str, ...] | None = None,
+    ) -> None:  # fmt: skip
+        self.asked = asked
         self.expected, self.noise, self.period, self.limits = expected, noise, period, limits
         self._seen: set[str] = set()
         self.notice: Notice | None = None
@@ -224,7 +227,7 @@ class RunWatch:
 
     def _deviations(self, now: Readings) -> Iterator[Notice]:
         """What is not as expected, what matters most first."""
-        if now.goal is not None:
+        if now.goal is not None and now.goal != self.asked:
             kind = Deviation.GOAL_CHANGED if now.goal else Deviation.CANCELLED
             yield self._said(kind, now, " and ".join(now.goal) or "the task was cancelled")
         if now.poses is None:

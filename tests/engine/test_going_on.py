@@ -158,6 +158,12 @@ def test_limits_are_where_the_docs_say(changed: dict[str, object], kind: Deviati
     assert kind is None or (found[1] is not None and found[1].step == "1.Reaching/move")
 
 
+def test_a_goal_that_is_followed_already_is_no_other(expected: Expectation) -> None:
+    followed = RunWatch(expected, asked=("x on y",))
+    assert not any(followed.see(readings(0.04 * k, goal=("x on y",))) for k in range(3))
+    assert [followed.see(readings(0.2 + 0.04 * k, goal=())) for k in range(2)][1].kind is Deviation.CANCELLED  # type: ignore[union-attr]
+
+
 def test_noise_widens_limits_and_raises_no_alarm(expected: Expectation) -> None:
     watch = RunWatch(expected, Noise(0.004, 0.03, 2.0), seed=3)
     assert not any(watch.see(readings(0.04 * k)) for k in range(25))

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from msgspec.structs import replace
 
 from ...base.errors import UserError
+from ...base.run_directory import write_whole
 from ...base.value import Value
 from ...engine.expectation import Limits, RunWatch, expectation
 from ...engine.read_belief import in_hand
@@ -54,11 +55,13 @@ def play_on(judge: Judge, engine: Engine, solution: Solution, folder: Path, twin
         folder: for the scenes and scenarios of later rounds.
         twins: in how many their programs are tried.
     """
-    notices, thought = list[Notice](), list[float]()
+    notices, thought, asked = list[Notice](), list[float](), None
     for number in range(1, ROUNDS + 1):
         code, proof = solution.candidate.code, solution.candidate.rollout
         assert code is not None and proof is not None
-        watch = RunWatch(expectation(proof, code.origins), limits=ANOTHER)
+        if number > 1:
+            write_whole(folder / f"round_{number}" / f"program{code.suffix}", code.text)
+        watch = RunWatch(expectation(proof, code.origins), limits=ANOTHER, asked=asked)
         rollout = judge.play(code.text, solution.setting, watch)
         notice = watch.notice if rollout.outcome == "noticed" else None
         if rollout.outcome in STOPS:
@@ -66,6 +69,7 @@ def play_on(judge: Judge, engine: Engine, solution: Solution, folder: Path, twin
         if notice is None:
             return Played(rollout, tuple(notices), tuple(thought))
         notices.append(notice)
+        asked = watch.last.goal if watch.last is not None else asked
         if notice.kind is Deviation.CANCELLED or number == ROUNDS:
             return Played(rollout, tuple(notices), tuple(thought), str(notice))
         began = time.process_time()

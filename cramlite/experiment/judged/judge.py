@@ -35,6 +35,10 @@ class Judgement(Protocol):
         """Actions that were taken."""
 
     @property
+    def avoided(self) -> bool | None:
+        """Whether what must not be moved was not; None where nothing must not."""
+
+    @property
     def changed(self) -> int | None:
         """Action after which the judge changed its world; None for never."""
 

@@ -185,7 +185,7 @@ def _attempt(trial: Trial, judge: Judge, engine: Engine, solution: Solution, nam
     return Attempt(
         outcome=rollout.outcome, reason=rollout.reason, first=rested.first, rest=rested.success, steps=ended.steps, ours=ours,
         picture=_kept(trial.folder / f"{name}.png", seen), believed=_kept(trial.folder / f"{name}_believed.jpg", believed),
-        changed=ended.changed, notices=notices, thought=thought,
+        changed=ended.changed, avoided=rested.avoided, notices=notices, thought=thought,
     )  # fmt: skip
 
 

@@ -26,6 +26,7 @@ class Attempt(Value, kw_only=True):
         picture: name of the file with what the judge's camera saw at the end; "" for none.
         believed: name of the file with how the proof ended; "" for none.
         changed: the action after which the judge changed its world; None for never.
+        avoided: whether what must not be moved was not, until things were at rest; None where nothing must not.
         notices: what was noticed, where the suite is watched.
         thought: CPU time from each notice to the next program [s].
     """
@@ -39,6 +40,7 @@ class Attempt(Value, kw_only=True):
     picture: str = ""
     believed: str = ""
     changed: int | None = None
+    avoided: bool | None = None
     notices: tuple[Notice, ...] = ()
     thought: tuple[float, ...] = ()
 

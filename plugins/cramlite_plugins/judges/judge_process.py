@@ -37,12 +37,14 @@ class Check(Value):
         first: the action after which it held for the first time, from 1; None for never.
         steps: actions that were taken.
         changed: the action after which the judge changed something; None for never.
+        avoided: whether what must not be moved was not; None where nothing must not.
     """
 
     success: bool
     first: int | None
     steps: int
     changed: int | None = None
+    avoided: bool | None = None
 
 
 class JudgeEnvironment(Value):
