@@ -152,7 +152,8 @@ def expected() -> Expectation:
 )
 def test_limits_are_where_the_docs_say(changed: dict[str, object], kind: Deviation | None, expected: Expectation) -> None:
     watch = RunWatch(expected)
-    found: list[Notice | None] = [watch.see(readings(0.04 * k, **changed)) for k in range(3)]
+    assert watch.see(readings(0.0)) is None
+    found: list[Notice | None] = [watch.see(readings(0.04 * k, **changed)) for k in range(1, 4)]
     assert found[0] is None, "one reading is none"
     assert (found[1].kind if found[1] else None) is kind
     assert kind is None or (found[1] is not None and found[1].step == "1.Reaching/move")
