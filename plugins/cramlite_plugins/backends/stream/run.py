@@ -173,7 +173,7 @@ class _Watched(Struct):
 
 
 class _Record(Struct):
-    """What the robot felt, once a period."""
+    """Sensations of the robot, once a period."""
 
     arm: StreamedArm
     machine: ProgramMachine | None = None
