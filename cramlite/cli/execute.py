@@ -223,9 +223,9 @@ def execute_and_replan(
                 print(rollout_text(one.rollout))
             if out is not None:
                 _write_round(out / f"round_{number}", one, program.stem, engine, episode=episode)
+                if moments:
+                    write_time_line(moments, out)
     finally:
-        if out is not None and moments:
-            write_time_line(moments, out)
         if json_output:
             rows = [rollout_json(one.rollout) for one in done]
             print(as_json({"said": said, "executions": len(done), "rounds": rows, "time_line": to_builtins(moments)}))

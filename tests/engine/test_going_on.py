@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import json
+import subprocess
+import sys
+import time
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +15,7 @@ from conftest import Run
 from cramlite import Engine
 from cramlite.cli.main import main
 from cramlite.engine.expectation import Expectation, Noise, RunWatch
+from cramlite.engine.time_line import read_time_line
 from cramlite.model import Deviation, Notice, Pose, Readings
 
 GOAL = """scenario: block_onto_shelf
@@ -182,3 +186,20 @@ def test_frozen_readings_and_steps_that_last_too_long(expected: Expectation) -> 
 def test_deviations_are_classes_of_the_ontology() -> None:
     taxonomy = Engine().knowledge.taxonomy
     assert all(taxonomy.is_a(f"cram:{d}", "cram:Deviation") for d in Deviation)
+
+
+@pytest.mark.heavy
+def test_what_was_recorded_survives_a_kill_and_a_second_start_says_why_not(of_goal: tuple[Path, Path], tmp_path: Path) -> None:
+    program, scenario = of_goal
+    out, fault = tmp_path / "out", "moved: block, by: [0, 60 mm, 0], near: block, within: 0.18 m"
+    command = [sys.executable, "-m", "cramlite", "execute", program, "--world", scenario, "--replan", scenario, "--fault", fault]
+    command += ["--out", out]
+    running = subprocess.Popen(command, stdout=subprocess.PIPE)
+    while not (out / "time_line.json").is_file() and running.poll() is None:
+        time.sleep(0.01)
+    running.kill()
+    running.wait()
+    assert [m.what for m in read_time_line(out)][:3] == ["fault", "notice", "decision"]
+    assert (out / "round_1" / "rollout.npz").is_file()
+    again = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert again.returncode == 2 and "is not an empty folder; nothing was run" in again.stderr
