@@ -228,8 +228,8 @@ def planned(text: str, program: Program, plan: str, scenario: Scenario, engine: 
             "The text is not the one of the program.json beside it, so nobody knows which task a line belongs to: give the "
             "program of a run directory as 'cramlite resolve' wrote it."
         )
-    furniture = _furniture(scenario, engine, seed)
-    found = (p for p, _ in islice(engine.plans(scenario, furniture, Trace()), LISTED))
+    known = _furniture(scenario, engine, seed) if scenario.spec.poses == "camera" else engine.setting(scenario, seed=seed)
+    found = (p for p, _ in islice(engine.plans(scenario, known, Trace()), LISTED))
     own = next((p for p in found if as_json(p) == plan), None)
     if own is None:
         raise UserError(

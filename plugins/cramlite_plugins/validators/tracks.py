@@ -77,7 +77,8 @@ def _interrupted(candidate: Candidate, found: Iterable[ExplainedGrip]) -> Iterat
     rollout, tasks = _rollout(candidate), inner_tasks(candidate)
     came_from = np.array(origins(candidate))
     for taken, left in _held_between(candidate.handovers or ()):
-        begun, ended = np.flatnonzero(came_from == taken.by), np.flatnonzero(came_from == left.by)
+        begun = np.flatnonzero(came_from == taken.by) if taken.by else np.array([0])
+        ended = np.flatnonzero(came_from == left.by)
         held = {k for grip, *_ in found if grip.thing == taken.thing for k in range(grip.first, grip.last + 1)}
         gone = [k for k in range(begun[-1], ended[0]) if k not in held] if len(begun) and len(ended) else []
         if gone and rollout.times[gone[-1]] - rollout.times[gone[0]] > LATE:
