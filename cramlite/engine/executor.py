@@ -27,6 +27,10 @@ if TYPE_CHECKING:
     from ..plugin.catalogue import Knowledge
 
 
+ENDS_RUN: int | None = getattr(signal, "SIGUSR1", None)
+"""The signal after which the other process ends the run that is under way; None where there is none."""
+
+
 class ExecutorDied(Exception):
     """The executing process died during an execution: killed, out of memory, or a crash."""
 
@@ -77,6 +81,12 @@ class Executor(Struct):
         seconds, self._spent = now - self._spent, now
         return rollout, seconds
 
+    def interrupt(self) -> None:
+        """End the run that is under way, whose answer is then a refusal, and leave the process as it is; where there are no such
+        signals, it goes on to its end."""
+        if self._process is not None and ENDS_RUN is not None:
+            self._process.send_signal(ENDS_RUN)
+
     def close(self) -> None:
         """End the process when it has done what it was asked; the next run starts another one."""
         if self._process is not None:
@@ -108,18 +118,37 @@ class Executor(Struct):
             raise ExecutorDied("the process that executes programs ended") from error
 
 
+class _Interrupted:
+    """Whether a signal came to end the run that is under way."""
+
+    def __init__(self) -> None:
+        self.came = False
+        if ENDS_RUN is not None:
+            signal.signal(ENDS_RUN, self._heard)
+
+    def _heard(self, *_: object) -> None:
+        self.came = True
+
+
 def _serve(asked: BinaryIO, answers: BinaryIO) -> None:
     """In the other process: answer until nobody asks any more, or whoever asked has ended."""
-    parent = os.getppid()
+    parent, interrupted = os.getppid(), _Interrupted()
     try:
         knowledge = _loaded(pickle.load(asked))
         while True:
             text, world, seed = pickle.load(asked)
-            with pulse(lambda: os.getppid() != parent):
-                answer = _execute(knowledge, text, world, seed)
+            interrupted.came = False
+            answer: object
+            try:
+                with pulse(lambda: interrupted.came or os.getppid() != parent):
+                    answer = _execute(knowledge, text, world, seed)
+            except Stopped:
+                if not interrupted.came:  # whoever asked is gone
+                    return
+                answer = UserError("nobody needs the run any more")
             pickle.dump(answer, answers)
             answers.flush()
-    except (EOFError, OSError, Stopped):  # whoever asked is gone
+    except (EOFError, OSError):  # whoever asked is gone
         return
 
 
