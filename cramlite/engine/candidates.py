@@ -17,6 +17,7 @@ from ..planning.budget import Budget
 from ..planning.heartbeat import Heartbeat
 from ..planning.refutation import refutation
 from ..planning.search import Effort, Search
+from .executor_group import group_of
 from .late_poses import parametric
 from .program_time import about
 from .proof import assemble, conflict_of, prove
@@ -49,9 +50,9 @@ class CandidateSequence(Value, eq=False):
         sequence: what the demonstration was read as; None where there is none.
         reading, setting, knowledge, budget: of the goal: what it says, where, who knows what, and how much work.
         trace, progress, stop: as ``Engine.resolve`` has them.
-        group: the engine's processes that run programs in twins.
         answers: of plugins, from all sequences of the goal.
         effort: that was spent on this sequence; a wider round of it begins with what the one before was left with.
+        group: the engine's processes that run programs in twins; None for others, made when they are needed.
     """
 
     number: int
@@ -64,9 +65,9 @@ class CandidateSequence(Value, eq=False):
     trace: Trace
     progress: Progress
     stop: Stop
-    group: ExecutorGroup
     answers: Answers = field(default_factory=Answers)
     effort: Effort = field(default_factory=Effort)
+    group: ExecutorGroup | None = None
 
     def attempts(self, group: ExecutorGroup | None = None) -> Iterator[Solution]:
         """Generate complete programs with what the judges found, lazily; refused ones are among them.
@@ -86,7 +87,7 @@ class CandidateSequence(Value, eq=False):
         search = search_in(
             self.setting, self.knowledge, self.budget, self.trace, self.progress, self.answers, self.effort
         )
-        made = attempts(search, self.plan, self.setting, self.knowledge, group or self.group)
+        made = attempts(search, self.plan, self.setting, self.knowledge, group or self.group or group_of(self.knowledge))
         for candidate, verdict in made:
             yield Solution(
                 self.number, candidate, verdict, self.trace, self.setting, self.reading.interpretation, self.reading.episode,

@@ -79,9 +79,9 @@ class Engine:
     def executors(self) -> ExecutorGroup:
         """Return the processes that run programs in twins, one for each core; they are started when they are first needed, kept for
         what is resolved next, and end with this engine."""
-        from .executor_group import ExecutorGroup, processes_here
+        from .executor_group import group_of
 
-        return ExecutorGroup(self.plugins, processes_here())
+        return group_of(self.knowledge)
 
     @classmethod
     def with_plugins(cls, plugins: PluginChoice, ontologies: tuple[Path, ...] = (), rules: Path | None = None) -> Engine:
@@ -295,7 +295,8 @@ class Engine:
         planned = trace.watch.over("planning", plans)
         for number, plan, sequence in _to_try(doubted_last(planned, tried, trace), budget.sequences, trace):
             tried.append(CandidateSequence(
-                number, plan, sequence, reading, setting, engine.knowledge, budget, trace, progress, stop, engine.executors, answers
+                number, plan, sequence, reading, setting, engine.knowledge, budget, trace, progress, stop, answers,
+                group=engine.executors,
             ))  # fmt: skip
             yield tried[-1]
         while tried:

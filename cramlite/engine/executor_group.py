@@ -20,6 +20,7 @@ from .executor import Executor, ExecutorDied
 if TYPE_CHECKING:
     from ..model.rollout import Rollout
     from ..model.world import World
+    from ..plugin.catalogue import Knowledge
 
 DEATHS = 2
 """A run whose process died this often is given up."""
@@ -141,6 +142,13 @@ class ExecutorGroup:
             self._spent.append(seconds)
             return rollout
         return f"the process that executes it died {DEATHS} times (out of memory, or killed)"
+
+
+def group_of(knowledge: Knowledge) -> ExecutorGroup:
+    """Make processes with the plugins of an engine, one for each core."""
+    registry = knowledge.registry
+    plugins = PluginChoice(tuple(registry.files), tuple(registry.blocked), tuple(registry.preferred))
+    return ExecutorGroup(plugins, processes_here())
 
 
 class _List:
