@@ -1,1 +1,1 @@
-"""Values, errors, YAML, JSON, units, seeds and run directories: what knows nothing of robots."""
+"""Values, errors, YAML, JSON, units, seeds and run directories; nothing here knows of robots."""

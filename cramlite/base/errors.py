@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping
 
 InTheWay = tuple[str | tuple[str, ...], ...] | None
@@ -10,10 +11,27 @@ it is refused while any one of them is as it is. Of several entries it may do on
 it does not depend on what other things do, None where that is not known."""
 
 
+LONG = re.compile(r"(?<![^\s(])'(?=\S)[^'\n]{400,}'(?=[\s;,.:)]|$)|[(\[][-+\d.,\se]{400,}[)\]]|\S{400,}")
+"""What is cut in messages, in quotes, of numbers, or a word: longer than any path that is told, such as a value that ran on for pages."""
+BEGINNING, END = 100, 40
+"""So much of each is left [characters]."""
+
+
 class CramliteError(Exception):
-    """Base of all errors for people; the message is one paragraph: where, what, what would be right, what next."""
+    """Base of all errors for people; the message is one paragraph: where, what, what would be right, what next.
+
+    What nobody would read is cut.
+    """
 
     exit_code = 2
+
+    def __str__(self) -> str:
+        return LONG.sub(_cut, super().__str__())
+
+
+def _cut(found: re.Match[str]) -> str:
+    """The beginning and end of what is long, with how long it is."""
+    return f"{found[0][:BEGINNING]}... ({len(found[0])} characters) ...{found[0][-END:]}"
 
 
 class UserError(CramliteError):

@@ -33,9 +33,11 @@ class LazyNames:
     def homes(self) -> Mapping[str, str]:
         """Name -> module that defines it, relative to the package."""
         import ast
+        import linecache
 
-        loader: Any = sys.modules[self._package].__loader__
-        imports = [n for n in ast.walk(ast.parse(loader.get_source(self._package))) if isinstance(n, ast.ImportFrom)]
+        module = sys.modules[self._package]
+        source = "".join(linecache.getlines(module.__file__ or "", vars(module)))  # pytest's loader of an installed plugin gives none
+        imports = [n for n in ast.walk(ast.parse(source)) if isinstance(n, ast.ImportFrom)]
         return {a.name: "." * n.level + (n.module or "") for n in imports for a in n.names if a.asname == a.name}
 
     def known(self) -> list[str]:
@@ -59,7 +61,7 @@ class LazyNames:
         return found
 
     def _instead(self, old: str) -> Any:
-        """Warn of a deprecated name whoever uses it, each time; give what the new name stands for."""
+        """Warn of a deprecated name each time it is used; return the object of the new name."""
         new, since = self.deprecated[old]
         said = f"{self._package}.{old} is deprecated since cramlite {since}: use {self._package}.{new}"
         warnings.warn(said, DeprecationWarning, stacklevel=3)

@@ -1,4 +1,4 @@
-"""Pulse of long work: wherever it takes time it is asked whether to go on, and what is done now can be told.
+"""Pulse of long work: it is asked whether to go on, and its current work can be told.
 
 Whoever wants to end work passes a function that says so (``pulse``); what takes long calls ``checkpoint`` several times a
 second, however deep it is. Nothing but the end of the work depends on it: decisions are the same with and without.
@@ -118,7 +118,7 @@ def working(what: str, whole: float = 0.0, ends: float | None = None) -> Iterato
 
 
 def checkpoint(at: float | None = None) -> None:
-    """Ask whether to go on; what takes longer than a tenth of a second calls this meanwhile.
+    """Ask whether to go on; work that takes longer than a tenth of a second calls this meanwhile.
 
     Args:
         at: how much of the work is done [s of simulated time]; None where that is not known.

@@ -28,14 +28,14 @@ def find_scenario(name: str) -> Path:
     except OSError as error:  # longer than names of files may be
         raise UserError(f"'{name[:60]}...' cannot be the name of a file: {error.strerror}.") from None
     try:
-        return shipped_scenario(name, _beside(path))
+        return shipped_scenario(name, _yaml_files_near(path))
     except UserError:
         if path.is_dir():
             raise UserError(f"'{name}' is a folder; give a scenario file in it.") from None
         raise
 
 
-def _beside(path: Path) -> list[str]:
+def _yaml_files_near(path: Path) -> list[str]:
     """YAML files of the folder of a path, named as it names itself."""
     return [str(p) for pattern in ("*.yaml", "*.yml") for p in path.parent.glob(pattern)]
 

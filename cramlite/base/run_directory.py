@@ -1,4 +1,4 @@
-"""Run directory: what one ``cramlite resolve`` produced, and the manifest that says from what."""
+"""Run directory: the files of one ``cramlite resolve``, and the manifest of its inputs."""
 
 from __future__ import annotations
 
@@ -55,7 +55,8 @@ class RunDirectory:
         self.write(MANIFEST, json.dumps({"key": self.key, "complete": complete, "refused": self.refused, "spent": self.spent}, indent=1))
 
     def refuse(self, number: int, spent: Mapping[str, Any]) -> None:
-        """Record that a candidate sequence was refused, and what was spent on it, so that a resumed run goes on behind that."""
+        """Record that a candidate sequence was refused and the work spent on it, so that a resumed run
+        goes on after it."""
         self.refused = [*(n for n in self.refused if n != number), number]
         self.spent[str(number)] = dict(spent)
         self._save(complete=False)

@@ -1,4 +1,4 @@
-"""Seeds of random numbers: every query draws from its own, so that what is asked before it changes nothing."""
+"""Seeds of random numbers: every query draws from its own, so earlier queries change nothing."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""Mappings of hand-written files as pydantic models: unknown keys are refused, and for numbers truth values and what is not finite."""
+"""Mappings of hand-written files as pydantic models: unknown keys, truth values for numbers and infinite
+numbers are refused."""
 
 from __future__ import annotations
 
@@ -39,7 +40,7 @@ def read_value(kind: Any, value: Any) -> Any:
 
 
 def _refuse_no_number(written: Any, found: Any, name: str = "this") -> None:
-    """Refuse what was written as true or false and was read as something else, and what is no finite number.
+    """Refuse a truth value that was read as something else, and a number that is not finite.
 
     Raises:
         ValueError: it was, or something in it.

@@ -12,7 +12,7 @@ T = TypeVar("T")
 
 
 class Stopwatch:
-    """Stopwatch of CPU time by stage [s]; what a stage inside another takes is not counted twice."""
+    """Stopwatch of CPU time by stage [s]; a stage inside another is not counted twice."""
 
     def __init__(self) -> None:
         self._spent: dict[str, float] = {}
@@ -32,7 +32,7 @@ class Stopwatch:
 
     @contextmanager
     def __call__(self, stage: str) -> Iterator[None]:
-        """Count what happens in this block."""
+        """Count the CPU time of this block."""
         begin = _now()
         self._open.append(0.0)
         try:
@@ -44,7 +44,7 @@ class Stopwatch:
                 self._open[-1] += whole
 
     def over(self, stage: str, items: Iterable[T]) -> Iterator[T]:
-        """Yield items, and count what computing each takes."""
+        """Yield items, and count the time of computing each."""
         rest = iter(items)
         while True:
             with self(stage):

@@ -94,7 +94,7 @@ def explain_validation(
         elif problem["type"] == "missing":
             clauses.append(f"{path}:{line}: {key} is missing")
         else:
-            said = _said(problem)
+            said = _complaint(problem)
             clauses.append(f"{path}:{line}: {key}: {said}" if key else f"{path}:{line}: {said}")
     more = len(problems) - len(clauses)
     return UserError("; ".join(clauses) + (f"; and {more} more." if more > 0 else "."))
@@ -107,7 +107,7 @@ KINDS = {
 """What pydantic calls by Python's names, as YAML calls it."""
 
 
-def _said(problem: ErrorDetails) -> str:
+def _complaint(problem: ErrorDetails) -> str:
     """A complaint in the words of YAML."""
     kind, said, given = problem["type"], problem["msg"], problem["input"]
     if kind == "too_short":
@@ -142,7 +142,7 @@ def _in_words(data: Any, location: Sequence[str | int]) -> str:
 
 
 def _item(inside: Any, keys: Sequence[str]) -> str:
-    """What stands in a list: "thing 'tea'" in things, "value of 'at.position'" where it has no parts."""
+    """Name of a list's entry: "thing 'tea'" in things, "value of 'at.position'" where it has no parts."""
     if not isinstance(inside, dict) or not keys:
         return f"value of '{'.'.join(keys)}'" if keys else "value"
     name = f" '{inside['name']}'" if isinstance(inside.get("name"), str) else ""

@@ -64,7 +64,7 @@ def read(text: str) -> Any:
 
 
 def _check(text: str) -> None:
-    """Check depth and size by the events alone; an alias is as deep and as large as what it repeats."""
+    """Check depth and size by the events alone; an alias counts as the node that it repeats."""
     open_: list[_Part] = [_Part("")]
     done: dict[str, _Part] = {}
     events: Iterator[Any] = iter(yaml.parse(text, Reader))

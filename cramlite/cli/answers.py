@@ -1,4 +1,4 @@
-"""Answers to programs elsewhere, as values for JSON: what ``cramlite serve`` and ``cramlite mcp`` have in common."""
+"""Answers to programs elsewhere, as values for JSON, for ``cramlite serve`` and ``cramlite mcp``."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def check_answer(engine: Engine, scenario: Scenario, seed: int) -> dict[str, Any
 
 
 def things_answer(engine: Engine, scenario: Scenario, seed: int) -> dict[str, Any]:
-    """Return what is believed of the things of a scenario.
+    """Return the believed things of a scenario.
 
     Of each: class, position [m] and quaternion (w first) in the world's frame, whether it can be moved, and what was changed or
     concluded when it was made; and the relations that hold at the start.

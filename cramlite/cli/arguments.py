@@ -41,7 +41,7 @@ class Parser(argparse.ArgumentParser):
         return found, left
 
     def error(self, message: str) -> NoReturn:
-        """Print the usage and what is wrong, with the nearest right word, and exit."""
+        """Print the usage and the mistake, with the nearest right word, and exit."""
         wrong = re.search(r"invalid choice: '([^']*)' \(choose from (.*)\)", message)
         hint = did_you_mean(wrong[1], re.findall(r"[\w.-]+", wrong[2])).strip() if wrong else ""
         super().error(f"{message}; {hint}" if hint else message)

@@ -77,7 +77,7 @@ def _check_scenario(path: Path, data: Any, plugins: PluginChoice) -> int:
 
 
 def _start(scenario: Scenario, setting: Setting, engine: Engine) -> str:
-    """What a scenario starts from, in words; each kind of start is asked for what a run would need of it."""
+    """Start of a scenario in words; each kind of start is asked for all that a run would need of it."""
     if scenario.spec.demonstration is not None:
         return f"the demonstration '{scenario.spec.demonstration}', read as {_shown(scenario, setting, engine).with_things}"
     if scenario.spec.goal is not None:

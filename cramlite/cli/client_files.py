@@ -1,4 +1,4 @@
-"""Files that a client may name: what lies in one folder, and what is shipped; nothing is followed out of it."""
+"""Files that a client may name: those in one folder, and the shipped ones; no link is followed out of it."""
 
 from __future__ import annotations
 

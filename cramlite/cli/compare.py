@@ -48,15 +48,15 @@ def compare_log(
     names = pick("robot", knowledge.robots_of(rollout.world), mount.type).joints
     found = compare_run(read_rtde_log(log), rollout, names, PARTS if within is None else within)
     text = _program(run)
-    print(as_json(_json(found)) if json_output else "\n".join(said(found, text)))
+    print(as_json(_json(found)) if json_output else "\n".join(comparison_lines(found, text)))
     if html is not None:
-        write_comparison_page(html, f"{log.name} beside {run.name}", said(found, text), found)
+        write_comparison_page(html, f"{log.name} beside {run.name}", comparison_lines(found, text), found)
     if found.parts is not None:
         raise NoSolution(f"'{log}' is not as '{run}' was proven: {_parting(found, text)}")
     return 0
 
 
-def said(found: RunComparison, text: Sequence[str]) -> list[str]:
+def comparison_lines(found: RunComparison, text: Sequence[str]) -> list[str]:
     """Return the comparison as lines of text.
 
     Args:
@@ -114,7 +114,12 @@ def add_commands(add: Add) -> None:
     """Declare ``compare`` with its arguments."""
     compare = add("compare", _compare)
     compare.add_argument("run_folder", type=Path, metavar="run", help="a folder that resolve, or execute --out, wrote")
-    compare.add_argument("log", type=Path, help="CSV of RTDE outputs: timestamp, actual_q_0 to 5, if possible actual_TCP_force_0 to 5")
+    compare.add_argument(
+        "log", type=Path,
+        help="CSV of RTDE outputs: timestamp, actual_q_0 to 5, if possible actual_TCP_force_0 to 5",
+    )
     compare.add_argument("--within", metavar="ANGLE", help="by how much joints may differ (default 0.02 rad)")
     compare.add_argument("--html", type=Path, metavar="FILE", help="write a page with the curves")
-    compare.add_argument("--json", action="store_true")
+    compare.add_argument(
+        "--json", action="store_true", help="print as JSON: offset, seconds, worst of each quantity, parts"
+    )

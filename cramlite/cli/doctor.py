@@ -120,7 +120,7 @@ def graphics() -> Examined:
 
 
 def fonts() -> Examined:
-    """Look for what writes into pictures: the font comes with Pillow, a report takes the browser's."""
+    """Look for fonts: that of pictures comes with Pillow, a report takes the browser's."""
     from PIL import features
 
     if features.check("freetype2"):
@@ -129,7 +129,7 @@ def fonts() -> Examined:
 
 
 def folders() -> Examined:
-    """Check that results and what is kept between runs can be written."""
+    """Check that results and kept files can be written."""
     import os
     from pathlib import Path
 
@@ -231,4 +231,6 @@ def _show(examined: list[Examined]) -> None:
 def add_commands(add: Add) -> None:
     """Declare ``doctor`` with its arguments."""
     doctor = add("doctor", _doctor)
-    doctor.add_argument("--json", action="store_true", help="print what was found as JSON")
+    doctor.add_argument(
+        "--json", action="store_true", help="print as JSON: what, state and found of each line"
+    )

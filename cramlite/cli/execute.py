@@ -140,7 +140,7 @@ def _robots_file(program: Path, kind: str, knowledge: Knowledge) -> RobotFile | 
 
 
 def _with_file(rollout: Rollout, file: RobotFile | None) -> Rollout:
-    """What was felt, with the file that its robot is from in its world: who reads the record needs it."""
+    """Record of the run with the file of its robot, which readers of the record need."""
     mounts = tuple(replace(m, file=file) for m in rollout.world.robots)
     return replace(rollout, world=replace(rollout.world, robots=mounts))
 
@@ -214,7 +214,7 @@ def execute_and_replan(
 
 
 def _say(said: list[str], text: str, *, aloud: bool) -> None:
-    """Keep what is said between rounds, and print it unless all is printed at the end."""
+    """Keep the lines between rounds, and print them unless all is printed at the end."""
     said.append(text)
     if aloud:
         print(text, flush=True)
@@ -348,27 +348,51 @@ def _controller(arguments: argparse.Namespace) -> int:
 def add_commands(add: Add) -> None:
     """Declare ``execute``, ``controller`` with their arguments."""
     execute = add("execute", _execute)
-    execute.add_argument("program", type=Path, help="the text, e.g. program.script of a run directory")
-    execute.add_argument("--world", default="", help="a run directory, its world.json, or a scenario")
-    execute.add_argument("--on", metavar="COMMAND", help="instead of --world: the process of a robot that takes actions")
-    execute.add_argument("--seed", type=int, default=0, help="of a scenario's world and of the sensors' noise")
+    execute.add_argument("program", type=Path, help="the text, such as program.script of a run directory")
+    execute.add_argument(
+        "--world", default="",
+        help="a run directory, a world.json, or a scenario, whose real world with this seed is taken",
+    )
+    execute.add_argument(
+        "--on", metavar="COMMAND",
+        help="instead of --world: the process of a robot that takes actions, to which the program is streamed",
+    )
+    execute.add_argument(
+        "--seed", type=int, default=0, help="of a scenario's world and of the sensors' noise; default 0"
+    )
     add_purpose(execute)
     execute.add_argument(
-        "--replan", metavar="SCENARIO", help="where the program stops, look again and resolve the rest of this scenario"
+        "--replan", metavar="SCENARIO",
+        help="where the program stops with a reason, look again and resolve the rest of this scenario",
     )
-    execute.add_argument("--rounds", type=int, default=3, help="programs that may run with --replan (default 3)")
-    execute.add_argument("--out", type=Path, help="folder for the recorded run")
-    execute.add_argument("--no-episode", action="store_true", help="write no episode into it")
-    execute.add_argument("--json", action="store_true")
+    execute.add_argument(
+        "--rounds", type=int, default=3,
+        help="how many programs may run with --replan, the first one included; default 3",
+    )
+    execute.add_argument(
+        "--out", type=Path,
+        help="folder for the recorded run: execution.json, rollout.npz with every sample, world.json, "
+            "episode/; with --replan one for each round",
+    )
+    execute.add_argument("--no-episode", action="store_true", help="leave episode/ out")
+    execute.add_argument(
+        "--json", action="store_true",
+        help="print as JSON: outcome, reason, seconds, peak_force [N], messages, poses; where it was judged, "
+            "verdict",
+    )
     controller = add("controller", _controller)
     controller.add_argument(
-        "--world",
-        default="grasp_one_thing",
-        help="a run directory, its world.json, or a scenario (default grasp_one_thing)",
+        "--world", default="grasp_one_thing",
+        help="a run directory, its world.json, or a scenario; default grasp_one_thing",
     )
-    controller.add_argument("--host", default="127.0.0.1", help="a loopback address (default 127.0.0.1)")
+    controller.add_argument("--host", default="127.0.0.1", help="a loopback address; default 127.0.0.1")
     controller.add_argument(
         "--seconds", type=duration, default=0.0, help="close after this time; 0 (default) for no limit"
     )
-    controller.add_argument("--idle", type=duration, default=600.0, help="close after this time without a client")
-    controller.add_argument("--seed", type=int, default=0)
+    controller.add_argument(
+        "--idle", type=duration, default=600.0,
+        help="close after this time without a client; default 600 s, 0 for no limit",
+    )
+    controller.add_argument(
+        "--seed", type=int, default=0, help="of a scenario's world and of the sensors' noise; default 0"
+    )

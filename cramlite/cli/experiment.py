@@ -86,28 +86,57 @@ def add_commands(add: Add) -> None:
     experiment = add("experiment", _experiment)
     experiment.add_argument("experiment", help="a file, its folder, or the name of a shipped one")
     experiment.add_argument("--set", default="", metavar="NAME", help="which demonstrations (default main)")
-    experiment.add_argument("--short", action="store_true", help="only the first of each object, against thresholds")
-    experiment.add_argument("--without", metavar="ABLATION", help="take something away, e.g. force_control or search")
+    experiment.add_argument(
+        "--short", action="store_true",
+        help="only the first of each object; exit code 1 if a threshold of the file is not reached",
+    )
+    experiment.add_argument(
+        "--without", metavar="ABLATION",
+        help="take something away: force_control, search, own_rules, other_candidates, twin_noise",
+    )
     experiment.add_argument("--workers", type=int, default=2, help="processes of this machine (default 2)")
     experiment.add_argument(
         "--executor", default="", metavar="WHERE",
-        help="local (default), dask for a cluster of its own, or dask://HOST:PORT for that of a scheduler (extra distributed)",
-    )  # fmt: skip
-    experiment.add_argument("--out", type=Path, help="run directory; default runs/EXPERIMENT-SET, or runs/EXPERIMENT")
+        help="local (default), dask for a cluster of its own here, or dask://HOST:PORT for that of a "
+            "scheduler (extra distributed)",
+    )
+    experiment.add_argument(
+        "--out", type=Path,
+        help="run directory; default runs/EXPERIMENT-SET, or runs/EXPERIMENT where somebody else judges",
+    )
     experiment.add_argument("--no-pictures", action="store_true", help="draw no pictures of the outcomes")
     experiment.add_argument(
-        "--keep-baseline", action="store_true", help="store these tables to compare later ones with"
+        "--keep-baseline", action="store_true",
+        help="store these tables beside the experiment, to compare later ones with",
     )
-    experiment.add_argument("--json", action="store_true")
-    experiment.add_argument("--figure", type=Path, metavar="FILE", help="write the rates with commit, seeds and machine to this YAML file")
-    experiment.add_argument("--seen", choices=("no", "partly", "yes"), help="for the figure: had these seeds been run before?")
+    experiment.add_argument("--json", action="store_true", help="print everything as JSON")
+    experiment.add_argument(
+        "--figure", type=Path, metavar="FILE",
+        help="write the rates with intervals, commit, seeds and machine to this YAML file; what was written "
+            "by hand in it (title, introduction, published numbers) stays",
+    )
+    experiment.add_argument(
+        "--seen", choices=("no", "partly", "yes"),
+        help="for the figure: had these seeds been run before? no, partly or yes; default not recorded",
+    )
     judged = experiment.add_argument_group("where somebody else judges")
-    judged.add_argument("--suite", action="append", default=[], metavar="NAME", help="play its tasks; can be given several times")
-    judged.add_argument("--tasks", default="", metavar="NUMBERS", help="such as 0,2,8:12, which ends with 11; default all")
-    judged.add_argument("--states", default="", metavar="NUMBERS", help="initial states, such as 0:5; default 0")
-    judged.add_argument("--twins", type=int, default=0, help="worlds that a program must stand before it is played (default 0)")
+    judged.add_argument(
+        "--suite", action="append", default=[], metavar="NAME",
+        help="play episodes of this suite; may be given several times",
+    )
+    judged.add_argument(
+        "--tasks", default="", metavar="NUMBERS",
+        help="its tasks, such as 0,2,8:12, which ends with 11; default all",
+    )
+    judged.add_argument(
+        "--states", default="", metavar="NUMBERS", help="initial states of each, such as 0:5; default 0"
+    )
+    judged.add_argument(
+        "--twins", type=int, default=0, help="worlds that a program must stand before it is played; default 0"
+    )
     judged.add_argument("--judge", type=Path, metavar="DIR", help="the judge's Python environment, if not in its usual place")
     judged.add_argument(
-        "--attempt-refused", action="store_true", help="play the best refused program where none is proven; counted apart"
+        "--attempt-refused", action="store_true",
+        help="play the best refused program where none was proven; counted in a column of its own",
     )
     judged.add_argument("--fail", action="store_true", help="exit code 1 if an episode is not true at rest within its budget")

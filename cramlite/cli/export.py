@@ -98,8 +98,12 @@ def _export(arguments: argparse.Namespace) -> int:
 def add_commands(add: Add) -> None:
     """Declare ``export`` with its arguments."""
     export = add("export", _export)
-    export.add_argument("run_dir", type=Path, metavar="RUN", help="a run directory of 'cramlite resolve' or 'cramlite execute --out'")
+    export.add_argument(
+        "run_dir", type=Path, metavar="RUN", help="a run directory of resolve, or a folder of execute --out"
+    )
     export.add_argument("--to", required=True, metavar="FORMAT", help="gif, mp4, csv, mcap, rerun, btcpp, or what a plugin adds")
     export.add_argument("--out", type=Path, help="file or folder to write; default RUN/FORMAT")
-    export.add_argument("--world", help="scenario or world.json of the run; default the run's own world.json")
-    export.add_argument("--seed", type=int, default=0, help="seed of the scenario's world (default 0)")
+    export.add_argument(
+        "--world", help="a run directory, its world.json, or a scenario, where RUN holds no world"
+    )
+    export.add_argument("--seed", type=int, default=0, help="of a scenario's world; default 0")

@@ -91,8 +91,10 @@ def add_commands(add: Add) -> None:
     """Declare ``goal`` with its arguments."""
     goal = add("goal", _goal)
     goal.add_argument("scenario", help="a scenario file with a goal, or the name of a shipped one")
-    goal.add_argument("--seed", type=int, default=0, help="0 is the world as written; others vary it (default 0)")
-    goal.add_argument("--plans", type=int, default=1, help="so many ways to achieve it (default 1)")
+    goal.add_argument(
+        "--seed", type=int, default=0, help="0 (default) is the world as written; others vary it"
+    )
+    goal.add_argument("--plans", type=int, default=1, help="so many ways to achieve it; default 1")
     goal.add_argument("--pddl", type=Path, metavar="DIR", help="write domain.pddl and problem.pddl there, and do not plan")
     goal.add_argument("--all", action="store_true", help="all things of the world in the PDDL, not those that the goal is about")
     goal.add_argument("--plan", type=Path, metavar="FILE", help="check a PDDL plan for the goal, and say what each step is for")

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def import_scene(arguments: argparse.Namespace) -> int:
-    """Read a scene file, print what was understood of it and what was not, and write a scenario around it.
+    """Read a scene file, print how it was understood, and write a scenario around it.
 
     Raises:
         UserError: the file cannot be used; or the scenario exists already, or cannot be written.
@@ -62,7 +62,7 @@ def _package(said: str) -> tuple[str, Path]:
 
 
 def _report(path: Path, scene: ImportedScene, classes: dict[str, Proposal]) -> list[str]:
-    """What each thing is taken for and why, and what could not be taken over."""
+    """Class of each thing with the reason, and the parts that could not be taken over."""
     lines = [f"{path}: {counted(len(scene.things), 'thing')}"]
     for thing in scene.things:
         how = f"{thing.joint.kind} joint" if thing.joint else f"{thing.mass:.3g} kg" if thing.mass is not None else "fixed"
@@ -77,7 +77,8 @@ def _report(path: Path, scene: ImportedScene, classes: dict[str, Proposal]) -> l
 def _scenario(
     arguments: argparse.Namespace, packages: dict[str, Path], robot: str, classes: dict[str, Proposal], jointed: str
 ) -> str:
-    """The text of a scenario, its comments saying what is left to do; ``jointed`` is the name of a thing with a joint."""
+    """Text of a scenario with comments on what is left to do; ``jointed`` is the name of a thing with a
+    joint."""
     folder = arguments.out.resolve().parent
     name = re.sub(r"\W", "_", arguments.out.stem, flags=re.ASCII)
     name = name if name[:1].isalpha() else f"scene_{name}"
@@ -96,7 +97,7 @@ def _scenario(
 
 
 def _start(goal: list[str]) -> list[str]:
-    """What the scenario starts from: the goal that was said, else a list of tasks to fill in."""
+    """Start of the scenario: the stated goal, else a list of tasks to fill in."""
     if goal:
         return ["goal:", *(f"  - {_quoted(sentence)}" for sentence in goal)]
     return ["# What is to be done, such as {task: TASK, Patient: THING}; see 'cramlite tasks'.", "tasks: []"]
@@ -123,9 +124,12 @@ def add_commands(add: Add) -> None:
     command = add("import", import_scene)
     command.add_argument("scene", type=Path, help="an MJCF or URDF file")
     command.add_argument("--out", type=Path, metavar="FILE", help="write a scenario there; else only say what is understood")
-    sentence = "what is to be achieved, e.g. 'tin on tray'; can be given several times"
+    sentence = "what is to be achieved, such as 'tin on tray'; needs --out; may be given several times"
     command.add_argument("--goal", action="append", default=[], metavar="SENTENCE", help=sentence)
     command.add_argument("--force", action="store_true", help="write over a scenario that exists")
     command.add_argument("--robot", metavar="TYPE", help="who acts in the scenario; the first robot there is, if not said")
     command.add_argument("--keyframe", default="", metavar="NAME", help="the state that the scene starts in")
-    command.add_argument("--package", action="append", default=[], metavar="NAME=FOLDER", help="where a URDF's package is")
+    command.add_argument(
+        "--package", action="append", default=[], metavar="NAME=FOLDER",
+        help="where a URDF's package is; may be given several times",
+    )

@@ -128,36 +128,67 @@ def _explain(arguments: argparse.Namespace) -> int:
 def add_commands(add: Add) -> None:
     """Declare ``interpret``, ``tasks``, ``plugins``, ``explain``, ``schema``, ``ontology``, ``new`` with their arguments."""
     interpret = add("interpret", _interpret)
-    interpret.add_argument("episode", type=Path, help="a NEEM: folder or file")
-    interpret.add_argument("--why", metavar="TASK@ACTION", help="why an action is, or is not, a task")
-    interpret.add_argument("--html", type=Path, metavar="FILE", help="a page with a picture: states, actions, the best readings")
-    interpret.add_argument("--json", action="store_true")
+    interpret.add_argument("episode", type=Path, help="an episode (NEEM): folder or file")
+    interpret.add_argument(
+        "--why", metavar="TASK@ACTION", help="why an action is, or is not, a task, such as Grasping@0"
+    )
+    interpret.add_argument(
+        "--html", type=Path, metavar="FILE",
+        help="write a page with a picture: states, actions, the best reading and the runner-up over time, and "
+            "why that lost",
+    )
+    interpret.add_argument("--json", action="store_true", help="print as JSON")
     tasks = add("tasks", _tasks)
-    tasks.add_argument("--json", action="store_true")
+    tasks.add_argument("--json", action="store_true", help="print as JSON, with parameters")
     plugins = add("plugins", _plugins)
     plugins.add_argument("--all", action="store_true", help="the shipped ones one by one, too")
-    plugins.add_argument("--json", action="store_true", help="all of them, with file, load time and faults")
+    plugins.add_argument(
+        "--json", action="store_true", help="print all of them as JSON, with file, load time and faults"
+    )
     explain = add("explain", _explain, asks_plugins=False)
     explain.add_argument("directory", type=Path, metavar="RUN", help="a run directory")
-    explain.add_argument("designator", nargs="?", help="only this designator, e.g. object_1 or grasp")
-    explain.add_argument("--json", action="store_true")
+    explain.add_argument(
+        "designator", nargs="?", help="only designators whose name contains this, such as object_1 or grasp"
+    )
+    explain.add_argument("--json", action="store_true", help="print as JSON")
     schema = add("schema", _schema, asks_plugins=False)
-    schema.add_argument("kind", choices=["scenario", "rule"])
+    schema.add_argument("kind", choices=["scenario", "rule"], help="scenario or rule")
     ontology = add("ontology", _ontology)
     ontology.add_argument(
-        "action", choices=["check"], help="consistency, and agreement of the fast closure with OWL-RL"
+        "action", choices=["check"], help="check: consistency, and agreement of the fast closure with OWL-RL"
     )
     ontology.add_argument(
         "files", nargs="*", type=Path, metavar="FILES", help="ontologies; default the shipped ones and those of plugins"
     )
     ontology.add_argument(
-        "--against", type=Path, action="append", metavar="PATH", help="originals of SOMA and DUL to compare with"
+        "--against", type=Path, action="append", metavar="PATH",
+        help="originals of SOMA and DUL to compare with; may be given several times",
     )
-    ontology.add_argument("--json", action="store_true")
+    ontology.add_argument("--json", action="store_true", help="print the report as JSON")
     new = add("new", _new, asks_plugins=False)
-    new.add_argument("kind", choices=["backend", "expert", "predicate", "robot", "task", "tests", "validator"])
-    new.add_argument("name", metavar="NAME", help="of the plugin, e.g. wiping or no_spill; of tests, the folder of your programs")
-    new.add_argument("--out", type=Path, metavar="DIR", help="the package's folder; default cramlite-NAME, of tests NAME/robot_tests")
-    new.add_argument("--from", dest="arm", type=Path, metavar="FILE", help="of a robot: the MJCF or URDF of its arm")
-    new.add_argument("--gripper", type=Path, metavar="FILE", help="the MJCF or URDF of its gripper; else as --keys says")
-    new.add_argument("--keys", type=Path, metavar="FILE", help="YAML with keys of a scenario's robot, such as 'payload: 5 kg'")
+    new.add_argument(
+        "kind", choices=["backend", "expert", "predicate", "robot", "task", "tests", "validator"],
+        help="backend, expert, predicate, robot, task or validator; or tests, a suite around robot programs",
+    )
+    new.add_argument(
+        "name", metavar="NAME",
+        help="of the plugin, in small letters, such as wiping or no_spill; of tests, the folder of the "
+            "programs",
+    )
+    new.add_argument(
+        "--out", type=Path, metavar="DIR",
+        help="the package's folder; default cramlite-NAME, of tests NAME/robot_tests",
+    )
+    new.add_argument(
+        "--from", dest="arm", type=Path, metavar="FILE",
+        help="of a robot: the MJCF or URDF of its arm, which is copied into the package; what was found in it "
+            "is printed",
+    )
+    new.add_argument(
+        "--gripper", type=Path, metavar="FILE",
+        help="the MJCF or URDF of its gripper; else as --keys says, else a 2F-85",
+    )
+    new.add_argument(
+        "--keys", type=Path, metavar="FILE",
+        help="YAML with further keys of a scenario's robot, such as 'payload: 5 kg'",
+    )

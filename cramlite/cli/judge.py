@@ -1,4 +1,4 @@
-"""Judging any text against a plan or a goal: ``cramlite judge``, and what ``cramlite execute`` shares with it."""
+"""Judging any text against a plan or a goal, for ``cramlite judge`` and ``cramlite execute``."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def judge_program(
 
 
 def judged_text(program: Path, text: str, place: World, purpose: Purpose, knowledge: Knowledge, seed: int) -> Judged:
-    """Run and judge a text; what is wrong with it is said with its file."""
+    """Run and judge a text; mistakes in it are told with its file."""
     from ..engine.judging import judge_text
 
     with naming(program):
@@ -92,7 +92,7 @@ def refuse(program: Path, judged: Judged) -> None:
 
 
 def purpose_of(plan: str, goals: Sequence[str], knowledge: Knowledge, place: World) -> Purpose:
-    """Find what a text is judged by.
+    """Find the plan or goal that a text is judged by.
 
     Args:
         plan: as ``judge_program`` has it.
@@ -215,8 +215,11 @@ def _judge(arguments: argparse.Namespace) -> int:
 
 
 def add_purpose(command: argparse.ArgumentParser) -> None:
-    """Declare what a text is judged by."""
-    command.add_argument("--plan", default="", help="a run directory, its plan.json, or a scenario with tasks or a goal")
+    """Declare the options for the plan or goal that a text is judged by."""
+    command.add_argument(
+        "--plan", default="",
+        help="what it is for: a run directory, its plan.json, or a scenario with tasks or a goal",
+    )
     command.add_argument(
         "--goal", action="append", default=[], help="what should hold in the end, such as 'coffee in basket'; may be given several times"
     )
@@ -225,8 +228,16 @@ def add_purpose(command: argparse.ArgumentParser) -> None:
 def add_commands(add: Add) -> None:
     """Declare ``judge`` with its arguments."""
     judge = add("judge", _judge)
-    judge.add_argument("program", type=Path, help="the text, e.g. an edited program.script of a run directory")
-    judge.add_argument("--world", required=True, help="a run directory, its world.json, or a scenario")
+    judge.add_argument("program", type=Path, help="the text, URScript or a typed program as JSON")
+    judge.add_argument(
+        "--world", required=True,
+        help="a run directory, its world.json, or a scenario, whose real world with this seed is taken",
+    )
     add_purpose(judge)
-    judge.add_argument("--seed", type=int, default=0, help="of a scenario's world and of the sensors' noise")
-    judge.add_argument("--json", action="store_true")
+    judge.add_argument(
+        "--seed", type=int, default=0, help="of a scenario's world and of the sensors' noise; default 0"
+    )
+    judge.add_argument(
+        "--json", action="store_true",
+        help="print as JSON: passed, reason, findings, advice, left_out, remarks",
+    )

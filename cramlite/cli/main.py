@@ -1,4 +1,4 @@
-"""Entry point of the command line: a command is run, and what goes wrong becomes one paragraph and an exit code."""
+"""Entry point of the command line: run a command; an error becomes one paragraph and an exit code."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import importlib
 import sys
 from collections.abc import Collection, Mapping, Sequence
 
-from ..base.errors import DEFECTS, CramliteError, PluginError
+from ..base.errors import DEFECTS, CramliteError, PluginError, UserError
 from ..base.seeds import whole_seed
 from ..version import VERSION
 from .arguments import Command, Parser, add_plugin_choice, plugin_choice
@@ -57,20 +57,27 @@ def main(argv: Sequence[str] | None = None) -> int:
     words = sys.argv[1:] if argv is None else argv
     arguments = parser([w for w in words[:1] if w in COMMANDS]).parse_args(words)
     try:
-        _heed(arguments)
+        _check_common_options(arguments)
         return int(arguments.run(arguments))
     except BrokenPipeError:
         return 0
     except CramliteError as error:
-        said = "".join(c if c.isprintable() or c in "\n\t" else repr(c)[1:-1] for c in str(error))  # a file's text may steer terminals
-        print(f"cramlite: {said}", file=sys.stderr)
-        return error.exit_code
+        return _told(error)
     except DEFECTS as error:
+        if isinstance(error, OSError) and error.filename is not None:
+            return _told(UserError(f"'{error.filename}' cannot be used: {error.strerror}. Give a path that can be read and written."))
         print(f"cramlite: {_bug(error)}", file=sys.stderr)
         return PluginError.exit_code
     except KeyboardInterrupt:
         print("cramlite: interrupted; what was written so far is kept.", file=sys.stderr)
         return 130
+
+
+def _told(error: CramliteError) -> int:
+    """Print an error for people, and return the exit code; a file's text in it may not steer the terminal."""
+    said = "".join(c if c.isprintable() or c in "\n\t" else repr(c)[1:-1] for c in str(error))
+    print(f"cramlite: {said}", file=sys.stderr)
+    return error.exit_code
 
 
 def parser(asked: Collection[str] = COMMANDS.keys()) -> argparse.ArgumentParser:
@@ -99,7 +106,7 @@ def parser(asked: Collection[str] = COMMANDS.keys()) -> argparse.ArgumentParser:
     return whole
 
 
-def _heed(arguments: argparse.Namespace) -> None:
+def _check_common_options(arguments: argparse.Namespace) -> None:
     """A seed is one; plugins that are chosen can be had, also where a command asks none: the others see for themselves."""
     whole_seed(getattr(arguments, "seed", 0))
     if not arguments.asks_plugins and (arguments.plugin or arguments.block or arguments.prefer):
@@ -123,7 +130,8 @@ def _start_lightly() -> None:
 
 
 def _leave() -> None:
-    """Nanobind calls what was not collected a leak, on standard error; of the packages here OMPL's is made with it."""
+    """Keep nanobind from reporting uncollected objects as leaks; of the packages here OMPL is made with
+    it."""
     import gc
 
     if "ompl" not in sys.modules:

@@ -82,6 +82,9 @@ def _mcp(arguments: argparse.Namespace) -> int:
 def add_commands(add: Add) -> None:
     """Declare ``mcp`` with its arguments."""
     mcp = add("mcp", _mcp)
-    mcp.add_argument("--folder", type=Path, default=Path(), help="clients may name its scenarios and episodes (default: this one)")
+    mcp.add_argument(
+        "--folder", type=Path, default=Path(),
+        help="clients may name its scenarios and episodes; default the current folder",
+    )
     mcp.add_argument("--runs", type=Path, metavar="DIR", help="where the runs go; default runs in the folder")
     mcp.add_argument("--http", type=int, metavar="PORT", help="serve over HTTP on loopback, 0 for any free port; default: stdin and stdout")

@@ -106,7 +106,7 @@ class Server(MCPServer[Any]):
 
 
 def _kinds(name: str, error: ValidationError) -> str:
-    """What is wrong with the arguments of a call, in one sentence each."""
+    """Mistakes in the arguments of a call, one sentence each."""
     said = (f"'{'.'.join(map(str, e['loc']))}': {e['msg']}, not {quoted(str(e['input']))}" for e in error.errors())
     return f"The arguments of '{name}' cannot be used: {'; '.join(said)}."
 
@@ -238,7 +238,7 @@ class Tools:
         return data
 
     async def _work(self, ctx: Context[Any, Any], do: Callable[[Say, Stop], T]) -> T:
-        """Do something in a thread; a cancelled call is told to stop, and what it still finds is thrown away.
+        """Run a function in a thread; a cancelled call is told to stop, and its result is dropped.
 
         Raises:
             ToolError: it failed; for people.

@@ -107,13 +107,17 @@ def _perceive(arguments: argparse.Namespace) -> int:
 def add_commands(add: Add) -> None:
     """Declare ``perceive`` with its arguments."""
     perceive = add("perceive", _perceive)
-    perceive.add_argument("view", help="a scenario with a camera, or a recorded view (NPZ, ...)")
+    perceive.add_argument("view", help="a scenario with a camera, or a recorded view that a plugin reads")
     perceive.add_argument(
-        "--query", default="", help='e.g. "type=cram:TeaBox colour=red on=Hanger"; default everything'
+        "--query", default="", help='such as "type=cram:TeaBox colour=red on=Hanger"; default everything'
     )
     perceive.add_argument(
-        "--attributes", default="type,pose", help="what answers say beside what decides (default type,pose)"
+        "--attributes", default="type,pose",
+        help="values of answers beside those that decide, with commas; default type,pose",
     )
     perceive.add_argument("--seed", type=int, default=0, help="of the scenario's world and of the camera's noise")
-    perceive.add_argument("--out", type=Path, help="folder for perception.html")
-    perceive.add_argument("--json", action="store_true")
+    perceive.add_argument(
+        "--out", type=Path,
+        help="folder for perception.html: image, depth, cloud, pipeline and hypotheses on one page",
+    )
+    perceive.add_argument("--json", action="store_true", help="print as JSON")

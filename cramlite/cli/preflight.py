@@ -251,7 +251,7 @@ def _places(flight: Flight) -> list[str]:
     if program is None or not (program.snapshots or program.late):
         return []
     known = [(s.thing, s.pose, s.source) for s in program.snapshots]
-    known += [(p.thing, p.pose, _within(p)) for p in program.late]
+    known += [(p.thing, p.pose, _late_tolerance(p)) for p in program.late]
     lines = ["PUT EVERYTHING where the program believes it, in the frame of the robot's base"]
     for thing, pose, said in known:
         x, y, z = (1000 * v for v in pose.position)
@@ -259,7 +259,7 @@ def _places(flight: Flight) -> list[str]:
     return lines
 
 
-def _within(late: LatePose) -> str:
+def _late_tolerance(late: LatePose) -> str:
     metres, radians = late.tolerance
     return f"asked for when it runs; refused beyond {1000 * metres:.0f} mm or {math.degrees(radians):.0f} deg from here"
 
@@ -300,13 +300,26 @@ def _preflight(arguments: argparse.Namespace) -> int:
 def add_commands(add: Add) -> None:
     """Declare ``preflight`` with its arguments."""
     command = add("preflight", _preflight)
-    command.add_argument("program", type=Path, help="a run directory, or the text of a program")
-    command.add_argument("--world", default="", help="that a text runs in: a scenario, run directory or world.json")
-    command.add_argument("--speed", type=float, metavar="SHARE", help="dry run in simulation at a share of its speed, such as 0.2")
+    command.add_argument("program", type=Path, help="a run directory, or a text, of which less is known")
+    command.add_argument(
+        "--world", default="",
+        help="that a text runs in: a run directory, a scenario or a world.json; a run directory has its own",
+    )
+    command.add_argument(
+        "--speed", type=float, metavar="SHARE",
+        help="dry run in simulation at a share of the program's speed, above 0 and up to 1; needs a run "
+            "directory or a typed program",
+    )
     command.add_argument("--out", type=Path, metavar="FILE", help="write the text of the dry run there")
     command.add_argument(
         "--limit", action="append", default=[], metavar="NAME=VALUE",
         help="of your cell: tool_speed [m/s], tool_force [N], joint_speed [deg/s] or payload [kg]; may be given several times",
     )  # fmt: skip
-    command.add_argument("--seed", type=int, default=0, help="of a scenario's world and of the sensors' noise")
-    command.add_argument("--json", action="store_true")
+    command.add_argument(
+        "--seed", type=int, default=0, help="of a scenario's world and of the sensors' noise; default 0"
+    )
+    command.add_argument(
+        "--json", action="store_true",
+        help="print as JSON: ready, objections, checks with reaches, in_twins, limit, source and set, "
+            "covered, not_covered",
+    )

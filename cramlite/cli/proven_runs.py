@@ -36,7 +36,7 @@ Say = Callable[[str], None]
 
 
 class Asked(Value):
-    """Question of a client: what is to be proven.
+    """Question of a client: the scenario or goal to be proven.
 
     Args:
         files: that the client may name.
@@ -91,7 +91,7 @@ class ProvenRun(Value):
 
 
 class ProvenRuns:
-    """Register of what was proven by this process.
+    """Register of the programs that this process has proven.
 
     Args:
         engine: for scenarios that ask for none of their own.
@@ -135,7 +135,7 @@ class ProvenRuns:
         return proven
 
     def recall(self, name: str) -> ProvenRun:
-        """Return what was proven under a name.
+        """Return the proven program of a name.
 
         Raises:
             UserError: nothing was, by this process.

@@ -17,7 +17,7 @@ from ..base.run_directory import RunDirectory
 from ..engine.engine import make_engine
 from ..engine.scenario_doubts import changes_of_things, doubts, doubts_of_files
 from ..planning.budget import is_late
-from ..planning.failure import failure_text
+from ..planning.failure import brief_failure_text, failure_text
 from ..planning.heartbeat import interrupted_text
 from ..planning.trace import Trace, read_trace
 from ..plugin.selection import INSTALLED, PluginChoice
@@ -49,12 +49,14 @@ def resolve_scenario(
     report: bool = True,
     json_output: bool = False,
     twins: int | None = None,
+    verbose: bool = False,
 ) -> int:
     """Resolve a scenario, execute the first proven program once where there is a real world, and write the run directory.
 
     Args:
         meant: reading of the demonstration, by its number or a task; None for what the scenario says, or all.
         twins: in how many a program is tried before it counts as proven; None for what the scenario says, or 8.
+        verbose: whether a refusal has every cause, or three lines.
 
     Returns:
         0 when a program was proven and its first execution, if there was one, succeeded.
@@ -79,7 +81,7 @@ def resolve_scenario(
         with Progress(quiet=json_output) as say:
             solution = _accepted_solution(run, reading, setting, engine, trace, say, came, report=report)
         if solution is None:
-            raise _no_solution(run, trace, engine, seed, came, json_output=json_output)
+            raise _no_solution(run, trace, engine, seed, came, json_output=json_output, verbose=verbose)
     print(as_json(solution_summary(solution, run, engine, seed)) if json_output else solution_text(solution, str(run.path)))
     return _ended(solution, run, scenario)
 
@@ -87,8 +89,8 @@ def resolve_scenario(
 def _accepted_solution(
     run: RunDirectory, reading: Reading, setting: Setting, engine: Engine, trace: Trace, say: Progress, came: Signals, *, report: bool
 ) -> Solution | None:
-    """The first proven program after its execution in the real world, where there is one; its files are written. Or the page about
-    what was tried."""
+    """First proven program after its execution in the real world, if there is one, with its files; else
+    the page about the search."""
     solution, tried = _first_solution(run, reading, setting, engine, trace, say, came)
     if solution is None:
         if report:
@@ -107,7 +109,8 @@ def _accepted_solution(
 def _interrupted_behind(
     run: RunDirectory, solution: Solution, setting: Setting, engine: Engine, came: Signals, *, report: bool
 ) -> Interrupted:
-    """What is raised where a signal came once a program was proven; its files are written, and the report without what is drawn."""
+    """Error for a signal after a program was proven; its files are written, and the report without
+    drawings."""
     write_solution(run, solution, engine, setting.seed)
     if report:
         from ..report import write_report
@@ -118,7 +121,7 @@ def _interrupted_behind(
 
 
 def _started_from(scenario: Scenario, demonstration: Path | None, plan: Path | None, meant: str | None) -> Scenario:
-    """The scenario with what the command line has it start from."""
+    """Scenario with the start that the command line gives."""
     scenario = scenario.demonstrated_by(demonstration) if demonstration else scenario
     scenario = scenario.planned_by(plan) if plan else scenario
     return scenario.read_as(meant) if meant else scenario
@@ -142,21 +145,24 @@ def _solved_before(run: RunDirectory, *, json_output: bool) -> int:
 def _report_nothing(
     run: RunDirectory, reading: Reading, setting: Setting, engine: Engine, trace: Trace, tried: Solution | None, came: Signals
 ) -> None:
-    """The page about a search that proved nothing, with the program that came nearest; no drawings where somebody waits."""
+    """Page about a search that proved nothing, with the nearest program; without drawings after a signal."""
     from ..report import Finished, write_page
 
     write_page(Finished(engine, run, setting, trace, tried, reading.interpretation, reading.episode), drawn=not came.one())
 
 
 def _no_solution(
-    run: RunDirectory, trace: Trace, engine: Engine, seed: int, came: Signals, *, json_output: bool
+    run: RunDirectory, trace: Trace, engine: Engine, seed: int, came: Signals, *, json_output: bool, verbose: bool
 ) -> NoSolution | PluginError | Interrupted:
-    """What is raised where nothing was proven; as JSON it is printed before."""
+    """Error for a search that proved nothing; as JSON it is printed before."""
     if json_output:
         print(as_json(failure_summary(trace, run, engine, seed)))
     if came.one():
         return Interrupted(f"What was tried until then: {run.path}. The same command goes on there.", came.number)
-    text = f"{failure_text(trace, engine.registry.faults)}\n  Every decision: cramlite explain {run.path}"
+    if verbose:
+        text = f"{failure_text(trace, engine.registry.faults)}\n  Every decision: cramlite explain {run.path}"
+    else:
+        text = brief_failure_text(trace, engine.registry.faults, str(run.path))
     return PluginError(text) if engine.registry.faults else NoSolution(text)
 
 
@@ -193,8 +199,8 @@ def _search(
 
 
 def _executed(solution: Solution, engine: Engine, say: Progress) -> Solution:
-    """The accepted program in the world as it really is, once; there is none where nothing but the belief is declared, and
-    what cannot be run here is not executed either."""
+    """Accepted program after one execution in the real world. Without a real world, or a run here, it
+    stays as it is."""
     if solution.setting.real is None or solution.candidate.rollout is None:
         return solution
     say("executing it once in the real world")
@@ -227,7 +233,8 @@ def _finish(run: RunDirectory, solution: Solution, engine: Engine, say: Progress
 
 
 def _earlier_trace(run: RunDirectory) -> Trace:
-    """What an interrupted run found out about the candidates that it refused; they come first and are not tried again."""
+    """Trace of an interrupted run, for the candidates that it refused; they come first and are not tried
+    again."""
     if not run.refused:
         return Trace()
     entries = read_trace(run.path / "trace.json").entries
@@ -248,6 +255,7 @@ def _resolve(arguments: argparse.Namespace) -> int:
         report=not arguments.no_report,
         json_output=arguments.json,
         twins=arguments.twins,
+        verbose=arguments.verbose,
     )
 
 
@@ -256,16 +264,22 @@ def add_commands(add: Add) -> None:
     resolve = add("resolve", _resolve)
     resolve.add_argument("scenario", help="a scenario file, or the name of a shipped one")
     resolve.add_argument("--out", type=Path, help="run directory; default runs/SCENARIO-SEED")
-    resolve.add_argument("--seed", type=int, default=0, help="0 is the world as written; others vary it (default 0)")
+    resolve.add_argument(
+        "--seed", type=int, default=0, help="0 (default) is the world as written; others vary it"
+    )
     resolve.add_argument("--backend", help="code writer; default the robot's native language")
     resolve.add_argument("--demonstration", type=Path, help="another episode than the scenario's")
     resolve.add_argument(
         "--twins", type=int, metavar="N",
-        help="worlds drawn from the error model that a program is tried in, 0 for none (default: what the scenario says, or 8)",
-    )  # fmt: skip
+        help="worlds drawn from the error model in which a program is tried, 0 for none; default what the "
+            "scenario says, or 8",
+    )
     resolve.add_argument("--plan", type=Path, help="a PDDL plan for the scenario's goal, see 'cramlite goal --pddl'")
     resolve.add_argument(
-        "--reading", metavar="READING", help="of the demonstration: its number as 'cramlite interpret' lists them, or a task that it has"
+        "--reading", metavar="READING",
+        help="of the demonstration: its number as 'cramlite interpret' lists them, or a task that it has; "
+            "also reading: in the scenario",
     )
     resolve.add_argument("--no-report", action="store_true", help="do not write report.html and pictures")
+    resolve.add_argument("--verbose", action="store_true", help="where nothing is proven, print every cause and not the first alone")
     resolve.add_argument("--json", action="store_true", help="print the result as JSON")

@@ -1,4 +1,4 @@
-"""Files of a run directory: what a run depends on, and what came of it."""
+"""Files of a run directory: key of its inputs, results."""
 
 from __future__ import annotations
 

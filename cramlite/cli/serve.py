@@ -52,7 +52,7 @@ class Refused(Exception):
         self.code, self.id, self.data = code, id_, data
 
 
-class Found(Value):
+class OpenSearch(Value):
     """Open search, which ``next`` continues."""
 
     solutions: Iterator[Solution]
@@ -75,7 +75,7 @@ class Service:
         self._open: set[Id] = set()
         self._cancelled: set[Id] = set()
         self._ended = False
-        self._found: dict[Id, Found] = {}
+        self._found: dict[Id, OpenSearch] = {}
         self.methods: Mapping[str, Callable[[Id, dict[str, Any]], Any]] = {
             "check": self._check, "interpret": self._interpret, "next": self._next, "resolve": self._resolve,
             "tasks": self._tasks,
@@ -102,7 +102,7 @@ class Service:
         self._todo.put(None)
 
     def _hear(self, line: str) -> None:
-        """Queue a request; what cannot be one, and ``cancel``, is answered at once."""
+        """Queue a request; ``cancel``, and text that is no request, are answered at once."""
         try:
             request = _request(line)
             if request["method"] == "cancel":
@@ -178,7 +178,7 @@ class Service:
         solutions = engine.resolve(
             scenario, seed=_seed(params), trace=trace, progress=progress, stop=lambda: self._stopped(id_)
         )
-        self._found[id_] = Found(solutions, engine, trace)
+        self._found[id_] = OpenSearch(solutions, engine, trace)
         return self._one(id_)
 
     def _next(self, id_: Any, params: dict[str, Any]) -> Any:
@@ -297,7 +297,7 @@ def _watch(out: int, hang_up: Callable[[], None]) -> None:
 
 
 def _close_quietly(out: IO[str]) -> None:
-    """Where nobody reads any more, Python would complain at its end about what it could not write."""
+    """Close standard output; Python would complain at its end about a reader that is gone."""
     import os
 
     try:

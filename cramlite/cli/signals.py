@@ -1,4 +1,4 @@
-"""Signals that end a command: Ctrl+C, and what ``timeout``, job queues and CI send."""
+"""Signals that end a command: Ctrl+C, and SIGTERM of ``timeout``, job queues and CI."""
 
 from __future__ import annotations
 

@@ -151,8 +151,12 @@ def _query(arguments: argparse.Namespace) -> int:
 def add_commands(add: Add) -> None:
     """Declare ``query`` with its arguments."""
     query = add("query", _query)
-    query.add_argument("sparql", metavar="SPARQL", help="a query, or @FILE that holds one")
     query.add_argument(
-        "--episode", type=Path, action="append", default=[], metavar="PATH", help="a NEEM to ask about as well"
+        "sparql", metavar="SPARQL",
+        help="a query, or @FILE that holds one; the prefixes dul, soma, artm, vrps, cram need no declaration",
     )
-    query.add_argument("--json", action="store_true")
+    query.add_argument(
+        "--episode", type=Path, action="append", default=[], metavar="PATH",
+        help="an episode to ask about as well; may be given several times",
+    )
+    query.add_argument("--json", action="store_true", help="print columns and rows as JSON")

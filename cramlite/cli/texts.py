@@ -62,10 +62,13 @@ def first_execution_failed(solution: Solution, run: Path, scenario: Scenario) ->
     """Say why a proven program failed in the world as it really is, and what can be done about it."""
     assert solution.execution is not None and solution.candidate.code is not None
     text = run / f"program{solution.candidate.code.suffix}"
+    verdict = solution.execution.verdict
+    first, *others = [f"{f.validator}: {f.reason}" for f in verdict.objections] or [verdict.reason]
+    more = f" (and {len(others)} more, listed above)" if others else ""
     again = f"'cramlite execute {text} --world {run} --replan {scenario.path}' looks again where the program stops, and counts on"
     blind = "what is believed of the world is not true of it: measure it again, or let a camera look ('poses: camera')"
     return (
-        f"The program was proven in what is believed, but its first execution failed: {solution.execution.verdict.reason}.\n"
+        f"The program was proven in what is believed, but its first execution failed: {first}{more}.\n"
         f"  Next: {again if scenario.spec.poses == 'camera' else blind}.\n  Files: {run / 'execution'}"
     )
 
@@ -89,7 +92,7 @@ def repairs_json(repairs: Iterable[Repair]) -> list[dict[str, Any]]:
 
 
 def _label(action: Interpreted) -> str:
-    """What the recording itself calls the action, or what was concluded from motion."""
+    """Name of the action in the recording, or the conclusion from motion."""
     event = action.segments[0].event if action.segments else None
     if event is None or event.type == ACTION:
         return ""

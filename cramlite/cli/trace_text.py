@@ -30,7 +30,7 @@ def trace_text(trace: Trace, designator: str | None = None) -> str:
 
 
 class _Tree(Value):
-    """What of a trace belongs to what.
+    """Entries of a trace as a tree.
 
     Args:
         entries: all of them, by number from 1.
@@ -79,12 +79,13 @@ class _Tree(Value):
         return self.depths[chain[0].number] if chain else self.depths[entry.number]
 
     def lines(self, entry: Entry) -> Iterator[str]:
-        """Mark, designator, alternative, reason, cost, plugin; of a choice that was given up also what came of it."""
+        """Mark, designator, alternative, reason, cost, plugin; of a choice that was given up also its
+        result."""
         given_up = self.given_up(entry)
         cost = f" (cost {entry.cost:.3g})" if entry.cost is not None and abs(entry.cost) >= 0.0005 else ""
         who = "" if entry.plugin == "engine" else f"  [{entry.plugin}]"
         mark = GIVEN_UP if given_up else MARKS[entry.outcome]
-        yield f"{mark:2} {entry.designator} {_said(entry)}{cost}{who}".rstrip()
+        yield f"{mark:2} {entry.designator} {_decision_text(entry)}{cost}{who}".rstrip()
         if given_up and (why := self._why_given_up(entry)):
             yield f"   {why}"
 
@@ -110,7 +111,7 @@ def _ends(entries: Sequence[Entry]) -> dict[int, int]:
     return {**ends, **{e.number: len(entries) + 1 for e in open_}}
 
 
-def _said(entry: Entry) -> str:
+def _decision_text(entry: Entry) -> str:
     """Alternative and reason, each said once."""
     name = entry.text if entry.outcome in ("asked", "chosen", "refused", "nogood") else ""
     name = re.sub(r"^\d+:(?=\()", "", name)

@@ -60,7 +60,7 @@ class Viewer:
                 if len(track) > 1:
                     frame.position, frame.wxyz = track[position, :3], track[position, 3:]
             self._arrow(position)
-        self.words.content = self._said(position)
+        self.words.content = self._caption(position)
 
     def play(self, seconds: float = 0.0) -> None:
         """Serve, and move on while the box is ticked; return after ``seconds``, never if 0."""
@@ -106,7 +106,7 @@ class Viewer:
             self.server.scene.add_line_segments("/path of the tool", pairs, colors=(60, 110, 165), thickness=0.002)
 
     def _aim(self) -> None:
-        """The camera looks at the middle of what moves."""
+        """Point the camera at the middle of all moving things."""
         points = self._rollout.poses["effector"][:, :3]
         middle = (points.min(axis=0) + points.max(axis=0)) / 2
         self.server.scene.set_up_direction("+z")
@@ -131,7 +131,7 @@ class Viewer:
         line = np.array([[begin, begin + 0.01 * force]], dtype=np.float32)
         self.server.scene.add_line_segments("/force", line, colors=(194, 47, 29), thickness=0.006)
 
-    def _said(self, position: int) -> str:
+    def _caption(self, position: int) -> str:
         """Line, force and gripper at a position, as Markdown."""
         rollout, sample = self._rollout, self._samples[position]
         number = int(rollout.lines[sample])

@@ -181,7 +181,7 @@ def _attempts(
         candidate, verdict = _judged(candidate, search, setting, knowledge, group)
         trace.add(
             0, "proof", str(plan), "proven" if verdict.passed else "failed", setting.backend.name, verdict.reason,
-            kind="proof", numbers=verdict.measured,
+            kind="proof", numbers=verdict.measured, remedy=verdict.remedy,
         )  # fmt: skip
         if not verdict.passed:
             progress(f"program {search.effort.proofs} refused: {_told(verdict)}")

@@ -91,7 +91,8 @@ def doubt(
     found = _in_twins(Doubtful(candidate, text, setting, knowledge, group), progress, seconds)
     progress(f"twins: {found.text}")
     finding = Finding(
-        FINDING, found.passed, found.reason, value=found.succeeded / found.ran, limit=setting.doubts.at_least, origin=found.weakest
+        FINDING, found.passed, found.reason, value=found.succeeded / found.ran, limit=setting.doubts.at_least,
+        origin=found.weakest, remedy=next((t.remedy for t in found.failed if not found.passed), None),
     )
     return replace(verdict, findings=(*verdict.findings, finding), twins=found)
 
@@ -134,7 +135,7 @@ def _in_twins(doubtful: Doubtful, progress: Progress, seconds: float) -> TwinVer
                 said, peaks = next(runs)
             run = TwinRun(number, seeds[number - 1], twins[number - 1].draws, said is None, peaks=peaks)
             if said is not None:
-                run = replace(run, reason=f"{said.validator}: {said.reason}", origin=said.origin)
+                run = replace(run, reason=f"{said.validator}: {said.reason}", origin=said.origin, remedy=said.remedy)
             found = replace(found, twins=(*found.twins, run))
             progress(f"twin {number} of {doubts.twins}: {run.reason or 'succeeded'}")
     return found if found.passed else _explained(found, doubtful, progress)

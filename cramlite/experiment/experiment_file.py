@@ -36,7 +36,7 @@ class ExperimentFile(Value):
         return shipped if neighbour and not own.exists() and shipped.exists() else own
 
     def named(self, kind: str, name: str, known: Mapping[str, Named]) -> Named:
-        """Return what the file calls so.
+        """Return the entry of a name in the file.
 
         Args:
             kind: what is looked for, for people, e.g. "set".

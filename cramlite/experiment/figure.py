@@ -154,7 +154,7 @@ def figure_text(figure: Figure) -> str:
     """Return the text of a figure's file: YAML, a number a line, the same for the same figure."""
     data = figure.model_dump(mode="json")
     head = [f"{key}: {_flow(value)}" for key, value in data.items() if key not in _ROWS and (value or key not in _ONLY_IF)]
-    rows = [line for key in _ROWS if data[key] for line in (f"{key}:", *(f"  - {_flow(_said(row))}" for row in data[key]))]
+    rows = [line for key in _ROWS if data[key] for line in (f"{key}:", *(f"  - {_flow(_without_empty(row))}" for row in data[key]))]
     return "\n".join([*head, *rows]) + "\n"
 
 
@@ -174,7 +174,7 @@ def write_figure(path: Path, measured: Figure) -> Figure:
     return measured
 
 
-def _said(row: Mapping[str, Any]) -> dict[str, Any]:
+def _without_empty(row: Mapping[str, Any]) -> dict[str, Any]:
     return {key: value for key, value in row.items() if value not in (None, "")}
 
 

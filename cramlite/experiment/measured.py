@@ -82,7 +82,7 @@ def machine() -> str:
 
 
 def repeated(program: str, arguments: Sequence[str], without: Sequence[str] = ("--figure", "--seen")) -> str:
-    """Return a command as somebody else would give it: without where it wrote to, and files by their names."""
+    """Return a command as somebody else would give it: without its output, files by their names."""
     kept, skip = list[str](), False
     for word in arguments:
         name = word.partition("=")[0]

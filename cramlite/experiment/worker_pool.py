@@ -18,7 +18,7 @@ def worker_pool(workers: int) -> ProcessPoolExecutor:
 
 
 def stop_workers(pool: ProcessPoolExecutor) -> None:
-    """End the workers of a pool at once, with all that they started: what they write, they write whole."""
+    """End the workers of a pool at once, with their child processes; they write files whole."""
     workers = multiprocessing.active_children()
     pool.shutdown(wait=False, cancel_futures=True)
     for worker in workers:
@@ -38,7 +38,7 @@ def _kill(worker: multiprocessing.process.BaseProcess) -> None:
 
 
 def _begin() -> None:
-    """What plugins print is no answer of this command; nobody is left to work for when the parent is gone."""
+    """Send prints of plugins elsewhere, and end with the parent process."""
     sys.stdout = sys.stderr
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     begin_group()

@@ -36,7 +36,7 @@ from .ranking import (
     DescriptionLength,
     Option,
     TaskSequence,
-    said,
+    naming_length,
     shortest_first,
 )
 from .rules import Rule
@@ -157,7 +157,7 @@ def candidates(
         cap: unfinished sequences kept.
     """
     by_task = {rule.task: rule for rule in rules}
-    readings = [_undecided(action.matches, [_said(by_task, m) for m in action.matches]) for action in actions]
+    readings = [_undecided(action.matches, [_claims_of(by_task, m) for m in action.matches]) for action in actions]
     general = [generic(action.matches, said_, by_task, taxonomy) for action, said_ in zip(actions, readings, strict=True)]
     options = _options(actions, readings, general, taxonomy, math.log2(max(len(rules), 2)))
     if not all(options):
@@ -204,7 +204,7 @@ def _options(
     for action, claimed, wide in zip(actions, readings, general, strict=True):
         idle = something and not any(c.begins or c.ends for c in claimed)
         honest = [
-            Option(m, said(m, action.matches, taxonomy, name) + _untold(action, claimed, m, claim, taxonomy, name, k in wide), k)
+            Option(m, naming_length(m, action.matches, taxonomy, name) + _untold(action, claimed, m, claim, taxonomy, name, k in wide), k)
             for k, (m, claim) in enumerate(zip(action.matches, claimed, strict=True))
             if explains_ends(claim, claimed) and not (idle and not m.roles and not _is_label(m, action, taxonomy))
         ]
@@ -216,7 +216,7 @@ def _options(
 def _untold(
     action: Read, claimed: Sequence[Claims], match: Match | None, claim: Claims, taxonomy: Taxonomy, name: float, wide: bool = False
 ) -> DescriptionLength:
-    """What must be told of an action beside a reading of it, or beside none."""
+    """Relations that must be told beside a reading of an action, or beside none."""
     changes = _distinct(f for c in claimed for f in c.changes)
     left = sum(not _among(f, claim.changes) for f in changes)
     mine = {thing_of(f) for f in match.roles.values()} if match is not None else set()
@@ -254,7 +254,7 @@ def _spoken_of(action: Read) -> set[str]:
 
 
 def _is_label(match: Match, action: Read, taxonomy: Taxonomy) -> bool:
-    """Whether a reading is what the recording calls the action, or more special."""
+    """Whether a reading is the recording's label of the action, or a subclass of it."""
     return action.label is not None and taxonomy.is_a(match.task, action.label)
 
 
@@ -266,7 +266,7 @@ def _distinct(facts: Iterable[Fact]) -> list[Fact]:
     return found
 
 
-def _said(rules: Mapping[str, Rule], match: Match) -> Claims:
+def _claims_of(rules: Mapping[str, Rule], match: Match) -> Claims:
     return claims(rules[match.task], match) if match.task in rules else NOTHING
 
 
@@ -335,14 +335,14 @@ def _presupposed(at: Choice, claim: Claims, begins: Sayers, ends: Sayers) -> Ite
 
 
 def _lasting(k: int, said: Iterable[Claims], begins: Sayers, ends: Sayers) -> Iterator[Demand]:
-    """Condition 2, of what may have begun in one action and nothing may have ended later."""
+    """Condition 2, for a relation that may have begun in one action and is not ended by a later one."""
     for fact in {f for c in said for f in c.begins}:
         if not any(c[0] > k for c in ends(fact)):
             yield Demand(None, frozenset(c for c in begins(fact) if c[0] >= k))
 
 
 def _closed(at: Choice, claim: Claims, ends: Sayers) -> Iterator[Demand]:
-    """Condition 3, of what a reading begins."""
+    """Condition 3, for the relations that a reading begins."""
     for fact in claim.begins:
         if later := frozenset(c for c in ends(fact) if c[0] > at[0]):
             yield Demand(at, later)

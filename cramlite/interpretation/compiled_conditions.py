@@ -141,7 +141,7 @@ def _picker(places: list[int]) -> Callable[[Values], Values]:
 
 
 def _arguments(atom: Atom, slots: Slots, places: Sequence[int]) -> Callable[[Values], tuple[Any, ...]]:
-    """What is asked at some places of an atom: constants, bound values, and None for the rest."""
+    """Arguments of an atom at some places: constants, bound values, None for the rest."""
     terms = [atom.terms[k] for k in places]
     sources = [slots.get(t.name) if isinstance(t, Variable) else None for t in terms]
     fixed = tuple([None if isinstance(t, Variable) else t for t in terms])

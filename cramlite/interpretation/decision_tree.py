@@ -35,14 +35,15 @@ class _Node(Struct):
     rules: list[tuple[Rule, dict[str, int]]] = field(default_factory=list)
 
 
-Found = dict[str, list[Binding]]
+BindingsByTask = dict[str, list[Binding]]
 """Task -> the bindings under which all its conditions hold, for each rule that has any."""
 
 
 class _Settled(Struct):
-    """What states decide of an action: tasks, and the conditions that are left to be asked, with the bindings so far."""
+    """Result of the states for an action: tasks, and the conditions still to be asked, with the bindings
+    so far."""
 
-    found: Found = field(default_factory=dict)
+    found: BindingsByTask = field(default_factory=dict)
     left: list[tuple[_Node, list[Values]]] = field(default_factory=list)
 
 
@@ -61,11 +62,11 @@ class DecisionTree:
             if all(_possible(c.condition, timeline) for c in rule.clauses):
                 self._add(rule, timeline)
 
-    def solve(self, phases: Mapping[PhaseName, Phase]) -> Found:
+    def solve(self, phases: Mapping[PhaseName, Phase]) -> BindingsByTask:
         """Return the tasks of an action, each with the bindings under which all its conditions hold."""
         return self.solve_all([phases])[0]
 
-    def solve_all(self, phases: Sequence[Mapping[PhaseName, Phase]]) -> list[Found]:
+    def solve_all(self, phases: Sequence[Mapping[PhaseName, Phase]]) -> list[BindingsByTask]:
         """Return the tasks of many actions: each condition is checked for all those that are left at once."""
         settled = self._settle_all(phases)
         found = [dict(s.found) for s in settled]
@@ -85,7 +86,7 @@ class DecisionTree:
         return found
 
     def _settle_all(self, phases: Sequence[Mapping[PhaseName, Phase]]) -> list[_Settled]:
-        """What states decide of each action."""
+        """Result of the states for each action."""
         known = self._settled
         keys = [(p["pre"].holds, p["run"].holds, p["post"].holds) for p in phases]
         new = {key: p for key, p in zip(keys, phases, strict=True) if key not in known}
@@ -133,7 +134,7 @@ def _columns(phases: Sequence[Mapping[PhaseName, Phase]]) -> dict[PhaseName, lis
     return {name: [p[name] for p in phases] for name in _PHASES}
 
 
-def _report(node: _Node, bindings: list[Values], found: list[Found]) -> None:
+def _report(node: _Node, bindings: list[Values], found: list[BindingsByTask]) -> None:
     """The rules that end here have their bindings."""
     for rule, slots in node.rules:
         for b in bindings:

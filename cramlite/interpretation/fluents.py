@@ -58,13 +58,13 @@ def by_predicate(facts: frozenset[Fact]) -> Mapping[str, tuple[Fact, ...]]:
     return {name: tuple(rows) for name, rows in found.items()}
 
 
-def said(pattern: Pattern) -> str:
+def pattern_text(pattern: Pattern) -> str:
     """Format a fact or pattern as rules write it: "grasps(_, tea)"."""
     return f"{pattern[0]}({', '.join(a or '_' for a in pattern[1:])})"
 
 
 def contents(vessel: str) -> str:
-    """Return the entity name of what a vessel was filled with."""
+    """Return the entity name of a vessel's content."""
     return str(EntityName(vessel, "contents"))
 
 
@@ -301,14 +301,14 @@ class Fluents(Value):
             denied = {p for pattern in patterns for p in self.both_ways(pattern)}
             for fact in sorted(facts):
                 if any(matches(fact, p) for p in denied):
-                    return f"one asks for {said(fact)}, the other forbids it"
+                    return f"one asks for {pattern_text(fact)}, the other forbids it"
         for a, b in product(sorted(mine), sorted(its)):
             if self._contrary(scene, a, b):
-                return f"{said(a)} and {said(b)} cannot hold at one time"
+                return f"{pattern_text(a)} and {pattern_text(b)} cannot hold at one time"
         for first, second in product(one.bounds, other.bounds):
             if first.of == second.of and (first.high < second.low or second.high < first.low):
                 between = (f"{b.low:.2f} to {b.high:.2f}" for b in (first, second))
-                return f"{said(first.of)} is asked to be {' and '.join(between)}"
+                return f"{pattern_text(first.of)} is asked to be {' and '.join(between)}"
         return ""
 
     def ring(self, facts: Iterable[Fact]) -> tuple[Fact, ...]:
@@ -324,7 +324,7 @@ class Fluents(Value):
         return next((found for above in dict.fromkeys(a for _, a, _ in carried) if (found := follow((), above, above))), ())
 
     def _carries(self, fact: Fact) -> tuple[str, str]:
-        """What carries, and what it carries."""
+        """Carrier and carried thing."""
         things = [thing_of(name) for name in fact[1:]]
         return (things[0], things[1]) if self[fact[0]].carrier == 0 else (things[1], things[0])
 

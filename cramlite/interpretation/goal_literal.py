@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 
 from ..base.value import Value
 from .conditions import Atom, Compare, Condition, Not, Variable
-from .fluents import Bound, GoalCondition, Pattern, said
+from .fluents import Bound, GoalCondition, Pattern, pattern_text
 from .rules import Clause
 from .timeline import Predicate
 
@@ -43,7 +43,7 @@ def clauses_of(meaning: GoalCondition, predicates: Mapping[str, Predicate]) -> t
 def _bounds(bound: Bound, predicates: Mapping[str, Predicate]) -> Iterable[Clause]:
     value = _atom(bound.of, predicates)
     for symbol, limit in ((">=", bound.low), ("<=", bound.high)):
-        yield Clause("post", Compare(value, symbol, limit), f"{said(bound.of)} {symbol} {limit:.3g}", 0)
+        yield Clause("post", Compare(value, symbol, limit), f"{pattern_text(bound.of)} {symbol} {limit:.3g}", 0)
 
 
 def entities_of(meaning: GoalCondition) -> dict[str, str]:
@@ -54,7 +54,7 @@ def entities_of(meaning: GoalCondition) -> dict[str, str]:
 
 def _clause(pattern: Pattern, predicates: Mapping[str, Predicate], *, denied: bool) -> Clause:
     atom: Condition = _atom(pattern, predicates)
-    return Clause("post", Not(atom) if denied else atom, ("not " if denied else "") + said(pattern), 0)
+    return Clause("post", Not(atom) if denied else atom, ("not " if denied else "") + pattern_text(pattern), 0)
 
 
 def _atom(pattern: Pattern, predicates: Mapping[str, Predicate]) -> Atom:

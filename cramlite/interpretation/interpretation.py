@@ -249,19 +249,20 @@ class _Judge(Value):
         )
 
     def named(self, segment: Segment, label: str, known: set[str]) -> Iterator[Match]:
-        """What the recording says that the action is, where no condition refutes it but some cannot be judged."""
+        """Readings of the recording's own label, if no condition refutes it and some cannot be judged."""
         for task, rule in self.rules.items():
             if task not in known and segment.event is not None and self.timeline.taxonomy.is_a(task, label):
                 yield from possible_matches(rule, self.timeline.phases(segment, self.padding), _fillers(rule, segment.event))
 
     @property
     def effector_unseen(self) -> bool:
-        """Whether poses were recorded, and none of who acts."""
+        """Whether things have recorded poses and the acting effector has none."""
         episode = self.timeline.episode
         return bool(episode.tracks) and episode.effector is not None and episode.effector not in episode.tracks
 
     def unseen(self, segment: Segment) -> Iterator[Match]:
-        """What an action may be of which one condition cannot be judged, because nobody saw who acts."""
+        """Readings of an action with one condition that cannot be judged because the effector was not
+        seen."""
         for rule in self.rules.values():
             found = possible_matches(rule, self.timeline.phases(segment, self.padding), [{}])
             yield from (m for m in found if m.roles and len(m.unknown) == 1)
@@ -275,7 +276,7 @@ class _Judge(Value):
         return tuple(n for n, (a, b) in ends.items() if math.dist(a.position, b.position) > ELSEWHERE)
 
     def matches(self, task: str, bindings: list[Binding]) -> tuple[Match, ...]:
-        """What the bindings of a task mean; the same for all actions with the same bindings."""
+        """Matches of the bindings of a task; shared by all actions with these bindings."""
         key = (task, *[tuple(b.values()) for b in bindings])
         if key not in self.known:
             self.known[key] = matches_of(self.rules[task], bindings)
@@ -292,8 +293,7 @@ class _Judge(Value):
         return any(time in boundaries(type_) for type_ in self.timeline.taxonomy.restricted_classes(TELLS_APART))
 
     def merged(self, actions: list[Interpreted]) -> list[Interpreted]:
-        """Neighbours joined where one action is all that they are. An unexplained action is tried with what it leads to
-        first (whoever pulls and is still held back is extracting already), then with what went before."""
+        """Neighbours joined into one action where it is all that they are, the earlier neighbour last."""
         spans = [Segment(a.start, b.end) for a, b in pairwise(actions) if self._refine(a, b)]
         solved = self.tree.solve_all([self.timeline.phases(s, self.padding) for s in spans])
         self.wholes.update(zip([(s.start, s.end) for s in spans], solved, strict=True))
@@ -335,8 +335,8 @@ class _Judge(Value):
         return replace(joined, evidence=evidence)
 
     def _refine(self, before: Interpreted, after: Interpreted) -> bool:
-        """Whether two neighbours are anonymous, what the boundary between them tells is nothing, and one's tasks
-        are among the other's."""
+        """Whether two neighbours are anonymous, their boundary tells nothing, and one's tasks are among
+        the other's."""
         if before.end != after.start or self._telling(after.start):
             return False
         if any(s.event is not None for s in (*before.segments, *after.segments)):
@@ -354,7 +354,7 @@ class _Judge(Value):
 
 
 def _fillers(rule: Rule, event: Event) -> Iterator[Binding]:
-    """What a named action says of the roles of a rule: by the names of roles, else its object for the first one; or nothing."""
+    """Role fillers of a named action: by the names of roles, else its object for the first one; or none."""
     said: Binding = {role: event.roles[role] for role in rule.roles if role in event.roles}
     if not said and rule.roles and "object" in event.roles:
         said = {next(iter(rule.roles)): event.roles["object"]}

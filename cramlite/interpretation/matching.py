@@ -127,8 +127,8 @@ def _rejection(rule: Rule, clause: Clause, phase: Phase, bindings: list[Binding]
 
 
 def _facts(clause: Clause, phase: Phase, bindings: list[Binding]) -> tuple[str, ...]:
-    """The facts that speak about the failed condition: what a negation found, what a value is, and
-    otherwise all that is known of the predicates."""
+    """Facts about the failed condition: rows of a negation, a value, else all that is known of the
+    predicates."""
     found: dict[str, None] = {}
     for atom in atoms(clause.condition):
         narrow = isinstance(clause.condition, (Not, Compare)) or _wide(atom)

@@ -111,11 +111,11 @@ class TaskSequence(Value):
 
     @property
     def reason(self) -> str:
-        """What the length is made of, in words."""
+        """Terms of the length, in words."""
         return str(self.length)
 
 
-def said(match: Match, fellows: Sequence[Match], taxonomy: Taxonomy, name: float) -> DescriptionLength:
+def naming_length(match: Match, fellows: Sequence[Match], taxonomy: Taxonomy, name: float) -> DescriptionLength:
     """Return the length of naming a reading.
 
     Args:

@@ -97,7 +97,7 @@ class Rule(Value, dict=True):
     @cached_property
     def changes(self) -> int:
         """Number of relations that the rule requires to begin or end: held before and denied after, or the reverse."""
-        said = {(phase, denied): _said(self.clauses, phase, denied) for phase in ("pre", "post") for denied in (True, False)}
+        said = {(phase, denied): _asserted(self.clauses, phase, denied) for phase in ("pre", "post") for denied in (True, False)}
         return len((said["pre", True] & said["post", False]) | (said["pre", False] & said["post", True]))
 
     @property
@@ -116,7 +116,7 @@ class Rule(Value, dict=True):
         return sum(c.phase == "run" and any(comparisons(c.condition)) for c in self.clauses)
 
 
-def _said(clauses: Iterable[Clause], phase: str, denied: bool) -> set[str]:
+def _asserted(clauses: Iterable[Clause], phase: str, denied: bool) -> set[str]:
     """Predicates that the clauses of a phase assert, or deny (also of every one but some)."""
     found: set[str] = set()
     for clause in clauses:

@@ -27,7 +27,7 @@ class Truth(Value):
     unknown: tuple[str, ...] = ()
 
 
-def judge(condition: Condition, phase: Phase, binding: Binding) -> Iterator[Truth]:
+def evaluate(condition: Condition, phase: Phase, binding: Binding) -> Iterator[Truth]:
     """Yield the bindings under which a condition is true; those under which it is not known, where it is true under none."""
     match condition:
         case Atom():
@@ -37,11 +37,11 @@ def judge(condition: Condition, phase: Phase, binding: Binding) -> Iterator[Trut
             told = isinstance(left, Atom) and not found and not condition.values(phase, binding)
             yield from _or_unknown(left, phase, binding, found) if told and isinstance(left, Atom) else iter(found)
         case Not(inner):
-            yield from _negated(list(judge(inner, phase, binding)), binding)
+            yield from _negated(list(evaluate(inner, phase, binding)), binding)
         case Every(given, then):
-            yield from _every([(j, list(judge(then, phase, j.binding))) for j in judge(given, phase, binding)], binding)
+            yield from _every([(j, list(evaluate(then, phase, j.binding))) for j in evaluate(given, phase, binding)], binding)
         case Or(options):
-            found = [j for option in options for j in judge(option, phase, binding)]
+            found = [j for option in options for j in evaluate(option, phase, binding)]
             yield from [j for j in found if not j.unknown] or _by_binding(found)
         case And(parts):
             yield from _all(parts, phase, binding)
@@ -77,7 +77,7 @@ def _every(cases: list[tuple[Truth, list[Truth]]], binding: Binding) -> Iterator
 
 def _all(parts: tuple[Condition, ...], phase: Phase, binding: Binding) -> Iterator[Truth]:
     first, *rest = parts
-    for one in judge(first, phase, binding):
+    for one in evaluate(first, phase, binding):
         if not rest:
             yield one
             continue
@@ -90,7 +90,7 @@ def _together(found: Iterable[Truth]) -> tuple[str, ...]:
 
 
 def _binding_first(rule: Rule) -> list[Clause]:
-    """What binds variables before what only tests them, for a condition that is not known binds none; states before motion."""
+    """Conditions that bind variables first, states before motion; an unknown condition binds none."""
     return sorted(rule.clauses, key=lambda c: (bool(tests(c.condition)), not c.lasting, c.cost))
 
 
@@ -106,7 +106,7 @@ def possible_matches(rule: Rule, phases: Phases, said: Iterable[Binding]) -> tup
             judged = [
                 Truth(found.binding, _together([one, found]))
                 for one in judged
-                for found in judge(clause.condition, phases[clause.phase], one.binding)
+                for found in evaluate(clause.condition, phases[clause.phase], one.binding)
             ]
         judged = [j for j in judged if not j.unknown or _holds(rule, phases, j.binding)]
         if judged:
@@ -117,5 +117,6 @@ def possible_matches(rule: Rule, phases: Phases, said: Iterable[Binding]) -> tup
 
 
 def _holds(rule: Rule, phases: Phases, binding: Binding) -> bool:
-    """Whether no condition is false of all fillings together: what was not known of an open role may be known of its filler."""
-    return all(any(True for _ in judge(c.condition, phases[c.phase], binding)) for c in rule.clauses)
+    """Whether no condition is false of all fillings together: an open role's unknown may be known of its
+    filler."""
+    return all(any(True for _ in evaluate(c.condition, phases[c.phase], binding)) for c in rule.clauses)

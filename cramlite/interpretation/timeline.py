@@ -305,7 +305,7 @@ def _agreeing(rows: tuple[Row, ...], arguments: tuple[str | float | None, ...]) 
 
 
 def _wholes(entities: dict[str, Entity], entity: Entity) -> Iterable[str]:
-    """What the entity is a part of, nearest first, with itself; a cycle of part_of ends it."""
+    """Entity with the things that it is part of, nearest first; a cycle of part_of ends it."""
     seen: list[str] = []
     current: Entity | None = entity
     while current is not None and current.name not in seen:

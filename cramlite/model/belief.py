@@ -110,12 +110,13 @@ class Belief(Value):
         return replace(self, joints=joints)
 
     def driven(self, at: Pose) -> Belief:
-        """Return the belief with the arm's base at another pose in the world; what is held moves along."""
+        """Return the belief with the arm's base at another pose in the world; the payload moves along."""
         held = replace(self.held, joints=()) if self.held else None
         return replace(self, at=at, held=held)
 
     def grasped(self, held: Held) -> Belief:
-        """Return the belief with a thing grasped: it moves with the hand from now on, and so does what it carries."""
+        """Return the belief with a thing grasped: it, and all that it carries, moves with the hand from
+        now on."""
         poses = {k: v for k, v in self.poses.items() if k != held.thing and k not in held.carries}
         return replace(self, poses=poses, held=replace(held, joints=self.joints), opening=held.opening)
 
@@ -131,7 +132,7 @@ class Belief(Value):
         return replace(self, poses={**self.poses, self.held.thing: estimate, **along}, held=None, opening=opening)
 
     def in_hand(self) -> dict[str, Pose]:
-        """Return what moves with the hand, what is held first: poses in the TCP frame."""
+        """Return the things that move with the hand, the payload first: poses in the TCP frame."""
         if self.held is None:
             return {}
         along = {n: self.held.tcp_to_thing * e.pose for n, e in self.held.carries.items()}

@@ -51,7 +51,7 @@ class Object(Value):
 
     @property
     def wanted(self) -> str:
-        """Description of what is asked for, in words."""
+        """Description of the request, in words."""
         what = " or ".join(self.types or self.like) or "anything"
         having = f" with {', '.join(self.features)}" if self.features else ""
         return f"{self.entity or what}{having}"

@@ -106,7 +106,7 @@ def with_links(twin: World, size: float, draw: Drawing, around: Around) -> World
 
 
 def with_zeros(twin: World, size: float, draw: Drawing, around: Around) -> World:
-    """Return a twin whose joints stand beside what their encoders say."""
+    """Return a twin whose true joint positions differ from the encoder readings."""
     zeros = tuple(draw.number("arm", f"{j}: zero", size, "deg", DEG) for j in around.robot.joints)
     return _disturbed(twin, joint_zeros=zeros if any(zeros) else ())
 

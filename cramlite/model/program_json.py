@@ -114,7 +114,8 @@ def _layout(value: Any, indent: int, *, top: bool = False) -> str:
 
 
 def _broken(value: Any) -> bool:
-    """Whether a value takes several lines: lists of objects that are no poses, and what holds such lists."""
+    """Whether a value takes several lines: a list of objects that are no poses, or a value with such a
+    list."""
     if isinstance(value, dict):
         return any(_broken(v) for v in value.values())
     if not isinstance(value, list):
@@ -126,7 +127,7 @@ def _broken(value: Any) -> bool:
 
 
 class _Where(Value):
-    """The line of a value, and those of what is in it, by key or index."""
+    """Line of a value, and those of its parts, by key or index."""
 
     line: int
     inner: Mapping[Any, _Where]

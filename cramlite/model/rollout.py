@@ -155,7 +155,8 @@ class Rollout(Value, dict=True):
 
     @cached_property
     def awake_touches(self) -> tuple[tuple[Touch, ...], ...]:
-        """The touches of each sample without those of ``asleep``: all that hands and what they move take part in."""
+        """Touches of each sample without those of ``asleep``: all in which hands and moved things take
+        part."""
         idle = {id(t) for still in {id(s): s for s in self.asleep}.values() for t in still}
         return tuple(tuple(t for t in touches if id(t) not in idle) for touches in self.touches) if idle else self.touches
 

@@ -7,6 +7,7 @@ from collections import Counter
 from ..base.value import Value
 from ..base.wilson import wilson_interval
 from .proof_doubts import ProofDoubts
+from .remedy import Remedy
 from .run_peaks import RunPeaks
 from .twin_drawing import Draw
 
@@ -24,6 +25,7 @@ class TwinRun(Value):
         causes: sources of error that break the program by themselves; empty where that was not tried, or where no source does.
         looked_for: whether it was tried.
         peaks: of the run; None where it did not begin, and in runs of earlier versions.
+        remedy: what to try against the first objection; None where that is not known.
     """
 
     number: int
@@ -35,6 +37,7 @@ class TwinRun(Value):
     causes: tuple[str, ...] = ()
     looked_for: bool = False
     peaks: RunPeaks | None = None
+    remedy: Remedy | None = None
 
     def largest(self, count: int = 3) -> str:
         """Name the draws that are largest for their range; those of the causes, where there are any."""

@@ -6,6 +6,7 @@ import re
 from typing import Literal
 
 from ..base.value import Value, replace
+from .remedy import Remedy
 from .twin_verdict import TwinVerdict
 
 Cost = Literal["facts", "ik", "path", "rollout"]
@@ -32,6 +33,7 @@ class Finding(Value):
         advice: an objection of a validator that only advises (``JudgingLimits.advisory``).
         stopped: an objection that says what stopped the run: that other conditions do not hold then may follow from it.
         literal: of the goal, in words, that it is about; "" where it is about none.
+        remedy: of an objection: what is missing and what to try; None where that is not known.
     """
 
     validator: str
@@ -47,6 +49,7 @@ class Finding(Value):
     advice: bool = False
     stopped: bool = False
     literal: str = ""
+    remedy: Remedy | None = None
 
     def as_advice(self) -> Finding:
         """Return an objection as advice: it is told, and refuses nothing."""
@@ -85,6 +88,11 @@ class Verdict(Value):
     def reason(self) -> str:
         """Reasons of the objections, in one line."""
         return "; ".join(f"{f.validator}: {f.reason}" for f in self.objections) or "passed"
+
+    @property
+    def remedy(self) -> Remedy | None:
+        """What to try against the first objection, from which others may follow; None where that is not known."""
+        return next((f.remedy for f in self.objections[:1]), None)
 
     @property
     def measured(self) -> dict[str, float]:

@@ -120,7 +120,7 @@ def _names(files: list[tuple[Path, bytes]]) -> dict[str, Any]:
 
 
 def _cached(kind: str, files: list[Path], cache: Path, make: Callable[[list[tuple[Path, bytes]]], Any]) -> Any:
-    """What is made of some files, kept by their content."""
+    """Result computed from some files, kept by their content."""
     contents = [content_of(file) for file in files]
     digest = hashlib.sha256(kind.encode() + b"".join(hashlib.sha256(c).digest() for c in contents))
     stored = cache / f"{kind}-{digest.hexdigest()[:32]}.json"

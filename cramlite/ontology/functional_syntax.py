@@ -56,7 +56,7 @@ def _check_depth(text: str) -> None:
 
 
 def _complaint(error: str, text: str, added: int) -> str:
-    """What py-horned-owl objects to, with the line and what stands there."""
+    """Complaint of py-horned-owl, with the line and its text."""
     if found := _PLACE.search(error):
         line, column = int(found[2]), int(found[3]) - (added if found[2] == "1" else 0)
         rest = text[added:].split("\n")[line - 1][column - 1 :].strip()

@@ -58,7 +58,8 @@ def parse(files: list[tuple[Path, bytes]], origins: dict[Node, tuple[str, int]] 
 
 
 def _check(path: Path, syntax: str, data: bytes | str) -> None:
-    """Refuse what would make a parser open another file or an address, or take more memory than the file's size lets expect."""
+    """Refuse text that would make a parser open another file or an address, or take far more memory than
+    the file's size."""
     if isinstance(data, bytes):
         check_xml(path, data)
     elif syntax == "json-ld":
@@ -94,7 +95,7 @@ def _text(path: Path, content: bytes) -> str:
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """rdflib logs names that are no IRIs before it raises what is wrong; the error says it, and names the file."""
+    """Silence rdflib's log of bad IRIs; the error that follows has them, and the file."""
     logger = logging.getLogger("rdflib.term")
     before, logger.disabled = logger.disabled, True
     try:
@@ -104,7 +105,7 @@ def _quiet() -> Iterator[None]:
 
 
 def _complaint(error: Exception) -> tuple[str, str]:
-    """Where, as ":line" or "", and what a parser of rdflib objects to, without the bytes that it shows."""
+    """Place, as ":line" or "", and complaint of a parser of rdflib, without the bytes that it shows."""
     if isinstance(error, SAXParseException):
         return f":{error.getLineNumber()}", error.getMessage()
     before = getattr(error, "lines", None)  # of Turtle: lines that end before

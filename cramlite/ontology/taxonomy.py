@@ -251,7 +251,7 @@ def cache_folder() -> Path:
 
 
 def _read_cache(path: Path) -> dict[str, Any] | None:
-    """What was stored, or None if there is nothing or it is damaged: it is rebuilt then."""
+    """Stored result, or None if there is none or it is damaged: it is rebuilt then."""
     try:
         data = json.loads(path.read_text(encoding="utf-8"))
         complete = {"parents", "restrictions", "aliases", "types", "prefixes", "repairs"} <= set(data)

@@ -163,7 +163,7 @@ def _best(
 def look_into(
     seen: Look, place: str, state: State, camera: Camera, now: World, knowledge: Knowledge, seed: int
 ) -> Look:
-    """Return what is believed after a picture of what is at some furniture and was hidden before.
+    """Return the belief after a picture of furniture whose content was hidden before.
 
     What is recognised there is believed to have been there at the start, where the furniture then was.
 
@@ -197,8 +197,8 @@ def look_into(
 
 
 def _wary(seen: Look, taken: Picture, there: tuple[Thing, ...], container: str, knowledge: Knowledge) -> Look:
-    """With what a picture of a changed world shows and nobody recognises: fixed bodies, but those in a container as parts of it, as
-    they move along with it.
+    """Belief with the unrecognised bodies of a changed world: fixed ones, but parts of the container that
+    they are in.
 
     Args:
         there: what is known, as it stood when the picture was taken.
@@ -226,7 +226,7 @@ def _is_in(pose: Pose, container: Thing, knowledge: Knowledge) -> bool:
 
 
 def _with(before: Look, taken: Picture, knowledge: Knowledge) -> Look:
-    """What is believed after one more picture."""
+    """Belief after one more picture."""
     assert taken.perceived is not None
     answers = taken.perceived.answers
     found = {n: (t, p) for p in answers if (known := thing_from_percept(p, knowledge)) for n, t in [known]}
@@ -245,7 +245,7 @@ def _with(before: Look, taken: Picture, knowledge: Knowledge) -> Look:
 
 
 def _beware(seen: Look, knowledge: Knowledge) -> Look:
-    """With what the pictures show and nothing that is known explains, as bodies that are in the way."""
+    """Belief with unexplained points of the pictures as obstacles."""
     if not any("obstacles" in e.outputs for e in knowledge.experts):
         return seen
     fixed, moved = (tuple(t for t in seen.known.things if t.furniture == kind) for kind in (True, False))
@@ -267,7 +267,8 @@ def _free_names(seen: Look, obstacles: Iterable[Thing]) -> Iterator[str]:
 
 
 def _unexplained(taken: Picture, fixed: Iterable[Thing], moved: Iterable[Thing], knowledge: Knowledge) -> tuple[Thing, ...]:
-    """Bodies around what a picture shows, and neither fixed nor recognised things explain; () where no expert says."""
+    """Bodies around points of a picture that fixed and recognised things do not explain; () if no expert
+    answers."""
     if not any("obstacles" in e.outputs for e in knowledge.experts):
         return ()
     query = ObjectQuery(wanted=("obstacles",))

@@ -21,7 +21,7 @@ class NoPipeline(CramliteError):
     exit_code = 1
 
 
-class Stage(Value):
+class PipelineStage(Value):
     """Stage of a pipeline: a value, and the experts that can make it.
 
     Args:
@@ -47,10 +47,10 @@ class Pipeline(Value):
     """
 
     query: ObjectQuery
-    stages: tuple[Stage, ...]
+    stages: tuple[PipelineStage, ...]
     given: tuple[str, ...]
     refused: tuple[str, ...] = ()
-    reserve: tuple[Stage, ...] = ()
+    reserve: tuple[PipelineStage, ...] = ()
 
     def providers(self, output: str) -> tuple[Expert, ...]:
         """Return the experts that can make a value, in the order of asking; empty if none can."""
@@ -111,12 +111,12 @@ class _Planner(Struct, dict=True):
         return self._costs.get(output, INFINITE)
 
     def _needs(self, expert: Expert) -> tuple[str, ...]:
-        """Its inputs; one object's part comes from what splits the view."""
+        """Inputs of a provider; for a part of one object also those of the segmentation."""
         extra = () if expert.scope == "view" else (SEGMENTS,)
         return tuple(dict.fromkeys((*extra, *(i for i in expert.inputs if i not in (SEGMENT, OBJECTS)))))
 
     def providers(self, output: str) -> list[Expert]:
-        """Who can make a value with inputs that somebody makes, cheapest with all that it needs first."""
+        """Providers of a value whose inputs can be made, the cheapest with all its needs first."""
         able = [
             (e.cost_ms + sum(self.cost(i) for i in self._needs(e)), e)
             for e in self.experts
@@ -124,8 +124,8 @@ class _Planner(Struct, dict=True):
         ]
         return [e for total, e in sorted(able, key=lambda p: (p[0], p[1].name)) if total < INFINITE]
 
-    def stages(self, outputs: Iterable[str]) -> tuple[Stage, ...]:
-        return tuple(Stage(o, tuple(p), p[0].cost_ms) for o in outputs if (p := self.providers(o)))
+    def stages(self, outputs: Iterable[str]) -> tuple[PipelineStage, ...]:
+        return tuple(PipelineStage(o, tuple(p), p[0].cost_ms) for o in outputs if (p := self.providers(o)))
 
     def before(self, output: str, order: list[str], open_: Collection[str] = ()) -> None:
         """Append a value to the order, after the inputs of its cheapest provider and what else it takes into account."""
@@ -138,7 +138,7 @@ class _Planner(Struct, dict=True):
         order.append(output)
 
     def _unfit(self, expert: Expert, output: str) -> str:
-        """Why an expert can never say what a condition demands of a value; empty if it can."""
+        """Reason why an expert can never answer a condition with a value; empty if it can."""
         domain = expert.domain(output, self.priors)
         if domain is None:
             return ""

@@ -120,7 +120,7 @@ def parse_query(text: str, taxonomy: Taxonomy, experts: Iterable[Expert], where:
 
 
 def _condition(word: str, taxonomy: Taxonomy, known: Collection[str], where: str) -> Condition:
-    """One condition; ``known`` are the attributes that somebody gives, ``where`` says what is wrong."""
+    """One condition; ``known`` are the attributes that there are, ``where`` is the place of a mistake."""
     found = re.fullmatch(r"([\w-]+)(>=|<=|==|=|~)(.+)", word)
     if found is None:
         raise UserError(f"{where} is no condition of a query; write KEY=VALUE, e.g. colour=red, or KEY>=NUMBER.")
@@ -153,7 +153,8 @@ def _number(text: str, where: str) -> float:
 
 
 def _contains(value: Any, condition: Condition, taxonomy: Taxonomy) -> bool:
-    """A relation is (predicate, what) with classes or names; other values are words."""
+    """Whether a value contains another: a relation is (predicate, object) with classes or names, other
+    values are words."""
     entries = value if isinstance(value, tuple | list | frozenset) else (value,)
     for entry in entries:
         if isinstance(entry, tuple):
@@ -165,7 +166,7 @@ def _contains(value: Any, condition: Condition, taxonomy: Taxonomy) -> bool:
 
 
 def _means(own: str, wanted: str, taxonomy: Taxonomy) -> bool:
-    """Whether a name, or a class, is what is wanted: itself, a subclass, or its local name."""
+    """Whether a name or class is the wanted one: itself, a subclass, or its local name."""
     if own == wanted:
         return True
     known = taxonomy.resolve(wanted)
@@ -173,7 +174,7 @@ def _means(own: str, wanted: str, taxonomy: Taxonomy) -> bool:
 
 
 def _equal(value: Any, condition: Condition, taxonomy: Taxonomy) -> bool:
-    """Numbers are equal within a tenth: what a depth camera measures of an extent."""
+    """Whether two numbers are equal within a tenth, as extents from a depth camera are."""
     if isinstance(value, float | int) and isinstance(condition.value, float | int):
         return abs(value - condition.value) <= 0.1 * abs(condition.value)
     return str(value) == str(condition.value)

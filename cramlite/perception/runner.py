@@ -143,13 +143,13 @@ class _Running(Struct):
         for name, said in found.items():
             for thing, entry in zip(self.objects, said.value, strict=True):
                 if entry is not None:
-                    thing.values[name] = Annotation(_judged(entry), expert.name)
+                    thing.values[name] = Annotation(_as_judged(entry), expert.name)
         return []
 
     def _ask(
         self, expert: Expert, known: Mapping[str, Annotation], *, raw: bool = False
     ) -> tuple[dict[str, Annotation] | None, str]:
-        """What an expert says, given its declared inputs only; or None and why it says nothing."""
+        """Answer of an expert that sees its declared inputs only; or None and the reason."""
         missing = [i for i in expert.inputs if i not in known]
         if missing:
             return None, f"expert '{expert.name}' lacks {', '.join(missing)}"
@@ -160,7 +160,7 @@ class _Running(Struct):
             absent = [o for o in expert.outputs if o not in found]
             if absent:
                 raise TypeError(f"made no {', '.join(absent)}, which it declares")
-            entries = {o: Annotation(Judged(found[o]) if raw else _judged(found[o]), expert.name) for o in expert.outputs}
+            entries = {o: Annotation(Judged(found[o]) if raw else _as_judged(found[o]), expert.name) for o in expert.outputs}
             if raw and any(len(e.value) != len(self.objects) for e in entries.values()):
                 raise TypeError(f"a scene expert answers with one entry for each of the {len(self.objects)} objects")
             return entries, ""
@@ -176,9 +176,9 @@ class _Running(Struct):
         if any(s.output not in made for s in pending):
             return
         for thing in self._alive():
-            self._judge(thing)
+            self._check_conditions(thing)
 
-    def _judge(self, thing: _Object) -> None:
+    def _check_conditions(self, thing: _Object) -> None:
         for condition in self.pipeline.query.conditions:
             said = thing.values.get(condition.output)
             if said is None:
@@ -218,12 +218,12 @@ class _Running(Struct):
         return Percept(thing.number, dict(thing.values), min(sure), dropped, missing)
 
 
-def _judged(value: Any) -> Judged:
+def _as_judged(value: Any) -> Judged:
     return value if isinstance(value, Judged) else Judged(value)
 
 
 def _replacing(said: Annotation, before: Annotation | None) -> Annotation:
-    """A later word on the same value; what it replaces is kept among what lost."""
+    """A later answer about the same value; the replaced one is kept among those that lost."""
     if before is None or before.value == said.value:
         return said
     lost = Judged(before.value, before.judged.confidence, f"{before.expert}: {before.judged.reason}")

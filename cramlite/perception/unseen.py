@@ -68,7 +68,8 @@ def _shown(points: Points, depth: Depth, camera: Pose, intrinsics: Intrinsics) -
 
 
 def _depths(points: Points, depth: Depth, camera: Pose, intrinsics: Intrinsics) -> tuple[Points, Points]:
-    """How far points are along the optical axis, and how far what is seen in their direction is; NaN outside of the image."""
+    """Depth of points along the optical axis, and depth of the image in their direction; NaN outside of
+    the image."""
     local = camera.inverse().apply(points)
     pixels = np.nan_to_num(np.round(intrinsics.project(local)), nan=-1.0).astype(int)
     within = (pixels >= 0).all(axis=-1) & (pixels < (intrinsics.width, intrinsics.height)).all(axis=-1)

@@ -44,14 +44,15 @@ def queries_of(plan: Plan, furniture: World, taxonomy: Taxonomy, tasks: Mapping[
     found: dict[str, tuple[ObjectQuery, ...]] = {}
     for wanted in (o for o in wholes if not places[o.name]):
         here, there = (
-            [p for place in _beside(wanted, plan, tasks, put) for p in _views(places.get(place, ()), taxonomy)] for put in (False, True)
+            [p for place in _named_together(wanted, plan, tasks, put) for p in _views(places.get(place, ()), taxonomy)]
+            for put in (False, True)
         )
         at = here or [*(p for p in _views(furniture.things, taxonomy) if p not in there), *there]
         needs = replace(wanted, types=()) if wanted.features or wanted.affords else wanted
         found[wanted.name] = tuple(query_from(needs, **_at(p, furniture, taxonomy)) for p in dict.fromkeys(at)) or (query_from(needs),)
     covered = {q.value("on") or q.value("in") for queries in found.values() for q in queries[:1]}
     pegs = (p for name in dict.fromkeys(felt) for p in _views(places[name], taxonomy) if p not in covered)
-    ends = dict.fromkeys(n for o in wholes if not places[o.name] for n in _beside(o, plan, tasks, put=True) if n not in felt)
+    ends = dict.fromkeys(n for o in wholes if not places[o.name] for n in _named_together(o, plan, tasks, put=True) if n not in felt)
     tops = [t for name in ends for t in places.get(name, ()) if not bears(t, taxonomy, INSIDE)]
     goals = dict.fromkeys(p for p in _views(tuple(tops), taxonomy) if p not in covered)
     return (*((query_from(Object(""), on=p),) for p in pegs), *found.values(), *((query_from(Object(""), on=p),) for p in goals))
@@ -63,7 +64,7 @@ def queries_everywhere(furniture: World, taxonomy: Taxonomy) -> Queries:
 
 
 def _at(place: str, furniture: World, taxonomy: Taxonomy) -> dict[str, str]:
-    """The condition of being at a place: in what only holds things inside, else on it."""
+    """Condition of being at a place: in an open container, else on it."""
     thing = next((t for t in furniture.things if t.name == place), None)
     hollow = thing is not None and bears(thing, taxonomy, INSIDE) and not bears(thing, taxonomy, STANDING)
     return {"in" if hollow else "on": place}
@@ -76,9 +77,9 @@ def _things(wanted: Object, furniture: World, taxonomy: Taxonomy) -> tuple[Thing
     return tuple(t for t in furniture.things if any(taxonomy.is_a(t.type, c) for c in wanted.types))
 
 
-def _beside(wanted: Object, plan: Plan, tasks: Mapping[str, TaskType], put: bool) -> Iterator[str]:
-    """What tasks that put something down, or the others, name together with a thing, in order: variables, parts standing for
-    their wholes."""
+def _named_together(wanted: Object, plan: Plan, tasks: Mapping[str, TaskType], put: bool) -> Iterator[str]:
+    """Variables that tasks name together with a thing, by whether they put something down, in order; parts
+    stand for their wholes."""
     wholes = {o.name: o.part_of or o.name for o in plan.objects}
     for action in _actions(plan.actions):
         names = [o.name for o in action.roles.values()]
@@ -105,8 +106,8 @@ def _borne(features: Iterable[str], taxonomy: Taxonomy, *ways: str) -> bool:
 
 
 def _views(things: tuple[Thing, ...], taxonomy: Taxonomy) -> Iterator[str]:
-    """What a camera looks at in one picture: pegs of one class at once, by the class; else one thing after another, the
-    smallest first: less is expected on a floor than on a table."""
+    """Targets of single pictures: pegs of one class at once; else one thing after another, the smallest
+    first."""
     hangers = [t for t in things if bears(t, taxonomy, HANGING)]
     carriers = [t for t in things if t not in hangers and bears(t, taxonomy, STANDING, INSIDE)]
     yield from dict.fromkeys(t.type for t in hangers)

@@ -28,7 +28,7 @@ SYMBOLS = dict(zip(OPERATORS, ("lt", "le", "gt", "ge", "eq", "eq", "ne"), strict
 LENGTH = 1000
 """Cost of a task: a plan of fewer tasks is cheaper than any longer one, and of two as long the one with tasks of earlier rules."""
 
-Row = tuple[str, ...]
+TableRow = tuple[str, ...]
 
 
 class Table(Value):
@@ -43,7 +43,7 @@ class Table(Value):
 
     name: str
     terms: tuple[str, ...]
-    rows: frozenset[Row]
+    rows: frozenset[TableRow]
     denied: bool = False
 
 
@@ -90,12 +90,12 @@ class ActionSchema(Value):
 
     @property
     def parameters(self) -> dict[str, str]:
-        """Variable -> parameter, without what is always the effector."""
+        """Variable -> parameter, without the effector."""
         return {v: t.rpartition(BETWEEN)[2] for v, t in self.terms.items() if t != EFFECTOR}
 
     @property
     def in_hand(self) -> frozenset[str]:
-        """Terms of what is in the hand at some time."""
+        """Terms of the things that are in the hand at some time."""
         return held_in(conditions_of(self.rule), self.terms)
 
     @property
@@ -198,7 +198,7 @@ class _Tabulation:
         return decided(condition, binding, replace(self.scene, held=held))
 
 
-def _matters(rows: set[Row], column: int, choices: int) -> bool:
+def _matters(rows: set[TableRow], column: int, choices: int) -> bool:
     """Whether a table is not the same for every entity in a column."""
     left = {(*row[:column], *row[column + 1 :]) for row in rows}
     return len(left) * choices != len(rows)

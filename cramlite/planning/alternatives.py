@@ -121,11 +121,12 @@ class Alternatives(Value):
                 yield from self.registry.ask(plugin, hook, item.name, partial(kind.ground, item, belief, context))
 
     def _instead(self, item: Designator) -> str:
-        """What there is in the place of a relation that nobody answers."""
+        """Answer in the place of a relation that no plugin answers."""
         return f": no relation '{item.relation}'; {nearest(item.relation, self.relations)}" if isinstance(item, Location) else ""
 
     def _accepted(self, plugin: str, answers: Iterable[Any], point: ChoicePoint) -> Iterator[Alternative]:
-        """One plugin's answers. What they are depends on the item's domain, unless the plugin itself says on what."""
+        """Answers of one plugin. What they depend on follows from the item's domain, unless the plugin
+        says it."""
         made = {name for name, _ in point.state.choices}
         earlier = point.domain if isinstance(point.item, Motion) else made
         try:

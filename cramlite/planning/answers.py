@@ -28,7 +28,7 @@ Streams = Iterable[tuple[str, Iterable[Any] | Unresolvable]]
 
 
 class Read(Mapping[str, Any]):
-    """Bindings as a plugin sees them, with a note of what it looked at.
+    """Bindings as a plugin sees them, with a note of its look-ups.
 
     Args:
         now: the bindings.
@@ -113,7 +113,7 @@ class Kept(Struct):
 
 
 class Question(Struct):
-    """Question that was asked, with what its answers depend on.
+    """Question with the inputs that its answers depend on.
 
     Args:
         item, belief: that it is about.
@@ -128,13 +128,14 @@ class Question(Struct):
     kept: dict[str, Kept] = field(default_factory=dict)
 
     def suits(self, item: Designator, belief: Belief, context: Context) -> bool:
-        """Check whether what was asked is the same for all that the answers so far depend on."""
+        """Check whether a question has the same inputs as the answers so far."""
         same = self.item == item and same_belief(self.belief, belief) and self.read.suits(context.bindings)
         return same and (not self.ahead.read or tuple(self.ahead.now) == tuple(context.agenda))
 
     @property
     def refused_anywhere(self) -> bool:
-        """Whether it is a place at a thing all answers of which are refused for what is around it: the arm may come from anywhere."""
+        """Whether all answers of a place at a thing are refused for its surroundings: then they are so for
+        every arm pose."""
         return isinstance(self.item, Location) and bool(self.item.of) and all(k.ended and self._about_things(k) for k in self.kept.values())
 
     def _about_things(self, kept: Kept) -> bool:
@@ -145,7 +146,7 @@ class Question(Struct):
 
 
 class Answers(Struct):
-    """Questions to plugins that were answered, and what was answered, over all searches for one goal.
+    """Answered questions to plugins over all searches for one goal.
 
     Args:
         known: name of a designator, where the arm is, and what is held -> the questions then.
@@ -190,7 +191,7 @@ class Answers(Struct):
         return next((q for q in others if q.refused_anywhere and q.suits(item, _as_near(belief, q.belief), context)), None)
 
     def _told(self, question: Question, plugin: str, context: Context, ask: Callable[[Context], Streams]) -> Iterator[Any]:
-        """A plugin's answers. What it looks at before it gives the next is looked up in the bindings of whoever asks for that."""
+        """Answers of a plugin; later look-ups go to the bindings of the one who asks for the next answer."""
         number = 0
         while True:
             if not question.suits(question.item, question.belief, context):
@@ -203,12 +204,12 @@ class Answers(Struct):
 
 
 def same_belief(one: Belief, other: Belief) -> bool:
-    """Check whether two beliefs are equal; what they share is not compared."""
+    """Check whether two beliefs are equal; shared parts are not compared."""
     return one is other or all(_same(getattr(one, name), getattr(other, name)) for name in one.__struct_fields__)
 
 
 def _as_near(belief: Belief, other: Belief) -> Belief:
-    """A belief with the arm where another one has it, and what is within rounding of where that has it (a drawer at the end of its way)."""
+    """Belief with the arm, and joints within rounding, where another belief has them."""
     poses = {
         name: other.poses[name] if name in other.poses and _near(estimate, other.poses[name]) else estimate
         for name, estimate in belief.poses.items()

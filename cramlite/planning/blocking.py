@@ -14,7 +14,7 @@ from msgspec.structs import replace
 from ..base.value import Value
 from ..interpretation.fluents import Fact
 from ..model.entity_name import thing_of
-from .handling import Done, Track, done, history, said
+from .handling import Done, Track, done, history, task_text
 from .operators import Operator
 from .refutation import Refutation
 
@@ -61,7 +61,7 @@ class Blocking(Value):
     def __str__(self) -> str:
         things = [[" with ".join(map(str, tracks)) for tracks in any_of] for any_of in self.sets]
         left = [one[0] if len(one) == 1 else f"any of {', '.join(one)}" for one in things]
-        return f"no {said(self.task)} with {' and '.join(left)}"
+        return f"no {task_text(self.task)} with {' and '.join(left)}"
 
 
 def blocking_of(
@@ -90,7 +90,7 @@ def blocking_of(
 
 
 def _tracks(thing: str, before: Sequence[Operator], facts: frozenset[Fact], loose: frozenset[str]) -> tuple[Track, ...]:
-    """What had been done to a thing, which is first, and to what moves with it."""
+    """Tasks done so far to a thing, the first one, and to all that moves with it."""
     pairs = [frozenset(map(thing_of, f[1:])) & loose for f in facts]
     known = {thing}
     while more := {n for names in pairs if names & known for n in names} - known:

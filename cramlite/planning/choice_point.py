@@ -195,7 +195,7 @@ def _was_moved(thing: str, belief: Belief) -> bool:
 
 
 def _is_about(name: str, things: Collection[str], bindings: Mapping[str, Any], actions: Mapping[str, Action]) -> bool:
-    """Whether a choice is about one of some things; where it is not known of what, it may be."""
+    """Whether a choice is about one of some things, or may be."""
     value = bindings.get(name)
     if isinstance(value, Place):
         return value.thing in things

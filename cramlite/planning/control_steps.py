@@ -102,7 +102,7 @@ def _control(compound: Compound, parts: tuple[tuple[AnyStep, ...], ...]) -> Cont
 
 
 def _differ(one: Belief, other: Belief) -> str:
-    """What makes two beliefs different for what comes after; empty when nothing does."""
+    """Differences of two beliefs that matter afterwards; empty if there are none."""
     apart = max((abs(a - b) for a, b in zip(one.joints, other.joints, strict=True)), default=0.0)
     held = [b.held.thing if b.held else "nothing" for b in (one, other)]
     if held[0] != held[1]:

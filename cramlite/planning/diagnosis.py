@@ -31,7 +31,7 @@ def how_it_ended(entries: Sequence[Entry]) -> str:
 
 
 def _left_out(entries: Sequence[Entry]) -> list[Entry]:
-    """What ended the search, or left alternatives out of it that no wider round of the same task sequence took up again."""
+    """End of the search, or alternatives that no wider round of the same task sequence took up again."""
     widened = {e.candidate: e.number for e in entries if e.kind == "sequence" and e.outcome == "asked"}
     capped = [e for e in entries if e.outcome == "capped"]
     return [e for e in capped if e.kind in ("budget", "stop") or e.number > widened.get(e.candidate, 0)]
@@ -54,7 +54,7 @@ def nearest_miss(entries: Sequence[Entry]) -> Entry | None:
 
 
 def _says_more(entry: Entry) -> bool:
-    """Whether a refusal says what is missing, and not only that a way is none here."""
+    """Whether a refusal names what is missing, and not only that there is no way."""
     return entry.remedy is not None or entry.collision is not None
 
 

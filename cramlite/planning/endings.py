@@ -85,7 +85,7 @@ def endings(schema: ActionSchema, fluents: Fluents, kinds: Kinds) -> tuple[Endin
 
 
 def _denied(schema: ActionSchema, fluents: Fluents) -> Iterator[Ending]:
-    """What a rule says itself, and what cannot hold beside what it adds."""
+    """Denials of a rule, and facts that cannot hold beside those that it adds."""
     for pattern in sorted(schema.change.removes, key=str):
         yield Ending((str(pattern[0]), *(p if p is not None else f"?any{k}" for k, p in enumerate(pattern[1:]))))
     for every in schema.after:
@@ -97,7 +97,8 @@ def _denied(schema: ActionSchema, fluents: Fluents) -> Iterator[Ending]:
 
 
 def _following(ending: Ending, fluents: Fluents) -> Iterator[Ending]:
-    """What ends with a fact: its mirror image, what it undoes, its wholes, and what implies it."""
+    """Facts that end with a fact: its mirror image, those that it undoes, its wholes, and those that imply
+    it."""
     name, *terms = ending.fact
     fluent, when = fluents[name], ending.when | {ending.fact}
     if fluent.symmetric:
@@ -143,7 +144,7 @@ def _tidy(ending: Ending) -> Ending:
 
 
 def _possible(ending: Ending, kinds: Kinds) -> bool:
-    """Whether its facts can ever hold, by the kinds of what they are about."""
+    """Whether its facts can ever hold, by the kinds of their arguments."""
     facts = [ending.fact, *ending.when]
     terms = {t for f in facts for t in f[1:]} - set(ending.free)
     fits = all(_kind(t) in kinds.get((f[0], k), ()) for f in facts for k, t in enumerate(f[1:], 1) if t in terms)

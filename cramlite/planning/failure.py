@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator, Sequence
 
 from .diagnosis import how_it_ended, nearest_miss, without_numbers
@@ -26,6 +27,34 @@ def failure_text(trace: Trace, faults: Iterable[object]) -> str:
     return "\n".join(lines)
 
 
+def brief_failure_text(trace: Trace, faults: Iterable[object], run: str) -> str:
+    """Return three lines for a terminal: how it ended and where the rest is, the nearest miss or a plugin's fault, what to try first.
+
+    Args:
+        run: its directory, for ``cramlite explain``.
+    """
+    broken, (nearest, *others) = [str(f) for f in faults], misses(trace.entries) or [()]
+    more = f" ({len(others)} other causes: --verbose)" if len(others) > 1 else " (another cause: --verbose)" if others else ""
+    lines = [f"No solution: {how_it_ended(trace.entries)}. Every decision: cramlite explain {run}{more}"]
+    lines += [f"  Fault: {broken[0]}"] if broken else []
+    first = first_objection(nearest[0].reason) if nearest else ""
+    lines += [f"  Nearest miss: {_miss(nearest, first)}"] if nearest else []
+    tries = [said.removesuffix(f": {first.partition(' (and ')[0]}") for said in what_to_try(trace.entries, 1)] if first else []
+    return "\n".join([*lines, *(f"  To try: {said}." for said in tries)][:LINES])
+
+
+LINES = 3
+"""Lines of a refusal on a terminal."""
+OBJECTION = re.compile(r"[a-z_]+: ")
+
+
+def first_objection(reason: str) -> str:
+    """Return the first objection of a reason that joins several with ";", and how many others there are."""
+    first, *rest = reason.split("; ")
+    others = sum(1 for part in rest if OBJECTION.match(part))
+    return (f"{first} (and {others} more)" if others else first) if OBJECTION.match(reason) else reason
+
+
 def misses(entries: Sequence[Entry]) -> list[tuple[Entry, ...]]:
     """Return the nearest misses of the candidates, those of one cause together, the nearest of all first."""
     nearest, alike = nearest_miss(entries), dict[tuple[str, str], list[Entry]]()
@@ -36,14 +65,15 @@ def misses(entries: Sequence[Entry]) -> list[tuple[Entry, ...]]:
 
 
 def _cause(entry: Entry) -> tuple[str, str]:
-    """What two misses have in common that differ in numbers only."""
+    """Common part of two misses that differ in numbers only."""
     return without_numbers(entry.designator) if entry.kind != "proof" else "", without_numbers(entry.reason)
 
 
-def _miss(same: Sequence[Entry]) -> str:
+def _miss(same: Sequence[Entry], reason: str = "") -> str:
+    """A miss with its candidates, designator and plugin; ``reason`` in the place of its own."""
     first, numbers = same[0], [e.candidate for e in same]
     which = f"candidate {numbers[0]}" if len(numbers) == 1 else f"candidates {_listed(numbers)}"
-    return f"{which}, {first.designator}: {first.reason} [{first.plugin}]"
+    return f"{which}, {first.designator}: {reason or first.reason} [{first.plugin}]"
 
 
 def _listed(numbers: Sequence[int]) -> str:

@@ -60,7 +60,7 @@ def parse_goal(text: str, grounder: Grounder, where: str = "") -> ParsedGoal:
         found = re.fullmatch(_pattern(phrase), said)
         if found is not None:
             words, count = [g or "" for g in found.groups()], len(_places(phrase))
-            amount = (words.pop(),) if phrase.form.endswith(AMOUNT) else ()
+            amount = (words.pop(count),) if phrase.form.endswith(AMOUNT) else ()
             side, other = words[count:] or ("", "")
             what, things = f"{where}the goal '{text}'", tuple(words[:count])
             meaning = _meaning(phrase, things, amount, other, grounder, what)
@@ -121,7 +121,7 @@ def _two_manners(one: ParsedGoal, other: ParsedGoal) -> str:
 
 
 def _forms(phrases: Iterable[GoalPhrase]) -> str:
-    """What could be said instead."""
+    """Other goal phrases that are close."""
     forms = [f"'{p.form}'" for p in sorted(phrases, key=lambda p: -len(_places(p)))]
     said = f"say {', '.join(forms[:-1])} or {forms[-1]}" if forms[1:] else "no plugin declares a phrase for goals"
     sides = ", ".join(f"'{s}'" for s in SIDES)
@@ -144,7 +144,7 @@ def _pattern(phrase: GoalPhrase) -> str:
 def _meaning(
     phrase: GoalPhrase, things: tuple[str, ...], amount: tuple[str, ...], other: str, grounder: Grounder, what: str
 ) -> GoalCondition:
-    """What the phrase makes of things that there are."""
+    """Meaning of a phrase for the things of the world."""
     for name in filter(None, (*things, other)):
         known = grounder.things if name == thing_of(name) else grounder.scene.types
         if name not in known:

@@ -117,7 +117,7 @@ def _proven(entry: Entry) -> GoalAnswer:
 
 
 def _unproven(parts: Iterable[Entry], entries: Sequence[Entry]) -> Iterator[GoalAnswer]:
-    """What each candidate that was tried says of each part."""
+    """Answer of each tried candidate to each part."""
     known = {e.number: e for e in entries}
     of = {c: [e for e in entries if e.candidate == c and e.kind != "goal"] for c in {e.candidate for e in parts}}
     misses = {c: nearest_miss(there) for c, there in of.items()}

@@ -60,7 +60,7 @@ def done(step: Operator) -> Done:
     return step.doing, tuple(sorted(step.roles.items()))
 
 
-def said(task: Done) -> str:
+def task_text(task: Done) -> str:
     """Format a task that was done for people: "Placing(tin, shelf)"."""
     return f"{task[0].split(':')[-1]}({', '.join(e for _, e in task[1] if e != EFFECTOR)})"
 
@@ -92,7 +92,7 @@ class Track(Value):
     past: tuple[Done, ...]
 
     def __str__(self) -> str:
-        return f"'{self.thing}' " + (f"after {', '.join(map(said, self.past))}" if self.past else "as it was")
+        return f"'{self.thing}' " + (f"after {', '.join(map(task_text, self.past))}" if self.past else "as it was")
 
     def stages(self) -> list[Stage]:
         """Return all that a thing may be at while it can still come to this history."""

@@ -91,11 +91,8 @@ def searching_text(trace: Trace, tasks: int = 0) -> str:
     task = next((e.numbers["task"] for e in reversed(recent) if "task" in e.numbers), 0)
     where = f", task {task:.0f} of {tasks}" if task and tasks else ""
     said = f"searching: {asked.designator}{where}, candidate {asked.candidate}; {len(trace.entries)} decisions"
-    reasons = Counter((e.reason, e.plugin) for e in recent if e.outcome in REFUSED)
-    if not reasons:
-        return said
-    ((reason, plugin), count), *_ = reasons.most_common(1)
-    return f"{said}; refused {reasons.total()} times, most often ({count}): {reason} [{plugin}]"
+    total, most = _refused(recent)
+    return f"{said}; refused {total} times, {most}" if total else said
 
 
 def _recent(entries: list[Entry]) -> list[Entry]:
@@ -105,15 +102,30 @@ def _recent(entries: list[Entry]) -> list[Entry]:
     return entries[next(ends, -1) + 1 :]
 
 
+def _on_the_way(entries: Iterable[Entry]) -> str:
+    """What was refused before a program that runs, as a clause; "" where nothing was."""
+    total, most = _refused(entries)
+    return f"; on the way to it {total} alternatives were, {most}" if total else ""
+
+
+def _refused(entries: Iterable[Entry]) -> tuple[int, str]:
+    """How many alternatives were refused, and why most often."""
+    reasons = Counter((e.reason, e.plugin) for e in entries if e.outcome in REFUSED)
+    if not reasons:
+        return 0, ""
+    ((reason, plugin), count), *_ = reasons.most_common(1)
+    return reasons.total(), f"most often ({count}): {reason} [{plugin}]"
+
+
 def interrupted_text(trace: Trace) -> str:
     """Return where a search was interrupted, its nearest miss, and what to try. A program that runs is behind all that was refused on
-    the way to it: of such a search only other programs are a miss."""
+    the way to it: of such a search only other programs are a miss; how much was refused on the way to the first is told."""
     runs = next((e.text for e in trace.entries if e.kind == "stop" and e.text), "")
     entries = [e for e in trace.entries if e.kind == "proof" or not runs]
     miss = nearest_miss(entries)
-    found = "no program was refused yet" if runs else "nothing was refused yet"
+    found = f"no program was refused yet{_on_the_way(trace.entries)}" if runs else "nothing was refused yet"
     if miss is not None:
         found = f"nearest miss: candidate {miss.candidate}, {miss.designator}: {miss.reason} [{miss.plugin}]"
-    tries = "".join(f"\n  To try: {said}" for said in what_to_try(entries))
+    tries = "".join(f"\n  To try: {said}" for said in what_to_try(entries, 1))
     where = f" ({runs})" if runs else ""
     return f"the search was interrupted after {len(trace.entries)} decisions{where}; {found}{tries}"

@@ -26,7 +26,7 @@ from ..interpretation.fluents import (
     fluents_of,
     matches,
     matching,
-    said,
+    pattern_text,
 )
 from ..interpretation.rules import Rule
 from ..interpretation.timeline import Predicate
@@ -91,13 +91,13 @@ class Operator(Value):
 
     def unmet(self, facts: frozenset[Fact]) -> str:
         """Return the first precondition that does not hold, as rules write it; "" where all do."""
-        missing = [said(f) for f in sorted(self.needs - facts)]
+        missing = [pattern_text(f) for f in sorted(self.needs - facts)]
         if matching(facts, self.without):
-            missing += ["not " + said(f) for p in sorted(self.without, key=str) for f in sorted(matching(facts, [p]))]
+            missing += ["not " + pattern_text(f) for p in sorted(self.without, key=str) for f in sorted(matching(facts, [p]))]
         for one, two in sorted(self.never):
             alike = sorted(by_predicate(facts).get(one[0], ()))
             found = (e for f in alike for e in _others(f, one) if _with(two, e) in facts)
-            missing += [f"not {said(_with(two, e))} as {said(_with(one, e))}" for e in found]
+            missing += [f"not {pattern_text(_with(two, e))} as {pattern_text(_with(one, e))}" for e in found]
         return next(iter(missing), "")
 
     def apply(self, facts: frozenset[Fact]) -> frozenset[Fact]:
@@ -178,7 +178,7 @@ class Grounder:
         return {n: self.contents if n in inside else self._candidates(n, asked, task) for n in names}
 
     def _candidates(self, name: str, asked: Iterable[Atom], task: TaskType) -> list[str]:
-        """Entities that conditions on classes, and what the task type's role asks for, leave for a variable."""
+        """Entities that may fill a variable, by conditions on classes and the role of the task type."""
         role = task.role(name)
         if role is not None and role.effector:
             return [EFFECTOR]
@@ -232,7 +232,7 @@ class Grounder:
     def _facts(
         self, clauses: Iterable[tuple[str, Condition]], phase: str, binding: Mapping[str, str]
     ) -> tuple[frozenset[Fact], frozenset[Pattern]]:
-        """What must hold and what may not, of what tasks change."""
+        """Facts that must hold, and that may not, among those that tasks change."""
         yes: set[Fact] = set()
         no: set[Pattern] = set()
         for condition in (c for p, c in clauses if p == phase and not is_static(c)):

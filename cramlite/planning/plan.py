@@ -117,7 +117,8 @@ Ahead = tuple[Location, Action | None]
 
 
 def _with_goals(actions: Sequence[Any], types: Mapping[str, TaskType], ahead: Ahead) -> tuple[tuple[Any, ...], Ahead]:
-    """A free motion leads to where the next task begins, the last one to what is ``ahead``; and what is ahead of all."""
+    """Free motions with their goal: the start of the next task, for the last one ``ahead``; and the goal
+    ahead of all."""
     result: list[Action] = []
     for action in reversed(actions):
         if isinstance(action, Compound):
@@ -156,8 +157,8 @@ def _describe(variables: Mapping[str, str], entity: Entity, taxonomy: Taxonomy) 
 
 
 def _suggested(name: str, taxonomy: Taxonomy) -> tuple[str, ...]:
-    """The class whose label is in a name, and those just above it of which anything is said: who has no plate takes other
-    crockery, but not any artifact."""
+    """Class whose label is in a name, with its nearest known superclasses: without a plate other crockery
+    will do, not any artifact."""
     if (named := taxonomy.thing_named(name)) is None:
         return ()
     above = taxonomy.parents.get(named[0], ())

@@ -9,7 +9,7 @@ from msgspec.structs import replace
 from ..base.pulse import checkpoint
 from ..model.entity_name import thing_of
 from .goal_planner import NEEDLESS, TaskPlan
-from .handling import said
+from .handling import task_text
 from .operators import Operator
 from .pddl import PddlText, PlanStep
 from .plan_file import steps_of
@@ -103,10 +103,10 @@ class _Given:
 
     def new(self, plan: TaskPlan | None) -> bool:
         """Whether a plan has no needless step and contains no sequence that was given."""
-        return plan is not None and NEEDLESS not in plan.reasons and not any(_within(e, plan.steps) for e in self.unexplained)
+        return plan is not None and NEEDLESS not in plan.reasons and not any(_is_with_detours(e, plan.steps) for e in self.unexplained)
 
     def hopeless(self, trace: Trace | None) -> bool:
-        """Whether a thing that can play no role is in what the goal lacks: every sequence needs a task with it."""
+        """Whether a thing of the goal's open part can play no role: every sequence needs a task with it."""
         found = trace.refutation if trace is not None else None
         lacking = {thing_of(e) for fact in self.problem.wanted.needs - self.problem.facts for e in fact[1:]}
         return found is not None and any(thing_of(name) in lacking for name in found.unfit)
@@ -118,25 +118,25 @@ class _Given:
         if trace is not None:
             self.problem = replace(self.problem, blocked=(*self.problem.blocked, *new))
             for blocking in new:
-                trace.add(0, "goal", said(blocking.task), "refused", "engine", str(blocking), kind="goal")
+                trace.add(0, "goal", task_text(blocking.task), "refused", "engine", str(blocking), kind="goal")
         return bool(new)
 
 
-Found = tuple[TaskPlan | None, list[PlanStep]]
+FoundPlan = tuple[TaskPlan | None, list[PlanStep]]
 """A planner's plan as the engine sees it, None where it is none of its, and the steps that are left of it."""
 
 
-def _planned(given: _Given, problem: PlanningProblem, scope: Scope, progress: Callable[[str], None]) -> Found | None:
+def _planned(given: _Given, problem: PlanningProblem, scope: Scope, progress: Callable[[str], None]) -> FoundPlan | None:
     """The planner's plan with the things and tasks of a scope; None where there is none."""
     return _answer(problem.pddl(scope, given.earlier), problem, scope, progress)
 
 
-def _answer(text: PddlText, problem: PlanningProblem, scope: Scope, progress: Callable[[str], None]) -> Found | None:
+def _answer(text: PddlText, problem: PlanningProblem, scope: Scope, progress: Callable[[str], None]) -> FoundPlan | None:
     answer = fast_downward(text, few_things(problem, scope), progress)
     return _plan(problem, steps_of(answer.plan, text, "the planner's plan")) if answer.plan is not None else None
 
 
-def _better(given: _Given, problem: PlanningProblem, scope: Scope, found: Found, progress: Callable[[str], None]) -> Found:
+def _better(given: _Given, problem: PlanningProblem, scope: Scope, found: FoundPlan, progress: Callable[[str], None]) -> FoundPlan:
     """A plan, or the one with added tasks that is shorter and has no effects that nothing asks for beyond those of the plan.
 
     Where plans are not the shortest, their lengths say nothing; and after a plan that failed, the known tasks' others come first.
@@ -159,7 +159,7 @@ def few_things(problem: PlanningProblem, scope: Scope) -> bool:
     return sum(ON_JOINT if t.joint is not None else t.movable for t in things) < FEW + ON_JOINT / 2  # thirds do not add up to ones
 
 
-def _plan(problem: PlanningProblem, steps: list[PlanStep]) -> Found:
+def _plan(problem: PlanningProblem, steps: list[PlanStep]) -> FoundPlan:
     """A planner's plan as the engine sees it, without needless steps and shutting first, and the steps that are left of it."""
     found = [(s, o) for s in steps if (o := problem.operator(s)) is not None]
     operators = [o for _, o in found]
@@ -169,7 +169,7 @@ def _plan(problem: PlanningProblem, steps: list[PlanStep]) -> Found:
     return problem.plan(problem.shut_first(shorter)), [s for s, o in found if any(o is kept for kept in shorter)]
 
 
-def _within(short: tuple[Operator, ...], long: tuple[Operator, ...]) -> bool:
+def _is_with_detours(short: tuple[Operator, ...], long: tuple[Operator, ...]) -> bool:
     """Whether a sequence is another one with detours."""
     rest = iter(long)
     return all(any(str(step) == str(other) for other in rest) for step in short)

@@ -10,7 +10,7 @@ from msgspec.structs import replace
 
 from ..base.value import Value
 from ..interpretation.conditions import atoms
-from ..interpretation.fluents import EFFECTOR, Fact, Fluents, SymbolicWorld, matching, said
+from ..interpretation.fluents import EFFECTOR, Fact, Fluents, SymbolicWorld, matching, pattern_text
 from ..model.entity_name import thing_of
 from .action_schema import ActionSchema, Table, action_schemas
 from .blocking import Blocking, blocking_of
@@ -25,8 +25,7 @@ from .goal_planner import (
     reasons,
     surplus,
 )
-from .handling import Done, handled
-from .handling import said as said_task
+from .handling import Done, handled, task_text
 from .operators import Grounder, Operator, conditions_of, held_in
 from .pddl import PddlText, PlanStep, write_pddl
 from .refutation import WHOLE, Refutation
@@ -42,7 +41,7 @@ ASIDE = 5
 
 
 class Scope(Value):
-    """What plans may use.
+    """Limits of the plans of one attempt.
 
     Args:
         things: by name.
@@ -164,7 +163,7 @@ class PlanningProblem(Value, eq=False):
         the drawer that it opens, or what it pushes, is no place."""
         new = [f for f in schema.change.adds - schema.change.needs if len(f) > 2]
         made = [(f[0], k) for f in new for k, t in enumerate(f) if (t,) == table.terms]
-        if not scope.on_fixed or not made or table.terms[0] in schema.in_hand | _pushed(schema, self.grounder.fluents):
+        if not scope.on_fixed or not made or table.terms[0] in schema.in_hand | _moved_unheld(schema, self.grounder.fluents):
             return table
         wanted = {(f[0], k, e) for f in self.wanted.needs for k, e in enumerate(f)}
         fixed = {n for n, t in self.grounder.things.items() if not t.movable}
@@ -201,9 +200,9 @@ class PlanningProblem(Value, eq=False):
             if bar := next((b for b in self.blocked if b.bars([*before, *steps[: number - 1]], step)), None):
                 return f"'{step}', its step {number}, was refused: {bar}"
             facts = step.apply(facts)
-        missing = [said(f) for f in sorted(self.wanted.needs - facts)]
+        missing = [pattern_text(f) for f in sorted(self.wanted.needs - facts)]
         if not missing and matching(facts, self.wanted.without):
-            missing += ["not " + said(f) for p in self.wanted.without for f in sorted(matching(facts, [p]))]
+            missing += ["not " + pattern_text(f) for p in self.wanted.without for f in sorted(matching(facts, [p]))]
         return f"it ends without {missing[0]}, which the goal asks for" if missing else ""
 
     def shortened(self, steps: Sequence[Operator]) -> tuple[Operator, ...]:
@@ -259,7 +258,7 @@ class PlanningProblem(Value, eq=False):
         for later in range(k + 1, len(steps)):
             for b in self.blocked:
                 if not b.bars(steps[:later], steps[later]) and b.bars([*steps[:k], *steps[k + 1 : later]], steps[later]):
-                    return f"{said_task(b.task)} was refused without it"
+                    return f"{task_text(b.task)} was refused without it"
         return ""
 
     def blocking(self, steps: Sequence[Operator], found: Refutation) -> Blocking | None:
@@ -333,12 +332,12 @@ def why_unreachable(problem: PlanningProblem) -> str:
     missing = [f for f in sorted(problem.wanted.needs - problem.facts) if not any(_may_make(s, a, f) for s, a in made)]
     missing = [f for f in missing if f not in problem.wanted.constraints]
     if missing:
-        return f"no task's rule makes {said(missing[0])} so with these things"
+        return f"no task's rule makes {pattern_text(missing[0])} so with these things"
     return "no sequence of tasks leads from what holds to it, whatever the things"
 
 
 def _may_make(schema: ActionSchema, added: Fact, fact: Fact) -> bool:
-    """Whether a schema's effect can be a fact, by what may fill its parameters."""
+    """Whether a schema's effect can be a fact, by the possible fillers of its parameters."""
     tables = {t.terms: t.rows for t in schema.tables if len(t.terms) == 1 and not t.denied}
     return added[0] == fact[0] and all(
         t == e or (t.startswith("?") and (e,) in tables.get((t,), {(e,)})) for t, e in zip(added[1:], fact[1:], strict=True)
@@ -371,7 +370,7 @@ def _moves_joint(schema: ActionSchema, fluents: Fluents) -> bool:
     return any(h.displaces and not h.holds for h in handled(change.needs, change.adds, change.removes, fluents).values())
 
 
-def _pushed(schema: ActionSchema, fluents: Fluents) -> frozenset[str]:
+def _moved_unheld(schema: ActionSchema, fluents: Fluents) -> frozenset[str]:
     """Terms of what a schema moves without holding it, and of which no fact tells: not of what is on a joint, which is open or closed."""
     change = schema.change
     told = handled(change.needs, change.adds, change.removes, fluents)
@@ -379,8 +378,8 @@ def _pushed(schema: ActionSchema, fluents: Fluents) -> frozenset[str]:
 
 
 def _may_push(schema: ActionSchema, things: frozenset[str], fluents: Fluents) -> bool:
-    """Whether a schema may push one of some things, by what may fill its parameters."""
-    pushed = _pushed(schema, fluents)
+    """Whether a schema may push one of some things, by the possible fillers of its parameters."""
+    pushed = _moved_unheld(schema, fluents)
     tables = [t.rows for t in schema.tables if not t.denied and len(t.terms) == 1 and t.terms[0] in pushed]
     return bool(pushed) and any(all((thing,) in rows for rows in tables) for thing in things)
 

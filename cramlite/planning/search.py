@@ -190,8 +190,8 @@ class Search(Struct, dict=True):
         return frozenset(point.conflict)
 
     def _within(self, item: Designator, state: State) -> dict[str, int]:
-        """Of what comes up within a task of the plan, or is one: which task it is, and how many
-        actions are open around it, rules of the plan language not counted."""
+        """Number of the task of the plan that an item belongs to, and of the actions open around it, rules
+        not counted."""
         behind = [k for k, i in enumerate(state.agenda, 1) if isinstance(i, Effect)]
         if not behind and not isinstance(item, Action):
             return _needed_by(item, state)
@@ -224,7 +224,7 @@ class Search(Struct, dict=True):
 
 
 def _needed_by(item: Designator, state: State) -> dict[str, int]:
-    """The first and the last task of the plan that has what comes up before all tasks in a role."""
+    """First and last task of the plan that has an item before all tasks in a role."""
     actions = [i for i in state.agenda if isinstance(i, Action)]
     tasks = [k for k, action in enumerate(actions, 1) if item.name in {o.name for o in action.roles.values()}]
     return {"first_task": tasks[0], "last_task": tasks[-1]} if tasks else {}

@@ -46,7 +46,7 @@ class Frame(Value):
 
 
 class State(Value):
-    """Search state: what is done, and what is still to do.
+    """Search state: finished items, and open ones.
 
     Args:
         grip: what was held when the last action of the plan ended.

@@ -91,7 +91,7 @@ def _meant(found: Interpretation, reading: int | str | None) -> Iterator[TaskSeq
 
 
 def _shown(task: TaskType, match: Match, rule: Rule | None, action: Interpreted, timeline: Timeline) -> dict[str, float]:
-    """What the demonstration shows of a task's parameters: those that are named like a value that its rule compares."""
+    """Parameters of a task that the demonstration shows: those named like a value that its rule compares."""
     from ..interpretation.matching import measured
     from ..interpretation.timeline import Segment
 

@@ -53,7 +53,7 @@ class Entry(Value):
             {"reach_m": 0.91, "limit_m": 0.85}.
         refutation: of a "sequence" that failed: what that depends on.
         collision: of what was refused since two bodies would be too near one another: that state.
-        remedy: of what was refused: what is missing and what to try.
+        remedy: of what was refused, also of a failed proof: what is missing and what to try.
     """
 
     number: int

@@ -20,15 +20,33 @@ ROUNDED = 0.0005  # depth of a collision that is told in whole millimetres [m]
 
 
 def what_to_try(entries: Sequence[Entry], most: int = MOST) -> tuple[str, ...]:
-    """Return what to try, the cause that refused most first, each cause once with the least that is missing.
+    """Return what to try, against what stopped programs first, the cause that refused most first, each cause once with the least that is
+    missing.
 
     Only refusals in the task that a candidate failed in count. Where none of them knows a remedy, the most frequent reasons are told.
     """
     refusals = list(_distinct(e for own in _candidates(entries) for e in decisive(own)))
-    given = [(e, e.remedy) for e in refusals if e.remedy is not None]
-    seen = [(e, _room(e.collision)) for e in refusals if e.remedy is None and e.collision is not None]
-    found = [*_told(given), *_told(seen)]
+    ran, others = _parted(refusals)
+    given = [(e, e.remedy) for e in others if e.remedy is not None]
+    seen = [(e, _room(e.collision)) for e in others if e.remedy is None and e.collision is not None]
+    found = [*_against(ran), *_told(given), *_told(seen)]
     return tuple(found[:most]) or tuple(_reasons(refusals, most))
+
+
+def _parted(refusals: Iterable[Entry]) -> tuple[list[Entry], list[Entry]]:
+    """Programs that ran and were refused, and other refusals."""
+    found: tuple[list[Entry], list[Entry]] = [], []
+    for e in refusals:
+        found[e.kind != "proof"].append(e)
+    return found
+
+
+def _against(ran: Sequence[Entry]) -> Iterator[str]:
+    """What to try against the objections to programs, and to how many of them; the most frequent cause first."""
+    told = [(e, e.remedy or Remedy(without_numbers(_first_objection(e)), _first_objection(e))) for e in ran]
+    often = Counter(_about(e, remedy) for e, remedy in told)
+    for (_, count), says in zip(often.most_common(), _told(told), strict=True):
+        yield says + (f" ({count} of {len(ran)} programs)" if count > 1 else "")
 
 
 def _first_objection(proof: Entry) -> str:
@@ -55,10 +73,10 @@ def _candidates(entries: Sequence[Entry]) -> Iterator[list[Entry]]:
 
 
 def _distinct(entries: Iterable[Entry]) -> Iterator[Entry]:
-    """Each refusal once: the search asks the same in several rounds and candidates."""
-    found: dict[tuple[str, str, str], Entry] = {}
+    """Each refusal once: the search asks the same in several rounds and candidates. Of programs each was another."""
+    found: dict[tuple[str, str, str, int], Entry] = {}
     for e in entries:
-        found.setdefault((e.designator, e.text, e.reason), e)
+        found.setdefault((e.designator, e.text, e.reason, e.number if e.kind == "proof" else 0), e)
     yield from found.values()
 
 
@@ -77,7 +95,7 @@ def _about(entry: Entry, remedy: Remedy) -> str:
 
 
 def _room(collision: Collision) -> Remedy:
-    """What a collision says: two bodies need more room."""
+    """Remedy of a collision: two bodies need more room."""
     more = f"at least {1000 * collision.depth:.0f} mm more room" if collision.depth >= ROUNDED else "more room"
     return Remedy("", f"{collision}: make {more} between them", collision.depth)
 
@@ -85,11 +103,8 @@ def _room(collision: Collision) -> Remedy:
 def _reasons(refusals: Sequence[Entry], most: int) -> Iterator[str]:
     """The reasons that refused most, where nothing knows a remedy; of one refusal the nearest miss has said all. Those that differ in
     numbers only, those of tasks among them, are one."""
-    proofs = _each_once(_first_objection(e) for e in refusals if e.kind == "proof")
-    yield from list(proofs.values())[:most]
-    others = [e for e in refusals if e.kind != "proof"]
-    first = _each_once(f"{e.designator}: {e.reason}" for e in others)
-    counted = Counter(without_numbers(f"{e.designator}: {e.reason}") for e in others)
+    first = _each_once(f"{e.designator}: {e.reason}" for e in refusals)
+    counted = Counter(without_numbers(f"{e.designator}: {e.reason}") for e in refusals)
     nearest = nearest_miss(refusals)
     told = without_numbers(f"{nearest.designator}: {nearest.reason}") if nearest is not None else ""
     for cause, count in counted.most_common(most) if len(counted) > 1 else ():
@@ -98,7 +113,7 @@ def _reasons(refusals: Sequence[Entry], most: int) -> Iterator[str]:
 
 
 def _each_once(said: Iterable[str]) -> dict[str, str]:
-    """The first of the texts that differ in numbers only, by what they have in common."""
+    """First of the texts that differ in numbers only, by their common part."""
     found: dict[str, str] = {}
     for text in said:
         found.setdefault(without_numbers(text), text)

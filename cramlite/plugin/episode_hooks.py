@@ -92,7 +92,7 @@ class EpisodeHooks:
             return episode
 
     def _answer(self, hook: str, nobody: str, **arguments: Any) -> Any:
-        """The first plugin's answer; who failed is named where nobody answers."""
+        """Answer of the first plugin; without one, failed plugins are named."""
         answer = self._registry.first(hook, **arguments)
         if answer is not None:
             return answer

@@ -60,7 +60,7 @@ class Inputs(Value):
     parameters: Mapping[str, float] = field(default_factory=dict)
 
     def __getitem__(self, name: str) -> Any:
-        """A value; what was judged is given as its bare value."""
+        """Value of a name; of a judged one its bare value."""
         found = self.values[name]
         return found.value if isinstance(found, Judged) else found
 

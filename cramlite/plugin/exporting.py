@@ -36,7 +36,7 @@ def require_absent(target: Path) -> None:
 
 
 def write_new(exporter: Exporter, record: RunRecord, target: Path) -> None:
-    """Write a run to a place where nothing is; what is half written is taken away.
+    """Write a run to a new place; a half-written file is removed.
 
     Raises:
         UserError: something is there, or it cannot be written.

@@ -111,7 +111,7 @@ def check_declared(hook: str, item: object) -> None:
 
 
 def _check_complete(hook: str, item: object) -> None:
-    """What the engine will ask of it is there, whether it is made of our class or of one of its author's."""
+    """Check that the members that the engine will ask for are there, whichever class it is made of."""
     kind = _class_of(hook)
     if kind is None or isinstance(item, kind):
         return
@@ -122,7 +122,7 @@ def _check_complete(hook: str, item: object) -> None:
 
 
 def _class_of(hook: str) -> type | None:
-    """The class that is offered for what is declared under a hook; None where a protocol of few words says all."""
+    """Class that is offered for a hook's declarations; None if a protocol of few members is enough."""
     if hook == "task_types":
         from .task_type import TaskType
 
@@ -157,7 +157,7 @@ def _check_path(item: object) -> None:
 
 
 def check_many(hook: str, answer: Any) -> Iterable[Any]:
-    """Return what a hook gave that may give several, checked to be a list or the like.
+    """Return the list that a hook gave, checked to be one.
 
     Raises:
         WrongAnswer: it is none; names what it is.
@@ -236,7 +236,7 @@ def _check_values(hook: str, item: object) -> None:
 
 
 def _check_fluent(name: str, item: object) -> None:
-    """What planning reads of a predicate is what it takes it for."""
+    """Check that a predicate's planning fields have their types."""
     from ..interpretation.fluents import Fluent
 
     static, fluent = getattr(item, "static", None), getattr(item, "fluent", Fluent())
@@ -262,7 +262,7 @@ def _short(value: object) -> str:
 
 
 def _words(hook: str) -> Mapping[str, tuple[str, ...]]:
-    """Attributes of what is declared under a hook that are one of a few words, and the words."""
+    """Attributes of a hook's declaration with a fixed set of words, and the words."""
     if hook == "validators":
         from ..model.verdict import COSTS
 

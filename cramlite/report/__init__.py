@@ -40,11 +40,11 @@ NOT_DRAWN = "It draws, and the command was interrupted; the same command goes on
 
 
 class Knowing(Protocol):
-    """What a report asks of an engine."""
+    """Parts of an engine that a report asks for."""
 
     @property
     def knowledge(self) -> Knowledge:
-        """What plugins know."""
+        """Knowledge of the plugins."""
 
     @property
     def registry(self) -> Registry:
@@ -91,7 +91,7 @@ class Finished(Value):
 
     @property
     def outcome(self) -> str:
-        """What came of it, as a clause: of the search and, where there was one, of the first execution."""
+        """Result as a clause: of the search and, if there was one, of the first execution."""
         if self.shown is None or not self.proven:
             return "nothing proven"
         said = "program proven, with advice" if self.shown.advice else "program proven"
@@ -138,7 +138,7 @@ class Finished(Value):
         return knowledge.simulator.scene(rollout, knowledge.robots_of(rollout.world), samples)
 
 
-class Part(Value):
+class RenderedSection(Value):
     """Rendered section: ``html`` is empty when its plugin broke, and ``fault`` then says how."""
 
     anchor: str
@@ -200,7 +200,7 @@ def _page(done: Finished, drawn: bool) -> str:
     )
 
 
-def _parts(done: Finished, drawn: bool) -> Iterator[Part]:
+def _parts(done: Finished, drawn: bool) -> Iterator[RenderedSection]:
     sections = sorted(done.engine.registry.collect("report_sections"), key=lambda s: (s[1].order, s[1].title))
     for number, (plugin, section) in enumerate(sections, 1):
         if not (done.proven or section.refused):
@@ -210,16 +210,16 @@ def _parts(done: Finished, drawn: bool) -> Iterator[Part]:
             yield part
 
 
-def _part(plugin: str, section: ReportSection, done: Finished, anchor: str, drawn: bool) -> Part:
+def _part(plugin: str, section: ReportSection, done: Finished, anchor: str, drawn: bool) -> RenderedSection:
     """A section may have nothing to say about a run (empty HTML): it is then left out."""
     render: Callable[[Any], str] = section.render
     try:
         with pulse(lambda: not drawn):
-            return Part(anchor, section.title, str(render(done)))
+            return RenderedSection(anchor, section.title, str(render(done)))
     except Stopped:
         if drawn:
             raise
-        return Part(anchor, section.title, "", NOT_DRAWN)
+        return RenderedSection(anchor, section.title, "", NOT_DRAWN)
     except DEFECTS as error:
         fault = done.engine.registry.fault(plugin, "report_sections", section.title, error)
-        return Part(anchor, section.title, "", str(fault))
+        return RenderedSection(anchor, section.title, "", str(fault))

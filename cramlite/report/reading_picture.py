@@ -167,7 +167,7 @@ def reading_picture(episode: Episode, found: Interpretation | None, shown: int =
 
 
 def _told(found: Interpretation, readings: Sequence[TaskSequence], names: SpokenNames) -> list[Told]:
-    """What the readings say of the actions; neighbours of which they say the same are one."""
+    """Claims of the readings about the actions; neighbours with the same claims are one."""
     pairs = [_pairs(found, s) for s in readings]
     steps: list[Told] = []
     for k, action in enumerate(found.actions):
@@ -184,7 +184,7 @@ def _told(found: Interpretation, readings: Sequence[TaskSequence], names: Spoken
 
 
 def _pairs(found: Interpretation, sequence: TaskSequence) -> list[tuple[Match | None, DescriptionLength]]:
-    """What a sequence says of each action, and what that costs."""
+    """Claim of a sequence about each action, and its cost."""
     explained = [k for k, a in enumerate(found.actions) if not a.unexplained]
     said = dict(zip([explained[k] for k in sequence.actions], sequence.matches, strict=True))
     cost = dict(zip(explained, sequence.lengths, strict=True))
@@ -225,7 +225,8 @@ def _block(axis: Axis, one: Told, label: str, short: str, colour: str) -> Block:
 def _states(
     episode: Episode, readings: Sequence[TaskSequence], names: SpokenNames, axis: Axis
 ) -> tuple[list[Lane], list[tuple[str, int]]]:
-    """The lanes of the states that matter for the readings, and the others: what is said of each pair, and how often it held."""
+    """Lanes of the states that matter for the readings, and the others: words of each pair, and how often
+    it held."""
     spoken_of = {thing_of(f) for s in readings for m in s.matches for f in m.roles.values()} - {episode.effector}
     pairs: dict[tuple[int, str, str, str], list[Event]] = {}
     for event in episode.of("state"):
@@ -273,7 +274,7 @@ def _local(type_: str) -> str:
 
 
 def _renamed(names: SpokenNames, readings: Sequence[TaskSequence]) -> list[tuple[str, str]]:
-    """What is said for names that people would not say, of what the readings speak of."""
+    """Spoken names for names of the readings that people would not say."""
     used = dict.fromkeys(f for s in readings for m in s.matches for f in m.roles.values())
     return [(names(n), n) for n in used if names(n) != n.replace("_", " ").lower()]
 
@@ -288,7 +289,7 @@ def _lost(told: Sequence[Told], lengths: Sequence[DescriptionLength], axis: Axis
 
 
 def _difference(one: Told, axis: Axis) -> dict[str, Any]:
-    """What two readings say of an action, and what the second takes more to say it [bits], term by term."""
+    """Claims of two readings about an action, and the extra length of the second [bits], term by term."""
     mine, other = one.lengths
     changed = [(words, sign * (getattr(other, t) - getattr(mine, t))) for t, words, sign in TERMS]
     terms = ", ".join(f"{words} {more:+.1f}".replace("-", "−") for words, more in changed if abs(more) > 0.05)

@@ -38,15 +38,15 @@ class SpokenNames(Value):
 
 def spoken_names(names: Iterable[str]) -> SpokenNames:
     """Return what is said for each of some names; where two would be called the same, they are told apart by their own names."""
-    said = {name: _said(name) for name in dict.fromkeys(names)}
+    said = {name: _spoken(name) for name in dict.fromkeys(names)}
     often = Counter(said.values())
     return SpokenNames({n: s if often[s] == 1 else f"{s} ({n})" for n, s in said.items()})
 
 
-def _said(name: str) -> str:
+def _spoken(name: str) -> str:
     derived = _DERIVED.fullmatch(name)
     if derived is not None:
-        of, number = _said(derived[2]), derived[3]
+        of, number = _spoken(derived[2]), derived[3]
         said = f"contents of the {of}" if derived[1] == "contents" else f"{'new ' if number else ''}place of the {of}"
         return f"{said} {number}" if number and number != "2" else said
     parsed = EntityName.parse(name)

@@ -76,11 +76,11 @@ class ErrorSpec(create_model("ErrorKeys", __base__=Spec, **keys_of(ErrorModel)))
             sensor: of the robot; what is not written of the sensor, unless ``before`` says it.
         """
         before = replace(before, sensor=before.sensor or sensor)
-        changes = {name: self._said(name, source, getattr(before, name)) for name, source in declared(type(before)).items()}
+        changes = {name: self._with_written(name, source, getattr(before, name)) for name, source in declared(type(before)).items()}
         return replace(before, **changes, scale=before.scale if self.scale is None else self.scale)
 
-    def _said(self, name: str, source: ErrorSource, before: Any) -> Any:
-        """A field of the model, with what is written here of it."""
+    def _with_written(self, name: str, source: ErrorSource, before: Any) -> Any:
+        """Field of the model with the written changes."""
         if source.keys:
             return replace(before, **{a: v for key, (a, _) in source.keys.items() if (v := getattr(self, key)) is not None})
         said = getattr(self, name)

@@ -61,7 +61,7 @@ class _Placing:
         self.found[thing.name] = placed
 
     def _carried(self, thing: Thing, before: Thing) -> Thing:
-        """What hangs or is mounted, with its carrier."""
+        """Hanging or mounted things, with their carrier."""
         own, carrier = thing.pose, self.found[before.name].pose
         if thing.name in self.hangers:
             hung = replace(thing, pose=_hung(thing, before, self.factors.get(thing.name, 1.0)))
@@ -69,7 +69,7 @@ class _Placing:
         return replace(self._sized(thing), pose=carrier * before.pose.inverse() * own if carrier != before.pose else own)
 
     def _set(self, thing: Thing) -> Thing:
-        """What is fixed or stands, each where it is by its own error."""
+        """Fixed or standing things, each with its own error."""
         under, lifted = self._support(thing)
         lean = self.leans.get(under if thing.movable else thing.name, Pose())
         if thing.movable:
@@ -83,7 +83,7 @@ class _Placing:
         return scaled(thing, self.factors[thing.name]) if thing.name in self.factors else thing
 
     def _raised(self, thing: Thing, pose: Pose, lean: Pose) -> Pose:
-        """Where the origin of what was scaled is, so that its base stays."""
+        """Origin of a scaled thing whose base stays."""
         more = self.factors.get(thing.name, 1.0) - 1.0
         if not more:
             return pose
@@ -91,7 +91,7 @@ class _Placing:
         return _shifted(pose, (x, y, z))
 
     def _support(self, thing: Thing) -> tuple[str, float]:
-        """What a thing stands or comes down on, and how far that was lifted where it stands [m]; "" and 0 for nothing."""
+        """Support of a thing, and how far that was lifted there [m]; "" and 0 for none."""
         if not thing.movable or not thing.geoms:
             return "", 0.0
         x, y, _ = thing.pose.position
@@ -109,7 +109,7 @@ class _Placing:
         return min(low[2] for low, _ in self.boxes[thing.name])
 
     def _lifted(self, name: str, point: Vector3) -> float:
-        """How much higher a point of a thing is in the world [m]: the thing as a whole, and what scale and lean make of it there."""
+        """Lift of a point of a thing in the world [m]: of the whole, and by scale and lean there."""
         before, after = self.world.thing(name).pose, self.found[name].pose
         arm = before.inverse().apply(point)
         there = after.rotate(self.factors.get(name, 1.0) * arm)[2] - before.rotate(arm)[2]
@@ -141,7 +141,7 @@ def _lean(thing: Thing, errors: ErrorModel, draw: Drawing) -> Pose:
 
 
 def _offsets(world: World, errors: ErrorModel, draw: Drawing, sight: Sight | None) -> dict[str, Pose]:
-    """How far each thing is off by itself, and by what the camera that saw it is off."""
+    """Offset of each thing: its own, and that of the camera that saw it."""
     seen, offs = _hand_eye(errors, draw, sight) if sight is not None else None, dict[str, Pose]()
     for thing in world.things:
         off = _offset(thing, errors, draw)
@@ -158,7 +158,7 @@ def _offset(thing: Thing, errors: ErrorModel, draw: Drawing) -> Pose:
 
 
 def _hand_eye(errors: ErrorModel, draw: Drawing, sight: Sight) -> Callable[[Pose], Pose]:
-    """What an error of the camera's mounting does at a place: a shift, and a turn about the vertical."""
+    """Effect of the camera's mounting error at a place: a shift, and a turn about the vertical."""
     error = errors.hand_eye
     shift = draw.ball("hand-eye", "camera:", error.position, "mm", MM)
     turn = draw.ball("hand-eye", "camera: turned about", error.angle, "deg", DEG)
@@ -194,7 +194,8 @@ def _meet(one: Box, other: Box) -> bool:
 
 
 def _displaced(thing: Thing, off: Pose, lifted: float) -> tuple[Pose, float]:
-    """Where a thing is, and how much higher [m]: what is fixed is off in every direction, what can move goes with what it stands on."""
+    """Pose of a thing, and how much higher it is [m]: fixed things are off in every direction, movable
+    ones go with their support."""
     x, y, z = off.position
     height = lifted if thing.movable else z
     if off == Pose() and not lifted:
@@ -204,7 +205,7 @@ def _displaced(thing: Thing, off: Pose, lifted: float) -> tuple[Pose, float]:
 
 
 def _hung(thing: Thing, hanger: Thing, factor: float) -> Pose:
-    """Where the origin of what hangs and is scaled is, so that its hole rests on the peg where it did."""
+    """Origin of a scaled hanging thing whose hole rests on the peg where it did."""
     resting = _resting(thing, hanger)
     if resting is None:
         return thing.pose
@@ -216,7 +217,8 @@ def _hung(thing: Thing, hanger: Thing, factor: float) -> Pose:
 
 
 def _swung(thing: Thing, hanger: Thing, off: Pose) -> Pose:
-    """Where something hangs that is off: shifted along what it hangs on, turned about the vertical through where it hangs."""
+    """Pose of a hanging thing with its error: shifted along its peg, turned about the vertical through the
+    point where it hangs."""
     resting = _resting(thing, hanger)
     if resting is None or off == Pose():
         return thing.pose
@@ -227,7 +229,7 @@ def _swung(thing: Thing, hanger: Thing, off: Pose) -> Pose:
 
 
 def _resting(thing: Thing, hanger: Thing) -> tuple[Feature, Pose] | None:
-    """The feature of a thing that is nearest to the axis of one of what it hangs on, and where that is; None where either has none."""
+    """Feature of a thing that is nearest to an axis of its hanger, and its place; None without either."""
     pairs = [(f, hanger.pose * g.pose) for f in thing.features for g in hanger.features]
     return min(pairs, key=lambda p: _from_axis(thing.pose * p[0].pose, p[1]), default=None)
 

@@ -133,13 +133,13 @@ def _completed(
 
 
 def _pads_doubted(found: Mapping[str, float], written: Mapping[str, object]) -> tuple[str, ...]:
-    """What is said of the friction of pads that only the gripper's file states."""
+    """Doubt about pad friction that only the gripper's file states."""
     said = "the friction of the gripper's pads is {:g}, as its file has it; 'pad_friction' of 'physics' says another"
     return tuple(said.format(value) for key, value in found.items() if key not in written)
 
 
 def _varied(scenario: Scenario, thing: Thing, change: VarySpec | None, shifts: dict[str, Pose], rng: Any) -> Thing:
-    """An imported thing where a seed puts it; what is mounted in another moves with it.
+    """Imported thing at the pose of a seed; mounted things move with it.
 
     Raises:
         UserError: the scenario varies its model or parameters, which a file's thing has not.

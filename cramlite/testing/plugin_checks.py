@@ -143,7 +143,7 @@ def check_backend(backend: Backend) -> None:
 
 
 def _written(backend: Backend) -> tuple[Program, Robot, Code]:
-    """What it writes of the sample program for the first robot that it writes for."""
+    """Text of the sample program for the first robot that it writes for."""
     said = ""
     robots = Knowledge(Registry()).robots.values()
     for robot in sorted(robots, key=lambda r: (r.backend != backend.name, r.type)):

@@ -79,7 +79,7 @@ def _templates(part: str) -> list[Path]:
 
 
 def _words(kind: str, name: str) -> Mapping[str, str]:
-    """What the templates are filled with."""
+    """Values of the templates."""
     major, minor = VERSION.split(".")[:2]
     return {
         "kind": kind, "name": name, "camel": camel(name), "package": f"cramlite_{name}",
@@ -114,7 +114,8 @@ def _checked(name: str) -> str:
 
 
 def _taken(kind: str, name: str) -> str:
-    """Why what the package would declare could not be loaded, or would hide something; empty if it works."""
+    """Reason why the package's declarations could not be loaded, or would hide something; empty if they
+    work."""
     from ..plugin.catalogue import Knowledge
     from ..plugin.registry import Registry
     from ..plugin.validation import NAMED_BY

@@ -35,14 +35,14 @@ class _Missing(KeyError):
 
 
 class _Sample(dict[str, Any]):
-    """Tells what was asked for and is not there from any other wrong key."""
+    """Wrapper that tells a missing scenario entry from any other wrong key."""
 
     def __missing__(self, key: str) -> Any:
         raise _Missing(key)
 
 
 class _Known(Value):
-    """What designators may name."""
+    """Names that designators may use."""
 
     kinds: Mapping[str, Iterable[str]]
     relations: Iterable[str]
@@ -105,7 +105,7 @@ def check_task_type(
     known, beliefs = _known(kinds, relations, hooks or {}), _beliefs()
     _check_declaration(task)
     _check_classes(task, known.hooks)
-    found = [(belief, _ways(task, belief)) for belief in beliefs]
+    found = [(belief, _decompositions(task, belief)) for belief in beliefs]
     assert any(ways for _, ways in found), f"{task.task}: neither an empty nor a holding gripper can do it, nor a robot that drives"
     for belief, ways in found:
         for way in ways:
@@ -115,7 +115,7 @@ def check_task_type(
 
 
 def _known(kinds: Mapping[str, Iterable[str]] | None, relations: Iterable[str] | None, hooks: Hooks) -> _Known:
-    """What is declared by installed plugins and by the one that is checked, or what is given in its place."""
+    """Declarations of installed plugins and of the checked one, or those given in their place."""
     own = {hook: {k.name: k for k in hooks[hook]()} for hook in ("motion_kinds", "location_kinds") if hook in hooks}
     declared = {**location_kinds(), **own.get("location_kinds", {})}
     motions = {**motion_kinds(), **{name: kind.knows() for name, kind in own.get("motion_kinds", {}).items()}}
@@ -126,7 +126,7 @@ def _beliefs() -> tuple[Belief, ...]:
     return sample_belief(), sample_belief("cube"), replace(sample_belief(), at=Pose())
 
 
-def _ways(task: TaskType, belief: Belief) -> list[Decomposition]:
+def _decompositions(task: TaskType, belief: Belief) -> list[Decomposition]:
     try:
         return list(task.decompose(sample_action(task), belief))
     except Unresolvable as impossible:
@@ -137,7 +137,8 @@ def _ways(task: TaskType, belief: Belief) -> list[Decomposition]:
 
 
 def _regrasps(way: Decomposition) -> bool:
-    """Its steps may change what is held, so that `effects` is asked in another belief than `decompose` was."""
+    """Whether its steps may change the payload, so that `effects` sees another belief than `decompose`
+    did."""
     return any(isinstance(s, Action) or (isinstance(s, Motion) and s.kind == "gripper") for s in way.steps)
 
 
@@ -162,7 +163,7 @@ def _check_effects(task: TaskType, beliefs: Iterable[Belief]) -> None:
 
 
 def _excuse(task: TaskType, name: str) -> None:
-    """Only what a scenario would give, and the sample does not, may be missing."""
+    """Whether an error is only about an entry that a scenario would give and the sample does not."""
     declared = [p.name for p in task.parameters]
     assert name not in declared, (
         f"{task.task}.effects asks for action.parameters['{name}'], which is there only where a scenario gives it; "

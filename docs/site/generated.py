@@ -8,12 +8,13 @@ import inspect
 import json
 import re
 from collections.abc import Callable, Iterator
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import pairwise
 from types import FunctionType, ModuleType
 from typing import Any, get_args
 
 import figures  # beside this file, where MkDocs looks while it loads a hook
+import tables
 
 import cramlite
 import cramlite.model
@@ -37,7 +38,8 @@ def on_files(files: Any, config: Any) -> Any:
 
 
 def on_page_markdown(markdown: str, page: Any, config: Any, files: Any) -> str:
-    """What the tests read in comments is shown: the file that a block is, and the exit code of a command; and tables of figures."""
+    """Show what the tests read in comments (names of files, exit codes), and the tables of code and figures."""
+    markdown = tables.filled(markdown)
     if page.file.src_uri == figures.PAGE:
         markdown = figures.shown(markdown)
     markdown = re.sub(r"<!-- file: (.*?) -->\n\n?```(\w+)\n", r'```\2 title="\1"\n', markdown)
@@ -85,18 +87,37 @@ def fields_of(kind: type[Value]) -> list[tuple[str, str, str]]:
     ]
 
 
+QUIET = "---\nsearch:\n  boost: 0.3\n---\n\n"
+"""Front matter of pages that a search lists after those written by hand."""
+
+
 def python_page() -> str:
-    """Every public name with its signature and docstring."""
-    listed = ", ".join(f"`{module.__name__}`" for module in DOORS)
-    parts = ["# Python names", "", f"Everything public, from {listed}; written from the code."]
-    for module in DOORS:
-        parts += ["", f"## {module.__name__}", "", plain((inspect.getdoc(module) or "").split("\n\n")[0])]
-        also = [n for n in module.__all__ if (module, n) not in public_names()]
-        if also:
-            parts += ["", f"Also here, described above: {', '.join(f'`{n}`' for n in also)}."]
-        for _, name in (pair for pair in public_names() if pair[0] is module):
-            parts += ["", *described(module, name)]
+    """An index: every public name with the first sentence of its docstring and a link to its door."""
+    parts = [f"{QUIET}# Python names", "", "Everything public, written from the code. Each door has a page:", ""]
+    parts += [f"- [`{m.__name__}`]({door(m)}): {plain((inspect.getdoc(m) or '').split(chr(10))[0])}" for m in DOORS]
+    parts += ["", "| name | from | what it is |", "|---|---|---|"]
+    for module, name in sorted(public_names(), key=lambda pair: pair[1].lower()):
+        value = getattr(module, name)
+        doc = constant_doc(module, name) if is_constant(value) else inspect.getdoc(value) or ""
+        first = re.split(r"(?<=[.:]) |\n\n", " ".join(doc.split("\n\n")[0].split()))[0]
+        parts.append(f"| [`{name}`]({door(module)}#{name.lower()}) | `{module.__name__}` | {plain(first)} |".replace(" | None", ""))
     return "\n".join(parts) + "\n"
+
+
+def door(module: ModuleType) -> str:
+    """The page of a public module, beside the index."""
+    return f"python/{module.__name__.rpartition('.')[2]}.md"
+
+
+def door_page(module: ModuleType) -> str:
+    """Every public name of a door with its signature and docstring."""
+    parts = [f"{QUIET}# {module.__name__}", "", plain(inspect.getdoc(module) or "")]
+    also = [n for n in module.__all__ if (module, n) not in public_names()]
+    if also:
+        parts += ["", f"Also here, described elsewhere: {', '.join(f'`{n}`' for n in also)}."]
+    for _, name in (pair for pair in public_names() if pair[0] is module):
+        parts += ["", *described(module, name)]
+    return re.sub("(?m)^### ", "## ", "\n".join(parts)) + "\n"
 
 
 def public_names() -> list[tuple[ModuleType, str]]:
@@ -237,7 +258,7 @@ def schema_page() -> str:
     """The JSON Schemas as ``cramlite schema`` prints them."""
     from cramlite.scenario.schema import SCHEMAS
 
-    parts = ["# JSON Schemas", "", "`cramlite schema KIND` prints them for editors; see [commands](cli.md#schema)."]
+    parts = ["# JSON Schemas", "", "`cramlite schema KIND` prints them for editors; see [commands](cli/resolve.md#schema)."]
     for kind, make in SCHEMAS.items():
         parts += ["", f"## {kind}", "", "```json", json.dumps(make(), indent=1), "```"]
     return "\n".join(parts) + "\n"
@@ -267,5 +288,6 @@ PAGES: dict[str, Callable[[], str]] = {
     "reference/locations.md": locations_page,
     "reference/predicates.md": predicates_page,
     "reference/python.md": python_page,
+    **{f"reference/{door(module)}": partial(door_page, module) for module in DOORS},
     "reference/schema.md": schema_page,
 }

@@ -10,7 +10,8 @@ from cramlite.model import Thing
 
 JOINTS = {"open": "open", "close": "closed", "turnon": "turned on", "turnoff": "turned off"}
 """Predicates about a joint, and what they are called here."""
-PLACES = {"in": "in", "on": "on"}
+AMID = "within 30 mm"
+"""How far a thing's origin may be beside that of the thing that it is on (LIBERO's ``check_ontop``); of regions it is not asked."""
 
 
 def goal_sentences(scene: Mapping[str, Any], things: Iterable[Thing]) -> list[str]:
@@ -31,11 +32,13 @@ def _sentence(literal: Sequence[str], scene: Mapping[str, Any], things: Mapping[
     predicate, *names = literal
     found = [_thing(name, scene, things) for name in names]
     match predicate, found:
+        case "on", [what, where] if names[1] in scene["bodies"]:
+            return f"{what} on {where} {AMID}"
         case ("in" | "on"), [what, where]:
-            return f"{what} {PLACES[predicate]} {where}"
+            return f"{what} {predicate} {where}"
         case ("open" | "close" | "turnon" | "turnoff"), [what]:
             return f"{_jointed(what.partition('/')[0], names[0], things)} {JOINTS[predicate]}"
-    raise UserError(f"The problem's goal ({' '.join(literal)}) has no words here; there are those for {', '.join([*PLACES, *JOINTS])}.")
+    raise UserError(f"The problem's goal ({' '.join(literal)}) has no words here; there are those for {', '.join(['in', 'on', *JOINTS])}.")
 
 
 def _jointed(what: str, name: str, things: Mapping[str, Thing]) -> str:

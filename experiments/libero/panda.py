@@ -19,7 +19,7 @@ from cramlite_plugins.robots.fr3 import DH, FR3, JOINTS
 from cramlite_plugins.robots.fr3 import LINKS as FR3_LINKS
 from cramlite_plugins.robots.franka_hand import HEIGHT, TURN
 from cramlite_plugins.robots.hull import Circle, Hull
-from cramlite_plugins.robots.parallel_gripper import Jaws, beside, finger
+from cramlite_plugins.robots.parallel_gripper import Jaws, actuation_elements, finger
 
 FLANGE, SITE = 0.1065, 0.097
 KEPT = 0.1
@@ -145,7 +145,7 @@ def gripper_mjcf(wrist: str) -> tuple[str, str]:
         f"{''.join(_slice(k) for k in range(len(SLICES)))}"
         f"{finger(JAWS, 'left', 1)}{finger(JAWS, 'right', -1)}</body>"
     )
-    return body, beside(JAWS, wrist)
+    return body, actuation_elements(JAWS, wrist)
 
 
 def mjcf() -> str:

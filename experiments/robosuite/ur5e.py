@@ -15,7 +15,7 @@ from collections.abc import Iterable
 from cramlite.model import Gripper, Pose, Robot, replace
 from cramlite.plugin import hookimpl
 from cramlite_plugins.robots.dh_arm import arm_mjcf
-from cramlite_plugins.robots.parallel_gripper import Jaws, beside, finger
+from cramlite_plugins.robots.parallel_gripper import Jaws, actuation_elements, finger
 from cramlite_plugins.robots.ur5e import BASE, JOINTS, LIMITS, LINKS, UR5E
 
 DH = (
@@ -46,7 +46,7 @@ def gripper_mjcf(wrist: str) -> tuple[str, str]:
         f'<geom name="gripper/0" type="box" pos="0 0 {PALM / 2}" size="0.0375 0.0438 {PALM / 2}" rgba=".16 .16 .18 1"/>'
         f"{finger(JAWS, 'left', 1)}{finger(JAWS, 'right', -1)}</body>"
     )
-    return body, beside(JAWS, wrist)
+    return body, actuation_elements(JAWS, wrist)
 
 
 def mjcf() -> str:

@@ -3,7 +3,7 @@
     python tests/benchmarks/corrupted.py --rules open --work runs/corrupted
     python tests/benchmarks/corrupted.py --fixed
 
-Programs of fifteen bases, each resolved first, are edited by rules that were written from the tasks' meaning, without a look at the
+Programs of nineteen bases, each resolved first, are edited by rules that were written from the tasks' meaning, without a look at the
 judges. An oracle reads the tracks of each run: a bad program counts only if it ran to its end and did the harm that its rule means, a
 harmless one only if everything ended as before. The rules that are "sealed" are judged once, when nobody mends judges any more. What an
 earlier run with the same folder answered is not asked again; take another folder for other judges.

@@ -34,7 +34,7 @@ from helpers.timeline_translation import (
 )
 
 from cramlite import data_folder
-from cramlite.interpretation.decision_tree import DecisionTree, Found
+from cramlite.interpretation.decision_tree import BindingsByTask, DecisionTree
 from cramlite.interpretation.interpretation import interpret, paused_collector
 from cramlite.interpretation.matching import Phases
 from cramlite.interpretation.rules import RuleBook, load_rules
@@ -132,7 +132,7 @@ def from_rows(timeline: Timeline, columns: list[Phases], rules: RuleBook) -> tup
     return time.process_time() - begin, filled(rules, solved)
 
 
-def filled(rules: RuleBook, solved: list[Found]) -> Matches:
+def filled(rules: RuleBook, solved: list[BindingsByTask]) -> Matches:
     roles = {r.task: tuple(r.roles) for r in rules}
     return {(k, t, *(str(b[r]) for r in roles[t])) for k, f in enumerate(solved) for t, bs in f.items() for b in bs}
 

@@ -13,6 +13,7 @@ What a comment before a fenced block means:
 from __future__ import annotations
 
 import argparse
+import importlib.util
 import inspect
 import re
 import shlex
@@ -21,18 +22,17 @@ import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from types import UnionType
+from types import ModuleType, UnionType
 from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
 
 import pytest
 from msgspec.structs import fields
 from pydantic import BaseModel
 
-from cramlite import Budget, Engine, TaskSpec, data_folder, read_scenario
+from cramlite import Budget, Engine, TaskSpec, read_scenario
 from cramlite.base.quantities import Force, Time
 from cramlite.base.spec import Spec
-from cramlite.cli.main import main, parser
-from cramlite.cli.texts import tasks_json
+from cramlite.cli.main import main
 from cramlite.model import Pose
 from cramlite.plugin import Angle, Length, Mass, hookspecs, load_yaml
 from cramlite.plugin.registry import Registry
@@ -41,7 +41,8 @@ from cramlite.scenario import error_spec, scenario
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 REFERENCE = ROOT / "docs" / "reference"
-GENERATED = {REFERENCE / f"{name}.md" for name in ("errors", "locations", "predicates", "python", "schema")}
+DOORS = ("python/cramlite", "python/plugin", "python/model", "python/testing")
+GENERATED = {REFERENCE / f"{name}.md" for name in ("errors", "locations", "predicates", "python", *DOORS, "schema")}
 """Pages that docs/site/generated.py writes when the site is built."""
 _BLOCK = re.compile(r"(?:<!-- ([a-z ]+)(?:: (.*?))? -->\n\n?)?^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
@@ -184,11 +185,16 @@ def test_links_lead_somewhere(page: Path) -> None:
 # Tables that are checked against the code
 
 
-def table_under(page: Path, heading: str) -> list[list[str]]:
-    """The cells of the first table under a heading, without its head."""
-    parts = re.split(r"^#+ (.*)$", page.read_text(), flags=re.MULTILINE)
+def text_of(name: str) -> str:
+    """The text of a page of the reference and of those in the folder of its name."""
+    return "\n".join(p.read_text() for p in (REFERENCE / f"{name}.md", *sorted((REFERENCE / name).glob("*.md"))))
+
+
+def table_under(name: str, heading: str) -> list[list[str]]:
+    """The cells of the first table under a heading of ``text_of(name)``, without its head."""
+    parts = re.split(r"^#+ (.*)$", text_of(name), flags=re.MULTILINE)
     sections = dict(zip(parts[1::2], parts[2::2], strict=True))
-    assert heading in sections, f"{page} has no heading '{heading}'; it has {list(sections)}"
+    assert heading in sections, f"{name} has no heading '{heading}'; it has {list(sections)}"
     table = re.search(r"(?:^\|.*\n)+", sections[heading], re.MULTILINE)
     rows = table[0].splitlines()[2:] if table else []
     return [[c.strip().replace("\\|", "|") for c in re.split(r"(?<!\\)\|", row)[1:-1]] for row in rows]
@@ -268,7 +274,7 @@ def test_every_key_of_scenario_files_is_documented(heading: str) -> None:
     for name, field in model.model_fields.items():
         default = "required" if field.is_required() else default_of(field.get_default(call_default_factory=True))
         rows.append([f"`{field.alias or name}`", kind_of(hints[name]), default])
-    same(table_under(REFERENCE / "scenarios.md", heading), rows, f"the table '{heading}'")
+    same(table_under("scenarios", heading), rows, f"the table '{heading}'")
 
 
 def test_no_model_of_scenario_files_is_left_out() -> None:
@@ -278,56 +284,61 @@ def test_no_model_of_scenario_files_is_left_out() -> None:
 
 def test_budgets_are_documented() -> None:
     rows = [[f"`{f.name}`", "whole number", str(f.default)] for f in fields(Budget)]
-    same(table_under(REFERENCE / "scenarios.md", "budget"), rows, "the table 'budget'")
+    same(table_under("scenarios", "budget"), rows, "the table 'budget'")
 
 
-def test_every_object_model_is_documented() -> None:
+def _tables() -> ModuleType:
+    spec = importlib.util.spec_from_file_location("tables", ROOT / "docs" / "site" / "tables.py")
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+TABLES = _tables()
+
+
+def test_every_table_that_is_written_from_the_code_has_its_place() -> None:
+    marks = [(p, m) for p in PAGES for m in TABLES.MARK.findall(p.read_text())]
+    assert sorted(m for _, m in marks) == sorted(TABLES.everything())
+    for page, (kind, name) in marks:
+        found = TABLES.table(kind, name).splitlines()
+        assert len(found) > 2 and len({re.sub(r"\\\|", "", row).count("|") for row in found}) == 1, (page, kind, name)
+        assert kind not in ("options", "model") or f"\n## {name}\n" in page.read_text()
+
+
+def test_a_table_of_nothing_is_refused() -> None:
+    with pytest.raises(KeyError):
+        TABLES.filled("<!-- table: options fly -->")
+    assert "| `file` |" in TABLES.filled("# check\n\n<!-- table: options check -->\n")
+
+
+def test_every_parameter_of_an_object_model_that_needs_words_has_some() -> None:
     from cramlite_plugins.objects.products_and_fixtures import MODELS
 
-    page = (REFERENCE / "scenarios.md").read_text()
+    page = text_of("scenarios")
     for name, function in MODELS.items():
-        hints = get_type_hints(function, include_extras=True)
         own = [p for p in inspect.signature(function).parameters.values() if p.name not in ("name", "pose")]
-        same(
-            table_under(REFERENCE / "scenarios.md", name),
-            [
-                [f"`{p.name}`", kind_of(hints[p.name]), "required" if p.default is p.empty else default_of(p.default)]
-                for p in own
-            ],
-            f"the table of model '{name}'",
-        )
+        assert set(TABLES.explained(function)) <= {p.name for p in own}, name
         if all(p.default is not p.empty for p in own):
             assert function("x", Pose()).type in page
 
 
-def test_every_task_is_documented() -> None:
-    rules = {load_yaml(p)["task"]: p.name for p in data_folder("task_rules").glob("*.yaml")}
-    rows = []
-    for task in tasks_json(Engine().knowledge.tasks.values()):
-        roles = ", ".join(r["name"] + ("" if r["required"] else "?") for r in task["roles"])
-        numbers = ", ".join(f"{p['name']} = {p['default']:g}" for p in task["parameters"])
-        rule = rules.get(task["task"], "none")
-        rows.append([f"`{task['task']}`", ", ".join(task["aliases"]), roles, numbers, rule, task["summary"]])
-    same(table_under(REFERENCE / "tasks.md", "Task types"), rows, "the table of tasks")
-
-
 def _commands() -> dict[str, argparse.ArgumentParser]:
-    actions = parser()._actions
-    return dict(next(a for a in actions if isinstance(a, argparse._SubParsersAction)).choices)
+    return dict(TABLES.commands())
 
 
 @pytest.mark.parametrize("command", _commands())
-def test_every_command_is_documented(command: str) -> None:
-    rows = []
-    for action in _commands()[command]._actions[1:]:
-        name = ", ".join(action.option_strings) or str(action.metavar or action.dest)
-        value = "" if action.nargs == 0 or not action.option_strings else f" {action.metavar or action.dest.upper()}"
-        rows.append([f"`{name}{value}`"])
-    same(table_under(REFERENCE / "cli.md", command), rows, f"the table of command '{command}'")
+def test_every_option_is_explained(command: str) -> None:
+    """Those that every command takes stand once, under "Common options"."""
+    actions = _commands()[command]._actions[1:]
+    common = [row[0].strip("`") for row in table_under("cli", "Common options")]
+    assert [TABLES.argument(a) for a in actions[: len(common)]] == common
+    assert [TABLES.argument(a) for a in actions if len(a.help or "") < 5] == []
 
 
 def test_no_command_is_documented_that_there_is_not() -> None:
-    documented = re.findall(r"^## (\w+)$", (REFERENCE / "cli.md").read_text(), re.MULTILINE)
+    documented = re.findall(r"^## (\w+)$", text_of("cli"), re.MULTILINE)
     assert sorted(documented) == sorted(_commands())
 
 

@@ -93,9 +93,11 @@ def test_every_hook_is_documented(hook: str) -> None:
 
 
 def test_the_page_of_python_names_has_all() -> None:
-    page = GENERATED.python_page()
-    heads = re.findall(r"^### (\w+)$", page, re.MULTILINE)
+    page = "\n".join(GENERATED.door_page(door) for door in GENERATED.DOORS)
+    heads = re.findall(r"^## (\w+)$", page, re.MULTILINE)
     assert heads == [n for _, n in NAMES]
+    listed = re.findall(r"^\| \[`(\w+)`\]", GENERATED.python_page(), re.MULTILINE)
+    assert sorted(listed) == sorted(heads)
     assert "- `places` = `False`: True for tasks that choose where to put something" in page  # each with its own text
     assert 'sample_robot(backend: str = \'\')' in page
     assert " at 0x" not in page  # the same page from every build
@@ -104,7 +106,7 @@ def test_the_page_of_python_names_has_all() -> None:
 @pytest.mark.parametrize("name", _generated().PAGES)
 def test_every_page_is_made(name: str) -> None:
     page = _generated().PAGES[name]()
-    assert page.startswith("# ") and len(page.splitlines()) > 10
+    assert re.match(r"(---\n.*?---\n\n)?# ", page, re.DOTALL) and len(page.splitlines()) > 10
 
 
 def test_the_navigation_has_every_page() -> None:

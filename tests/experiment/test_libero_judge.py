@@ -57,7 +57,7 @@ def goals() -> ModuleType:
 @pytest.mark.parametrize(
     ("literal", "said"),
     [
-        (["on", "can_1", "plate_1"], "can_1_main on plate_1_main"),
+        (["on", "can_1", "plate_1"], "can_1_main on plate_1_main within 30 mm"),
         (["in", "can_1", "cabinet_1_top_region"], "can_1_main in cabinet_1_top/top_region"),  # the drawer's, not the cabinet's
         (["on", "can_1", "cabinet_1_top_side"], "can_1_main on cabinet_1_base"),
         (["on", "can_1", "table_left_region"], "can_1_main on table/left_region"),

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from cramlite import Interpretation
 from cramlite.interpretation.coherence import OFFERED
-from cramlite.interpretation.ranking import DescriptionLength, said
+from cramlite.interpretation.ranking import DescriptionLength, naming_length
 from cramlite.plugin import Interpreted, Match
 
 CHOICES = st.lists(
@@ -44,7 +44,7 @@ def test_sequences_are_complete_and_shortest_first(choices: list[list[Match]]) -
     assert all(a >= b - 1e-9 for a, b in itertools.pairwise(scores))
     for one in listed:
         assert one.actions == tuple(range(len(explained)))
-        total = sum((said(m, explained[k], TAXONOMY, 1.0) for k, m in enumerate(one.matches)), DescriptionLength())
+        total = sum((naming_length(m, explained[k], TAXONOMY, 1.0) for k, m in enumerate(one.matches)), DescriptionLength())
         assert one.score == pytest.approx(-total.bits)
 
 
@@ -63,13 +63,13 @@ CARRY = [Match("soma:Transporting", {"Patient": "cup", "Destination": d}, "", 7)
 
 @pytest.mark.parametrize("count", [1, 3])
 def test_a_free_choice_costs_and_what_is_known_does_not(count: int) -> None:
-    length = said(CARRY[0], CARRY[:count], TAXONOMY, 4.0)
+    length = naming_length(CARRY[0], CARRY[:count], TAXONOMY, 4.0)
     assert length.choices == pytest.approx(math.log2(count))
 
 
 def test_what_is_not_known_costs() -> None:
     sure, unsure = (Match("soma:Pouring", {}, "", 5, 0, unknown) for unknown in ((), ("no shape of 'bowl'",)))
-    assert said(unsure, [unsure], TAXONOMY, 4.0).bits > said(sure, [sure], TAXONOMY, 4.0).bits
+    assert naming_length(unsure, [unsure], TAXONOMY, 4.0).bits > naming_length(sure, [sure], TAXONOMY, 4.0).bits
 
 
 def test_what_the_recording_names_is_not_left_out_for_nothing() -> None:

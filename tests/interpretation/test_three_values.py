@@ -9,7 +9,7 @@ from helpers.interpretation_reading import BOX, TABLE, TAXONOMY, at, read
 from helpers.interpretation_samples import action, episode, state, track
 
 from cramlite.interpretation.conditions import And, Atom, Condition, Not, Or
-from cramlite.interpretation.three_values import judge
+from cramlite.interpretation.three_values import evaluate
 from cramlite.interpretation.timeline import Phase, Timeline
 from cramlite.model import Entity
 from cramlite.plugin import Predicate
@@ -25,7 +25,7 @@ def atom(value: str) -> Atom:
 
 def value_of(condition: Condition) -> str:
     phase = Phase(Timeline(episode([], []), TAXONOMY), 0.0, 0.0)
-    found = list(judge(condition, phase, {}))
+    found = list(evaluate(condition, phase, {}))
     return "false" if not found else "true" if any(not f.unknown for f in found) else "unknown"
 
 

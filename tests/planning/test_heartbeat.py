@@ -87,7 +87,7 @@ def test_what_is_said_of_a_search_that_has_not_begun_or_was_interrupted() -> Non
     assert "nearest miss: candidate 1, grasp(tin)" in interrupted_text(_trace())
 
 
-def test_a_search_that_is_interrupted_while_a_program_runs_tells_of_that_and_not_of_what_was_refused_on_the_way() -> None:
+def test_a_search_that_is_interrupted_while_a_program_runs_tells_how_much_was_refused_on_the_way_and_calls_none_a_miss() -> None:
     asked: list[bool] = []
     trace = _trace()
 
@@ -99,7 +99,13 @@ def test_a_search_that_is_interrupted_while_a_program_runs_tells_of_that_and_not
             yield 1
 
     assert list(Heartbeat(trace, print, lambda: bool(asked), tasks=3).over(numbers())) == []
-    assert interrupted_text(trace).endswith("decisions (twin 3 of 8); no program was refused yet")
+    said = interrupted_text(trace)
+    assert "decisions (twin 3 of 8); no program was refused yet; on the way to it " in said and "nearest miss" not in said
+    refused = sum(e.outcome in ("refused", "impossible") for e in trace.entries)
+    assert f"on the way to it {refused} alternatives were, most often (" in said
+    first = Trace()
+    first.stopped("program 1 runs")
+    assert interrupted_text(first).endswith("(program 1 runs); no program was refused yet")
     earlier = _trace()
     earlier.add(0, "proof", "plan", "failed", "collision", "'mug' hit 'tin' with 3 N", kind="proof")
     earlier.stopped("program 2 runs")

@@ -49,6 +49,15 @@ def test_a_suite(tmp_path: Path) -> None:
     assert [p.name for p in (tmp_path / "pages").iterdir()] == ["test_cell.py__test_bad.html"]
 
 
+def test_names_are_found_where_pytest_rewrites_the_package_as_it_does_when_it_comes_from_a_wheel(tmp_path: Path) -> None:
+    rewrites = "import pytest\n\npytest.register_assert_rewrite('cramlite', 'cramlite_plugins')\n"
+    (tmp_path / "conftest.py").write_text(f"{rewrites}pytest_plugins = ['cramlite.program_tests.pytest_plugin']\n")
+    names = "from cramlite import Engine\nfrom cramlite.model import World\nfrom cramlite.plugin import Finding\n"
+    (tmp_path / "test_names.py").write_text(f"{names}\n\ndef test_them():\n    assert Engine and World and Finding\n")
+    said = suite(tmp_path, "-p", "no:cramlite")
+    assert "1 passed" in said, said
+
+
 def test_a_suite_without_robots_is_left_alone(tmp_path: Path) -> None:
     (tmp_path / "test_else.py").write_text(
         "import sys\n\ndef test_nothing_is_imported():\n"

@@ -12,6 +12,7 @@ import pytest
 from cramlite import Engine, Trace, UserError, failure_text, find_scenario, goal_answers, read_scenario, what_to_try
 from cramlite.cli.main import main
 from cramlite.model import Finding, Remedy, Verdict
+from cramlite.planning.failure import brief_failure_text, first_objection
 
 HEAD = """scenario: fails
 {wanted}
@@ -97,6 +98,8 @@ def test_a_failure_says_what_is_missing_and_what_to_try(name: str, searched: Cal
     assert len(tries) <= 3 and len(set(tries)) == len(tries)
     told = failure_text(searched(text), ()).splitlines()
     assert [line for line in told if line.startswith("  To try: ")] == [f"  To try: {one}." for one in tries]
+    brief = brief_failure_text(searched(text), (), "run").splitlines()
+    assert len(brief) == 3 and "cramlite explain run" in brief[0] and brief[2].removesuffix(".") in "\n".join(told)
 
 
 def test_one_cause_is_said_once_and_nobody_is_blamed_for_what_was_not_tried(searched: Callable[[str], Trace]) -> None:
@@ -117,6 +120,20 @@ def test_what_stopped_a_program_is_to_be_mended_and_equal_objections_of_tasks_ar
         reason = f"task_rules: {number}.Grasping was not executed"
         trace.add(0, "proof", "plan", "failed", "urscript", reason, kind="proof")
     assert len(what_to_try(trace.entries)) == 2
+
+
+def test_of_programs_it_is_told_how_many_failed_alike_and_what_their_judge_would_let() -> None:
+    trace = Trace()
+    for at, force in ((3.1, 4.2), (3.3, 3.1)):
+        let = Remedy("touch nut table", f"'nut' and 'table' meet with {force} N where 2 N are let: make more room between them", force - 2)
+        hit = Finding("collision", False, f"'nut' hit 'table' with {force} N at {at} s", remedy=let)
+        verdict = Verdict((hit, Finding("goal", False, "not reached")))
+        trace.add(0, "proof", "plan", "failed", "urscript", verdict.reason, kind="proof", remedy=verdict.remedy)
+    trace.add(0, "proof", "plan", "failed", "urscript", "goal: 'nut on table' is not reached", kind="proof")
+    assert what_to_try(trace.entries) == (
+        "'nut' and 'table' meet with 3.1 N where 2 N are let: make more room between them (2 of 3 programs)",
+        "mend the first objection, others may follow from it: goal: 'nut on table' is not reached",
+    )
 
 
 def test_refusals_that_differ_in_the_number_of_a_task_are_said_once() -> None:
@@ -174,7 +191,7 @@ def test_what_to_try_in_terminal_json_and_report(tmp_path: Path, capsys: pytest.
     path.write_text(FAR)
     assert main(["resolve", str(path), "--twins", "0", "--out", str(tmp_path / "run")]) == 1
     lines = capsys.readouterr().err.splitlines()
-    assert lines[-2] == f"  To try: {REACH}." and lines[-1].startswith("  Every decision:")
+    assert lines[-1] == f"  To try: {REACH}." and "Every decision: cramlite explain" in lines[-3]
     page = (tmp_path / "run" / "report.html").read_text("utf-8")
     first = page.split("</section>")[0]
     assert "What to try" in first and "0.24 m out of reach" in first
@@ -201,3 +218,19 @@ def test_of_a_program_that_failed_in_twins_it_is_said_what_failed_there() -> Non
     assert what_to_try(trace.entries) == (
         "mend the first objection, others may follow from it: twin 2: grasp_slip: 'obj' moved 12.1 mm",
     )
+
+
+def test_of_several_objections_the_first_is_told() -> None:
+    said = "grip_strength: 'tin' slipped; 246 N carry it; payload: off by 0.2 kg; task_rules: before 2 it does not hold"
+    assert first_objection(said) == "grip_strength: 'tin' slipped (and 2 more)"
+    assert first_objection("collision: 'tin' hit 'jug'") == "collision: 'tin' hit 'jug'"
+    assert first_objection("too high; too wide") == "too high; too wide"
+
+
+def test_a_refusal_has_three_lines_and_the_plugin_that_broke() -> None:
+    trace = Trace()
+    for number in range(3):
+        trace.add(0, f"thing_{number}", "", "refused", "objects", f"reason {chr(97 + number)}", kind="object")
+    brief = brief_failure_text(trace, ("plugin x: broke in hook y",), "run").splitlines()
+    assert len(brief) == 3 and brief[1] == "  Fault: plugin x: broke in hook y" and "thing_" in brief[2]
+    assert len(failure_text(trace, ("a", "b")).splitlines()) > 3

@@ -70,7 +70,7 @@ def _until_solved(results: Iterable[CandidateResult], chosen: SetSpec) -> Iterat
 
 
 def _results(trial: Trial, reading: Reading, trace: Trace) -> Iterator[CandidateResult]:
-    """What became of each candidate; one that is finished is read."""
+    """Result of each candidate; a finished one is read."""
     one, place = trial.demonstration, trial.place
     setting = place.engine.setting(reading, twins=0)
     setting = replace(setting, seed=derive_seed(one.seed, (), "resolve"), doubts=doubts(place, setting))
@@ -79,7 +79,7 @@ def _results(trial: Trial, reading: Reading, trace: Trace) -> Iterator[Candidate
 
 
 def _recorded(trial: Trial) -> tuple[Path, str]:
-    """The folder of the demonstration, recorded once, and what the person did not bring about."""
+    """Folder of the demonstration, recorded once, and the parts of it that did not come off."""
     one, store, place = trial.demonstration, trial.store, trial.place
     name = "/".join((RECORDED, one.name))
     if (store.path / name).is_dir():
@@ -141,7 +141,7 @@ def _reason(made: list[Program], best: Program | None, entries: Iterable[Entry])
 
 
 def _telling(said: list[Entry]) -> list[Entry]:
-    """The two that came furthest down the plan: what stood in the way last. That all of something failed says less."""
+    """The two attempts that came furthest down the plan, for the last obstacle of each."""
     for outcomes in (("impossible", "fault", "capped"), ("refused",)):
         if found := [e for e in said if e.outcome in outcomes]:
             return found[-2:]
@@ -153,7 +153,7 @@ def _of(execution: Execution | None) -> str:
 
 
 def _attempts(trial: Trial, candidate: CandidateSequence) -> Iterator[Program]:
-    """Each complete program with what became of it in the believed world and in the twin."""
+    """Each complete program with its result in the believed world and in the twin."""
     watch = trial.place.watch
     with closing(_twin_runs(trial)) as group:
         attempts, spent = candidate.attempts(group), 0.0

@@ -59,7 +59,7 @@ class Demonstrations(Value):
 
     @property
     def what(self) -> str:
-        """What of the experiment is run, "main-short-without_search"."""
+        """Name of the run, "main-short-without_search"."""
         return "-".join([self.set_name, *(["short"] if self.short else []), *([f"without_{self.without}"] if self.without else [])])
 
     def key(self) -> dict[str, Any]:
@@ -73,7 +73,7 @@ class Demonstrations(Value):
         return run_key(place.experiment.spec.experiment, place.files, place.engine.registry, **asked)
 
     def prepare(self) -> None:
-        """Do nothing: what is needed was read for the key."""
+        """Do nothing: all that is needed was read for the key."""
 
     def run(self, name: str, store: Store, processes: int) -> DemonstrationResult:
         """Run the trial of a demonstration, or what is left of it."""
@@ -111,7 +111,7 @@ class Demonstrations(Value):
         return bench(self.path.resolve(), self.set_name, self.without, self.plugins)
 
     def _about(self, experiment: Experiment, count: int) -> list[str]:
-        """What was run, in lines for people."""
+        """Description of the run, in lines for people."""
         published = experiment.spec.published
         return [
             f"{count} demonstrations, set '{self.set_name}': {experiment.choose(self.set_name).about}",

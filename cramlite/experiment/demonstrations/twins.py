@@ -64,7 +64,7 @@ def peak_force(rollout: Rollout) -> float:
 
 
 def _run(place: Bench, candidate: Candidate, world: World, seed: int) -> Rollout | None:
-    """What happened; None if the process that executes died, and died again."""
+    """Result of the execution; None if the executing process died twice."""
     assert candidate.code is not None
     for _ in range(DEATHS):
         try:

@@ -1,4 +1,4 @@
-"""What answers for a judge, and how an experiment's own file of it is loaded."""
+"""Protocol of a judge, and the loading of an experiment's own file of it."""
 
 from __future__ import annotations
 

@@ -29,7 +29,7 @@ def outcomes_page(tables: EpisodeTables, results: Sequence[EpisodeResult], exper
 
     return page(
         __package__, experiment.spec.title, given=experiment.spec.given, tables=tables, report=report, experiment=experiment,
-        episodes=results, explained=explained(results), why=why, said=said, seen=lambda r: shown(r, _name(r)),
+        episodes=results, explained=explained(results), why=why, said=outcome_text, seen=lambda r: shown(r, _name(r)),
         believed=lambda r: shown(r, r.attempt.believed if r.attempt else r.miss),
     )  # fmt: skip
 
@@ -58,7 +58,7 @@ def why(result: EpisodeResult) -> str:
     return f"the check was true at action {attempt.first}, beyond the budget of {result.budget}"
 
 
-def said(result: EpisodeResult) -> str:
+def outcome_text(result: EpisodeResult) -> str:
     """Return how an episode ended, in a word or two."""
     if result.apart:
         return f"{result.failure}, counted in no rate"

@@ -112,7 +112,7 @@ def _engine(trial: Trial) -> Engine:
 
 
 def _resolved(trial: Trial, judge: Judge, result: EpisodeResult) -> EpisodeResult:
-    """Search, and one attempt with what was found."""
+    """Search, and one attempt with its program."""
     engine, trace, clock = _engine(trial), Trace(), time.monotonic()
     try:
         path, setting = judge.setting(engine, trial.folder, trial.twins)
@@ -207,7 +207,7 @@ def _refused_state(engine: Engine, setting: Setting, trace: Trace) -> bytes:
 
 
 def _failure(result: EpisodeResult, experiment: JudgedExperiment) -> str:
-    """The class of a failure: by the reason why there is no program, or why it stopped; else by what the judge said."""
+    """Class of a failure: by the reason of the refusal or the stop; else by the judge's answer."""
     attempt = result.attempt
     if result.rest():
         return ""

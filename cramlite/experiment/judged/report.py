@@ -30,7 +30,7 @@ def markdown(tables: EpisodeTables, experiment: JudgedExperiment) -> str:
         "## Tasks", "", *grid(("suite", "task", "name", *HEAD), task_rows(tables)), "",
         "## Failures", "", *failures(tables), "",
         "## Time", "", *grid(("time [s]", "median", "95 % under", "longest", "episodes"), times(tables.seconds)), "",
-        *(["## Beside published figures", "", *grid(PUBLISHED, beside(tables)), ""] if tables.published else []),
+        *(["## Beside published figures", "", *grid(PUBLISHED, published_rows(tables)), ""] if tables.published else []),
     ])  # fmt: skip
 
 
@@ -83,7 +83,7 @@ def times(seconds: dict[str, Spread]) -> list[list[str]]:
     return [[n, f"{s.median:.1f}", f"{s.most:.1f}", f"{s.longest:.1f}", str(s.count)] for n, s in seconds.items()]
 
 
-def beside(tables: EpisodeTables) -> list[list[str]]:
+def published_rows(tables: EpisodeTables) -> list[list[str]]:
     """Return a row for each published figure."""
     return [[p.system, p.given, p.rate, p.ours.text, ", ".join(p.suites), p.source] for p in tables.published]
 

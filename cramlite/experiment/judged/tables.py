@@ -128,7 +128,7 @@ def tables(results: Episodes, experiment: JudgedExperiment) -> EpisodeTables:
         apart=apart,
         refused_for=dict(Counter(plain_reason(r.reason) for r in results if not r.proven).most_common()),
         difference=_difference(results, experiment),
-        published=tuple(_beside(p, results) for p in experiment.spec.published if set(p.suites) & set(suites)),
+        published=tuple(_published_rate(p, results) for p in experiment.spec.published if set(p.suites) & set(suites)),
     )
 
 
@@ -180,7 +180,7 @@ def _difference(results: Episodes, experiment: JudgedExperiment) -> Difference |
     return Difference(variants, bases, theirs, ours, theirs.rate - ours.rate, interval)
 
 
-def _beside(published: PublishedSpec, results: Episodes) -> PublishedRate:
+def _published_rate(published: PublishedSpec, results: Episodes) -> PublishedRate:
     own = [r for r in results if r.suite in published.suites]
     suites = tuple(s for s in published.suites if any(r.suite == s for r in own))
     return PublishedRate(published.system, published.given, published.rate, published.source, suites, rate(own, lambda r: r.rest()))

@@ -49,7 +49,7 @@ class Resolve(py_trees.behaviour.Behaviour):  # type: ignore[misc]  # an extra, 
 
     @property
     def solution(self) -> Solution | None:
-        """What was found; None before that, and after an interruption."""
+        """Program that was found; None before that, and after an interruption."""
         return self._job.solution if self._job else None
 
     def initialise(self) -> None:
@@ -64,7 +64,7 @@ class Resolve(py_trees.behaviour.Behaviour):  # type: ignore[misc]  # an extra, 
             return py_trees.common.Status.RUNNING
         if not self._job.begun:
             self._job.begin()
-        self.feedback_message = self._job.said()
+        self.feedback_message = self._job.status_text()
         if self._job.thread.is_alive():
             return py_trees.common.Status.RUNNING
         return py_trees.common.Status.SUCCESS if self._job.succeeded else py_trees.common.Status.FAILURE
@@ -112,8 +112,8 @@ class _Job:
         self.begun = True
         self.thread.start()
 
-    def said(self) -> str:
-        """What it is doing, or how it ended."""
+    def status_text(self) -> str:
+        """Current work, or its end."""
         if self.outcome and not self.thread.is_alive():
             return self.outcome
         if self.running:

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 POSE = ("x", "y", "z", "qw", "qx", "qy", "qz")
 WRENCH = ("fx", "fy", "fz", "tx", "ty", "tz")
-Row = Sequence[float | int | str]
+CsvRow = Sequence[float | int | str]
 
 
 @hookimpl
@@ -35,13 +35,13 @@ def write_tables(run: RunRecord, out: Path) -> None:
             csv.writer(file).writerows([header, *rows])
 
 
-def tables(run: RunRecord) -> Iterator[tuple[str, Row, Iterable[Row]]]:
+def tables(run: RunRecord) -> Iterator[tuple[str, CsvRow, Iterable[CsvRow]]]:
     """Yield the name, header and rows of every table."""
     rollout = run.rollout
     times = rollout.times.tolist()
     yield "poses", ("time", "frame", *POSE), _poses(run)
-    yield "joints", ("time", *run.joints, "opening"), _beside(times, rollout.joints.tolist(), rollout.opening.tolist())
-    yield "wrench", ("time", *WRENCH, "felt"), _beside(times, rollout.wrench.tolist(), rollout.contact_force().tolist())
+    yield "joints", ("time", *run.joints, "opening"), _with_column(times, rollout.joints.tolist(), rollout.opening.tolist())
+    yield "wrench", ("time", *WRENCH, "felt"), _with_column(times, rollout.wrench.tolist(), rollout.contact_force().tolist())
     touches = zip(times, rollout.touches, strict=True)
     contacts = [(t, c.a, c.b, c.force, c.lift, "" if c.press is None else c.press) for t, all_ in touches for c in all_]
     yield "contacts", ("time", "a", "b", "force", "lift", "press"), contacts
@@ -56,12 +56,12 @@ def roles_text(roles: dict[str, str]) -> str:
     return " ".join(f"{role}={entity}" for role, entity in roles.items())
 
 
-def _poses(run: RunRecord) -> Iterator[Row]:
+def _poses(run: RunRecord) -> Iterator[CsvRow]:
     """Of every body, at every sample; of one that stands still, once."""
     times = run.scene.times.tolist()
     for body, track in run.scene.poses.items():
         yield from ((time, body, *row) for time, row in zip(times, track.tolist(), strict=False))
 
 
-def _beside(times: list[float], rows: list[list[float]], column: list[float]) -> Iterator[Row]:
+def _with_column(times: list[float], rows: list[list[float]], column: list[float]) -> Iterator[CsvRow]:
     return ((time, *row, last) for time, row, last in zip(times, rows, column, strict=True))

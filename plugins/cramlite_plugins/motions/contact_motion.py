@@ -37,8 +37,8 @@ from ..shapes.carried_along import carried_along, driven, driven_before, pushed_
 from .motion_kinds import KINDS, value, word
 from .ontology_limits import adapted, known, noted
 
-Found = Iterator[Grounding]
-Kind = Callable[[Motion, Belief, Context], Found]
+Groundings = Iterator[Grounding]
+Kind = Callable[[Motion, Belief, Context], Groundings]
 DEEPER = 0.01  # than the surface below a place it goes, where that is more than ``beyond_m`` [m]: two sigma of a 5 mm estimate
 GUARDED = 0.015  # before it expects to touch something a motion is slow [m]: three sigma of a 5 mm estimate
 COMPLIANT_SPEED = 0.02  # of compliant axes [m/s]; faster oscillates against a stiff peg in simulation
@@ -62,7 +62,7 @@ def resolve_motion(motion: Motion, belief: Belief, context: Context) -> Answers:
     return _known(kind, motion, belief, context) if kind else None
 
 
-def _known(kind: Kind, motion: Motion, belief: Belief, context: Context) -> Found:
+def _known(kind: Kind, motion: Motion, belief: Belief, context: Context) -> Groundings:
     """A motion with parameters that suit the things, and the belief widened by what the motion leaves unknown."""
     motion = adapted(motion, belief, context)
     for found in kind(motion, belief, context):
@@ -81,7 +81,7 @@ def widen(motion: Motion, belief: Belief) -> tuple[Belief, str]:
     return replace(belief, held=replace(held, sigma=sigma)), said
 
 
-def _force_path(motion: Motion, belief: Belief, context: Context) -> Found:
+def _force_path(motion: Motion, belief: Belief, context: Context) -> Groundings:
     """Along the corners of a place's path, or from one of them to an other; sideways the arm gives way, and carries what it holds."""
     from ..motion_planning.cartesian import line
     from ..motion_planning.reach import tcp
@@ -92,7 +92,7 @@ def _force_path(motion: Motion, belief: Belief, context: Context) -> Found:
     belief = driven_before(belief, place, out / np.linalg.norm(out)) if driven(place) else belief
     moved = belief
     if (way := place.carried.joint if place.carried else None) is not None and belief.held is None:
-        belief, moved = _along(place.thing, belief, context), _pushed(place.thing, way, belief)
+        belief, moved = _along(place.thing, belief, context), _with_joint_moved(place.thing, way, belief)
     first, last = (motion.parameters.get(name) for name in ("corner", "end"))
     path = place.path if first is None or last is None else place.path[first + 1 : last + 1]
     points = line(motion, belief, context, list(path))
@@ -125,7 +125,7 @@ def _along(thing: str, belief: Belief, context: Context) -> Belief:
     return belief.grasped(Held(thing, tcp(belief, context).inverse() * belief.pose(thing), 0.0, carries=with_it))
 
 
-def _pushed(thing: str, way: float, belief: Belief) -> Belief:
+def _with_joint_moved(thing: str, way: float, belief: Belief) -> Belief:
     """A belief in which a thing's joint has moved on [m, rad], and what is in it with the thing."""
     joint, known = belief.world.thing(thing).joint, belief.poses[thing]
     assert joint is not None
@@ -153,7 +153,7 @@ def timeout(length: float, speed: float) -> float:
     return float(math.ceil(PATIENCE[0] * length / speed + PATIENCE[1]))
 
 
-def _slide(motion: Motion, belief: Belief, context: Context) -> Found:
+def _slide(motion: Motion, belief: Belief, context: Context) -> Groundings:
     """Along a place's path, pressing against its approach: the surface that it lies on."""
     from ..motion_planning.cartesian import line
     from ..motion_planning.reach import tcp
@@ -172,7 +172,7 @@ def _slide(motion: Motion, belief: Belief, context: Context) -> Found:
     yield Grounding((step,), reason, 0.0, pushed_along(belief, place).moved(points[-1]), key="slide")
 
 
-def _until_contact(motion: Motion, belief: Belief, context: Context) -> Found:
+def _until_contact(motion: Motion, belief: Belief, context: Context) -> Groundings:
     """From here towards the place, or a corner of its path, and up to a little beyond it, until something is felt."""
     from ..motion_planning.cartesian import line
     from ..motion_planning.reach import tcp
@@ -215,7 +215,7 @@ def _in_the_air(motion: Motion, belief: Belief, context: Context, target: Pose, 
     return (MoveLinear(there, speed, acceleration, points[-1], origin=motion.name, comment=comment),)
 
 
-def _zero(motion: Motion, belief: Belief, context: Context) -> Found:
+def _zero(motion: Motion, belief: Belief, context: Context) -> Groundings:
     if context.robot.sensor is None:
         raise _blind(motion, context.robot.type)
     yield Grounding(
@@ -236,7 +236,7 @@ def _blind(motion: Motion, robot: str) -> Unresolvable:
     return Unresolvable(reason, because, blocking=(), remedy=remedy)
 
 
-def _hold(motion: Motion, belief: Belief, context: Context) -> Found:
+def _hold(motion: Motion, belief: Belief, context: Context) -> Groundings:
     pace = context.robot.pace if value(motion, "paced") else 1.0
     step = Wait(value(motion, "duration_s") / pace, origin=motion.name, comment=motion.reason)
     yield Grounding((step,), f"stand still for {step.duration:.1f} s", key="hold")
@@ -247,7 +247,7 @@ CORRECTION = 0.25  # acceleration of the short way back to the path after a pull
 REACH, SHARE, PITCH = 0.008, 0.75, 0.0015
 
 
-def spiral_search(motion: Motion, belief: Belief, context: Context) -> Found:
+def spiral_search(motion: Motion, belief: Belief, context: Context) -> Groundings:
     """Search a hole in a spiral around where the tool is, pressing the way the place is approached.
 
     The pitch follows from the radial play of hole and peg.
@@ -283,7 +283,7 @@ def _spiral(motion: Motion, play: float, belief: Belief, context: Context) -> tu
     return min(share * play, most), radius or max(reach - play, play), why
 
 
-def force_insert(motion: Motion, belief: Belief, context: Context) -> Found:
+def force_insert(motion: Motion, belief: Belief, context: Context) -> Groundings:
     """Push the hole onto the peg, as deep as the place says; the tool has reached the corner, the peg leads the hole."""
     from ..motion_planning.cartesian import line
     from .free_motion import place_of
@@ -301,7 +301,7 @@ def force_insert(motion: Motion, belief: Belief, context: Context) -> Found:
     yield Grounding((step,), reason, 0.0, belief.moved(points[-1]), key="insert")
 
 
-def force_extract(motion: Motion, belief: Belief, context: Context) -> Found:
+def force_extract(motion: Motion, belief: Belief, context: Context) -> Groundings:
     """Pull the hole off the peg along the path of the place: its end says how far, the peg says where along."""
     from ..motion_planning.cartesian import line
     from ..motion_planning.reach import tcp

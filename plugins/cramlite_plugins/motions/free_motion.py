@@ -21,7 +21,7 @@ from ..shapes.carried_along import pushed_along
 from .motion_kinds import value, word
 from .ontology_limits import adapted, noted
 
-Found = Iterator[Grounding]
+Groundings = Iterator[Grounding]
 # The acceleration of paced motions whose speed is said grows with the square root of the pace: an arm that is led by its tool goes too far
 # where its elbow is folded, by 5 mm with 0.5 m/s2 and by 7 mm with 1.25 m/s2.
 GOALS = 6  # nearest inverse solutions that a transfer may end at
@@ -35,7 +35,7 @@ def resolve_motion(motion: Motion, belief: Belief, context: Context) -> Answers:
     return kind(adapted(motion, belief, context), belief, context) if kind else None
 
 
-def _transfer(motion: Motion, belief: Belief, context: Context) -> Found:
+def _transfer(motion: Motion, belief: Belief, context: Context) -> Groundings:
     """Joint-space motion to the stand-off of a place, once per inverse solution that can go on from there."""
     from ..motion_planning.joint_move import joint_move
     from ..motion_planning.planner import plan
@@ -117,7 +117,7 @@ def _goals(motion: Motion, place: Place, belief: Belief, context: Context, scene
     return goals
 
 
-def _linear(motion: Motion, belief: Belief, context: Context) -> Found:
+def _linear(motion: Motion, belief: Belief, context: Context) -> Groundings:
     from ..motion_planning.reach import tcp
 
     place, here = place_of(motion, context), tcp(belief, context)
@@ -154,10 +154,10 @@ def place_of(motion: Motion, context: Context) -> Place:
     """Return the place that a motion's location was resolved to."""
     assert motion.to is not None, f"motion '{motion.name}' needs a location"
     place: Place = context.bindings[motion.to.name]
-    return _beside(place, motion.parameters["aside_m"]) if "aside_m" in motion.parameters else place
+    return _offset_across(place, motion.parameters["aside_m"]) if "aside_m" in motion.parameters else place
 
 
-def _beside(place: Place, aside: tuple[float, float]) -> Place:
+def _offset_across(place: Place, aside: tuple[float, float]) -> Place:
     """A place that is off by so much across its approach, to the left, and up [m]."""
     from ..motion_planning.reach import shift
 

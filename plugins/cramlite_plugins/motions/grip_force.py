@@ -28,7 +28,7 @@ ACCELERATION = 1.2
 """Of the tool [m/s2]: URScript's default, and 1.4 rad/s2 of a leading axis at 0.85 m; straight lines take 0.5."""
 
 
-class Grip(Value):
+class GripLoad(Value):
     """What two pads are to hold.
 
     Args:
@@ -78,15 +78,15 @@ def load(thing: Thing) -> float:
     return 0.0 if thing.joint is not None else (thing.mass or 0.0) + content
 
 
-def grip_of(held: Held, world: World, gripper: Gripper) -> Grip:
+def grip_of(held: Held, world: World, gripper: Gripper) -> GripLoad:
     """Return what the pads are to hold when a thing is held so, with what is in or on it; a thing on a joint hangs on that."""
     thing = world.thing(held.thing)
     x, _, z = (held.tcp_to_thing * Pose(centre_of_mass(thing))).position
     mass = load(thing) and load(thing) + sum(load(world.thing(name)) for name in held.carries)
-    return Grip(thing, mass, world.physics.pad_friction, thing.least_friction, math.hypot(x, z), gripper)
+    return GripLoad(thing, mass, world.physics.pad_friction, thing.least_friction, math.hypot(x, z), gripper)
 
 
-def grip_force(grip: Grip, asked: float, context: Context, of_thing: tuple[str, ...], within: tuple[str, ...]) -> tuple[float, str]:
+def grip_force(grip: GripLoad, asked: float, context: Context, of_thing: tuple[str, ...], within: tuple[str, ...]) -> tuple[float, str]:
     """Return the force of each pad [N] and where it comes from; one that was asked for stays, as far as the thing bears it.
 
     Args:
@@ -112,13 +112,13 @@ def grip_force(grip: Grip, asked: float, context: Context, of_thing: tuple[str, 
     return force, f"grip {force:g} N{instead}{source}" if source or instead else ""
 
 
-def _doubt(grip: Grip, force: float) -> str:
+def _doubt(grip: GripLoad, force: float) -> str:
     """That a given force does not carry the weight, where it does not; else nothing."""
     carried = 2 * grip.friction * force
     return f", which carries {carried:.1f} N: doubtful for {grip}" if carried < GRAVITY * grip.mass else ""
 
 
-def _limit(grip: Grip, context: Context, because: tuple[str, ...]) -> tuple[float, str]:
+def _limit(grip: GripLoad, context: Context, because: tuple[str, ...]) -> tuple[float, str]:
     """The most that a pad may press [N], and why: the gripper's most, or what the thing bears."""
     low, high = grip.gripper.force
     borne = most_borne(grip.thing, context)
@@ -139,7 +139,7 @@ def most_borne(thing: Thing, context: Knowing) -> tuple[float, str] | None:
     return min(limits, key=lambda x: x[0], default=None)
 
 
-def _too_weak(grip: Grip, limit: float, why: str, because: tuple[str, ...]) -> Unresolvable:
+def _too_weak(grip: GripLoad, limit: float, why: str, because: tuple[str, ...]) -> Unresolvable:
     numbers = {"weight_N": GRAVITY * grip.mass, "friction": grip.friction, "limit_N": limit}
     if math.isinf(grip.least):
         said = f"no grip force holds {grip}; {limit:g} N is {why}"
@@ -151,7 +151,7 @@ def _too_weak(grip: Grip, limit: float, why: str, because: tuple[str, ...]) -> U
     return Unresolvable(reason, because, {**numbers, "needed_N": grip.least}, blocking=(), remedy=_rougher(grip, limit))
 
 
-def _rougher(grip: Grip, limit: float) -> Remedy:
+def _rougher(grip: GripLoad, limit: float) -> Remedy:
     """What to try where pads that press so hard as they may do not carry the weight."""
     weight = MARGIN * grip.mass * (GRAVITY + ACCELERATION)
     enough, mass = weight / (2 * limit), 2 * grip.friction * limit / (MARGIN * (GRAVITY + ACCELERATION))

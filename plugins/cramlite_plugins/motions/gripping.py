@@ -31,7 +31,7 @@ from cramlite.plugin import Answers, Context, Grounding, Unresolvable, hookimpl 
 from .grip_force import grip_force, grip_of, load
 from .motion_kinds import value, word
 
-Found = Iterator[Grounding]
+Groundings = Iterator[Grounding]
 PADS_SPEED = 0.10  # of the gripper's pads [m/s]: mid-range of the 2F-85's 20 to 150 mm/s, the most of a Franka Hand
 LET_GO, DROPPED = 0.005, 0.1  # standard deviation of where a released thing is, in place and fallen [m]
 
@@ -47,7 +47,7 @@ def resolve_motion(motion: Motion, belief: Belief, context: Context) -> Answers:
     return None
 
 
-def _close(motion: Motion, belief: Belief, context: Context) -> Found:
+def _close(motion: Motion, belief: Belief, context: Context) -> Groundings:
     """Close on the thing at a place; it moves with the hand from then on."""
     from ..motion_planning.reach import tcp
     from ..shapes.carried_along import carried_along
@@ -76,7 +76,7 @@ def _names_of(thing: str, context: Context) -> tuple[str, ...]:
     return tuple(n for n, v in context.bindings.items() if isinstance(v, str) and thing_of(v) == thing)
 
 
-def _open(motion: Motion, belief: Belief, context: Context) -> Found:
+def _open(motion: Motion, belief: Belief, context: Context) -> Groundings:
     """Open all the way, or as wide as a grasp was gone about with ("open"), shut on nothing ("shut"), or as wide as a place asks
     ("place")."""
     gripper = context.robot.gripper
@@ -171,7 +171,7 @@ def _hanging(belief: Belief) -> Iterator[tuple[float, Pose]]:
         yield load(belief.world.thing(name)), held.tcp_to_thing * estimate.pose
 
 
-def _payload(motion: Motion, belief: Belief, context: Context) -> Found:
+def _payload(motion: Motion, belief: Belief, context: Context) -> Groundings:
     """Gripper, held thing and what that carries: the mass, and the common centre of gravity in the flange frame."""
     gripper = context.robot.gripper
     mass, moment = gripper.mass, gripper.mass * np.array([0.0, 0.0, gripper.tcp.position[2] / 2])

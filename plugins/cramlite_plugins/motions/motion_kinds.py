@@ -1,6 +1,6 @@
 """Motion kinds: parameters with defaults and sources, end and abort conditions of each kind of motion designator.
 
-One table for motion plugins, tests and the page docs/reference/motions.md, which a test compares with it. Abort reasons
+One table for motion plugins, tests and the page docs/reference/motions.md. Abort reasons
 are the words of the log, in simulation and on the robot alike, with the numbers left out.
 """
 

@@ -32,11 +32,13 @@ def knob(
     """Make a knob that turns about x: a disc with a grip across it, upright when it is off. Feature "handle": on the grip, z out.
 
     Args:
-        parent: name of the panel, with which it does not collide.
-        radius, depth: of the disc, and from the panel to the end of the grip.
+        parent: the panel that it is mounted on, with which it does not collide.
+        radius: of the disc.
+        depth: from the panel to the end of the grip.
         turn: how far it can be turned.
-        turned: how far it is turned at the start.
-        damping, joint_friction: of its hinge [Nm s/rad, Nm].
+        turned: how far it is turned at the start; at 0 it is off.
+        damping: of its hinge, Nm s/rad.
+        joint_friction: of its hinge, Nm.
     """
     disc = Geom("cylinder", (radius, 0.005), Pose.from_axes((GAP + 0.005, 0, 0), (1, 0, 0), (0, 0, 1)), rgba=rgba)
     grip = Geom("box", ((depth - GAP) / 2, THIN, radius * 0.9), Pose(((depth + GAP) / 2, 0, 0)), "handle", rgba=rgba)
@@ -63,10 +65,12 @@ def switch(
     """Make a lever that turns about y, from below to above the level by the same angle. Feature "handle": at its end, z out.
 
     Args:
-        parent: name of the panel, with which it does not collide.
+        parent: the panel that it is mounted on, with which it does not collide.
         length: of the lever.
         turn: how far it can be turned, the level in the middle.
-        turned, damping, joint_friction: as of a knob.
+        turned: how far it is turned at the start; at 0 it is off.
+        damping: of its hinge, Nm s/rad.
+        joint_friction: of its hinge, Nm.
     """
     down = Pose.from_rotvec((0, 0, 0), (0, turn / 2, 0))
     lever = Geom("box", (length / 2, THIN, THIN), down * Pose((length / 2 + GAP, 0, 0)), "handle", rgba=rgba)

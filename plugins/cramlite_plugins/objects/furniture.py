@@ -27,7 +27,7 @@ def cabinet(
     upper face, and the floor under that.
 
     Args:
-        size: outer depth (x), width (y) and height (z).
+        size: depth (x), width (y), height (z).
     """
     depth, width, height = size
     half = WALL / 2
@@ -62,11 +62,12 @@ def drawer(
     """Make a drawer that slides out of its cabinet along x. Feature "handle": the middle of its bar, z out.
 
     Args:
-        parent: name of the cabinet.
-        size: depth (x), width (y) and height (z) of what is inside the cabinet; the front covers its opening.
+        parent: the cabinet that it is mounted in, with which it does not collide.
+        size: depth (x), width (y), height (z) of what is inside.
         travel: how far it opens.
-        opened: how far it is open at the start; ``pose`` is where it would be closed.
-        damping, joint_friction: of its rails [N s/m, N].
+        opened: how far it is open at the start.
+        damping: of its rails, N s/m.
+        joint_friction: of its rails, N.
     """
     depth, width, height = size
     half = WALL / 2
@@ -107,10 +108,11 @@ def door(
     """Make a door with its hinge on the side of +y. Feature "handle": the middle of its upright bar, z out.
 
     Args:
-        parent: name of the cabinet.
+        parent: the cabinet that it is mounted in, with which it does not collide.
         swing: how far it opens.
-        opened: how far it is open at the start; ``pose`` is where it would be closed.
-        damping, joint_friction: of its hinge [Nm s/rad, Nm].
+        opened: how far it is open at the start.
+        damping: of its hinge, Nm s/rad.
+        joint_friction: of its hinge, Nm.
     """
     half = WALL / 2
     plate = Geom("box", (half, width / 2 - GAP, height / 2 - GAP), Pose((half + GAP, 0, 0)), rgba=rgba)

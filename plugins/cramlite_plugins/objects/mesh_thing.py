@@ -61,10 +61,13 @@ def mesh_thing(
     of the same name takes the place of the found one.
 
     Args:
-        file: beside the scenario.
-        scale: from the file's unit to metres, e.g. 0.001 for millimetres.
-        density: [kg/m3].
-        fixed: it does not move; mass and density are not asked for then.
+        file: the mesh.
+        scale: from the file's unit to metres: 0.001 for millimetres.
+        mass: exactly one of mass, density and `fixed: true`.
+        density: kg/m3; the mass is this times the volume.
+        fixed: furniture.
+        features: `name`, `type`, `position`, `axis` (its z), `up` (its y), `size` (named lengths); one of
+            a found name takes its place.
         detect: look for holes and handles.
 
     Raises:

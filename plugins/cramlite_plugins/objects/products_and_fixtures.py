@@ -40,7 +40,8 @@ def product(
     out of the front (-y), y up. Feature "bottom": the face it stands on, z down.
 
     Args:
-        size: width (x), depth (y), height (z) of the box, without the tab.
+        size: width (x), depth (y), height (z), without the tab.
+        hole_diameter: must be larger than the peg.
     """
     width, depth, height = size
     radius = hole_diameter / 2
@@ -67,7 +68,7 @@ def block(
     """Make a plain box that can be moved. Frame: its centre, z up. Feature "bottom": the face it stands on, z down.
 
     Args:
-        size: width (x), depth (y) and height (z).
+        size: width (x), depth (y), height (z).
     """
     width, depth, height = size
     face = Pose.from_axes((0, 0, -height / 2), (0, 0, -1), (1, 0, 0))
@@ -105,9 +106,12 @@ def hanger(
     towards its tip, x up. Feature "tip": at the end of the bent part, z along it outwards.
 
     Args:
-        length, radius: of the straight part.
-        tip, rise: length of the bent part, and how much higher its end is.
+        length: of the straight part.
+        radius: of the peg.
+        tip: length of the bent part.
+        rise: how much higher its end is; smaller than `tip`.
         wall: width, height and thickness of the panel.
+        rgba: of the peg.
 
     Raises:
         UserError: the tip is too short to rise so far.
@@ -147,7 +151,8 @@ def basket(
     the inner width (x), depth (y) and height. Feature "floor": the inner floor, z up.
 
     Args:
-        size: outer width (x), depth (y) and height (z).
+        size: outer width (x), depth (y), height (z).
+        wall: thickness.
     """
     w, d, h = size
     inner = {"width": w - 2 * wall, "depth": d - 2 * wall, "height": h - wall}
@@ -172,7 +177,7 @@ def table(
     """Make a fixed plate. Frame: the centre of its top face, z up. Feature "top": that face.
 
     Args:
-        size: width (x), depth (y) and thickness.
+        size: width (x), depth (y), thickness.
     """
     w, d, h = size
     top = Feature("top", "vrps:SurfaceFeature", Pose(), {"width": w, "depth": d})

@@ -28,7 +28,7 @@ def rack(
     Args:
         length: of the boards (x).
         board: width of each.
-        lean: how far each rises from level to its outer edge [rad]; one that is negative makes a roof.
+        lean: how far each rises to its outer edge; below 0 they make a roof.
         height: of the line over what the rack stands on.
     """
     half = (length / 2, board / 2, BOARD / 2)

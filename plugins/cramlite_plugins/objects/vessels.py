@@ -28,7 +28,12 @@ def bottle(
     name: str, pose: Pose, radius: Length = 0.034, height: Length = 0.15, neck: Length = 0.014,
     neck_height: Length = 0.06, mass: Mass = 0.5, friction: float = 0.6, rgba: Colour = (0.30, 0.55, 0.35, 1.0),
 ) -> Thing:  # fmt: skip
-    """Make a cylinder with a thinner one on top. ``height`` is the body's, ``neck`` the neck's radius."""
+    """Make a cylinder with a thinner one on top. ``height`` is the body's, ``neck`` the neck's radius.
+
+    Args:
+        radius, height: of the body.
+        neck: radius of the neck.
+    """
     body = Geom("cylinder", (radius, height / 2), rgba=rgba)
     top = Geom("cylinder", (neck, neck_height / 2), Pose((0, 0, (height + neck_height) / 2)), rgba=rgba)
     return Thing(name, "cram:Product", pose, (body, top), (_bottom(radius, height),), mass, friction)
@@ -39,7 +44,14 @@ def bowl(
     friction: float = 0.6, grains: int = 0, grain_radius: Length = 0.005, grain_mass: Mass = 0.0006,
     rgba: Colour = (0.85, 0.82, 0.72, 1.0),
 ) -> Thing:  # fmt: skip
-    """Make a plate with an upright rim of boxes. ``radius`` is the outer one."""
+    """Make a plate with an upright rim of boxes. ``radius`` is the outer one.
+
+    Args:
+        radius: outer.
+        wall: thickness of rim and floor.
+        grains: how many balls are loose in it at the start.
+        grain_radius, grain_mass: of each.
+    """
     geoms, features = _shell(radius, height, wall, rgba), (_bottom(radius, height), _cavity(radius, height, wall))
     filling = _filling(grains, grain_radius, grain_mass)
     return Thing(name, "soma:Bowl", pose, geoms, features, mass, friction, filling=filling)
@@ -49,7 +61,13 @@ def mug(
     name: str, pose: Pose, radius: Length = 0.042, height: Length = 0.095, wall: Length = 0.005,
     handle: Length = 0.032, mass: Mass = 0.3, friction: float = 0.6, rgba: Colour = (0.35, 0.45, 0.70, 1.0),
 ) -> Thing:  # fmt: skip
-    """Make a hollow cylinder of boxes with a handle on +x. ``handle`` is how far it sticks out."""
+    """Make a hollow cylinder of boxes with a handle on +x. ``handle`` is how far it sticks out.
+
+    Args:
+        radius: outer.
+        wall: thickness of wall and floor.
+        handle: how far the handle sticks out.
+    """
     grip = (0.006, 0.007, height * 0.35)
     arms = [
         Geom("box", (handle / 2, 0.007, 0.005), Pose((radius + handle / 2 - 0.004, 0, s * height * 0.3)), rgba=rgba)
@@ -65,7 +83,12 @@ def lid(
     name: str, pose: Pose, radius: Length = 0.075, thickness: Length = 0.006, knob: Length = 0.012, knob_height: Length = 0.045,
     mass: Mass = 0.2, friction: float = 0.6, rgba: Colour = (0.60, 0.62, 0.66, 1.0),
 ) -> Thing:  # fmt: skip
-    """Make a round plate with a knob in its middle. Frame: the middle of the plate, z up. ``knob`` is the knob's radius."""
+    """Make a round plate with a knob in its middle. Frame: the middle of the plate, z up. ``knob`` is the knob's radius.
+
+    Args:
+        radius, thickness: of the plate.
+        knob: radius of the knob.
+    """
     plate = Geom("cylinder", (radius, thickness / 2), rgba=rgba)
     grip = Geom("cylinder", (knob, knob_height / 2), Pose((0, 0, (thickness + knob_height) / 2)), rgba=rgba)
     return Thing(name, "soma:Lid", pose, (plate, grip), (_bottom(radius, thickness),), mass, friction)
@@ -79,8 +102,13 @@ def jug(
     """Make a hollow cylinder of boxes with a handle on +x that a gripper's fingers fit behind.
 
     Args:
-        handle: how far it sticks out.
-        bar: thickness of its upright part, which is square.
+        radius: outer.
+        wall: thickness of wall and floor.
+        handle: how far the handle sticks out.
+        bar: thickness of its upright part.
+        mass: without the balls.
+        grains: how many balls are loose in it at the start.
+        grain_radius, grain_mass: of each.
     """
     out = radius + handle
     arms = [

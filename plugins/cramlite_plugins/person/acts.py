@@ -1,4 +1,5 @@
-"""Actions of a person with one hand: each looks where things are, and takes hold of what it needs and does not hold yet."""
+"""Actions of a person with one hand: each looks where things are, and first grasps the things that it
+needs."""
 
 from __future__ import annotations
 
@@ -110,7 +111,7 @@ def put_down(person: Performer, world: World, thing: Thing, onto: Thing) -> None
 
 
 def release(person: Performer, world: World, thing: Thing) -> None:
-    """Open the fingers around what they hold."""
+    """Open the fingers around the payload."""
     grasp(person, world, thing)
     person.wait(person.between(0.1, 0.3))
     person.grip(min(person.opening + person.between(*FREE) + 0.01, OPENING), person.between(0.3, 0.5))
@@ -211,12 +212,13 @@ def hold(person: Performer, world: World, thing: Thing, duration_s: float = 1.0)
 
 
 def push(person: Performer, world: World, thing: Thing, distance_m: float = 0.06) -> None:
-    """Push a thing along what it stands on, with closed fingers that point down."""
+    """Push a thing along its support, with closed fingers that point down."""
     ahead = facing(world)
     aside = np.cross(ahead, UP)
     ways = [ahead, aside, -aside, -ahead]
     way, start = next(
-        ((w, s) for w in ways for s in _beside(person, thing, w) if person.fits(s, 0.0)), (ahead, _beside(person, thing, ahead)[0])
+        ((w, s) for w in ways for s in _pushing_poses(person, thing, w) if person.fits(s, 0.0)),
+        (ahead, _pushing_poses(person, thing, ahead)[0]),
     )
     person.grip(0.0, 0.3)
     go(person, world, start, person.between(0.25, 0.4))
@@ -228,7 +230,7 @@ def push(person: Performer, world: World, thing: Thing, distance_m: float = 0.06
     _by(person, -(BESIDE + 0.02) * way, 0.15)
 
 
-def _beside(person: Performer, thing: Thing, way: Floats) -> list[Pose]:
+def _pushing_poses(person: Performer, thing: Thing, way: Floats) -> list[Pose]:
     """Two poses, half a turn apart, of a hand that points down, its closed fingers about to push a thing a way."""
     pose = person.pose(thing.name)
     bottom, top = pose.position[2] + lowest(thing, pose), support(thing, pose, UP)
@@ -238,7 +240,7 @@ def _beside(person: Performer, thing: Thing, way: Floats) -> list[Pose]:
 
 
 def slide(person: Performer, world: World, thing: Thing, distance_m: float = 0.08) -> None:
-    """Move a held thing along what it stands on, pressing lightly."""
+    """Slide a payload along its support, pressing lightly."""
     grasp(person, world, thing)
     way = facing(world) * person.rng.choice([-1.0, 1.0]) * distance_m
     _by(person, (0, 0, -PRESS), 0.02)
@@ -293,7 +295,7 @@ def roam(person: Performer, world: World) -> None:
 
 
 def _threading(person: Performer, world: World, thing: Thing, hanger: Thing) -> Scene:
-    """What is made out of an object with a hole and of the peg that it is on, or comes on."""
+    """Parts of a thread: an object with a hole, and the peg that it is on, or comes on."""
     hole, peg = thing.feature("vrps:Hole"), hanger.feature("vrps:Peg")
     if hole is None or peg is None:
         lacks = f"'{thing.name}' has no hole (vrps:Hole)" if hole is None else f"'{hanger.name}' has no peg (vrps:Peg)"
@@ -302,7 +304,7 @@ def _threading(person: Performer, world: World, thing: Thing, hanger: Thing) -> 
 
 
 def extract(person: Performer, world: World, thing: Thing, hanger: Thing) -> None:
-    """Pull what hangs off its peg."""
+    """Pull a hanging thing off its peg."""
     scene = _threading(person, world, thing, hanger)
     grasp(person, world, thing)
     pull_off(person, scene)

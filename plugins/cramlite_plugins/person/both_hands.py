@@ -1,4 +1,4 @@
-"""Two-handed demonstrations: one hand holds what the other takes over, or is busy meanwhile.
+"""Two-handed demonstrations: one hand holds the thing that the other takes over, or is busy meanwhile.
 
 Both are hands of the same strength, and meet each other and everything else. The other hand works from above, as over a
 table; it waits beside the one that acts.
@@ -36,7 +36,8 @@ def width_from_above(thing: Thing) -> float:
 
 
 def waiting(scene: Scene, rng: np.random.Generator) -> Pose:
-    """Choose the pose at which the other hand waits: in front, pointing down, on the side of what it might take."""
+    """Choose the pose at which the other hand waits: in front, pointing down, on the side of the things
+    that it may take."""
     side = np.cross(scene.facing, (0.0, 0.0, 1.0)) * rng.choice([-1.0, 1.0]) * rng.uniform(0.28, 0.4)
     others = [np.subtract(t.pose.position, scene.product.pose.position) for t in _for_other_hand(scene)]
     if others and float(np.sum(others @ side)) < 0:
@@ -71,7 +72,7 @@ def be_busy(person: Performer, scene: Scene) -> None:
 
 
 def _for_other_hand(scene: Scene) -> list[Thing]:
-    """What it can take without being in the way of the one that acts."""
+    """Things that it can take without being in the way of the acting hand."""
     own = scene.product
     far = [t for t in scene.world.things if np.hypot(*np.subtract(t.pose.position, own.pose.position)[:2]) > CLEAR]
     return [t for t in far if t.movable and t is not own and width_from_above(t) <= WIDEST]

@@ -36,7 +36,7 @@ TURNED = FARTHEST - math.radians(45)
 STEEP = 0.9
 
 
-class Grip(Value):
+class PersonGrip(Value):
     """A grasp: where the tool frame is when the fingers close, in the world, and the width between them then [m]."""
 
     tool: Pose
@@ -48,7 +48,7 @@ class Grip(Value):
         return min(self.width + 2 * MARGIN, OPENING)
 
 
-def choose_grip(person: Performer, thing: Thing, ahead: Floats) -> Grip | None:
+def choose_grip(person: Performer, thing: Thing, ahead: Floats) -> PersonGrip | None:
     """Choose the first grasp at which the hand touches nothing, nor on its way there; None where there is none.
 
     Args:
@@ -57,20 +57,20 @@ def choose_grip(person: Performer, thing: Thing, ahead: Floats) -> Grip | None:
     return next((g for g in _grips(thing, person.pose(thing.name), ahead) if _is_free(person, g)), None)
 
 
-def _is_free(person: Performer, grip: Grip) -> bool:
+def _is_free(person: Performer, grip: PersonGrip) -> bool:
     return all(person.fits(grip.tool * Pose((0, 0, -back)), grip.opening) for back in AWAY)
 
 
-def _grips(thing: Thing, pose: Pose, ahead: Floats) -> Iterator[Grip]:
+def _grips(thing: Thing, pose: Pose, ahead: Floats) -> Iterator[PersonGrip]:
     """All grasps of a thing, the handiest first, each also with the hand turned by half a turn; first as the wrist turns less."""
     rest = forward_and_down(ahead)
     for grip in (*_by_handle(thing, pose), *_by_body(thing, pose, ahead)):
         if grip.width + MARGIN <= OPENING:
             both = (grip.tool, grip.tool * Pose((0, 0, 0), (0, 0, 0, 1)))
-            yield from (Grip(t, grip.width) for t in sorted(both, key=lambda t: rest.distance(t)[1]) if rest.distance(t)[1] < TURNED)
+            yield from (PersonGrip(t, grip.width) for t in sorted(both, key=lambda t: rest.distance(t)[1]) if rest.distance(t)[1] < TURNED)
 
 
-def _by_handle(thing: Thing, pose: Pose) -> Iterator[Grip]:
+def _by_handle(thing: Thing, pose: Pose) -> Iterator[PersonGrip]:
     """Across a handle's bar, upright or level, straight against the way that the handle points."""
     handle = thing.feature("cram:Handle")
     if handle is None:
@@ -78,10 +78,10 @@ def _by_handle(thing: Thing, pose: Pose) -> Iterator[Grip]:
     at = pose * handle.pose
     width = handle.size.get("width", 2 * handle.size.get("radius", 0.01))
     for closing in (np.cross(UP, at.rotate((0, 0, 1))), UP):
-        yield Grip(_tool(at.position, -at.rotate((0, 0, 1)), closing), width)
+        yield PersonGrip(_tool(at.position, -at.rotate((0, 0, 1)), closing), width)
 
 
-def _by_body(thing: Thing, pose: Pose, ahead: Floats) -> Iterator[Grip]:
+def _by_body(thing: Thing, pose: Pose, ahead: Floats) -> Iterator[PersonGrip]:
     """Around the whole body, else around one of its parts."""
     if thing.joint is not None:  # a drawer or a door is moved by its handle
         return
@@ -102,7 +102,7 @@ def _preferred(thing: Thing, pose: Pose, hole: Feature | None, ahead: Floats) ->
     return [*sides, -UP] if thing.feature("cram:Cavity") is not None else [-UP, *sides]
 
 
-def _around(low: Floats, high: Floats, pose: Pose, hole: Feature | None, ways: list[Floats]) -> Iterator[Grip]:
+def _around(low: Floats, high: Floats, pose: Pose, hole: Feature | None, ways: list[Floats]) -> Iterator[PersonGrip]:
     """Grasps of a box (its corners in the thing's frame), the ways in order, the narrow side first."""
     size = np.subtract(high, low)
     for way in ways:
@@ -114,7 +114,7 @@ def _around(low: Floats, high: Floats, pose: Pose, hole: Feature | None, ways: l
             others = [k for k in others if abs(pose.rotate(np.eye(3)[k]) @ UP) < 0.5]
         place = _place(low, high, pose, approach, axis, hole)
         for k in sorted(others, key=lambda k: float(size[k])):
-            yield Grip(_tool(pose.apply(place), pose.rotate(approach), pose.rotate(np.eye(3)[k])), float(size[k]))
+            yield PersonGrip(_tool(pose.apply(place), pose.rotate(approach), pose.rotate(np.eye(3)[k])), float(size[k]))
 
 
 def _place(low: Floats, high: Floats, pose: Pose, approach: Floats, axis: int, hole: Feature | None) -> Floats:

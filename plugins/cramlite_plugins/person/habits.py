@@ -1,4 +1,4 @@
-"""Variations of demonstrations: what people do beside what they were asked to.
+"""Variations of demonstrations: habits of people beside the asked task.
 
 A person of these scripts has a pace, a tremor and habits, all from the seed: they come from anywhere in front, look twice,
 take hold again, pause, take detours, put the thing down in between, let it drop the last bit, and now and then the
@@ -97,7 +97,7 @@ def go_wrong(person: Performer, scene: Scene, grasp: Pose) -> None:
 
 
 def be_interrupted(person: Performer) -> None:
-    """Stop with what is held, take it half a step back, wait, and go on."""
+    """Stop with the payload, take it half a step back, wait, and go on."""
     here = person.aim
     away = Pose(tuple(np.add(here.position, person.rng.uniform(-0.06, 0.06, 3))), here.quaternion)
     person.move([away], person.between(0.1, 0.2))
@@ -106,7 +106,7 @@ def be_interrupted(person: Performer) -> None:
 
 
 def take_again(person: Performer, scene: Scene, grasp: Pose) -> None:
-    """Let go of what is held, and regrasp it a little elsewhere."""
+    """Let go of the payload, and regrasp it a little elsewhere."""
     person.wait(person.between(0.2, 0.5))
     width = extent(scene, grasp)
     person.grip(min(width + 0.02, OPENING), person.between(0.25, 0.4))
@@ -117,14 +117,14 @@ def take_again(person: Performer, scene: Scene, grasp: Pose) -> None:
 
 
 def detour(person: Performer) -> None:
-    """Move what is held along a detour."""
+    """Move the payload along a detour."""
     side = np.array([person.between(-0.08, 0.0), person.between(-0.08, 0.08), person.between(-0.02, 0.08)])
     goal = Pose(tuple(np.add(person.aim.position, side)), person.aim.quaternion)
     person.move([goal], person.between(0.15, 0.3))
 
 
 def put_down_and_take(person: Performer, scene: Scene, grasp: Pose) -> None:
-    """Put what is held on the nearest surface, let go, step back, and grasp it again."""
+    """Put the payload on the nearest surface, let go, step back, and grasp it again."""
     support, top = nearest_top(person, scene)
     put_down(person, scene, support, top, grasp)
     person.grip(min(extent(scene, grasp) + 0.02, OPENING), person.between(0.3, 0.5))
@@ -151,7 +151,7 @@ def nearest_top(person: Performer, scene: Scene) -> tuple[Thing, Feature]:
 
 
 def put_down(person: Performer, scene: Scene, support: Thing, top: Feature, grasp: Pose) -> None:
-    """Put what is held upright onto a surface, the last bit perhaps dropped."""
+    """Put the payload upright onto a surface, the last bit perhaps dropped."""
     spot = _spot(person, scene, support, top)
     body = person.pose(scene.product.name)
     goal = Pose(tuple(np.add(spot, (0, 0, half_extents(scene.product)[2]))), body.quaternion)

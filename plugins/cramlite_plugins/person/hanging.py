@@ -33,7 +33,7 @@ def hang_onto_hanger(person: Performer, scene: Scene, grasp: Pose) -> None:
 
 
 def lift(person: Performer) -> None:
-    """Lift what is held."""
+    """Lift the payload."""
     up = np.add(person.aim.position, (0.0, 0.0, person.between(0.06, 0.12)))
     person.move([Pose(tuple(up), person.aim.quaternion)], person.between(0.12, 0.25))
     if person.rng.random() < 0.4:

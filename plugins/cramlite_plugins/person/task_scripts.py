@@ -1,4 +1,4 @@
-"""Scripts of single tasks: what a person with one hand does to show each, and what tells that it did not come off.
+"""Scripts of single tasks by a person with one hand, and the checks that tell that one did not come off.
 
 Parking an arm, driving, looking at and looking for have none: they need joints, a base, and a camera, and a hand has none of them.
 """
@@ -22,7 +22,7 @@ Missed = Callable[[Performer, World, list[Thing]], str]
 
 
 def _held(person: Performer, _world: World, things: list[Thing]) -> str:
-    """What is wrong where the first thing is not in the hand."""
+    """Objection if the first thing is not in the hand."""
     return "" if person.holds(things[0].name) else f"'{things[0].name}' is not in the hand"
 
 
@@ -31,20 +31,20 @@ def _let_go(person: Performer, _world: World, things: list[Thing]) -> str:
 
 
 def _stands(person: Performer, world: World, things: list[Thing]) -> str:
-    """What is wrong where the first thing does not stand on the second."""
+    """Objection if the first thing does not stand on the second."""
     thing, onto = things
     return "" if acts.stands_on(person, thing, onto) else f"'{thing.name}' does not stand on '{onto.name}'"
 
 
 def _inside(person: Performer, _world: World, things: list[Thing]) -> str:
-    """What is wrong where the first thing is not in the second."""
+    """Objection if the first thing is not in the second."""
     thing, into = things
     inside = acts.is_inside(person, thing, into)
     return "" if inside else f"'{thing.name}' is not in '{into.name}'"
 
 
 def _moved(share: float) -> Missed:
-    """What is wrong where a joint is not near a share of its range."""
+    """Objection if a joint is not near a share of its range."""
 
     def missed(person: Performer, _world: World, things: list[Thing]) -> str:
         reached = acts.opened(person, things[0])
@@ -76,7 +76,7 @@ def _script(act: Callable[..., None], *roles: str, missed: Missed | None = None,
 
 
 def _thing(world: World, fillers: Fillers, role: str) -> Thing | None:
-    """What fills a role, as a whole."""
+    """Filler of a role, as a whole."""
     name = fillers.get(role.rstrip("?"))
     if name is None and role.endswith("?"):
         return None

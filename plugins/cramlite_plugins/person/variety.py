@@ -96,7 +96,7 @@ def _come(person: Performer, scene: Scene, grasp: Pose, own: Habits) -> None:
 
 
 def not_in_container(person: Performer, scene: Scene) -> str:
-    """Return what is wrong where the object does not lie in the container; "" where it does."""
+    """Return an objection if the object does not lie in the container, else ""."""
     opening = scene.container.pose * scene.cavity.pose
     x, y, z = opening.inverse().apply(person.pose(scene.product.name).position)
     width, depth = (scene.cavity.size[k] for k in ("width", "depth"))
@@ -105,7 +105,7 @@ def not_in_container(person: Performer, scene: Scene) -> str:
 
 
 def not_on_peg(person: Performer, scene: Scene) -> str:
-    """Return what is wrong where the object does not hang on the peg; "" where it does."""
+    """Return an objection if the object does not hang on the peg, else ""."""
     hole = (person.pose(scene.product.name) * scene.hole.pose).position
     x, y, depth = (scene.hanger.pose * scene.peg.pose).inverse().apply(hole)
     threaded = np.hypot(x, y) < THREADED and 0 <= depth <= scene.peg.size["length"]

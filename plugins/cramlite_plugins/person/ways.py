@@ -63,7 +63,8 @@ def _between(pose: Pose, thing: Thing, a: tuple[float, float, float], b: tuple[f
 
 
 def top_of(thing: Thing, pose: Pose, wide: float = 0.0) -> tuple[Pose, Floats]:
-    """Return the frame of what carries things on a thing, z up, and half its sides (2,) [m]: surface, floor of a vessel, or top.
+    """Return the frame of the supporting area of a thing, z up, and half its sides (2,) [m]: surface,
+    floor of a vessel, or top.
 
     Args:
         wide: half the narrower side of what is to lie there [m]; what does not fit into a vessel lies on its rim.
@@ -109,7 +110,8 @@ def _apart(person: Performer, spot: Floats, radius: float, other: Thing) -> bool
 
 
 def upright(pose: Pose) -> Pose:
-    """Return the pose turned as little as makes its most upright axis vertical; what stands upside down goes on to."""
+    """Return the pose turned as little as makes its most upright axis vertical; an inverted thing stays
+    inverted."""
     axes = pose.rotation
     k = int(np.argmax(np.abs(axes[2])))
     up = axes[:, k] * np.sign(axes[2, k])
@@ -122,7 +124,8 @@ def upright(pose: Pose) -> Pose:
 
 
 def hand_for(person: Performer, thing: str, goal: Pose) -> Pose:
-    """Return the target of the hand that brings what it holds to a pose; what the hand lags behind its target is corrected."""
+    """Return the target of the hand that brings its payload to a pose; the hand's lag behind its target is
+    corrected."""
     hand = goal * person.pose(thing).inverse() * person.tool()
     lag = np.subtract(person.aim.position, person.tool().position)
     return replace(hand, position=tuple(np.add(hand.position, lag)))

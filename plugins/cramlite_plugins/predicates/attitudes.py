@@ -1,4 +1,4 @@
-"""Attitudes: upright, upside down, and what a thing's front faces; as predicates, and as goals of putting things down."""
+"""Orientation predicates, and goals of putting down: upright, upside down, direction of a thing's front."""
 
 from __future__ import annotations
 
@@ -42,15 +42,15 @@ def all_predicates() -> tuple[Predicate, ...]:
 
 def stands_upright(phase: Phase, name: str | None) -> Iterator[Row]:
     """Evaluate stands_upright(Thing), at the end of the phase."""
-    return _attitude(phase, name, 1.0)
+    return _oriented(phase, name, 1.0)
 
 
 def stands_upside_down(phase: Phase, name: str | None) -> Iterator[Row]:
     """Evaluate stands_upside_down(Thing), at the end of the phase."""
-    return _attitude(phase, name, -1.0)
+    return _oriented(phase, name, -1.0)
 
 
-def _attitude(phase: Phase, name: str | None, way: float) -> Iterator[Row]:
+def _oriented(phase: Phase, name: str | None, way: float) -> Iterator[Row]:
     for one in [name] if name is not None else things(phase):
         pose = pose_of(phase, one, phase.end)
         if pose is not None and upward(pose, way):

@@ -1,4 +1,4 @@
-"""Extents of features: what is in a cavity, or over an area of a surface."""
+"""Extents of features: points in a cavity, or over an area of a surface."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ REGIONS = (SURFACE, CAVITY)
 """Features that a goal may name as a place of their own."""
 
 
-def within(point: tuple[float, float, float], size: Mapping[str, float]) -> bool:
+def in_cavity(point: tuple[float, float, float], size: Mapping[str, float]) -> bool:
     """Check whether a point is in a cavity, whose frame is in the middle of its opening, z out of it."""
     x, y, z = point
     if "height" not in size or not {"radius", "width"} & set(size):
@@ -28,7 +28,7 @@ def in_extent(type_: str, size: Mapping[str, float], point: Floats) -> bool:
     none."""
     x, y, z = map(float, point)
     if type_ == CAVITY:
-        return within((x, y, z), size)
+        return in_cavity((x, y, z), size)
     wide, deep = (size.get(name, 0.0) / 2 for name in ("width", "depth"))
     beside = math.hypot(x, y) > size["radius"] if "radius" in size else abs(x) > wide or abs(y) > deep
     return not beside and -SUNK <= z <= size.get("height", math.inf)

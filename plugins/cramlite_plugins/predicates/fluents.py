@@ -1,4 +1,4 @@
-"""Fluents and static definitions of the shipped predicates: what planning needs of them."""
+"""Fluents and static definitions of the shipped predicates, for planning."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from ..shapes.nesting import room_under
 from ..shapes.standing_up import stood_up
 from ..shapes.surfaces import SUNK, resting_height
 from . import goal_phrases
-from .extents import CAVITY, PEG, SURFACE, within
+from .extents import CAVITY, PEG, SURFACE, in_cavity
 
 HAND = "soma:Gripper"
 """What the hand that acts is."""
@@ -48,7 +48,7 @@ def is_thing(scene: SymbolicWorld, entity: str) -> bool:
 
 
 def is_flat(scene: SymbolicWorld, entity: str) -> bool:
-    """Evaluate flat(Thing) in a symbolic world: of what can be moved."""
+    """Evaluate flat(Thing) in a symbolic world, of movable things."""
     thing = scene.world.thing(entity) if is_thing(scene, entity) else None
     return thing is not None and thing.movable and bool(thing.geoms) and low(np.ptp(corners(thing, thing.pose), axis=0))
 
@@ -79,7 +79,7 @@ def is_part(_scene: SymbolicWorld, thing: str, part: str) -> bool:
 
 
 def in_chain(scene: SymbolicWorld, entity: str) -> bool:
-    """Evaluate chain(X) in a symbolic world: the hand, what it holds, and the parts of that."""
+    """Evaluate chain(X) in a symbolic world: the hand, its payload, and the parts of that."""
     return thing_of(entity) in {EFFECTOR, *scene.held}
 
 
@@ -92,7 +92,7 @@ def constrained_dof(scene: SymbolicWorld, thing: str, _other: str) -> float:
 
 
 def _touching(scene: SymbolicWorld) -> Iterator[tuple[str, str]]:
-    """What hangs touches the hanger and its peg; what stands touches what is under it."""
+    """Contacts at the start: a hanging thing with hanger and peg, a standing one with its support."""
     for thing, below in _carried(scene):
         peg = scene.world.thing(thing_of(below)).feature(PEG)
         parts = (thing_of(below), str(EntityName(thing_of(below), peg.name)) if peg else below) if _hanger(thing, scene) else (below,)
@@ -104,7 +104,7 @@ def _supporting(scene: SymbolicWorld) -> Iterator[tuple[str, str]]:
 
 
 def _carried(scene: SymbolicWorld) -> Iterator[tuple[Thing, str]]:
-    """Things that hang, lie in what moves on a joint, or stand, with what they hang from, lie in or stand on."""
+    """Things that hang, lie in a container on a joint, or stand, with their carrier."""
     inside, boxes = {t.name: c.name for t, c in _contained(scene) if c.joint is not None}, _tops(scene)
     for thing in scene.world.things:
         below = _hanger(thing, scene) or inside.get(thing.name)
@@ -121,7 +121,7 @@ def _contained(scene: SymbolicWorld) -> Iterator[tuple[Thing, Thing]]:
         for container, cavity in hollow:
             if thing.movable and thing.joint is None and thing.name != container.name:
                 x, y, z = (container.pose * cavity.pose).inverse().apply(thing.pose.position).tolist()
-                if within((x, y, z), cavity.size):
+                if in_cavity((x, y, z), cavity.size):
                     yield thing, container
 
 
@@ -133,7 +133,7 @@ def _tops(scene: SymbolicWorld) -> list[tuple[str, Floats, Floats]]:
 
 
 def _stacked(thing: Thing, scene: SymbolicWorld, boxes: list[tuple[str, Floats, Floats]]) -> str | None:
-    """The thing that can be moved itself, and whose surface is what another stands on, or that it leans on; None where there is none."""
+    """Movable support of another thing, or the thing that it leans on; None without one."""
     (low, high) = next(((low, high) for name, low, high in boxes if name == thing.name), (None, None))
     if low is None or high is None:
         return None
@@ -147,13 +147,13 @@ def _stacked(thing: Thing, scene: SymbolicWorld, boxes: list[tuple[str, Floats, 
 
 
 def _leans_on(thing: Thing, below: list[Thing]) -> str | None:
-    """What a thing that stands on no surface would meet if it were let down: the nearest, if that is as good as touched."""
+    """Support of a thing that stands on no surface: the nearest below it, if as good as touched."""
     found = min(((abs(room_under(thing, thing.pose, b, b.pose)), b.name) for b in below), default=(math.inf, ""))
     return found[1] if found[0] < STANDS_WITHIN else None
 
 
 def _stands(thing: Thing, low: float, scene: SymbolicWorld) -> bool:
-    """Whether the lowest point of a thing is on a surface of what cannot be moved."""
+    """Whether the lowest point of a thing is on a surface of furniture."""
     fixed = [(t, t.pose) for t in scene.world.things if not t.movable and t.joint is None]
     return abs(low - resting_height(thing, thing.pose, fixed)[0]) < STANDS_WITHIN
 

@@ -29,6 +29,8 @@ EXACT = 0.05
 """Share of a joint's range by which what was opened by an amount may be off: 10 mm of a drawer's 200."""
 CONTROL = "cram:Control"
 """What can be turned on and off."""
+SHIFTS = 0.01
+"""By how much less things are put beside one another than they may be [m]: what is let go shifts by a few millimetres."""
 STANDS = ("is", "hangs", "stands", "lies")
 
 
@@ -48,6 +50,26 @@ def _on(scene: SymbolicWorld, thing: str, place: str) -> GoalCondition:
     peg = scene.world.thing(place).feature(PEG)
     there = ("touches", thing, str(EntityName(place, peg.name))) if peg else ("supports", place, thing)
     return GoalCondition(frozenset({there}), let_go(thing), spot=peg is None)
+
+
+def _amid(scene: SymbolicWorld, thing: str, place: str, amount: str) -> GoalCondition:
+    """On a whole thing, with the origins of the two no farther apart than that, seen from above."""
+    if place != thing_of(place):
+        raise UserError(f"'on ... within' is said of a whole thing: '{thing_of(place)}'.")
+    most = _quantity(amount, "length")
+    apart = math.dist(*(scene.world.thing(name).pose.position[:2] for name in (thing, place)))
+    near = {"near": place, "within": f"{max(most - SHIFTS, most / 2):.4f} m"}
+    bound = Bound(("distance_seen_from_above", thing, place), 0.0, most)
+    return replace(_on(scene, thing, place), bounds=(bound,), manner=Manner(near, holds=apart <= most))
+
+
+def _quantity(amount: str, kind: str) -> float:
+    from cramlite.plugin import parse_quantity  # it loads pydantic
+
+    try:
+        return parse_quantity(amount, kind)
+    except ValueError as error:
+        raise UserError(f"{error}.") from error
 
 
 def _off(scene: SymbolicWorld, thing: str, place: str) -> GoalCondition:
@@ -99,15 +121,10 @@ def _is_closed(_scene: SymbolicWorld, thing: str) -> GoalCondition:
 
 def _opened_by(scene: SymbolicWorld, thing: str, amount: str) -> GoalCondition:
     """Open by so much of what its joint can; less than what counts as open is no goal, as no task ends there."""
-    from cramlite.plugin import parse_quantity  # it loads pydantic
-
     joint = scene.world.thing(thing).joint
     if joint is None:
         raise UserError(f"'{thing}' has no joint to be opened by.")
-    try:
-        value = parse_quantity(amount, "length" if joint.kind == "slide" else "angle")
-    except ValueError as error:
-        raise UserError(f"{error}.") from error
+    value = _quantity(amount, "length" if joint.kind == "slide" else "angle")
     span = joint.upper - joint.lower
     share, (least, most) = value / span, (_amount(joint.kind, s * span) for s in (OPEN, 1.0))
     if not OPEN <= share <= 1.0:
@@ -128,7 +145,10 @@ def _turned(scene: SymbolicWorld, thing: str, on: bool) -> GoalCondition:
 
 
 HELD = (GoalPhrase("THING held", _held),)
-ON_OR_OFF = (GoalPhrase("THING on PLACE", _on, STANDS), GoalPhrase("THING off PLACE", _off, STANDS))
+ON_OR_OFF = (
+    GoalPhrase("THING on PLACE", _on, STANDS), GoalPhrase("THING on PLACE within AMOUNT", _amid, STANDS),
+    GoalPhrase("THING off PLACE", _off, STANDS),
+)  # fmt: skip
 POURED = (GoalPhrase("VESSEL poured into VESSEL", _poured_into),)
 IN_PLACE = (GoalPhrase("THING in PLACE", _in, STANDS),)
 OPENED = (

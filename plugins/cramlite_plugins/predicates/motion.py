@@ -1,4 +1,4 @@
-"""Predicates on motion: what moved while an action lasted, and how far."""
+"""Predicates on motion: moving things during an action, and their distances."""
 
 from __future__ import annotations
 
@@ -146,7 +146,7 @@ def tilts(phase: Phase, thing: str | None) -> Iterator[Row]:
     for name in _candidates(phase, thing):
         track = phase.episode.tracks[name]
         upright = track.at(float(track.times[0])).rotation[:, 2]
-        w, x, y, z = _within(track.times, track.poses[:, 3:], phase).T
+        w, x, y, z = _values_over(track.times, track.poses[:, 3:], phase).T
         up = np.stack([2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)])
         if len(w) and float((upright @ up).min()) < np.cos(TILTED):
             yield (name,)
@@ -156,7 +156,7 @@ def swings(phase: Phase, thing: str | None) -> Iterator[Row]:
     """Evaluate swings(Thing) = count: the most turns in a row, along any axis of the world."""
     for name in _candidates(phase, thing):
         track = phase.episode.tracks[name]
-        times, points = (_within(track.times, v, phase) for v in (track.times, track.poses[:, :3]))
+        times, points = (_values_over(track.times, v, phase) for v in (track.times, track.poses[:, :3]))
         yield name, float(max(_swings(times, _smoothed(times, points[:, axis])) for axis in range(3)))
 
 
@@ -240,7 +240,7 @@ def parked(phase: Phase) -> Iterator[Row]:
     """Evaluate parked(): against the episode's extra "park", the park state's joint values [rad]."""
     extras = phase.episode.extras
     if {"joints", "times", "park"} <= set(extras) and extras["joints"].ndim == 2:
-        joints = _within(extras["times"], extras["joints"], phase)
+        joints = _values_over(extras["times"], extras["joints"], phase)
         if joints.shape[1:] == extras["park"].shape and np.all(np.abs(joints - extras["park"]) < PARKED):
             yield ()
 
@@ -252,7 +252,7 @@ def _candidates(phase: Phase, thing: str | None) -> list[str]:
     return [n for n, e in phase.timeline.entities.items() if e.part_of is None and n in phase.episode.tracks]
 
 
-def _within(times: Floats, values: Floats, phase: Phase) -> Floats:
+def _values_over(times: Floats, values: Floats, phase: Phase) -> Floats:
     """The values of a signal that holds between samples, over the phase: from the last sample before it."""
     first = max(int(times.searchsorted(phase.start, side="right")) - 1, 0)
     return values[first : max(int(times.searchsorted(phase.end, side="left")), first + 1)]
@@ -321,4 +321,4 @@ def _joints(phase: Phase, thing: str | None) -> Iterator[tuple[str, Floats]]:
             lower = limits.get("joint_lower", float(values.min()))
             upper = limits.get("joint_upper", float(values.max()))
             if upper > lower:
-                yield name, (_within(extras["times"], values, phase) - lower) / (upper - lower)
+                yield name, (_values_over(extras["times"], values, phase) - lower) / (upper - lower)

@@ -59,6 +59,10 @@ def all_predicates() -> tuple[Predicate, ...]:
         ),
         Predicate("near", 2, near, cost=5, doc="Two things are within 0.15 m.", unknown=unknowns.no_pose_of),
         Predicate(
+            "distance_seen_from_above", 2, distance_seen_from_above, value=True, cost=5,
+            doc="How far apart the origins of two things are, seen from above [m].", unknown=unknowns.no_pose_of,
+        ),
+        Predicate(
             "recedes", 2, recedes, frozenset({"run"}), cost=6, doc="A thing moves by 50 mm, and comes no nearer to another."
         ),
         Predicate(
@@ -178,11 +182,11 @@ def in_cavity(phase: Phase, name: str | None, place: str | None) -> Iterator[Row
             continue
         for one in [name] if name is not None else things(phase):
             point = relative_position(phase, cavity, one, phase.end)
-            if one != container and point is not None and _within(point, size):
+            if one != container and point is not None and _in_cavity(point, size):
                 yield one, container
 
 
-def _within(point: Vector3, size: Mapping[str, float]) -> bool:
+def _in_cavity(point: Vector3, size: Mapping[str, float]) -> bool:
     x, y, z = point
     beside = math.hypot(x, y) > size["radius"] if "radius" in size else abs(x) > size["width"] / 2 or abs(y) > size["depth"] / 2
     return not beside and -size["height"] <= z <= RIM
@@ -216,6 +220,15 @@ def near(phase: Phase, name: str | None, place: str | None) -> Iterator[Row]:
                 yield one, other
 
 
+def distance_seen_from_above(phase: Phase, name: str | None, other: str | None) -> Iterator[Row]:
+    """Evaluate distance_seen_from_above(Thing, Other), at the end of the phase."""
+    for another in [other] if other is not None else things(phase):
+        for one in [name] if name is not None else things(phase):
+            here, there = pose_of(phase, one, phase.end), pose_of(phase, another, phase.end)
+            if one != another and here is not None and there is not None:
+                yield one, another, math.dist(here.position[:2], there.position[:2])
+
+
 def recedes(phase: Phase, name: str | None, place: str | None) -> Iterator[Row]:
     """Evaluate recedes(Thing, Place): Thing moves by ELSEWHERE, and its origin comes no nearer to Place's box, nor, seen from above, to its
     middle."""
@@ -224,12 +237,14 @@ def recedes(phase: Phase, name: str | None, place: str | None) -> Iterator[Row]:
         if None in poses or math.dist(*(p.position for p in poses if p is not None)) < ELSEWHERE:
             continue
         for other in [place] if place is not None else things(phase):
-            before, after = ((distance_to_box(phase, other, one, t), _beside(phase, one, other, t)) for t in (phase.start, phase.end))
+            before, after = (
+                (distance_to_box(phase, other, one, t), _horizontal_distance(phase, one, other, t)) for t in (phase.start, phase.end)
+            )
             if one != other and not any(b is not None and a is not None and b - a > APPROACHED for b, a in zip(before, after, strict=True)):
                 yield one, other
 
 
-def _beside(phase: Phase, one: str, other: str, time: float) -> float:
+def _horizontal_distance(phase: Phase, one: str, other: str, time: float) -> float:
     """Distance of two origins, seen from above [m]."""
     here, there = pose_of(phase, one, time), pose_of(phase, other, time)
     return 0.0 if here is None or there is None else math.dist(here.position[:2], there.position[:2])

@@ -1,4 +1,4 @@
-"""Reasons why predicates cannot be judged: what a recorder did not record, of which closed world would say "false"."""
+"""Reasons why predicates cannot be judged: gaps of a recording for which closed world would say "false"."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def no_fingers(phase: Phase, *_names: str | None) -> str | None:
 
 
 def no_effector(phase: Phase, _name: str | None) -> str | None:
-    """Return "who acts" where nothing in the recording is known to act."""
+    """Return "who acts" if no effector of the recording is known."""
     known = phase.episode.effector is not None or phase.timeline.entities_of("soma:PrehensileEffector")
     return None if known else "who acts"
 
@@ -52,22 +52,24 @@ def no_class(phase: Phase, name: str | None, _class: str | None) -> str | None:
 
 
 def no_contacts(phase: Phase, *_names: str | None) -> str | None:
-    """Return why nobody knows what touched: no contact was recorded or inferred, at any time."""
+    """Return the reason why contacts are unknown: none was recorded or inferred, at any time."""
     return _none_of(phase, "soma:ContactState", "no contacts were recorded")
 
 
 def no_supports(phase: Phase, *_names: str | None) -> str | None:
-    """Return why nobody knows what stood on what."""
+    """Return the reason why supports are unknown."""
     return _none_of(phase, "soma:SupportState", "no supports were recorded")
 
 
 def no_grasps(phase: Phase, *_names: str | None) -> str | None:
-    """Return why nobody knows what was held: no states were recorded at all. Who records contacts records grasps, if there are any."""
+    """Return the reason why grasps are unknown: no states were recorded at all. A recorder of contacts
+    records grasps, if there are any."""
     return None if phase.episode.of("state") else "no grasps were recorded"
 
 
 def no_contents(phase: Phase, container: str | None, _content: str | None) -> str | None:
-    """Return why nobody knows what was in what. What is known to be no container, such as a table, holds nothing."""
+    """Return the reason why contents are unknown. A thing that is known to be no container, such as a
+    table, holds nothing."""
     types = phase.timeline.types(container) if container is not None else ()
     if types and not phase.timeline.taxonomy.any_is_a(types, "soma:DesignedContainer"):
         return None

@@ -1,4 +1,4 @@
-"""What collides with what: a drawing for each of the pairs of bodies that most was refused for."""
+"""Collisions of a search: a drawing for each of the pairs of bodies with the most refusals."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ def render(done: Finished) -> str:
 
 
 def pairs(entries: Iterable[Entry]) -> list[Pair]:
-    """Return the pairs of bodies that collided in what was refused, those of most refusals first."""
+    """Return the pairs of bodies that collided in refusals, those of most refusals first."""
     refused = sorted((e for e in entries if e.collision is not None), key=lambda e: (_collision(e).pair, _collision(e).depth, e.number))
     groups = [Pair(tuple(group)) for _, group in groupby(refused, key=lambda e: _collision(e).pair)]
     return sorted(groups, key=lambda p: (-len(p.entries), p.least.number))

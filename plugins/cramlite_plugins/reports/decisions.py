@@ -1,4 +1,4 @@
-"""Decisions of the trace: what was asked, chosen, and refused with its reason, one candidate at a time."""
+"""Decisions of the trace: questions, choices, and refusals with reasons, one candidate at a time."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Proof under doubt: how the program fared in twins, what was drawn for each, and why runs failed."""
+"""Proof under doubt: results of the program in twins, the numbers drawn for each, and reasons of failures."""
 
 from __future__ import annotations
 

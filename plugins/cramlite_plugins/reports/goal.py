@@ -23,7 +23,7 @@ MARKS: Mapping[str, tuple[str, str]] = {
 }  # fmt: skip
 
 
-class Row(Value):
+class GoalRow(Value):
     """Part of a goal on the page.
 
     Args:
@@ -54,7 +54,7 @@ def render(done: Finished) -> str:
     return fill("goal", done=done, rows=rows, known=targets(done), miss=miss) if rows else ""
 
 
-def _rows(done: Finished) -> Iterator[Row]:
+def _rows(done: Finished) -> Iterator[GoalRow]:
     shown = done.shown
     findings = [f for f in shown.verdict.findings if f.validator == JUDGE] if shown is not None else []
     names = [a.name for a in shown.candidate.actions] if shown is not None else []
@@ -62,11 +62,11 @@ def _rows(done: Finished) -> Iterator[Row]:
         finding = next((f for f in findings if f.literal == answer.says), None)
         findings = [f for f in findings if f is not finding]
         first, last = answer.tasks or (1, 0)
-        yield Row(answer.says, _mark(answer, finding), answer, tuple(names[first - 1 : last]) if done.proven else (), finding)
+        yield GoalRow(answer.says, _mark(answer, finding), answer, tuple(names[first - 1 : last]) if done.proven else (), finding)
     for finding in findings:
-        yield Row(finding.literal, ("✓", "good") if finding.passed else ("✗", "bad"), None, (), finding)
+        yield GoalRow(finding.literal, ("✓", "good") if finding.passed else ("✗", "bad"), None, (), finding)
 
 
 def _mark(answer: GoalAnswer, finding: Finding | None) -> tuple[str, str]:
-    """What was measured counts for more than what was planned."""
+    """Mark of a part of the goal: a measurement counts for more than a plan."""
     return ("✗", "bad") if finding is not None and not finding.passed else MARKS[answer.answer]

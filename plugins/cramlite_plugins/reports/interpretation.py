@@ -27,7 +27,7 @@ class Cell(Value):
     why: str
 
 
-Row = tuple[str, list[Cell]]
+TaskRow = tuple[str, list[Cell]]
 """A task with a cell for each action."""
 
 
@@ -56,7 +56,7 @@ def render(done: Finished) -> str:
     )
 
 
-def _rows(found: Interpretation, pairs: list[tuple[Interpreted, Match | None]]) -> tuple[list[Row], list[Row]]:
+def _rows(found: Interpretation, pairs: list[tuple[Interpreted, Match | None]]) -> tuple[list[TaskRow], list[TaskRow]]:
     """Tasks by name: those that explain some action, and the others."""
     matched = {m.task for a in found.actions for m in a.matches}
     tasks = matched | {r.task for a in found.actions for r in a.rejections}

@@ -56,7 +56,8 @@ def measured(finding: Finding) -> Measured:
 
 
 def _number(value: float | None, unit: str) -> str:
-    """Three digits; lengths below 0.1 m in mm. Less than a thousandth is what simulation rounds, and no measurement."""
+    """Number with three digits; lengths below 0.1 m in mm. Less than a thousandth is rounding of the
+    simulation."""
     if value is None:
         return ""
     if unit == "m" and abs(value) < 0.1:

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from .decisions import Decision
 
 
-class Row(Value):
+class LaneRow(Value):
     """Diagram row: an object whose lane begins, a rule, or a task.
 
     Args:
@@ -60,7 +60,7 @@ def render(done: Finished) -> str:
     return fill("plan", plan=solution.plan, chosen=chosen, rows=rows, lines=lines, summaries=_summaries(done))
 
 
-def diagram(objects: Sequence[Object], actions: Sequence[Action], decisions: Sequence[Decision]) -> list[Row]:
+def diagram(objects: Sequence[Object], actions: Sequence[Action], decisions: Sequence[Decision]) -> list[LaneRow]:
     """Return a row for each object and each task.
 
     Lanes end where their objects, or parts of them, are used for the last time.
@@ -70,11 +70,11 @@ def diagram(objects: Sequence[Object], actions: Sequence[Action], decisions: Seq
     uses = [{o.name for o in action.roles.values()} for action, _, _ in tasks]
     held = {o.name: {o.name, *(part.name for part in objects if part.part_of == o.name)} for o in objects}
     last = {n: max((k for k, used in enumerate(uses) if used & held[n]), default=-1) for n in names}
-    found = [Row(None, o, 0, "", _beginning(k, len(names)), {}) for k, o in enumerate(objects)]
+    found = [LaneRow(None, o, 0, "", _beginning(k, len(names)), {}) for k, o in enumerate(objects)]
     decided = _by_task(tasks, decisions)
     for k, (action, depth, rule) in enumerate(tasks):
         lanes = tuple(_lane(n in uses[k], k, last[n]) for n in names)
-        found.append(Row(action, None, depth, rule, lanes, action.roles, decided.get(action.name, ())))
+        found.append(LaneRow(action, None, depth, rule, lanes, action.roles, decided.get(action.name, ())))
     return found
 
 
@@ -105,7 +105,7 @@ def _flat(actions: Iterable[object], depth: int = 0, rule: str = "") -> Iterator
 def _by_task(
     tasks: Sequence[tuple[Action, int, str]], decisions: Sequence[Decision]
 ) -> dict[str, tuple[tuple[Entry, Entry | None], ...]]:
-    """What was decided after each action came up and before the next one did."""
+    """Decisions after each action came up and before the next one did."""
     found: dict[str, list[tuple[Entry, Entry | None]]] = {action.name: [] for action, _, _ in tasks}
     current = ""
     for decision in decisions:

@@ -22,7 +22,7 @@ TURN = 1 / 32767
 
 
 def scene_data(scene: Scene, rollout: Rollout, samples: Sequence[int], tasks: Sequence[Span]) -> dict[str, Any]:
-    """Return what ``scene.js`` draws.
+    """Return the data that ``scene.js`` draws.
 
     Args:
         samples: of the rollout, one a tick; the scene's poses are those of these.

@@ -34,7 +34,7 @@ class Alike(Value):
     first: Entry
 
 
-class Stage(Value):
+class TaskStage(Value):
     """Task of a candidate: "reached", "stopped" (the search never got beyond it) or "unreached"."""
 
     name: str
@@ -50,14 +50,14 @@ class Bar(Value):
     text: str
 
 
-class Row(Value):
+class CandidateRow(Value):
     """Candidate as the page shows it; ``miss`` is the refusal that came nearest to a proof, ``anchors`` are the numbers of the
     decisions that links lead to: of a designator that several rounds asked about, the last."""
 
     attempt: CandidateDecisions
     title: str
     miss: Entry | None
-    stages: tuple[Stage, ...]
+    stages: tuple[TaskStage, ...]
     bars: tuple[Bar, ...]
     lines: Mapping[str, Sequence[tuple[int, int]]]
     linked: bool
@@ -84,12 +84,12 @@ def render(done: Finished) -> str:
     return fill("search_tree", done=done, rows=rows, faults=faults, counts=_counts(found), reasons=reasons(done.trace.entries))
 
 
-def _row(done: Finished, attempt: CandidateDecisions, titles: Sequence[Sequence[str]], nearest: Entry | None) -> Row:
+def _row(done: Finished, attempt: CandidateDecisions, titles: Sequence[Sequence[str]], nearest: Entry | None) -> CandidateRow:
     entries = [e for e in done.trace.entries if e.candidate == attempt.number]
     shown = attempt.number == number_of(done)
     code = done.shown.candidate.code if shown and done.shown is not None else None
     tasks = titles[attempt.number - 1] if attempt.number <= len(titles) else []
-    return Row(
+    return CandidateRow(
         attempt,
         " → ".join(tasks) or _written(entries),
         None if attempt.proven else nearest_miss(entries),
@@ -107,11 +107,11 @@ def _written(entries: Sequence[Entry]) -> str:
     return " → ".join(dict.fromkeys(e.designator for e in entries if of_plan(e)))
 
 
-def stages(tasks: Sequence[str], entries: Sequence[Entry], *, ran: bool) -> tuple[Stage, ...]:
+def stages(tasks: Sequence[str], entries: Sequence[Entry], *, ran: bool) -> tuple[TaskStage, ...]:
     """Return how far a candidate came; a program that ran came to the end of its tasks."""
     last = len(tasks) + 1 if ran else max((e.numbers.get("task", 0) for e in entries), default=0)
     states = ("reached" if k < last else "stopped" if k == last else "unreached" for k in range(1, len(tasks) + 1))
-    return tuple(Stage(name, state) for name, state in zip(tasks, states, strict=True))
+    return tuple(TaskStage(name, state) for name, state in zip(tasks, states, strict=True))
 
 
 def bars(decisions: Sequence[Decision]) -> tuple[Bar, ...]:
@@ -131,7 +131,7 @@ def bars(decisions: Sequence[Decision]) -> tuple[Bar, ...]:
 
 
 def reasons(entries: Iterable[Entry]) -> list[Alike]:
-    """Return what most was refused for, the commonest first."""
+    """Return the reasons of the most refusals, the commonest first."""
     groups: dict[tuple[str, str], list[Entry]] = defaultdict(list)
     for entry in entries:
         if entry.outcome in ("refused", "impossible") and entry.plugin != "engine":

@@ -46,7 +46,7 @@ def render(done: Finished) -> str:
 
 
 def _doubts(world: World) -> list[str]:
-    """What was changed or guessed of robot and things."""
+    """Changes and guesses about robot and things."""
     return [*world.notes, *(f"thing '{t.name}': {note}" for t in world.things for note in t.notes)]
 
 
@@ -63,6 +63,6 @@ def _substitutes(solution: Solution) -> frozenset[str]:
 
 
 def _ran(rollout: Rollout) -> float | None:
-    """How long lines of the text ran [s], as the judges say it; what comes to rest afterwards is recorded longer."""
+    """Length of the run [s], as validators say it; the recorded settling afterwards is longer."""
     running = [time for time, line in zip(rollout.times, rollout.lines, strict=True) if line]
     return float(running[-1]) if running else None

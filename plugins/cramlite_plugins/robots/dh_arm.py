@@ -17,7 +17,7 @@ from cramlite.model import Floats, Pose, Value
 
 from .hull import Hull, corners
 
-Row = tuple[float, float, float]
+DhRow = tuple[float, float, float]
 
 
 class Cylinder(Value):
@@ -53,7 +53,7 @@ class Link(Value):
     own: bool = False
 
 
-def forward(dh: tuple[Row, ...], q: Floats | tuple[float, ...]) -> Pose:
+def forward(dh: tuple[DhRow, ...], q: Floats | tuple[float, ...]) -> Pose:
     """Solve forward kinematics: the flange in the base frame, the product of Rz(q) Tz(d) Tx(a) Rx(alpha).
 
     Args:
@@ -69,7 +69,7 @@ def forward(dh: tuple[Row, ...], q: Floats | tuple[float, ...]) -> Pose:
 
 def arm_mjcf(
     name: str,
-    dh: tuple[Row, ...],
+    dh: tuple[DhRow, ...],
     links: tuple[Link, ...],
     joints: tuple[str, ...],
     limits: tuple[tuple[float, float], ...],
@@ -107,7 +107,7 @@ def arm_mjcf(
     )
 
 
-def _body(i: int, dh: tuple[Row, ...], link: Link, joint: str, limit: tuple[float, float], inner: str) -> str:
+def _body(i: int, dh: tuple[DhRow, ...], link: Link, joint: str, limit: tuple[float, float], inner: str) -> str:
     a, _, alpha = dh[i - 1] if i else (0.0, 0.0, 0.0)
     turn = Pose((0, 0, 0), (math.cos(alpha / 2), math.sin(alpha / 2), 0, 0))
     place = Pose((a, 0, 0)) * turn * Pose((0, 0, dh[i][1]))
@@ -119,7 +119,7 @@ def _body(i: int, dh: tuple[Row, ...], link: Link, joint: str, limit: tuple[floa
     )
 
 
-def _inertial(row: Row, link: Link) -> str:
+def _inertial(row: DhRow, link: Link) -> str:
     """Mass and inertia, moved from Denavit-Hartenberg frame i to the body frame."""
     a, _, alpha = (0.0, 0.0, 0.0) if link.own else row
     turn = Pose((a, 0, 0), (math.cos(alpha / 2), math.sin(alpha / 2), 0, 0))

@@ -24,11 +24,11 @@ from msgspec.structs import replace
 from cramlite.model import Robot, SensorErrors
 
 from . import franka_hand, robotiq_2f85
-from .dh_arm import Cylinder, Link, Row, arm_mjcf
+from .dh_arm import Cylinder, DhRow, Link, arm_mjcf
 
 JOINTS = tuple(f"joint{i}" for i in range(1, 8))
 FLANGE = 0.107
-MODIFIED: tuple[Row, ...] = (
+MODIFIED: tuple[DhRow, ...] = (
     (0.0, 0.333, 0.0),
     (0.0, 0.0, -math.pi / 2),
     (0.0, 0.316, math.pi / 2),
@@ -40,7 +40,7 @@ MODIFIED: tuple[Row, ...] = (
 )
 
 
-def standard(modified: tuple[Row, ...]) -> tuple[Row, ...]:
+def standard(modified: tuple[DhRow, ...]) -> tuple[DhRow, ...]:
     """Convert modified Denavit-Hartenberg rows (a_i-1, d_i, alpha_i-1), the flange last, to a standard table.
 
     Raises:

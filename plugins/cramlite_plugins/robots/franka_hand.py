@@ -13,7 +13,7 @@ import math
 
 from cramlite.model import Gripper, Pose
 
-from .parallel_gripper import Jaws, beside, finger
+from .parallel_gripper import Jaws, actuation_elements, finger
 
 TURN = Pose((0.0, 0.0, 0.0), (math.cos(-math.pi / 8), 0.0, 0.0, math.sin(-math.pi / 8)))
 TCP, PALM, HEIGHT = 0.1034, 0.066, 0.066
@@ -51,4 +51,4 @@ def gripper_mjcf(wrist: str) -> tuple[str, str]:
         f'<geom name="gripper/0" type="box" pos="0 0 {HEIGHT / 2}" size="0.0315 0.102 {HEIGHT / 2}" rgba=".9 .9 .9 1"/>'
         f"{finger(JAWS, 'left', 1)}{finger(JAWS, 'right', -1)}</body>"
     )
-    return body, beside(JAWS, wrist)
+    return body, actuation_elements(JAWS, wrist)

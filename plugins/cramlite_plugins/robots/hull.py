@@ -29,7 +29,7 @@ class Circle(Value):
 
 
 class Hull(Value):
-    """A convex hull of circles, for what a cylinder does not follow."""
+    """Convex hull of circles, for a shape that a cylinder does not follow."""
 
     circles: tuple[Circle, ...]
     rgba: str = "0.82 0.83 0.85 1"

@@ -16,11 +16,11 @@ import math
 from cramlite.model import Robot
 
 from .axia80 import ERRORS, HEIGHT, MASS, with_sensor
-from .dh_arm import Cylinder, Link, Row, arm_mjcf
+from .dh_arm import Cylinder, DhRow, Link, arm_mjcf
 from .robotiq_2f85 import GRIPPER, gripper_mjcf
 
 JOINTS = tuple(f"axis_{i}" for i in range(1, 7))
-DH: tuple[Row, ...] = (
+DH: tuple[DhRow, ...] = (
     (0.0, 0.3991, -math.pi / 2),
     (0.448, 0.0, 0.0),
     (0.042, 0.0, -math.pi / 2),

@@ -85,7 +85,7 @@ def _mesh(jaws: Jaws, name: str, side: int) -> str:
     return f'<mesh name="{name}_finger/0" vertex="{vertices}"/>'
 
 
-def beside(jaws: Jaws, wrist: str) -> str:
+def actuation_elements(jaws: Jaws, wrist: str) -> str:
     """Write the elements beside worldbody: actuator "gripper" (0 open .. 255 closed), tendon, coupling, sensors."""
     bodies = ("gripper", "left_finger", "right_finger")
     pairs = [(wrist, b) for b in bodies[1:]] + [(bodies[i], bodies[j]) for i, j in ((0, 1), (0, 2), (1, 2))]

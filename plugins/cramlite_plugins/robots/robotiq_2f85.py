@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from cramlite.model import Gripper, Pose
 
-from .parallel_gripper import Jaws, beside, finger
+from .parallel_gripper import Jaws, actuation_elements, finger
 
 STROKE = 0.085
 TIP = 0.1745  # flange to fingertip: 162.8 mm and the coupling
@@ -46,7 +46,7 @@ def gripper_mjcf(wrist: str, sensor: float = 0.0, sensor_mass: float = 0.0) -> t
         wrist: name of the body that carries the flange.
         sensor, sensor_mass: height [m] and mass [kg] of a force-torque sensor, 82 mm thick, in between.
     """
-    return _body(sensor, sensor_mass), beside(JAWS, wrist)
+    return _body(sensor, sensor_mass), actuation_elements(JAWS, wrist)
 
 
 def _body(sensor: float, sensor_mass: float) -> str:

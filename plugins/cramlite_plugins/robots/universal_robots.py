@@ -1,4 +1,4 @@
-"""Arms of Universal Robots: what all of them share, from what is published of each (``ur_arms``).
+"""Arms of Universal Robots: their common part, from the published data of each (``ur_arms``).
 
 All are six joints in the same order: turn, two links, and a wrist of three axes that meet in pairs. They differ in lengths, masses,
 torques and speeds. Shapes are drawn from the lengths by the proportions of the UR5e's drawing (``ur5e``), which were
@@ -15,7 +15,7 @@ import math
 from cramlite.model import Gripper, Robot, SensorErrors, Value
 
 from .axia80 import ERRORS, HEIGHT, MASS, with_sensor
-from .dh_arm import Cylinder, Link, Row, arm_mjcf
+from .dh_arm import Cylinder, DhRow, Link, arm_mjcf
 from .robotiq_2f85 import GRIPPER, gripper_mjcf
 from .ur5e import BLUE, JOINTS, LIMITS
 
@@ -61,7 +61,7 @@ class UrArm(Value):
     precision: float | None
 
 
-def rows(lengths: Six) -> tuple[Row, ...]:
+def rows(lengths: Six) -> tuple[DhRow, ...]:
     """Return the standard Denavit-Hartenberg table (a, d, alpha) of an arm with these lengths [m, rad]."""
     d1, a2, a3, d4, d5, d6 = lengths
     quarter = math.pi / 2

@@ -14,11 +14,11 @@ import math
 from cramlite.model import Robot
 
 from .axia80 import ERRORS, HEIGHT, MASS, with_sensor
-from .dh_arm import Cylinder, Link, Row, arm_mjcf
+from .dh_arm import Cylinder, DhRow, Link, arm_mjcf
 from .robotiq_2f85 import GRIPPER, gripper_mjcf
 from .ur5e import BLUE, JOINTS, LIMITS
 
-DH: tuple[Row, ...] = (
+DH: tuple[DhRow, ...] = (
     (0.0, 0.089159, math.pi / 2),
     (-0.425, 0.0, 0.0),
     (-0.39225, 0.0, 0.0),

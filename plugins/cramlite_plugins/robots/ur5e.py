@@ -12,11 +12,11 @@ import math
 
 from cramlite.model import Robot
 
-from .dh_arm import Cylinder, Link, Row, arm_mjcf
+from .dh_arm import Cylinder, DhRow, Link, arm_mjcf
 from .robotiq_2f85 import GRIPPER, gripper_mjcf
 
 JOINTS = ("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3")
-DH: tuple[Row, ...] = (
+DH: tuple[DhRow, ...] = (
     (0.0, 0.1625, math.pi / 2),
     (-0.425, 0.0, 0.0),
     (-0.3922, 0.0, 0.0),

@@ -1,4 +1,4 @@
-"""What moves along with a thing: what is in it, stands on it or hangs on it, and what is in or on that."""
+"""Things that move along with a thing: in it, on it, hanging on it, and in or on those."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from cramlite.model import Belief, Estimate, Floats, Place, Pose, Thing, thing_o
 from cramlite.plugin import checkpoint
 
 from .bounds import lowest
-from .contents import within
+from .contents import are_in_cavity
 from .surfaces import SUNK, resting_height
 
 CAME_ALONG = "predicted: pushed, as far as the fingers went"
@@ -22,7 +22,8 @@ AT = ("on", "in", "hangs_on")
 
 
 def carried_along(belief: Belief, name: str) -> dict[str, Estimate]:
-    """Find what moves along when a thing is moved, directly or through others: its poses in the thing's frame.
+    """Find the things that move along when a thing is moved, directly or through others: poses in the
+    thing's frame.
 
     What tasks or the scenario said to be in, on or hung on something is; of all else geometry says where it is.
     """
@@ -36,7 +37,8 @@ def carried_along(belief: Belief, name: str) -> dict[str, Estimate]:
 
 
 def pushed_along(belief: Belief, place: Place) -> Belief:
-    """Return a belief in which the thing of a place has come along straight to it, as far as that says, with what is in it."""
+    """Return a belief in which the thing of a place has come along straight to it, as far as the place
+    says, with its contents."""
     if place.carried is None or not place.carried.pushed_m:
         return belief
     return gone_along(belief, place.thing, place.carried.pushed_m * np.asarray(place.approach))
@@ -54,7 +56,8 @@ def gone_along(belief: Belief, name: str, way: Floats, sigma: float = 0.0, sourc
 
 
 def driven_before(belief: Belief, place: Place, way: Floats) -> Belief:
-    """Return a belief in which what the thing of a place drives before it has gone along (3,) in the base frame."""
+    """Return a belief in which the things that the thing of a place drives before it have gone along (3,)
+    in the base frame."""
     for name, metres in driven(place).items():
         belief = gone_along(belief, name, metres * way, metres, "predicted: driven along")
     return belief
@@ -77,7 +80,7 @@ def _directly(belief: Belief, name: str) -> Iterator[str]:
 def _is_in(belief: Belief, thing: Thing, container: Thing) -> bool:
     pose, at = belief.poses[container.name].pose, belief.poses[thing.name].pose
     row, centre = np.array([[*pose.position, *pose.quaternion]]), np.array([[at.position]])
-    return bool(within(container, row, centre).item())
+    return bool(are_in_cavity(container, row, centre).item())
 
 
 def _stands_on(belief: Belief, thing: Thing, below: Thing) -> bool:

@@ -1,4 +1,5 @@
-"""Cavities of things, found from their shape: what would hold water, and the largest box that fits in there.
+"""Cavities of things, found from their shape: the parts that would hold water, and the largest box in
+each.
 
 The thing is seen from above on a grid. Water is poured over it and runs off (priority flood: Barnes, Lehman, Mulla, Computers
 and Geosciences 62, 2014); what stays is as deep as the lowest place of the rim around it.

@@ -48,7 +48,7 @@ def bulk(filling: Filling) -> float:
     return filling.count * 4 / 3 * math.pi * filling.radius**3 / PACKED
 
 
-def within(thing: Thing, poses: Floats, centres: Floats) -> Floats:
+def are_in_cavity(thing: Thing, poses: Floats, centres: Floats) -> Floats:
     """Check which points are in a thing's cavity.
 
     Args:
@@ -75,4 +75,4 @@ def where(rollout: Rollout, thing: str) -> dict[str, Floats]:
     """Count the grains of a thing's filling that are in each vessel, sample by sample: vessel -> (N,)."""
     grains = rollout.grains[thing]
     vessels = [t for t in rollout.world.things if t.feature("cram:Cavity") is not None]
-    return {v.name: within(v, rollout.poses[v.name], grains).sum(axis=1) for v in vessels}
+    return {v.name: are_in_cavity(v, rollout.poses[v.name], grains).sum(axis=1) for v in vessels}

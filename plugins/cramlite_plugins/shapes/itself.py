@@ -1,4 +1,4 @@
-"""Objects as keys of what is remembered of them, where comparing them would take as long as finding it out again."""
+"""Objects as keys of remembered results, where comparing them would take as long as computing again."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a drawer or a door is mounted in, by where it is."""
+"""Mount of a drawer or a door, by where it is."""
 
 from __future__ import annotations
 

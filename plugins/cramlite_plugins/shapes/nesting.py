@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from itertools import product
+from typing import Any
 
 import numpy as np
 import shapely
@@ -32,7 +33,7 @@ OVERTURNED = Pose.from_rotvec((0, 0, 0), (math.pi, 0, 0))
 
 
 def nested(thing: Thing, pose: Pose, below: Thing, at: Pose) -> Surface | None:
-    """Find what would carry a thing that is let down onto another; None where it would pass beside it.
+    """Find the support of a thing that is let down onto another; None where it would pass beside it.
 
     Args:
         pose: of the thing in a frame whose z is up: its height does not matter.
@@ -56,6 +57,15 @@ def nested(thing: Thing, pose: Pose, below: Thing, at: Pose) -> Surface | None:
     return Surface(there, shapely.MultiPoint(touching).convex_hull)
 
 
+def touching(thing: Thing, pose: Pose, below: Thing, at: Pose) -> Any:
+    """Return the hull of where a thing touches what is below it, or nearly does, seen from above; empty where it is beside that."""
+    xs, ys, own, under = _seen(thing, pose, below, at)
+    gap = _gap(own, under, CELLS, CELLS)
+    rise = float(gap.max())
+    rows, columns = np.nonzero(gap > rise - SETTLES) if math.isfinite(rise) else ((), ())
+    return shapely.MultiPoint(np.column_stack([xs[rows], ys[columns]])).convex_hull if len(rows) else shapely.Point()
+
+
 def room_under(thing: Thing, pose: Pose, below: Thing, at: Pose) -> float:
     """Return how far a thing could be let down straight before it meets another [m]; negative where it is in it, inf where it would pass
     beside it. Poses as of ``nested``."""
@@ -64,7 +74,8 @@ def room_under(thing: Thing, pose: Pose, below: Thing, at: Pose) -> float:
 
 
 def _seen(thing: Thing, pose: Pose, below: Thing, at: Pose) -> tuple[Floats, Floats, Floats, Floats]:
-    """Middles of cells (n,) and (m,); a thing's lower side there, downwards (n, m), and the upper side of what is below, also around it."""
+    """Middles of cells (n,) and (m,); the thing's lower side there, downwards (n, m), and the upper side
+    of the support, also around it."""
     points = corners(thing, pose)
     (left, near, _), (right, far, _) = points.min(axis=0), points.max(axis=0)
     xs, ys = np.arange(left, right, STEP) + STEP / 2, np.arange(near, far, STEP) + STEP / 2
@@ -77,7 +88,7 @@ def _wider(cells: Floats) -> Floats:
 
 
 def _gap(own: Floats, under: Floats, i: int, j: int) -> Floats:
-    """How far each cell of the thing would have to rise to be over what is below, (n, m) [m]."""
+    """Rise that each cell of the thing would need to be over the support, (n, m) [m]."""
     gap: Floats = own + under[i : i + own.shape[0], j : j + own.shape[1]]
     return gap
 

@@ -48,7 +48,7 @@ def openings(mesh: Any) -> list[Opening]:
 
 
 def holes(mesh: Any) -> list[Feature]:
-    """Find what a closed trimesh.Trimesh has in the way of through holes, however wide, looked at along its three axes.
+    """Find the through holes of a closed trimesh.Trimesh, however wide, looking along its three axes.
 
     A square hole has a ``width``, and the axes of its pose are along its sides.
     """

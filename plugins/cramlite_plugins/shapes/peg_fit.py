@@ -28,5 +28,6 @@ def aligned(hole: Feature, peg: Feature) -> bool:
 
 
 def stands(axis: Floats) -> bool:
-    """Return whether a peg stands whose unit axis (3,) leads to its tip: it bears nothing, what is around it rests on its foot."""
+    """Return whether a peg is upright, its unit axis (3,) pointing to its tip: it carries nothing, a
+    threaded thing rests at its foot."""
     return float(axis[2]) > STANDING

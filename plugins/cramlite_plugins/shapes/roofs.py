@@ -1,4 +1,4 @@
-"""Roofs: what of a thing is over a surface of its own, so that nothing is put there from above."""
+"""Roofs: parts of a thing over a surface of its own, so that nothing is put there from above."""
 
 from __future__ import annotations
 

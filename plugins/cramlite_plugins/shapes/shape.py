@@ -65,7 +65,7 @@ def kept_shape(content: bytes, make: Callable[[], Shape]) -> Shape:
 
 @dataclass(frozen=True)
 class _Content:
-    """What a shape is made of: one of the same key is the same."""
+    """Content of a shape as a key: equal keys are equal content."""
 
     key: str
     make: Callable[[], Shape] = field(compare=False)
@@ -140,7 +140,7 @@ def _unless_all_hole(geoms: tuple[Geom, ...]) -> tuple[Geom, ...]:
 
 
 def _part(corners: Floats, found: Sequence[Any]) -> str:
-    """The hole that a part was cut about: hands keep off it, and what touches it touches the hole."""
+    """Hole that a part was cut about: hands keep off it, and touching the part is touching the hole."""
     from .convex import RIM, SECTORS
 
     for opening in found:

@@ -45,7 +45,8 @@ def carrying_faces(thing: Thing) -> list[Floats]:
 
 
 def _carries(points: Floats, normal: Floats, centre: Floats) -> bool:
-    """Whether the centre of mass (3,) is over what of the points (n, 3) is in the plane that bounds them along a normal."""
+    """Whether the centre of mass (3,) is over the points (n, 3) in the plane that bounds them along a
+    normal."""
     along = points @ normal
     level = (1.0, 0.0, 0.0) if abs(normal[0]) < 0.9 else (0.0, 1.0, 0.0)
     frame = Pose.from_axes((0.0, 0.0, 0.0), normal, level).inverse()

@@ -1,4 +1,4 @@
-"""Surfaces of things: level upper faces, what stands on them and where it stays when it is let go.
+"""Surfaces of things: level upper faces, the things on them and where these stay when let go.
 
 A face is level where its normal is within ``LEVEL`` of the vertical, and faces that lie in one plane within ``FLAT`` are
 one surface: the rim of a pot is one, of twelve boxes. Boxes and cylinders have them analytically, hulls by their planes;
@@ -172,7 +172,7 @@ def _box_face(half: Floats, axis: int, sign: float) -> Floats:
 
 
 def footprint(thing: Thing, pose: Pose, low: float = -math.inf, high: float = math.inf) -> Area:
-    """Outline of a thing seen from above: of what of each geom is in a range of heights [m], united.
+    """Outline of a thing seen from above: of the parts of its geoms in a range of heights [m], united.
 
     Args:
         pose: of the thing in the frame that it is seen in, along z.
@@ -228,7 +228,7 @@ def _leaning_footprint(geoms: Itself[tuple[Geom, ...]], up: Vector3, low: float,
 
 
 def _turned(area: Area, pose: Pose, up: Vector3) -> Area:
-    """What was found of a thing that leans as it does at a pose, there."""
+    """Features of a thing that leans, at its pose."""
     turn = pose.rotation @ _leaning(up).rotation.T
     return shapely.transform(area, lambda points: points @ turn[:2, :2].T + np.asarray(pose.position[:2]))
 
@@ -255,7 +255,7 @@ def _outline(geom: Geom, there: Pose, points: Floats) -> Area:
 
 
 def standing(thing: Thing, pose: Pose) -> Standing:
-    """Return what of a thing touches what is under it, at a pose in the frame of a surface."""
+    """Return the parts of a thing that touch its support, at a pose in the frame of a surface."""
     centre = shapely.Point(pose.apply(centre_of_mass(thing))[:2])
     if not _turns_alike(Itself(thing.geoms)):
         return Standing(_under(thing.geoms, pose), centre)
@@ -292,7 +292,8 @@ def _level_lowest(geom: Geom, pose: Pose, low: float) -> Area | None:
 
 
 def inset(standing: Standing, area: Area) -> tuple[float, float]:
-    """Return how far a centre of mass is inside of what supports it [m], negative outside, and how far it should be.
+    """Return how far a centre of mass is inside of its support [m], negative outside, and how far it
+    should be.
 
     What supports it is the hull of what touches the area. It should be by ``EDGE``, or, of what stands on less, by half of
     what its own support leaves it.

@@ -1,4 +1,4 @@
-"""The side that a thing comes to lie on when it tips over about its lowest edge: what leans over that farther than it balances."""
+"""Side on which a thing comes to lie when it tips over about its lowest edge."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def tipped_over(thing: Thing, pose: Pose) -> tuple[Pose, float] | None:
 
 
 def _edge(thing: Thing, pose: Pose) -> Floats:
-    """The middle of what is lowest of a thing (3,)."""
+    """Middle of the lowest part of a thing (3,)."""
     points = corners(thing, pose)
     found: Floats = points[points[:, 2] < points[:, 2].min() + EDGE].mean(axis=0)
     return found

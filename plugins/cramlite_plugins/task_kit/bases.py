@@ -65,7 +65,7 @@ class ByHandle(TaskType):
 
 
 class Sliding(TaskType):
-    """Task that slides along its relatum; a subclass says what slides."""
+    """Task that slides along its relatum; a subclass names the sliding thing."""
 
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter("distance_m", 0.08, "a short stroke; scenarios say what they need"),

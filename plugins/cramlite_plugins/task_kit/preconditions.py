@@ -7,7 +7,7 @@ from cramlite.plugin import Unresolvable
 
 
 def near(thing: Object) -> Location:
-    """Return the location near what an object designator means."""
+    """Return the location near the thing of an object designator."""
     return Location(f"near({thing.name})", "near", thing.name)
 
 

@@ -1,4 +1,4 @@
-"""artm:AssumingArmPoseConstrained: the arm moves on a straight line until it touches what it moves to."""
+"""artm:AssumingArmPoseConstrained: the arm moves on a straight line until it touches its goal."""
 
 from __future__ import annotations
 

@@ -90,12 +90,12 @@ class InsertHoleOntoPeg(TaskType):
             Motion(named("tare"), "zero_sensor", reason="the weight of the object is not a contact force"),
             felt("touch", "until_contact", "to the tip", corner=TIP, beyond_m=beyond, expect=ExpectedContact.ANY, **beside),
             felt("search", "spiral_search", "for the tip with the hole", corner=TIP, advance_m=advance, **beside),
-            *self._push(felt, belief, relatum),
+            *self._push_along_peg(felt, belief, relatum),
             Motion(named("tare_again"), "zero_sensor", reason="what the sensor drifted by is no contact either"),
             felt("lower", "until_contact", "until the peg carries", corner=DOWN, beyond_m=FURTHER),
         )
 
-    def _push(self, felt: Callable[..., Motion], belief: Belief, relatum: Object) -> Iterable[Motion]:
+    def _push_along_peg(self, felt: Callable[..., Motion], belief: Belief, relatum: Object) -> Iterable[Motion]:
         """A peg that stands leads nothing over a bent tip: along it goes a straight way, and it gives way to its sides."""
         peg = belief.feature(relatum.thing, "vrps:Peg")
         if peg is not None and stands((belief.thing(relatum.thing).pose * peg.pose).rotate((0.0, 0.0, 1.0))):

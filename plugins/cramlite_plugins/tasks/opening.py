@@ -43,18 +43,19 @@ class Opening(ByHandle):
                     yield replace(way, reason=f"{way.reason}; to {share:g} of the range alone", cost=0.5 + 0.1 * k)
         thing = belief.thing(action.roles["Patient"].entity or action.roles["Patient"].name)
         if thing.joint is not None and thing.joint.kind == "hinge":
-            yield self._pushed_on(action)
+            yield self._push_from_inside(action)
         yield self._pressing(action)
         yield from self._driving(replace(action, parameters={**action.parameters, DRIVES: 1.0}), belief)
 
     def _driving(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
-        """The same ways of a drawer, which drives what stands before it along; last, as where that ends nobody knows as well."""
+        """Ways of opening a drawer that drives obstacles along; last, as nobody knows as well where these
+        end."""
         joint = belief.thing(action.roles["Patient"].entity or "").joint
         ways = (*super().decompose(action, belief), self._pressing(action)) if joint is not None and joint.kind == "slide" else ()
         for way in ways:
             yield replace(way, reason=f"{way.reason}; what it meets is driven along", cost=way.cost + 2.0)
 
-    def _pushed_on(self, action: Action) -> Decomposition:
+    def _push_from_inside(self, action: Action) -> Decomposition:
         patient, touch, way = action.roles["Patient"], (action.roles["Patient"].name,), self.way(action)
         least, off = self._least(action), Location(action.inside("off"), "retreat")
         begun = Location(action.inside("begun"), "opened", patient.name, {"ajar": least["least"]})

@@ -1,4 +1,4 @@
-"""soma:PickingUp: lift a held object off what supports it."""
+"""soma:PickingUp: lift a held object off its support."""
 
 from __future__ import annotations
 

@@ -143,7 +143,7 @@ def _where(far: Location) -> str:
 
 
 def _resists(belief: Belief, name: str) -> float:
-    """Friction of a thing on what is as rough as it is [N]."""
+    """Friction of a thing on a support as rough as itself [N]."""
     thing = belief.thing(name)
     rough = max((g.friction for g in thing.geoms if g.friction is not None), default=thing.friction)
     return GRAVITY * (thing.mass or 0.0) * rough

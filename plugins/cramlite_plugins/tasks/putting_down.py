@@ -44,7 +44,7 @@ class PuttingDown(TaskType):
         yield Decomposition(steps, "guarded motion down to the surface")
 
     def _laying_down(self, action: Action) -> Decomposition:
-        """What hangs from the fingers: its far side first, and the near one about that."""
+        """Laying down of a hanging plate: its far side first, the near one about that."""
         place, surface = self.begins_at(action), action.roles["Relatum"]
         rest = {"duration_s": self.parameter(action, "duration_s")}
         lower = {"to": Hang.LIES}

@@ -1,4 +1,4 @@
-"""soma:Releasing: open the fingers, where what they hold rests on something."""
+"""soma:Releasing: open the fingers when the payload rests on something."""
 
 from __future__ import annotations
 

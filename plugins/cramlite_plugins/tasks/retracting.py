@@ -1,4 +1,4 @@
-"""soma:Retracting: withdraw the empty hand from what it touched."""
+"""soma:Retracting: withdraw the empty hand from a thing."""
 
 from __future__ import annotations
 

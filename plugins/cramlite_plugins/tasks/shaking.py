@@ -1,4 +1,4 @@
-"""cram:Shaking: swing a held thing to and fro, upright, so that what is in it stays in it."""
+"""cram:Shaking: swing a held thing to and fro, upright, so that its content stays in it."""
 
 from __future__ import annotations
 

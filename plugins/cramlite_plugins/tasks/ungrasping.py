@@ -2,10 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from typing import Any
 
-from cramlite.model import Action, Belief, EntityName, ExpectedGrip, Fingers, Location, Motion, Stage
-from cramlite.plugin import Decomposition, Role, TaskType, hookimpl
+from msgspec.structs import replace
+
+from cramlite.model import (
+    Action,
+    Belief,
+    EntityName,
+    ExpectedGrip,
+    Fingers,
+    Location,
+    Motion,
+    Object,
+    Place,
+    Stage,
+    thing_of,
+)
+from cramlite.plugin import Allowance, Decomposition, Role, TaskType, hookimpl
 
 from ..task_kit.preconditions import spot, what_is_held
 
@@ -38,7 +53,7 @@ class Ungrasping(TaskType):
         """What has a roof over it: the foot of what is held in, level, and let go of leaning out; it tips over, and is pushed in again."""
         relatum, what = action.roles["Relatum"], action.roles["Locatum"].name
         place = self.begins_at(action)
-        there = Location(f"pushed_in({what})", "pushed_in", what, {"begin": place.name})
+        there = Location(_way_in(action.roles["Locatum"]), "pushed_in", what, {"begin": place.name})
         apart = {"to": Fingers.PLACE, "expect": ExpectedGrip.NONE}
         push, touch = {"stage": Stage.END, "speed_m_s": SPEED}, (what,)
         steps = (
@@ -55,12 +70,22 @@ class Ungrasping(TaskType):
         )
         return Decomposition(steps, f"under the roof of {relatum.entity} with its foot, where it tips over, and push it in")
 
+    def allowance(self, action: Action, bindings: Mapping[str, Any]) -> Allowance:
+        """Return what it may touch, and that it moves what it pushes in after it tipped over."""
+        pushed: Place | None = bindings.get(_way_in(action.roles["Locatum"]))
+        return replace(super().allowance(action, bindings), moves=frozenset({thing_of(pushed.thing)} if pushed else ()))
+
     def effects(self, action: Action, belief: Belief) -> Belief:
         locatum, relatum = action.roles["Locatum"].entity or "", action.roles["Relatum"].entity or ""
         return belief.related(("in", locatum, relatum))
 
     def begins_at(self, action: Action) -> Location:
         return spot("in", action)
+
+
+def _way_in(what: Object) -> str:
+    """The name of the way on which a thing is pushed in that tipped over."""
+    return f"pushed_in({what.name})"
 
 
 def _let_go(action: Action, place: Location) -> tuple[Motion, Motion]:

@@ -29,6 +29,7 @@ from .signals import Signals
 from .sockets import SOCKETS, Sockets
 from .streaming import STREAMED, STREAMING, Streaming
 from .urscript.builtins import PURE, Library, blocks
+from .urscript.doubts import NO_BLEND
 from .urscript.values import PoseValue, ScriptError, as_pose, from_pose, numbers, real, show
 
 Wait = Generator[None, None, None]
@@ -74,6 +75,7 @@ class Functions:
         self.settings = Settings(controller)
         self.blending: list[tuple[Floats, tuple[float, float], float]] = []
         self.process: list[tuple[Pose, tuple[float, float], float]] = []
+        self._told = set[str]()
 
     def library(self) -> Library:
         """Return every function by name, the pure ones included."""
@@ -126,8 +128,9 @@ class Functions:
         yield from self._follow(motion)
 
     def movel(self, pose: Any, a: Any = 1.2, v: Any = 0.25, t: Any = 0, r: Any = 0) -> Wait:
-        """Move the TCP to a pose on a straight line."""
+        """Move the TCP to a pose on a straight line; it stops there, whatever blend radius ``r`` is given."""
         goal = self._place(pose, "movel")
+        self._stops_there("movel", r)
         self._only_here()
         yield from self._follow(self.arm.move_linear(goal, *_rates(v, a, "movel", t, self.arm.path_length(goal))))
 
@@ -161,14 +164,21 @@ class Functions:
         via, goal = self._place(pose_via, "movec"), self._place(pose_to, "movec")
         if mode not in (0, 1):
             raise ScriptError(f"movec: mode is 0, which turns the tool to its goal, or 1, fixed to the tangent; not {show(mode)}")
-        if real(r, "movec") < 0:
-            raise ScriptError(f"movec needs a blend radius of 0 or more, not {show(r)}")
+        self._stops_there("movec", r)
         self._only_here()
         try:
             motion = self.arm.move_circular(via.position, goal, *_rates(v, a, "movec", 0, 0.0), fixed=mode == 1)
         except ValueError as error:
             raise ScriptError(f"movec: {error}") from None
         yield from self._follow(motion)
+
+    def _stops_there(self, name: str, r: Any) -> None:
+        """Write once that a blend radius is not modelled."""
+        if real(r, name) < 0:
+            raise ScriptError(f"{name} needs a blend radius of 0 or more, not {show(r)}")
+        if real(r, name) > 0 and name not in self._told:
+            self._told.add(name)
+            self.log(f"{name}: {NO_BLEND}")
 
     def stopj(self, a: Any) -> Wait:
         """Stop with a deceleration of the joints [rad/s2]."""

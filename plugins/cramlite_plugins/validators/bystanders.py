@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator
 from itertools import groupby
 from typing import NamedTuple
 
 import numpy as np
 
-from cramlite.model import Floats, Rollout, Thing, Value
+from cramlite.model import Floats, Remedy, Rollout, Thing, Value
 from cramlite.plugin import Candidate, Cost, Finding, Validator, hookimpl
 
 from ..shapes.bounds import box_around
@@ -80,11 +81,25 @@ def _objections(candidate: Candidate, name: str, stay: Stay, tasks: list[str], j
     if stay.way > limits.bystander_motion:
         whose = f"limit {1000 * limits.bystander_motion:g} mm {limits.source('bystander_motion')}"
         said = f"{who} got {1000 * stay.way:.0f} mm away{than} by {times[stay.sample]:.1f} s; {whose}"
-        yield Finding(judge, False, said, stay.way, limits.bystander_motion, "m", tasks[stay.sample])
+        let = _let(name, "bystander_motion", 1000 * stay.way, "mm")
+        yield Finding(judge, False, said, stay.way, limits.bystander_motion, "m", tasks[stay.sample], remedy=let)
     if stay.tilt > limits.bystander_tilt:
         whose = f"limit {np.degrees(limits.bystander_tilt):g} deg {limits.source('bystander_tilt')}"
         said = f"{who} leant over by {np.degrees(stay.tilt):.0f} deg{than} by {times[stay.leant]:.1f} s; {whose}"
-        yield Finding(judge, False, said, stay.tilt, limits.bystander_tilt, "rad", tasks[stay.leant])
+        let = _let(name, "bystander_tilt", float(np.degrees(stay.tilt)), "deg")
+        yield Finding(judge, False, said, stay.tilt, limits.bystander_tilt, "rad", tasks[stay.leant], remedy=let)
+
+
+def _let(name: str, key: str, value: float, unit: str) -> Remedy:
+    """What to try where a thing moved that nobody was to move.
+
+    Args:
+        key, unit: of the limit in a scenario.
+        value: that the limit must be to let it [unit].
+    """
+    let = f"'limits: {{{key}: {math.ceil(value)} {unit}}}' in the scenario"
+    says = f"'{name}' moves though no task moves it: put it farther from the others, or, where that does no harm, {let}"
+    return Remedy(f"{key} {name}", says, value)
 
 
 def stays(rollout: Rollout, thing: Thing, moved: Moved) -> Iterator[Stay]:

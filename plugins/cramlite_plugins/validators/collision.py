@@ -7,9 +7,10 @@ import math
 from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
-from cramlite.model import Rollout, Touch, Value, thing_of
+from cramlite.model import Remedy, Rollout, Touch, Value, thing_of
 from cramlite.plugin import HAND, HELD, Allowance, Candidate, Cost, Finding, checkpoint
 
+from ..motions.motion_kinds import LIMIT
 from ..shapes.mounts import mounts
 from .explained import explained_at
 from .grips import pressed_at
@@ -58,7 +59,17 @@ class Collision(Value):
         reason = f"'{worst.one}' hit '{worst.other}' with {worst.force:.0f} N {when}; {said}"
         there = {t.name for t in candidate.world.things}
         hit = tuple(n for n in map(thing_of, (worst.one, worst.other)) if n in there)
-        yield Finding(self.name, False, reason, worst.force, worst.limit, "N", task, blocking=hit)
+        remedy = more_room(worst)
+        yield Finding(self.name, False, reason, worst.force, worst.limit, "N", task, blocking=hit, remedy=remedy)
+
+
+def more_room(worst: Bump) -> Remedy:
+    """What to try against a touch: room, or a limit where what was felt is no more than tasks may press with that declare nothing."""
+    meet = f"'{worst.one}' and '{worst.other}' meet with {worst.force:.1f} N where {worst.limit:.0f} N are let"
+    harmless = f", or, where that does no harm, 'limits: {{brush: {math.ceil(worst.force)} N}}' in the scenario"
+    raised = harmless if not worst.why and worst.force <= LIMIT.default else ""
+    pair = " ".join(sorted((worst.one, worst.other)))
+    return Remedy(f"touch {pair}", f"{meet}: make more room between them, or name another place{raised}", worst.excess)
 
 
 def bumps(candidate: Candidate) -> Iterator[Bump]:

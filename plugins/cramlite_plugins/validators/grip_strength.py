@@ -9,7 +9,7 @@ import numpy as np
 from cramlite.model import Held, Pose, Rollout, SetGripper, Value, walk
 from cramlite.plugin import Candidate, Cost, Finding, Validator, hookimpl
 
-from ..motions.grip_force import ACCELERATION, GRAVITY, MARGIN, Grip, grip_of
+from ..motions.grip_force import ACCELERATION, GRAVITY, MARGIN, GripLoad, grip_of
 from . import grips as hand
 from .physics import SLIP
 from .swings import Turn, declared
@@ -40,7 +40,7 @@ class GripStrength(Value):
                 yield Finding(self.name, False, said, carried, weight, "N", step.origin, things=True)
 
 
-def explained(grip: Grip, force: float) -> str:
+def explained(grip: GripLoad, force: float) -> str:
     """Explain, as a clause, that a force of each pad [N] does not carry a weight, and which would."""
     low, high = grip.gripper.force
     carried = f"{force:g} N on each pad carry {2 * grip.friction * force:.1f} N of {grip}"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from itertools import groupby
 
 import numpy as np
@@ -9,7 +10,7 @@ import numpy as np
 from cramlite.model import Floats, Rollout
 from cramlite.plugin import PADDING, Candidate
 
-from .explained import explained_at
+from .explained import EARLY, explained_at
 from .task_times import inner_tasks
 
 SETTLE = 1.0
@@ -28,8 +29,9 @@ Moved = dict[str, list[str | None]]
 def moved_by(candidate: Candidate) -> Moved:
     """Return which task moves each thing, at each sample.
 
-    A task moves its payload, which a grip that the plan explains holds while the task runs. It moves what it says that it
-    moves, all through, until its effects have appeared; and what it let go of until that has come to rest, whatever runs meanwhile.
+    A task moves its payload, which a grip that the plan explains holds while the task runs, from when the fingers close on it until it
+    has come to rest after its release, whatever runs meanwhile. It moves what it says that it moves, all through, until its effects
+    have appeared. What rests again is nobody's, though the task that let go of it still runs.
     """
     rollout = candidate.rollout
     assert rollout is not None
@@ -38,13 +40,21 @@ def moved_by(candidate: Candidate) -> Moved:
     moved: Moved = {name: [None] * len(tasks) for name in loose}
     for name in loose:
         _charge(moved[name], "", 0, min(rests(rollout, name, 0), _after(rollout, 0, SETTLE)))
-    for task, stretch in groupby(range(len(tasks)), key=lambda k: tasks[k]):
-        rows = list(stretch)
+    for task, rows in _stretches(tasks):
         declared = candidate.allowances[task].moves if task in candidate.allowances else frozenset()
-        for name in ({held[k] for k in rows} | declared) & moved.keys():
-            until = max(_after(rollout, rows[-1], PADDING), rests(rollout, name, rows[-1]))
-            _charge(moved[name], task, rows[0], until)
+        for name, own in (*_stretches(held, rows), *((name, rows) for name in sorted(declared))):
+            if name in moved:
+                first = own[0] if name in declared else max(rows[0], _after(rollout, own[0], -EARLY))
+                until = max(_after(rollout, own[-1], PADDING), rests(rollout, name, own[-1]))
+                _charge(moved[name], task, first, until)
     return moved
+
+
+def _stretches(names: Sequence[str], rows: range | None = None) -> Iterator[tuple[str, range]]:
+    """Names, each with the samples of a stretch, of some, at which it is the same."""
+    for name, same in groupby(rows or range(len(names)), key=lambda k: names[k]):
+        own = list(same)
+        yield name, range(own[0], own[-1] + 1)
 
 
 def _charge(moved: list[str | None], task: str, first: int, end: int) -> None:

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator
 
 import numpy as np
 
-from cramlite.model import Value, force_while_running
+from cramlite.model import Remedy, Value, force_while_running
 from cramlite.plugin import Candidate, Cost, Finding, Validator, hookimpl
 
 from .collision import Collision
@@ -16,6 +16,10 @@ from .grips import grips, slip
 from .swings import declared
 from .task_times import inner_tasks, task_at
 
+HARDER = (
+    "hold it harder ('parameters: {force_n: NEWTONS}' of the task that grasps it), or give pads or thing more friction "
+    "('physics: {pad_friction}', 'with: {friction}')"
+)
 SLIP = 0.012  # a held thing may settle this far between the pads [m]: half the pad width of a 2F-85
 
 
@@ -93,8 +97,10 @@ class GraspSlip(Value):
             moved = slip(rollout, grip, turns)
             k = grip.first + int(np.argmax(moved >= min(SLIP, moved.max())))  # what came loose then ends in the task that loosened it
             reason = f"'{grip.thing}' moved {1000 * moved.max():.1f} mm in the hand, limit {1000 * SLIP:.0f} mm"
+            holds = bool(moved.max() <= SLIP)
+            remedy = None if holds else Remedy(f"slip {grip.thing}", f"{reason}: {HARDER}", float(moved.max()))
             yield Finding(
-                self.name, bool(moved.max() <= SLIP), reason, float(moved.max()), SLIP, "m", task_at(candidate, k), things=True
+                self.name, holds, reason, float(moved.max()), SLIP, "m", task_at(candidate, k), things=True, remedy=remedy
             )
 
 

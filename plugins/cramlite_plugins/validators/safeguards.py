@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from difflib import SequenceMatcher
 
 from cramlite.model import (
@@ -50,8 +50,8 @@ class Safeguards(Value):
     Safeguards of a URScript text are the statements before the first task that are no poses, in their order (functions, force
     limit, start check, watchdog); other statements may stand between. A line that is new does not set a variable that they set,
     nor kill their thread, and ends each state in which the arm gives way. Those of a typed program are its force limit, where it
-    must be started, and what its control steps watch. In both, a lower force limit keeps them, a step expects what it did, and
-    one that tares the sensor still does.
+    must be started, and what its control steps watch. In both, a lower force limit keeps them, a step expects what it did, one
+    that tares the sensor still does, and one that has a guarded motion keeps one.
     """
 
     name: str = "safeguards"
@@ -78,6 +78,8 @@ def _text_objections(code: Code, proven: Code, program: Program) -> Iterator[str
     yield from _no_longer_asked(_expected(lines), _expected(old))
     tares = _tares(program) - {s.origin for s in walk(program.steps) if not isinstance(s, ZeroSensor | Wait)}
     yield from _no_longer_called(_called(code, tares), _called(proven, tares))
+    with_code = {origin for first, origin in code.origins.items() if code.lines_of(first)}
+    yield from _no_longer_felt(with_code & _guarded(old) - _guarded(lines))
 
 
 def _typed_objections(program: Program, proven: Program) -> Iterator[str]:
@@ -87,6 +89,8 @@ def _typed_objections(program: Program, proven: Program) -> Iterator[str]:
         yield "start is not that of the proven program: it may begin where it was not proven"
     yield from _no_longer_asked(_expected_by(program), _expected_by(proven))
     yield from _no_longer_called(*({o: {"ZeroSensor"} for o in _tares(p)} for p in (program, proven)))
+    guarded, now = ({s.origin for s in walk(p.steps) if isinstance(s, MoveUntilContact)} for p in (proven, program))
+    yield from _no_longer_felt({s.origin for s in walk(program.steps)} & guarded - now)
     yield from _no_longer_watched(program, proven)
 
 
@@ -100,6 +104,11 @@ def _no_longer_called(called: Asked, said: Asked) -> Iterator[str]:
     for step in said:
         if lost := said[step] - called.get(step, set()):
             yield f"{step} no longer calls '{min(lost)}': what is felt after it begins with a force that is no contact"
+
+
+def _no_longer_felt(steps: Iterable[str]) -> Iterator[str]:
+    for step in sorted(steps):
+        yield f"{step} has no guarded motion any more: what is met there is hit by the motion behind it"
 
 
 def _objections(lines: list[str], proven: list[str], guards: list[str]) -> Iterator[str]:
@@ -160,6 +169,11 @@ def _expected(lines: list[str]) -> dict[str, set[str]]:
         if line.startswith(("move_gripper(", "move_until_contact(")):
             steps.setdefault(line.rsplit('"', 2)[1], set()).update(m[1] for m in [EXPECTED.search(line)] if m)
     return steps
+
+
+def _guarded(lines: Iterable[str]) -> set[str]:
+    """Steps that guarded motions name."""
+    return {line.rsplit('"', 2)[1] for line in lines if line.startswith("move_until_contact(")}
 
 
 def _expected_by(program: Program) -> dict[str, set[str]]:

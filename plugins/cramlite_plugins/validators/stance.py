@@ -12,6 +12,7 @@ from cramlite.model import Rollout, Thing, thing_of
 from cramlite.plugin import Candidate
 
 from ..shapes.bounds import centre_of_mass, lowest
+from ..shapes.nesting import touching
 from ..shapes.surfaces import footprint
 
 LID = "soma:Lid"
@@ -103,8 +104,9 @@ def unbalanced(thing: Thing, support: Thing) -> str:
         thing, support: where they are, their z upwards.
     """
     low = thing.pose.position[2] + lowest(thing, thing.pose)
-    own = footprint(thing, thing.pose, low, low + CONTACT).convex_hull
-    under = footprint(support, support.pose, low - CONTACT, low + CONTACT).convex_hull
+    met = touching(thing, thing.pose, support, support.pose)  # what leans also rests on more than its lowest side
+    own = footprint(thing, thing.pose, low, low + CONTACT).union(met).convex_hull
+    under = footprint(support, support.pose, low - CONTACT, low + CONTACT).union(met).convex_hull
     both, centre = own.intersection(under), shapely.Point(thing.pose.apply(centre_of_mass(thing))[:2])
     inside, most = _depth(centre, both), _depth(centre, own)
     least = min(SHIFT + SHARE * _extent(own), most / 2)

@@ -145,7 +145,9 @@ class Steps(Value):
         if target is None or any(s.relative for s in stage.steps):
             return
         planned = float(np.linalg.norm((target - _hand(candidate, ran.first))[:3, 3]))
-        for thing in sorted(_pushes(candidate, stage.origin)):
+        pushed = _pushes(candidate, stage.origin)
+        held = held_at(candidate.rollout)[ran.first : ran.end + 1] if pushed else ()
+        for thing in sorted(pushed - {*held}):
             first, end = (candidate.rollout.poses[thing][k, :3] for k in ran)
             far = float(np.linalg.norm(end - first))
             if far > planned + AHEAD:

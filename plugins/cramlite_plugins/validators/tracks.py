@@ -11,7 +11,8 @@ from cramlite.model import Floats, Handover, Pose, Rollout, Value
 from cramlite.plugin import Allowance, Candidate, Cost, Finding, Validator, hookimpl
 
 from ..shapes.bounds import box_around, lowest
-from .explained import LATE, ExplainedGrip, explained_grips
+from .carries import carries
+from .explained import EARLY, LATE, ExplainedGrip, explained_grips
 from .grips import Grip
 from .movers import rests
 from .rest import hangs
@@ -42,7 +43,7 @@ class Tracks(Value):
 
     def check(self, candidate: Candidate) -> Iterator[Finding]:
         found = explained_grips(candidate)
-        wrong = [f for part in (_unexplained, _interrupted, _fallen, _slid, _returned) for f in part(candidate, found)]
+        wrong = [f for part in (_unexplained, _interrupted, _fallen, _slid, _taken_along, _returned) for f in part(candidate, found)]
         yield from wrong
         if not wrong:
             things = sorted({f.grip.thing for f in found})
@@ -137,6 +138,23 @@ def _slid(candidate: Candidate, found: Iterable[ExplainedGrip]) -> Iterator[Find
                 yield Finding("tracks", False, f"{said}, {limit}", worst.way, SLIDES, "m", task, things=True)
 
 
+def _taken_along(candidate: Candidate, found: Iterable[ExplainedGrip]) -> Iterator[Finding]:
+    """Things that the hand takes along before they rest after their release, or before it holds them."""
+    rollout, tasks, limit = _rollout(candidate), inner_tasks(candidate), candidate.limits.bystander_motion
+    for grip, wrong, _, _, _ in found:
+        rest = min(rests(rollout, grip.thing, grip.last), len(rollout.times) - 1)
+        free = {task for task in set(tasks) if grip.thing in candidate.allowances.get(task, Allowance()).moves}
+        let_go = range(grip.last, grip.last if wrong else rest + 1)
+        early = range(int(np.searchsorted(rollout.times, rollout.times[grip.first] - EARLY)), grip.first + 1)
+        for rows, most, when in ((early, SLIDES, "before it was held"), (let_go, limit, "after its release")):
+            worst = max((c for c in carries(rollout, grip.thing, rows) if tasks[c.last] not in free), key=lambda c: c.way, default=None)
+            if worst is not None and worst.way > most:
+                span = f"from {rollout.times[worst.first]:.1f} to {rollout.times[worst.last]:.1f} s"
+                said = f"'{grip.thing}' was taken along by the hand by {1000 * worst.way:.0f} mm {span}, {when}"
+                said = f"{said}, limit {1000 * most:g} mm"
+                yield Finding("tracks", False, said, worst.way, most, "m", tasks[worst.last], things=True)
+
+
 def _stretches(tasks: list[str]) -> Iterator[tuple[str, range]]:
     """Tasks, each with the samples of a stretch in which its code runs."""
     for task, stretch in groupby(range(len(tasks)), key=lambda k: tasks[k]):
@@ -148,7 +166,8 @@ def _returned(candidate: Candidate, found: Iterable[ExplainedGrip]) -> Iterator[
     """Things that a task moved along, and that came back before it ended."""
     rollout, tasks = _rollout(candidate), inner_tasks(candidate)
     for task, rows in _stretches(tasks):
-        for name in sorted(candidate.allowances.get(task, Allowance()).moves & rollout.poses.keys()):
+        own = {grip.thing for grip, wrong, *_ in found if not wrong and grip.last in rows}  # their place says where they end
+        for name in sorted((candidate.allowances.get(task, Allowance()).moves & rollout.poses.keys()) - own):
             ways, limit, unit = _ways(rollout, name, rows)
             back = float(ways.max() - ways[-1])
             if back > limit:

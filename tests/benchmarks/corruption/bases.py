@@ -63,9 +63,13 @@ BASES = (
     _base("slide", "block", "floor", "tin", "slide stranger"),
     _base("door", "door", "cabinet", "tin", "door joint turning stranger parked"),
     _base("knob", "knob", "panel", "tin", "knob joint turning stranger parked"),
+    _base("shut", "door", "cabinet", "tin", "shut joint stranger parked"),
+    _base("off", "knob", "panel", "tin", "off joint turning stranger parked"),
+    _base("goals", "block", "shelf", "tin", "goals lifted placed stranger"),
     _base("typed", "block", "shelf", "tin", "typed", "shelf", "json"),
+    _base("typed_drawer", "tin", "drawer", "box", "typed_drawer", "drawer", "json"),
 )
-"""Fourteen programs in URScript, and the first of them as typed JSON."""
+"""Programs in URScript, and two of them as typed JSON."""
 
 
 class Ready(Value, dict=True):

@@ -14,6 +14,7 @@ from . import (
     handling,
     handling_harmless,
     harmless,
+    letting_go,
     meanings,
     order,
     protections,
@@ -26,7 +27,8 @@ from .bases import BASES, Ready
 from .rule import Rule
 
 OPEN = (
-    *strangers.RULES, *order.RULES, *deletions.RULES, *forces.RULES, *meanings.RULES, *further.RULES, *typed.RULES, *harmless.RULES,
+    *strangers.RULES, *order.RULES, *letting_go.RULES, *deletions.RULES, *forces.RULES, *meanings.RULES, *further.RULES,
+    *typed.RULES, *harmless.RULES,
 )  # fmt: skip
 """Rules that may be looked at while judges are mended."""
 

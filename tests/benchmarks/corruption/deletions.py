@@ -69,7 +69,7 @@ def _before_the_end(ready: Ready) -> list[float]:
 def differs(seen: Seen) -> str:
     """Say what ended elsewhere than in the program as it was: the held thing, a joint, the hand; or what fell or was pressed."""
     run, base, held = seen.run, seen.ready.run, seen.base.held
-    if run.values and abs(tracks.value(run, held if held in run.values else seen.base.place) - _value(seen)) > 0.02:
+    if any(abs(tracks.value(run, joint) - tracks.value(base, joint)) > 0.02 for joint in run.values):
         return "the joint ended elsewhere"
     if tracks.apart(run, base, held) > 0.01 or abs(tracks.turned(run, held) - tracks.turned(base, held)) > 8:
         return f"'{held}' ended elsewhere"
@@ -81,20 +81,15 @@ def differs(seen: Seen) -> str:
     return f"the hand pressed {harder:.0f} N harder" if harder > 10 else ""
 
 
-def _value(seen: Seen) -> float:
-    base = seen.ready.run
-    return tracks.value(base, seen.base.held if seen.base.held in base.values else seen.base.place)
-
-
 RULES: tuple[Rule, ...] = (
     rule(
         "last_step_deleted",
         "C",
         "the last step of a task is gone",
-        "placed drawer basket fetch hang pour door knob push",
+        "placed drawer basket fetch hang pour door knob push shut off",
         _last_step_deleted,
         differs,
-        "back Retracting Closing Pouring Opening TurningOn left gone Pushing",
+        "back Retracting Closing Pouring Opening TurningOn TurningOff left gone Pushing",
     ),
     rule(
         "step_deleted",
@@ -110,9 +105,9 @@ RULES: tuple[Rule, ...] = (
         "token_retreat",
         "C",
         "the last retreat is a few millimetres long",
-        "drawer pour push fetch basket hang knob",
+        "drawer pour push fetch basket hang knob off",
         _token,
         differs,
-        "back Retracting Closing Pouring Pushing TurningOn left",
+        "back Retracting Closing Pouring Pushing TurningOn TurningOff left",
     ),
 )

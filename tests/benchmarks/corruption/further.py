@@ -86,9 +86,9 @@ def _spilled(seen: Seen) -> str:
 
 def _joint_back(seen: Seen) -> str:
     now, before = tracks.value(seen.run, seen.base.held), tracks.value(seen.ready.run, seen.base.held)
-    return (
-        f"'{seen.base.held}' was left at {now:.2f} instead of {before:.2f}" if abs(now) < 0.6 * abs(before) else ""
-    )
+    first = float(seen.ready.run.values[seen.base.held][0])
+    less = abs(now - first) < 0.6 * abs(before - first)
+    return f"'{seen.base.held}' was left at {now:.2f} instead of {before:.2f}" if less else ""
 
 
 def _fell_over(seen: Seen) -> str:
@@ -122,7 +122,7 @@ RULES: tuple[Rule, ...] = (
         "turning",
         _turned_back,
         _joint_back,
-        "Opening TurningOn",
+        "Opening TurningOn TurningOff",
     ),
     rule(
         "half_open",

@@ -14,7 +14,7 @@ from .rule import Oracle, Rule, Seen, rule
 from .script import SECTION, STEP, Script
 from .snippets import wait
 
-ALL = "shelf stack fragile lid drawer basket fetch hang shake push slide door knob"
+ALL = "shelf stack fragile lid drawer basket fetch hang shake push slide door knob shut off goals"
 """All bases in URScript but the one that pours, which takes ten times as long to run."""
 
 
@@ -141,7 +141,7 @@ RULES: tuple[Rule, ...] = (
         "comment_moved",
         "H",
         "a comment stands some lines below",
-        "shelf drawer hang lid",
+        "shelf drawer hang lid off goals",
         _comment_moved,
         SAME,
         times=1,
@@ -158,16 +158,16 @@ RULES: tuple[Rule, ...] = (
     ),
     rule("blank_lines", "H", "there are more blank lines", "fragile door push", _blank_lines, SAME, times=1),
     rule(
-        "slower", "H", "all motions are slower", "shelf stack drawer lid basket fetch knob", _slower, SAME, times=1
+        "slower", "H", "all motions are slower", "shelf stack drawer lid basket fetch knob shut goals", _slower, SAME, times=1
     ),
-    rule("waits", "H", "it waits somewhere", "stack drawer fragile hang push slide", _waits, SAME, times=1),
-    rule("logged", "H", "a message is written", "lid basket door shake", _logged, SAME, times=1),
-    rule("renamed", "H", "a variable has another name", "shelf fetch slide knob", _renamed, SAME, times=1),
+    rule("waits", "H", "it waits somewhere", "stack drawer fragile hang push slide off goals", _waits, SAME, times=1),
+    rule("logged", "H", "a message is written", "lid basket door shake shut", _logged, SAME, times=1),
+    rule("renamed", "H", "a variable has another name", "shelf fetch slide knob off shut", _renamed, SAME, times=1),
     rule(
         "placed_aside",
         "H",
         "it is put down some millimetres aside",
-        "shelf stack fragile",
+        "shelf stack fragile goals",
         _placed_aside,
         as_before(0.032),
     ),
@@ -180,6 +180,6 @@ RULES: tuple[Rule, ...] = (
         SAME,
         times=1,
     ),
-    rule("typed_one_line", "H", "the typed program stands on one line", "typed", _one_line, SAME, times=2),
-    rule("typed_slower", "H", "the typed program is slower", "typed", _typed_slower, SAME, times=1),
+    rule("typed_one_line", "H", "the typed program stands on one line", "typed typed_drawer", _one_line, SAME, times=2),
+    rule("typed_slower", "H", "the typed program is slower", "typed typed_drawer", _typed_slower, SAME, times=1),
 )

@@ -16,7 +16,7 @@ def put_aside(script: Script, x: float, y: float) -> Script:
     """Shift the place at which something is put down; the hand goes there through the old one."""
     lower = script.numbers(script.variables("lower_pose")[0])
     shifted = script.after("PuttingDown/transfer", [go(aside(above(lower, 0.05), x, y), 0.1)])
-    for ending in ("lower_pose", "placing_(3_)?retracting_back_pose"):
+    for ending in ("lower_pose", r"placing_(\d_)?retracting_back_pose"):
         shifted = shifted.with_numbers(shifted.variables(ending)[0], lambda pose: aside(pose, x, y))
     return shifted
 

@@ -24,8 +24,9 @@ def opening(ready: Ready) -> str:
 
 
 def closing_of(script: Script) -> str:
-    """Name the step that grips what is held."""
-    return next(o for o in script.origins() if o.endswith("/close"))
+    """Name the step that grips what is held: that of a Grasping, if there is one."""
+    found = [o for o in script.origins() if o.endswith("/close")]
+    return next((o for o in found if o.endswith("Grasping/close")), found[0])
 
 
 def _late_open(ready: Ready, draw: Random) -> str:

@@ -64,7 +64,8 @@ def _retaken(steps: Steps, draw: Random) -> Steps:
 
 def _payload(steps: Steps, draw: Random) -> Steps:
     """The empty hand is said to carry something."""
-    steps[found(steps, "Releasing/payload")]["mass"] += draw.uniform(2.5, 3.9)
+    last = max(k for k, s in enumerate(steps) if s["step"] == "SetPayload")
+    steps[last]["mass"] += draw.uniform(2.5, 3.9)
     return steps
 
 
@@ -82,16 +83,21 @@ def _half_open(steps: Steps, draw: Random) -> Steps:
 
 
 def _unguarded(ready: Ready, draw: Random) -> str:
-    """A safeguard of a step is lost: what the grip or the guarded motion expects, or the tare."""
+    """A safeguard of a step is lost: what a grip or a guarded motion expects, a tare, or the guard of a motion in two parts."""
     program = ready.typed
     steps = program["steps"]
-    which = draw.choice(("grip", "contact", "tare"))
-    if which == "tare":
-        k = found(steps, "PuttingDown/tare")
-        steps[k] = {"step": "Wait", "duration": 0.3, "origin": steps[k]["origin"]}
+    asking = [s for s in steps if s.get("expect", "any") in ("object", "contact")]
+    tares = [s for s in steps if s["step"] == "ZeroSensor"]
+    guards = [s for k, s in enumerate(steps) if s["step"] == "MoveUntilContact" and steps[k - 1]["origin"] == s["origin"]]
+    one = draw.choice([*asking, *tares, *guards])
+    if one in guards and draw.random() < 0.5:
+        steps.remove(one)
+    elif one in asking:
+        one["expect"] = "any"
+    elif one in tares:
+        steps[steps.index(one)] = {"step": "Wait", "duration": 0.3, "origin": one["origin"]}
     else:
-        kind = {"grip": "SetGripper", "contact": "MoveUntilContact"}[which]
-        next(s for s in steps if s["step"] == kind and s["expect"] in ("object", "contact"))["expect"] = "any"
+        steps.remove(one)
     return json.dumps(program, indent=1)
 
 
@@ -114,8 +120,8 @@ def told_too_much(seen: Seen) -> str:
 
 
 RULES: tuple[Rule, ...] = (
-    rule("typed_unguarded", "N", "a safeguard is lost", "typed", _unguarded, unwatched, "asks calls", times=6),
-    rule("typed_unlimited", "N", "the force limit is raised or gone", "typed", _unlimited, unwatched, "force_limit", times=4),
+    rule("typed_unguarded", "N", "a safeguard is lost", "typed typed_drawer", _unguarded, unwatched, "asks calls guarded", times=6),
+    rule("typed_unlimited", "N", "the force limit is raised or gone", "typed typed_drawer", _unlimited, unwatched, "force_limit", times=4),
     rule(
         "typed_late_open",
         "B",
@@ -145,12 +151,12 @@ RULES: tuple[Rule, ...] = (
         "Retracting Placing",
         times=1,
     ),
-    rule("typed_step_deleted", "C", "a step is gone", "typed", changing(_deleted), differs, ". no", times=4),
+    rule("typed_step_deleted", "C", "a step is gone", "typed typed_drawer", changing(_deleted), differs, ". no", times=4),
     rule(
         "typed_payload",
         "D",
         "a payload is told that is not there",
-        "typed",
+        "typed typed_drawer",
         changing(_payload),
         told_too_much,
         "payload kg",

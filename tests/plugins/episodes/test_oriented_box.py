@@ -12,7 +12,7 @@ from msgspec.structs import replace
 from test_from_motion import infer, lifted, poses, recording
 
 from cramlite.model import Entity, Episode, Pose
-from cramlite_plugins.episodes.detection.oriented_box import OrientedBox, box_of, over, separation, within
+from cramlite_plugins.episodes.detection.oriented_box import OrientedBox, box_of, is_inside_outline, over, separation
 from cramlite_plugins.episodes.detection.standing import encloses
 
 EPISODE = Episode("sample", (), ())
@@ -54,7 +54,7 @@ def test_the_distance_is_exact_where_faces_look_at_corners() -> None:
 def test_containment_follows_the_container(position: tuple[float, float, float], inside: bool) -> None:
     tray = box(DIAGONAL, 1.0, 0.2, 0.2)
     cup = box(turned(position, 0.3), 0.06, 0.06, 0.08)
-    assert within(cup, tray, 0.0) is inside
+    assert is_inside_outline(cup, tray, 0.0) is inside
     assert encloses(tray, cup) is inside
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 import pytest
+import trimesh
 from helpers.properties import examples
 from hypothesis import given
 from hypothesis import strategies as st
@@ -177,6 +178,17 @@ BAD = {
     "y up": (
         '<mujoco><option gravity="0 -9.81 0"/><worldbody><geom size=".1"/></worldbody></mujoco>', r"scene.xml:1: gravity is .0, -9.81, 0.",
     ),
+    "gravity without end": (
+        '<mujoco><option gravity="0 0 -1e300"/><worldbody><geom size=".1"/></worldbody></mujoco>',
+        r"scene.xml:1: gravity is .0, 0, -1e.300. m/s2; up to 100",
+    ),
+    "a shape of kilometres": (
+        '<mujoco><worldbody>\n<body name="b" pos="0 0 1"><geom name="big" size="1e5"/></body></worldbody></mujoco>',
+        r"scene.xml:2: the shape 'big' of body 'b' reaches 100000 m; up to 100 m",
+    ),
+    "a plane of light years": (
+        '<mujoco><worldbody><geom name="floor" type="plane" size="1e300 1 1"/></worldbody></mujoco>', r"'floor' of body 'world' .*1e.06 m",
+    ),
     "xacro": ('<robot name="r">\n<!-- ${a} -->\n<xacro:include filename="b.xacro"/></robot>', r"scene.xml:3: this is xacro"),
     "xacro's values": ('<robot name="r">\n<link name="${a}"/></robot>', r"scene.xml:2: this is xacro"),
     "two roots": ('<robot name="r">\n<link name="a"/>\n<link name="b"/></robot>', r"scene.xml:3: a URDF has one root link"),
@@ -191,6 +203,15 @@ def test_bad_files_are_refused_with_file_and_line(kind: str, tmp_path: Path) -> 
     with pytest.raises(UserError, match=said) as refused:
         Engine().registry.first("read_scene", path=path, packages={}, keyframe="", joints={})
     assert "\n" not in str(refused.value)
+
+
+@pytest.mark.parametrize("scale", ["1e300", "-1e300", "1e30"])
+def test_a_mesh_scaled_without_end_is_refused(scale: str, tmp_path: Path) -> None:
+    trimesh.creation.box((0.1, 0.1, 0.1)).export(tmp_path / "c.stl")
+    mesh = f'<collision><geometry>\n<mesh filename="c.stl" scale="{scale} {scale} {scale}"/></geometry></collision>'
+    (tmp_path / "scene.urdf").write_text(f'<robot name="r"><link name="box">{mesh}</link></robot>')
+    with pytest.raises(UserError, match=r"scene.urdf:\d+: the shape of body 'box' (reaches|is of no)"):
+        read_scene(tmp_path / "scene.urdf", {}, "", {})
 
 
 ROOM = '<body name="room">{}<body name="counter" pos=".5 0 .2"><geom type="box" size=".3 .5 .02"/></body>{}</body>'

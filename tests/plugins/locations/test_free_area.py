@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import itertools
+import subprocess
+import sys
 
 import numpy as np
 import shapely
@@ -53,3 +55,13 @@ def test_around_a_point_the_side_of_another_one_is_first_and_what_is_not_free_is
     assert found[0] == (0.0, -0.08) and found[-1] == (0.0, 0.08) and len(found) == 8
     assert all(np.isclose(np.hypot(*p), 0.08, atol=2e-4) for p in found)
     assert [p[1] for p in around(SHELF, (0.0, 0.0), 0.12, (1.0, 0.0))] == [0.0, 0.0849, -0.0849, 0.0849, -0.0849, 0.0]
+
+
+def test_points_are_those_of_scipys_sequence_and_its_slow_package_is_not_imported() -> None:
+    from scipy.stats import qmc
+
+    from cramlite_plugins.locations.placing.positions import halton
+
+    assert (halton(0, 5000) == qmc.Halton(2, scramble=False).random(5000)).all()
+    code = "import sys, cramlite_plugins.locations.placing.driver; print('scipy.stats' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "False\n"

@@ -11,7 +11,7 @@ from msgspec.structs import replace
 from cramlite import Engine
 from cramlite.model import Filling, Gripper, Held, Pose, RobotMount, World
 from cramlite.plugin import Context, Unresolvable
-from cramlite_plugins.motions.grip_force import Grip, grip_force, grip_of, load
+from cramlite_plugins.motions.grip_force import GripLoad, grip_force, grip_of, load
 from cramlite_plugins.objects.furniture import drawer
 from cramlite_plugins.objects.products_and_fixtures import block
 from cramlite_plugins.robots.robotiq_2f85 import GRIPPER
@@ -27,17 +27,17 @@ def context() -> Context:
     return Context(UR5E, RobotMount("arm", "ur5e"), {}, Engine().knowledge.taxonomy)
 
 
-def grip(mass: float, friction: float = 0.9, lever: float = 0.0, *, bears: float | None = None, gripper: Gripper = GRIPPER) -> Grip:
+def grip(mass: float, friction: float = 0.9, lever: float = 0.0, *, bears: float | None = None, gripper: Gripper = GRIPPER) -> GripLoad:
     """A block between pads of the same friction, which is that of the pair."""
     thing = replace(block("block", Pose(), mass=mass), max_grip_force=bears)
-    return Grip(thing, mass, friction, friction, lever, gripper)
+    return GripLoad(thing, mass, friction, friction, lever, gripper)
 
 
-def force(of: Grip, asked: float = 0.0) -> tuple[float, str]:
+def force(of: GripLoad, asked: float = 0.0) -> tuple[float, str]:
     return grip_force(of, asked, context(), ("it",), ("1.Grasping",))
 
 
-def refused(of: Grip, asked: float = 0.0) -> Unresolvable:
+def refused(of: GripLoad, asked: float = 0.0) -> Unresolvable:
     with pytest.raises(Unresolvable) as caught:
         force(of, asked)
     return caught.value

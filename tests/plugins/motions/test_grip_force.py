@@ -13,7 +13,7 @@ from msgspec.structs import replace
 from cramlite import Budget, Engine, Solution, Trace, read_scenario
 from cramlite.model import Filling, Held, Pose, World, pair_friction
 from cramlite.plugin import UserError
-from cramlite_plugins.motions.grip_force import Grip, grip_of, load
+from cramlite_plugins.motions.grip_force import GripLoad, grip_of, load
 from cramlite_plugins.objects.furniture import cabinet, drawer
 from cramlite_plugins.objects.products_and_fixtures import block
 from cramlite_plugins.robots.robotiq_2f85 import GRIPPER
@@ -129,7 +129,7 @@ def test_a_limit_beyond_reason_is_refused_with_its_line(written: str, said: str,
         resolved(tmp_path, "100 g", 0.6, bears=written)
 
 
-def held(mass: float, friction: float, at: Pose = ORIGIN) -> Grip:
+def held(mass: float, friction: float, at: Pose = ORIGIN) -> GripLoad:
     """A block between pads of 0.9."""
     item = block("block", Pose(), mass=mass, friction=friction)
     return grip_of(Held("block", at, 0.06), World((item,)), GRIPPER)

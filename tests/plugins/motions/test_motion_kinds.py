@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import pytest
 from helpers.flat_steps import flat
 from msgspec.structs import replace
@@ -38,7 +36,6 @@ from cramlite_plugins.robots.ur5 import UR5
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.ur_controller.urscript.parser import parse
 
-PAGE = Path(__file__).parents[3] / "docs" / "reference" / "motions.md"
 WAY: tuple[AnyStep, ...] = (
     MoveJoints((UR5E.home,), 1.0, 1.0), MoveLinear(Pose(), 0.1, 0.5),
     MoveUntilContact((0, 0, -1), 0.01, 3.0, 0.1, 9.0),
@@ -53,31 +50,6 @@ STEPS = {type(s).__name__: s for s in WAY}
 
 WRITTEN = {name: kind for name, kind in KINDS.items() if kind.step != "Drive"}
 """Kinds that URScript has words for; that it refuses to drive is tested in tests/plugins/simulation/test_platform_drive.py."""
-
-
-def tables() -> tuple[str, str, str]:
-    """The tables of the page, from the code."""
-    kinds = ["| kind | step | ends well | aborts | widens |", "|---|---|---|---|---|"]
-    parameters = ["| kind | parameter | default | source |", "|---|---|---|---|"]
-    for k in KINDS.values():
-        aborts = "; ".join(k.aborts) or "-"
-        kinds.append(f"| `{k.name}` | `{k.step}` | {k.ends} | {aborts} | {_mm(k.widens)} |")
-        parameters += [f"| `{k.name}` | `{p.name}` | {p.default:g} | {p.source} |" for p in k.parameters]
-    words = ["| kind | parameter | words |", "|---|---|---|"]
-    for k in KINDS.values():
-        said = ((name, "; ".join(f"`{w}`: {w.says}" for w in known)) for name, known in k.words.items())
-        words += [f"| `{k.name}` | `{name}` (`{k.words[name].__name__}`) | {text} |" for name, text in said]
-    return "\n".join(kinds), "\n".join(parameters), "\n".join(words)
-
-
-def _mm(metres: float) -> str:
-    return f"{1000 * metres:g} mm" if metres else "-"
-
-
-def test_the_page_says_what_the_code_says() -> None:
-    page = PAGE.read_text()
-    for table in tables():
-        assert table in page
 
 
 @pytest.mark.parametrize("robot", [UR5E, UR5], ids=["e-Series", "CB3"])
@@ -121,8 +93,3 @@ def test_words_are_their_texts(said: str) -> None:
 def test_a_word_that_there_is_not_is_refused_with_the_nearest() -> None:
     with pytest.raises(Unresolvable, match=r"kind 'linear' knows no stage 'ende'; did you mean 'end'\? valid are: before, end, pose"):
         word(Motion("m", "linear", parameters={"stage": "ende"}), "stage", Stage)
-
-
-if __name__ == "__main__":
-    for table in tables():
-        print(table, end="\n\n")

@@ -264,18 +264,3 @@ def test_experts_declare_what_they_say() -> None:
         assert expert.summary and expert.cost_ms > 0 and expert.outputs, expert.name
         assert all(p.source for p in expert.parameters), expert.name
         assert isinstance(expert, Expert)
-
-
-def test_the_manual_lists_every_expert_with_what_it_needs_and_makes() -> None:
-    manual = (Path(__file__).parents[3] / "docs" / "reference" / "perception.md").read_text()
-
-    def row(e: Expert) -> str:
-        cells = (", ".join(f"`{v}`" for v in names) for names in (e.inputs, e.uses, e.outputs))
-        return f"| `{e.name}`: {e.summary} | {e.scope} | " + " | ".join(cells) + " |"
-
-    listed = {
-        line
-        for line in manual.splitlines()
-        if line.startswith("| `") and line.split(" | ")[1:2] in (["view"], ["object"], ["scene"])
-    }
-    assert listed == {row(e) for e in engine().knowledge.experts}

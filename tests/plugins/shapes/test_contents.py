@@ -22,7 +22,7 @@ from cramlite_plugins.objects.products_and_fixtures import basket, block, table
 from cramlite_plugins.objects.vessels import bowl, jug
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.shapes.bounds import lowest
-from cramlite_plugins.shapes.contents import bulk, pouring_obstacle, volume, where, within
+from cramlite_plugins.shapes.contents import are_in_cavity, bulk, pouring_obstacle, volume, where
 from cramlite_plugins.simulation.model.compile import Compiled, compile_world
 from cramlite_plugins.simulation.recording.recorder import Recorder
 
@@ -45,7 +45,7 @@ def test_a_filling_begins_inside(vessel: Thing) -> None:
     full = vessel if vessel.filling else replace(vessel, filling=Filling(30, 0.005, 0.001))
     centres = np.array([layout(full)])
     assert centres.shape[1] == (full.filling.count if full.filling else 0)
-    assert within(full, _row(full), centres).all()
+    assert are_in_cavity(full, _row(full), centres).all()
     apart = np.linalg.norm(centres[0][:, None] - centres[0][None], axis=2) + np.eye(centres.shape[1])
     assert apart.min() >= 2 * (full.filling.radius if full.filling else 0.0)
 
@@ -64,7 +64,7 @@ def test_what_does_not_fit_or_has_no_cavity_is_refused_with_numbers() -> None:
 def test_inside_is_the_same_for_a_box_and_by_hand(x: float, y: float, z: float) -> None:
     thing = basket("b", Pose((0.3, 0.1, 0.2), (0.8, 0.0, 0.0, 0.6)), (0.12, 0.10, 0.08), 0.01)
     point = np.array([[thing.pose.apply((x, y, z))]])
-    assert within(thing, _row(thing), point).item() == (abs(x) <= 0.05 and abs(y) <= 0.04 and 0.01 <= z <= 0.08)
+    assert are_in_cavity(thing, _row(thing), point).item() == (abs(x) <= 0.05 and abs(y) <= 0.04 and 0.01 <= z <= 0.08)
 
 
 def test_volumes_decide_what_overflows() -> None:

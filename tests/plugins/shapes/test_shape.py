@@ -164,7 +164,7 @@ def test_planning_finds_every_near_part() -> None:
         body.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name)
     model = spec.compile()
     data, near = mujoco.MjData(model), 0
-    grown = inflated(model, np.eye(2), 0.04)
+    grown = inflated(model, 1 - np.eye(2), 0.04)
     for _ in range(200):
         data.qpos[7:10] = rng.normal(size=3) * 0.06
         mujoco.mj_kinematics(model, data)

@@ -107,7 +107,10 @@ def test_a_joint_motion_leaves_the_line_that_movel_keeps() -> None:
 @pytest.mark.parametrize(
     ("body", "reason"),
     [
-        ("movel(p[2, 0, 0.3, 3.14159, 0, 0], v=0.05)", "no inverse kinematics|rad/s"),
+        (
+            "movel(p[2, 0, 0.3, 3.14159, 0, 0], v=0.05)",
+            r"the pose at \(2.000, 0.000, 0.300\) m that it moves to is out of reach, and on the way there: .*(no inverse|rad/s)",
+        ),
         ("movej([0, 0, 0, 0, 0, 6.4], v=3)", "'wrist_3' at 6.28"),
         ("movej([0, -1.57, 0, 0, 0, 0], a=40, v=6)", "rad/s > 3.14 rad/s"),
         ("movej([3.14, -0.5, 2.2, -2, -1.57, 1.57], v=1)", "limit|off its command|force"),
@@ -118,6 +121,20 @@ def test_what_the_arm_cannot_do_ends_in_a_protective_stop(body: str, reason: str
     assert rollout.outcome == "protective stop"
     assert rollout.reason.startswith("line 2: ")
     assert re.search(reason, rollout.reason)
+
+
+def test_a_straight_line_that_only_runs_too_fast_is_not_said_to_be_out_of_reach() -> None:
+    rollout = script("  movel(pose_add(get_actual_tcp_pose(), p[-0.15, 0, 0, 0, 0, 0]), a=60, v=6)")
+    assert rollout.outcome == "protective stop" and "rad/s > " in rollout.reason and "out of reach" not in rollout.reason, rollout.reason
+
+
+@pytest.mark.parametrize("radius", ["0", "0.02"])
+def test_a_blend_radius_of_a_line_is_told_and_the_arm_stops_at_the_corner(radius: str) -> None:
+    sides = ("0, 0.1, 0", "0.1, 0.1, 0", "0.1, 0, 0")
+    lines = "".join(f"  movel(pose_add(at, p[{side}, 0, 0, 0]), r={radius})\n" for side in sides)
+    rollout = script(f"  at = get_actual_tcp_pose()\n{lines}")
+    told = [m for m in rollout.messages if "a blend radius is not modelled" in m.text]
+    assert rollout.outcome == "finished" and len(told) == (radius != "0"), rollout.messages
 
 
 def test_the_start_posture_is_checked() -> None:

@@ -57,7 +57,7 @@ def test_movep_without_a_radius_stops_at_the_corner() -> None:
         (movep(*SQUARE, r=0.09), "takes more than half of a motion of 0.150 m"),
         (f"  thread t():\n{movep(*SQUARE[:3], r=0.05, last='  x = 1')}\n  end\n  run t()\n  sleep(9)", "must be followed by another movep"),
         (movep(*SQUARE[:2], SQUARE[0], r=0.05), "turns straight back"),
-        (movep(SQUARE[0], SQUARE[0], r=0.0), "turn on the spot with movel"),
+        ("  movep(pose_trans(get_target_tcp_pose(), p[0, 0, 0, 0, 0, 0.3]), a=0.5, v=0.1)", "turn on the spot with movel"),
         (movep(*SQUARE[:3], r=0.05, last="  movep(p[0.6, 0.1, 0.3, 0, 3.14, 0], a=0.5, v=0.2)"), "the same v and a"),
         (movep(*SQUARE[:3], r=-0.05), "radius of 0 or more"),
     ],
@@ -65,6 +65,14 @@ def test_movep_without_a_radius_stops_at_the_corner() -> None:
 def test_a_movep_that_cannot_be_blended_says_why(body: str, said: str) -> None:
     rollout = script(body)
     assert rollout.outcome == "error" and said in rollout.reason, rollout.reason
+
+
+def test_a_movep_to_where_the_tool_is_by_then_takes_no_time_as_in_a_round_that_ends_where_it_began() -> None:
+    once, twice = (script(movep(*SQUARE[:3], *again, r=0.02)) for again in ((), (SQUARE[2], SQUARE[2])))
+    assert (once.outcome, twice.outcome) == ("finished", "finished"), twice.reason
+    assert twice.times[-1] == pytest.approx(once.times[-1], abs=0.05)
+    stays = script(movep(SQUARE[0], SQUARE[0], r=0.0))
+    assert stays.outcome == "finished", stays.reason
 
 
 @examples(25)

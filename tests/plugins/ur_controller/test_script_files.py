@@ -233,6 +233,14 @@ def test_what_cannot_run_is_listed_once_with_all_its_lines() -> None:
     assert found[0][1].endswith("no values with methods; also in line 3")
 
 
+def test_a_blend_that_is_not_modelled_is_told_and_none_that_is() -> None:
+    at = "p[0.4, 0, 0.3, 3.14, 0, 0]"
+    told = (f"movel({at}, 1.2, 0.25, 0, 0.02)", f"movel({at}, r=0.02)", f"movec({at}, {at}, r=b)")
+    lines = (*told, f"movel({at}, r=0)", f"movep({at}, r=0.1)")
+    found = list(MujocoSimulator().inspect("b = 0.1\n" + "\n".join(lines) + "\n"))
+    assert [(line, said.split(":")[0]) for line, said in found if "blend radius" in said] == [(2, "movel"), (3, "movel"), (4, "movec")]
+
+
 # Valid programs, made by a grammar
 
 NAMES = st.sampled_from(["a", "b2", "p", "_c", "Point_1_p", "endless", "structure"])

@@ -12,6 +12,7 @@ from helpers.short_runs import (
     FLOOR,
     LANDED,
     OPENED,
+    ORIGINS,
     STEP,
     TAKEN,
     WEIGHT,
@@ -33,6 +34,7 @@ from cramlite.model import Floats, JudgingLimits, Pose, Rollout, Touch, World
 from cramlite.plugin import PADDING, Allowance, Candidate
 from cramlite_plugins.objects.products_and_fixtures import hanger, hung, product
 from cramlite_plugins.validators.bystanders import Bystanders, Stay, _measured, stays
+from cramlite_plugins.validators.explained import EARLY
 from cramlite_plugins.validators.movers import moved_by
 from cramlite_plugins.validators.rest import borne_by, hangs, restless
 
@@ -90,6 +92,9 @@ def test_a_bystander_moves_no_further_than_the_limit(way: float, passes: bool, a
         (one,) = found
         assert one.reason == "'cup', which no task moved then, got 5 mm away by 2.0 s; limit 5 mm by default"
         assert one.value == pytest.approx(way) and (one.limit, one.origin) == (0.005, "2.PickingUp")
+        assert str(one.remedy).endswith("'limits: {bystander_motion: 6 mm}' in the scenario")
+        let = JudgingLimits(bystander_motion=0.006, of_scenario=("bystander_motion",))
+        assert all(f.passed for f in Bystanders().check(replace(pushed, limits=let))), "what it says, does"
 
 
 def test_one_that_comes_back_was_moved_all_the_same() -> None:
@@ -113,6 +118,7 @@ def test_a_bystander_leans_no_further_than_the_limit(degrees: float, passes: boo
     assert all(f.passed for f in found) is passes
     if not passes:
         assert found[0].reason == "'cup', which no task moved then, leant over by 5 deg by 2.0 s; limit 5 deg by default"
+        assert str(found[0].remedy).endswith("'limits: {bystander_tilt: 6 deg}' in the scenario")
         assert found[0].value == pytest.approx(math.radians(degrees)) and (found[0].unit, found[0].origin) == ("rad", "2.PickingUp")
         exact = replace(wide, limits=replace(wide.limits, bystander_tilt=found[0].value))
         assert all(f.passed for f in Bystanders().check(exact))
@@ -230,6 +236,31 @@ def test_what_was_let_go_of_is_its_tasks_until_it_rests() -> None:
     rolls[85:, 0] += 0.14
     moved = moved_by(posed(block=rolls))["block"]
     assert set(moved[OPENED:84]) == {"3.Placing/PuttingDown"} and moved[85] is None
+
+
+def test_what_rests_is_nobodys_though_the_task_that_let_go_of_it_runs_on() -> None:
+    """The hand that let go of it shoves it at sample 85, in the same task."""
+    for by, count in ((0.0, 0), (0.004, 0), (0.02, 1)):
+        shoved = shifted((by, 0.0, 0.0), "block", 85)
+        assert shoved.code is not None
+        longer = {**ORIGINS, 7: ORIGINS[5], 9: ORIGINS[5]}
+        found = said(Bystanders(), replace(shoved, code=replace(shoved.code, origins=longer)))
+        assert len(found) == count
+    assert "'block', which no task moved then, got 20 mm away by 4.2 s" in found[0]
+    freely = moving("block", "3.Placing/PuttingDown", replace(shoved, code=replace(shoved.code, origins=longer)))
+    assert said(Bystanders(), freely) == []
+
+
+def test_a_thing_is_nobodys_until_the_fingers_close_on_it() -> None:
+    """Its task begins 0.8 s before, and owns it for the last half second of these."""
+    slow = np.arange(COUNT) * 0.1
+    first = TAKEN - round(EARLY / 0.1)
+    block = moved_by(good(times=slow))["block"]
+    assert block[:first] == [None] * first and set(block[first + 1 : 25]) == {"1.Grasping"}
+    for sample, count in ((first - 1, 1), (first + 2, 0)):
+        poses = ran(good()).poses["block"].copy()
+        poses[:sample, 0] -= 0.03  # open fingers take it along
+        assert len(said(Bystanders(), good(poses={**ran(good()).poses, "block": poses}, times=slow))) == count
 
 
 def test_what_never_rests_is_its_tasks_to_the_end() -> None:

@@ -56,6 +56,19 @@ def test_a_carried_thing_that_hits_another_is_an_objection() -> None:
     assert found.reason == "'block' hit 'cup' with 10 N at 3.0 s in 3.Placing/PuttingDown; limit 2 N by default"
 
 
+def test_an_objection_says_what_would_let_the_touch_be_and_offers_no_limit_that_no_task_has() -> None:
+    found = only(Collision(), hits(range(60, 61), "block", "cup"))
+    assert str(found.remedy) == (
+        "'block' and 'cup' meet with 10.0 N where 2 N are let: make more room between them, or name another place, "
+        "or, where that does no harm, 'limits: {brush: 10 N}' in the scenario"
+    )
+    limits = JudgingLimits(brush=10.0, of_scenario=("brush",))
+    assert only(Collision(), replace(hits(range(60, 61), "block", "cup"), limits=limits)).passed, "what it says, does"
+    hard = only(Collision(), hits(range(60, 61), "block", "cup", 26.0))
+    assert "make more room" in str(hard.remedy) and "brush" not in str(hard.remedy)
+    assert only(Collision(), good()).remedy is None
+
+
 @pytest.mark.parametrize(("force", "passes"), [(2.0, True), (2.001, False)])
 def test_a_brush_is_no_touch(force: float, passes: bool) -> None:
     assert only(Collision(), hits(range(60, 62), "block", "cup", force)).passed is passes
@@ -332,3 +345,59 @@ def test_what_is_brought_into_a_container_may_touch_what_lies_in_there(hollow: b
     apart = tuple(tuple(t for t in row if {t.a, t.b} != {"shelf", "cup"}) for row in run.touches)
     rollout = replace(run, world=replace(run.world, things=things), touches=run.touches if lies_there else apart)
     assert only(Collision(), replace(found, rollout=rollout)).passed is passes
+
+
+# What sleeps
+
+STANDS = Touch("shelf", "cup", WEIGHT, WEIGHT)
+
+
+def sleeping(rows: dict[range, tuple[Touch, ...]], more: dict[int, tuple[Touch, ...]] | None = None) -> Candidate:
+    """The candidate, in whose run these touches are of what sleeps at some samples; the cup stands on the shelf awake at all others."""
+    base = good().rollout
+    assert base is not None
+    asleep = [next((still for when, still in rows.items() if k in when), ()) for k in range(COUNT)]
+    awake = [tuple(t for t in row if (t.a, t.b) != ("shelf", "cup")) for row in base.touches]
+    awake = [row if asleep[k] else (*row, STANDS) for k, row in enumerate(awake)]
+    touches = tuple((*(more or {}).get(k, ()), *awake[k], *asleep[k]) for k in range(COUNT))
+    return good(touches=touches, asleep=tuple(asleep))
+
+
+def as_if_awake(of: Candidate) -> Candidate:
+    assert of.rollout is not None
+    return replace(of, rollout=replace(of.rollout, asleep=()))
+
+
+LEANS = Touch("cup", "block", 9.0, 0.0)
+NOTED, NEW = (Touch("shelf", "cup", WEIGHT, WEIGHT),), (Touch("shelf", "cup", WEIGHT, WEIGHT), Touch("cup", "ghost", 9.0, 0.0))
+
+
+@pytest.mark.parametrize(("rows", "more", "count"), [
+    ({range(0, COUNT): NOTED}, {}, 0),
+    ({range(5, 20): NOTED, range(20, COUNT): NEW}, {}, COUNT - 20),  # more falls asleep, and touches what it may not
+    ({range(5, COUNT): NEW}, {}, COUNT - 5),  # and goes on doing so
+    ({range(5, COUNT): NEW[1:]}, {}, COUNT - 5),
+    ({range(5, 60): NOTED}, {}, 0),  # what wakes goes on standing there
+    ({range(5, COUNT): NOTED}, {60: (LEANS,), 61: (LEANS,)}, 2),  # what is awake is judged meanwhile
+    ({range(5, COUNT): NOTED}, {3: (LEANS,)}, 1),
+])  # fmt: skip
+def test_what_sleeps_is_judged_as_if_it_were_awake(
+    rows: dict[range, tuple[Touch, ...]], more: dict[int, tuple[Touch, ...]], count: int
+) -> None:
+    made = sleeping(rows, more)
+    found = [(b.sample, b.one, b.other, b.force) for b in bumps(made)]
+    assert found == [(b.sample, b.one, b.other, b.force) for b in bumps(as_if_awake(made))]
+    assert len(found) == count
+
+
+def test_what_is_taken_stood_on_what_it_slept_on() -> None:
+    """It wakes as the pads touch it, rattles off what it stands on at the same time, and may touch that until it is lifted."""
+    base = good().rollout
+    assert base is not None
+    floor = (Touch("floor", "block", 9.0, WEIGHT),)
+    free = [tuple(t for t in row if "floor" not in (t.a, t.b)) for row in base.touches]
+    touches = tuple((*free[k], *(() if TAKEN <= k < TAKEN + 2 or k >= LIFTED else floor)) for k in range(COUNT))
+    asleep = tuple(floor if 1 <= k < TAKEN else () for k in range(COUNT))
+    lifting = allowing("1.Grasping", Allowance(frozenset({frozenset({HAND, "block"})}), carries_on=True), good())
+    made = replace(lifting, rollout=replace(base, touches=touches, asleep=asleep))
+    assert said(Collision(), made) == said(Collision(), as_if_awake(made)) == []

@@ -25,7 +25,7 @@ from msgspec.structs import replace
 
 from cramlite.model import Pose, SetGripper, pair_friction
 from cramlite.plugin import Candidate
-from cramlite_plugins.motions.grip_force import Grip
+from cramlite_plugins.motions.grip_force import GripLoad
 from cramlite_plugins.objects.products_and_fixtures import block
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.validators.grip_strength import GripStrength, explained
@@ -138,7 +138,7 @@ def test_only_steps_that_move_the_fingers_count_and_each_grip_is_asked() -> None
 
 
 def test_the_force_that_would_do_is_said_with_its_margin() -> None:
-    grip = Grip(block("block", Pose(), mass=0.5), 0.5, 0.9, 0.6, 0.0, UR5E.gripper)
+    grip = GripLoad(block("block", Pose(), mass=0.5), 0.5, 0.9, 0.6, 0.0, UR5E.gripper)
     assert explained(grip, 2.0) == (
         "2 N on each pad carry 2.9 N of 0.5 kg (4.9 N) on friction 0.72 (pads 0.9, 'block' 0.6); 3 N carry it just so, 10 N with a margin"
         " of 2.5 and 1.2 m/s2 of the arm (gripper 'robotiq_2f85': 20 .. 235 N)"

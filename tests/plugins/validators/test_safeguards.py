@@ -130,6 +130,16 @@ def test_only_an_edited_text_is_asked() -> None:
     assert findings(TEXT) == []
 
 
+def test_the_statement_that_is_lost_is_named_in_a_long_text() -> None:
+    """One that is there stands in the text hundreds of times, behind a force limit that is raised and before what is lost."""
+    start = "  check_start([2.8, -1.7, 1.5, -1.3, -1.5, 1.2], 0.01)\n"
+    proven = TEXT.replace(start, "  sync()\n" + start).replace(MOVE, 150 * (MOVE + "  sync()\n"))
+    edited = proven.replace(start, "").replace("force_limit = 60.0", "force_limit = 90.0")
+    code = [Code("urscript", t, {}, ".script") for t in (edited, proven)]
+    said = [f.reason for f in Safeguards().check(replace(good(), code=code[0], proven=code[1])) if not f.passed]
+    assert any(reason.startswith("'check_start(") and "of the proven text is gone" in reason for reason in said)
+
+
 TARE = "3.Placing/PuttingDown/tare"
 LOWER = "3.Placing/PuttingDown/lower"
 CLOSE = "1.Grasping/close"
@@ -159,6 +169,40 @@ def test_a_tare_that_is_a_pause_by_now(lines: tuple[str, ...]) -> None:
 @pytest.mark.parametrize("lines", [("  zero_ftsensor()",), ("  sleep(0.5)", "  zero_ftsensor()  # again", "  sync()")])
 def test_a_tare_beside_it_passes(lines: tuple[str, ...]) -> None:
     assert tared(*lines) == []
+
+
+DOWN = f'  move_until_contact([0.0, 0.0, -1.0], 0.03, 0.01, 3.0, 9.0, "any", "{LOWER}")'
+
+
+@pytest.mark.parametrize(
+    ("lines", "lost"),
+    [
+        (("  movel(lift_pose, a=0.5, v=0.1)", DOWN), False),
+        ((DOWN.replace("3.0, 9.0", "5.0, 9.0"), "  sleep(0.3)"), False),
+        (("  movel(lift_pose, a=0.5, v=0.1)",), True),
+        (("  movel(lift_pose, a=0.5, v=0.1)", "  # " + DOWN.strip()), True),
+        ((), False),  # that all of a step is gone is said by others
+    ],
+)
+def test_a_step_that_felt_its_way_still_does(lines: tuple[str, ...], lost: bool) -> None:
+    def code(*own: str) -> Code:
+        text = [*TEXT.splitlines()[:-3], f"  # {LOWER}: down", *own, "end"]
+        first = text.index(f"  # {LOWER}: down") + 1
+        return Code("urscript", "\n".join(text), {first: LOWER, first + len(own) + 1: CLOSE}, ".script")
+
+    asked = replace(good(), code=code(*lines), proven=code("  movel(lift_pose, a=0.5, v=0.1)", DOWN))
+    said = [f.reason for f in Safeguards().check(asked) if not f.passed]
+    assert said == [f"{LOWER} has no guarded motion any more: what is met there is hit by the motion behind it"] * lost
+
+
+def test_a_typed_step_that_felt_its_way_still_does() -> None:
+    two = [Wait(0.2, origin=LOWER), *steps(limit=None)]
+    (said,) = typed([s for s in two if not isinstance(s, MoveUntilContact)], proven=two)
+    assert said == f"{LOWER} has no guarded motion any more: what is met there is hit by the motion behind it"
+    bare = [s for s in steps() if not isinstance(s, MoveUntilContact | Monitor)]
+    gone = [s for s in steps() if not isinstance(s, Monitor)]
+    assert typed(bare, proven=gone) == []  # that all of a step is gone is said by others
+    assert typed([*two, two[-1]], proven=two) == []
 
 
 def steps(

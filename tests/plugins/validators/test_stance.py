@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+
+import numpy as np
 import pytest
 from helpers.short_runs import COUNT, SHELF, good, lying, said, touching
 from msgspec.structs import replace
@@ -32,6 +35,16 @@ def test_what_has_no_opening_is_not_to_be_covered() -> None:
 def test_a_stacked_block_of_60_mm_has_its_centre_5_mm_inside(aside: float, stands: bool) -> None:
     upper = block("upper", Pose((0.4, aside, 0.09)), size=(0.06, 0.06, 0.06))
     assert (unbalanced(upper, block("lower", Pose((0.4, 0.0, 0.03)), size=(0.06, 0.06, 0.06))) == "") is stands
+
+
+@pytest.mark.parametrize(("length", "stands"), [(0.2, True), (0.26, True), (0.34, False), (0.4, False)])
+def test_what_leans_in_a_pot_also_rests_on_its_rim(length: float, stands: bool) -> None:
+    """A bar from the floor, 50 mm beside the middle, over the rim: its middle is over the rim at 305 mm."""
+    slope = math.atan2(0.08, 0.125)
+    lean = Pose.from_rotvec((0.0, 0.0, 0.0), (0.0, -slope, 0.0))
+    middle = np.add((0.35, 0.0, 0.012), lean.rotate((length / 2, 0.0, 0.0)))
+    bar = block("bar", Pose(tuple(middle.tolist()), lean.quaternion), size=(length, 0.02, 0.01))
+    assert (unbalanced(bar, POT) == "") is stands
 
 
 def test_what_stands_on_little_needs_no_more_than_half_of_that() -> None:

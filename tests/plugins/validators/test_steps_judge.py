@@ -23,6 +23,7 @@ from cramlite.model import (
     Pose,
     SetGripper,
     SetPayload,
+    Touch,
     Wait,
     ZeroSensor,
 )
@@ -366,3 +367,12 @@ def test_only_what_a_task_pushes_and_where_a_step_says_where_it_leads() -> None:
     made = pushing(0.2)
     on_joint = tuple(replace(t, joint=Joint("slide", Pose(), 0.0, 1.0)) if t.name == "cup" else t for t in made.world.things)
     assert wrong(replace(made, world=replace(made.world, things=on_joint))) == []
+
+
+def test_what_the_hand_holds_is_carried_and_not_pushed() -> None:
+    """As by a task that lets go of a thing, and pushes it then."""
+    made = pushing(0.2)
+    assert made.rollout is not None and len(wrong(made)) == 1
+    pads = (Touch("effector/left", "cup", 5.0, 0.0), Touch("cup", "effector/right", 5.0, 0.0))
+    rows = tuple(pads if 12 <= k < 20 else () for k, row in enumerate(made.rollout.touches))
+    assert wrong(replace(made, rollout=replace(made.rollout, touches=rows, opening=made.rollout.opening * 0 + 0.06))) == []

@@ -298,6 +298,19 @@ def test_a_thing_that_is_pushed_stays_where_it_was_pushed_to() -> None:
         assert (said(JUDGE, replace(pushed, allowances=moving)) == []) is passes
 
 
+def test_what_a_task_carries_and_pushes_may_go_to_and_fro_in_the_hand() -> None:
+    """Where it ends, its place says; another task may push it, not push it back."""
+    base = good().rollout
+    assert base is not None
+    for first, task, passes in ((52, "3.Placing/PuttingDown", True), (82, "4.ParkingArms", False)):
+        way = base.poses["block"].copy()
+        way[first:, 0] += np.interp(range(first, COUNT), [first, first + 4, first + 8], [0.0, 0.8, 0.0])
+        made = posed(block=way)
+        moving = {**made.allowances, task: Allowance(moves=frozenset({"block"}))}
+        found = [w for w in said(JUDGE, replace(made, allowances=moving)) if "came back" in w]
+        assert (found == []) is passes
+
+
 def pushed(*knots: tuple[int, tuple[float, float, float]], **changes: Any) -> Candidate:
     """The candidate, in whose run a task moves the cup while the arm parks, at samples 80 to 99."""
     made = posed(cup=track(*knots))

@@ -112,7 +112,7 @@ class _Writer(Struct):
                 self.add(*leaf(step, self), origin=step.origin)
 
     def payload(self, step: SetPayload) -> list[str]:
-        """What the gripper holds beside itself, in the tool frame: the tool's own load is in its tooldata."""
+        """Load beside the gripper, in the tool frame: the tool's own load is in its tooldata."""
         gripper, mass = self.robot.gripper, step.mass - self.robot.gripper.mass
         self.load = "load0"
         if mass > 1e-3:

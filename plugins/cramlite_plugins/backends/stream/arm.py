@@ -84,7 +84,7 @@ class StreamedArm(CommandedArm):
         return float(np.linalg.norm(self.force_vector()))
 
     def zero_sensor(self) -> None:
-        """Take what is felt now for nothing."""
+        """Take the present reading as zero."""
         self.tare = np.array(self.state.wrench or (0.0,) * 6)
 
     def set_payload(self, mass: float, center: Floats) -> None:
@@ -125,7 +125,8 @@ class StreamedArm(CommandedArm):
         return not self.under_way or self._arrived()
 
     def _action(self, rate: Floats, correction: Floats) -> Action:
-        """The action of this period: the command, ahead by the lag and by what inertia leaves it behind, so that it brakes in time."""
+        """Action of this period: the command, ahead by the lag and the effect of inertia, so that it
+        brakes in time."""
         ahead = self.q + self.response.lead(rate, free=self.force_mode is None)
         hand = Action(opening=round(self.gripper.command, 6), grip=self.gripper.force)
         if self.hello.actions == "joints":

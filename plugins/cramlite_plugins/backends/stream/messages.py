@@ -1,4 +1,4 @@
-"""What is said between cramlite and a robot process, one JSON object a line (docs/how-to/drive_a_robot.md).
+"""Messages between cramlite and a robot process, one JSON object a line (docs/how-to/drive_a_robot.md).
 
 All lengths are metres, angles radians, times seconds, forces newtons; poses are of the tool centre point in the arm's base frame.
 """

@@ -78,7 +78,7 @@ class LineProcess:
         return ProcessGone(self._ended(what))
 
     def _ended(self, what: str) -> str:
-        """What is said of a process that is ended, if it did not end by itself."""
+        """Description of an ended process, if it did not end by itself."""
         if self.process.poll() is None:
             self.process.kill()
         end = "" if what.endswith((".", "!")) else "."

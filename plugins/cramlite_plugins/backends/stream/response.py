@@ -1,4 +1,4 @@
-"""What an arm must be told that is behind what it is told."""
+"""Response of an arm that lags behind its commands, and the correction for it."""
 
 from __future__ import annotations
 
@@ -49,5 +49,5 @@ class Response:
         return added
 
     def passed(self, rate: Floats, off: Floats) -> None:
-        """Take what was commanded and measured in a period that is over."""
+        """Take the command and the measurement of a finished period."""
         self.rate, self.off = rate, off

@@ -38,7 +38,7 @@ from .process import PATIENCE, LineProcess, RobotProcess
 
 
 class RobotConnection(Protocol):
-    """What answers for a robot."""
+    """Protocol of a connection to a robot."""
 
     @property
     def name(self) -> str:
@@ -93,7 +93,7 @@ def stream(loaded: ProgramText, robot: Robot, process: RobotConnection) -> Rollo
 
 
 def _refuse(program: Program, hello: Hello, name: str) -> None:
-    """Refuse what the process cannot do before anything moves."""
+    """Refuse steps that the process cannot do, before anything moves."""
     for step in walk(program.steps):
         label = step.origin or type(step).__name__
         if isinstance(step, Drive):

@@ -1,4 +1,4 @@
-"""What every Python program for ur_rtde carries: motions with limits and time-outs, the gripper, and reasons.
+"""Common code of Python programs for ur_rtde: motions with limits and time-outs, the gripper, reasons.
 
 The text below the line "# ---- " is copied into the programs that the backend ``ur_rtde`` writes, so that a program
 is one file that needs nothing but Python and the package ur-rtde. It is a module so that it is checked like all others.
@@ -114,7 +114,7 @@ class Arm:
         return list(self.receive.getActualTCPPose())
 
     def force(self) -> list[float]:
-        """What the environment applies to the tool, base axes, without the tare [N]."""
+        """Force of the environment on the tool, base axes, without the tare [N]."""
         return [f - t for f, t in zip(self.receive.getActualTCPForce()[:3], self.tare, strict=True)]
 
     # What must hold at all times
@@ -298,7 +298,7 @@ class Arm:
             raise Failed(f"{step}: an object stopped the fingers")
 
     def payload(self, mass: float, center: Vector) -> None:
-        """What hangs on the flange [kg, m]."""
+        """Load on the flange [kg, m]."""
         self.at()
         self.done(self.control.setPayload(mass, list(center)), "setPayload")
 

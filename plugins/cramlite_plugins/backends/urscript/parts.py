@@ -202,7 +202,7 @@ def header(program: Program, robot: Robot) -> list[str]:
 
 
 def _controller(robot: Robot) -> str:
-    """What the controller must be and what it must read forces from."""
+    """Needed controller, and its source of forces."""
     controller, version = controller_of(robot)
     known = f"{'CB3, ' if controller == CB3 else ''}PolyScope {version} or later"
     if robot.sensor == "flange":

@@ -106,7 +106,8 @@ def _track(times: Floats, poses: Floats) -> Track:
 
 
 def _contacts(rollout: Rollout, pairs: dict[tuple[str, str], Pair], carries: dict[tuple[str, str], Flags]) -> list[Event]:
-    """One state for each unordered pair; the effector's parts are merged. What still stands on a thing touches it."""
+    """Contact states, one for each unordered pair; the effector's parts are merged. Standing on a thing is
+    touching it."""
     forces: dict[tuple[str, str], Floats] = {}
     hands = effectors(rollout)
     for (a, b), pair in pairs.items():
@@ -138,7 +139,7 @@ def _around(rollout: Rollout) -> Iterator[tuple[tuple[str, str], Flags]]:
 
 
 def _contents(rollout: Rollout) -> list[Event]:
-    """One state for each vessel that has a fair share of what is loose in a run."""
+    """Containment states, one for each vessel with a fair share of the loose content of a run."""
     return [
         state("soma:ContainmentState", span, {"container": vessel, "content": contents_of(thing)})
         for thing, grains in rollout.grains.items()

@@ -29,7 +29,8 @@ def thing_entities(thing: Thing, rollout: Rollout) -> tuple[Entity, ...]:
 
 
 def effectors(rollout: Rollout) -> tuple[str, ...]:
-    """Return the names of the hand or gripper that acts, and of what else has finger tips: a person's other hand."""
+    """Return the names of the acting hand or gripper, and of others with finger tips: a person's other
+    hand."""
     tipped = {n.thing for n in map(EntityName.parse, rollout.poses) if n.part == "left"}
     return (rollout.effector, *sorted(tipped - {"effector", rollout.effector}))
 
@@ -59,7 +60,7 @@ def camera_entities(rollout: Rollout) -> tuple[Entity, ...]:
 
 
 def contents_entities(rollout: Rollout) -> tuple[Entity, ...]:
-    """Return the entities of what is loose in things, one for each filling."""
+    """Return the entities of loose contents, one for each filling."""
     return tuple(Entity(contents_of(thing), ("dul:Substance",)) for thing in rollout.grains)
 
 

@@ -44,7 +44,7 @@ UNSEEN = (0.5, 0.3, 5.0)
 LONGEST = 6 * 3600.0
 
 
-class Grip(Value):
+class InferredGrasp(Value):
     """Grasp that was concluded from co-motion.
 
     Args:
@@ -124,7 +124,7 @@ def _alone(grid: Grid, name: str, others: Sequence[str]) -> float:
 
 
 def hands_of(episode: Episode) -> tuple[str, ...]:
-    """Return the effector, and what else is a hand and no part of one."""
+    """Return the effector, and other hands that are no part of one."""
     others = (e.name for e in episode.entities if "soma:Hand" in e.types and e.part_of is None)
     return tuple(dict.fromkeys([*([episode.effector] if episode.effector else []), *others]))
 
@@ -164,9 +164,9 @@ def _inferred(episode: Episode, grid: Grid) -> Episode:
 
 def _all_grips(
     episode: Episode, grid: Grid, hands: Sequence[str], moving: Sequence[str]
-) -> tuple[list[Grip], dict[str, set[str]]]:
-    """The grasps of all hands, then those of one that nobody saw, and what rides on what they hold."""
-    grips: list[Grip] = []
+) -> tuple[list[InferredGrasp], dict[str, set[str]]]:
+    """Grasps of all hands, then those of an unseen one, and things that ride on a payload."""
+    grips: list[InferredGrasp] = []
     riders: dict[str, set[str]] = defaultdict(set)
     for hand in [*hands, None]:
         if hand is not None:
@@ -193,10 +193,11 @@ def _merged(found: Sequence[Loose]) -> list[Loose]:
     return list(by_name.values())
 
 
-def _held(episode: Episode, grid: Grid, hand: str, things: Sequence[str]) -> tuple[list[Grip], dict[str, set[str]]]:
-    """The grasps of one hand, and what rides on what it holds: of things that move with it at one time, it holds one."""
+def _held(episode: Episode, grid: Grid, hand: str, things: Sequence[str]) -> tuple[list[InferredGrasp], dict[str, set[str]]]:
+    """Grasps of one hand, and things that ride on its payload: of things that move with it at one time, it
+    holds one."""
     spans = [(s, _held_on(grid, n, hand, s, e), n) for n in things for s, e in _in_the_air(grid, n, hand)]
-    held: list[Grip] = []
+    held: list[InferredGrasp] = []
     riding: dict[str, set[str]] = defaultdict(set)
     for s, e, name in sorted(spans, key=lambda span: _carries(episode, grid, hand, span)):
         over = next((g for g in held if _overlap((s, e), g.span) > 0.5 * min(e - s, g.span[1] - g.span[0])), None)
@@ -229,13 +230,14 @@ def _held_on(grid: Grid, thing: str, hand: str, start: int, end: int) -> int:
     return until if until == len(grid.times) and bool(up.all()) else end
 
 
-def _steadies(grip: Grip, acting: Grip) -> bool:
-    """Whether a hand holds what the acting one holds all the while; who takes over a thing holds it longer."""
+def _steadies(grip: InferredGrasp, acting: InferredGrasp) -> bool:
+    """Whether a hand only steadies the payload of the acting one; a hand that takes it over holds it
+    longer."""
     both = _overlap(grip.span, acting.span)
     return grip.thing == acting.thing and both > 0 and (grip.span[1] - grip.span[0]) - both < HANDED_OVER / STEP
 
 
-def _left_out(grip: Grip, grid: Grid) -> Repair:
+def _left_out(grip: InferredGrasp, grid: Grid) -> Repair:
     events = tuple(_of_grips([grip], grid))
     when = (grid.time(grip.span[0]), grid.time(grip.span[1]))
     why = "it only steadies what the other hand holds; a robot with one arm does without"
@@ -243,9 +245,9 @@ def _left_out(grip: Grip, grid: Grid) -> Repair:
 
 
 def _one_after_the_other(
-    episode: Episode, grips: list[Grip], acting: str | None, grid: Grid
-) -> tuple[Episode, list[Grip]]:
-    """What hands do in turn, as done by one: the acting hand, that is where the one is that does something."""
+    episode: Episode, grips: list[InferredGrasp], acting: str | None, grid: Grid
+) -> tuple[Episode, list[InferredGrasp]]:
+    """Acts of hands that take turns, as done by one: the acting hand is where the active one is."""
     mine = [g for g in grips if g.hand == acting]
     turns = [g for g in grips if g.hand == acting or not any(_overlap(g.near, m.near) > 0 for m in mine)]
     turns.sort(key=lambda g: g.span)
@@ -268,14 +270,14 @@ def _overlap(one: Span, other: Span) -> int:
 
 
 def _carries(episode: Episode, grid: Grid, hand: str, span: tuple[int, int, str]) -> tuple[float, float, float]:
-    """Order of what is held: the larger, the steadier in the hand (by 5 mm), the nearer to it."""
+    """Order of possible payloads: the larger, the steadier in the hand (by 5 mm), the nearer to it."""
     start, end, name = span
     place = grid.place(name, hand)[start:end]
     spread = float(np.linalg.norm(place.std(axis=0)))
     return _size(episode, name), round(spread / 0.005), float(np.linalg.norm(np.median(place, axis=0)))
 
 
-def _grip(grid: Grid, hand: str, thing: str, span: Span, near: Span | None = None) -> Grip:
+def _grip(grid: Grid, hand: str, thing: str, span: Span, near: Span | None = None) -> InferredGrasp:
     """A grasp; ``near`` is when the hand is at the thing, where that does not follow from the hand's poses."""
     start, end = span
     near = near or at_its_place(grid, thing, hand, span, AT_HAND)
@@ -283,7 +285,7 @@ def _grip(grid: Grid, hand: str, thing: str, span: Span, near: Span | None = Non
     up, above = np.flatnonzero(height > height[0] + LIFTED), np.flatnonzero(height > height[-1] + LIFTED)
     lift = start + int(up[0]) if len(up) else start if start == 0 and len(above) else None
     down = start + int(above[-1]) + 1 if len(above) and end < len(grid.times) else None
-    return Grip(hand, thing, span, near, lift, down if lift is not None else None)
+    return InferredGrasp(hand, thing, span, near, lift, down if lift is not None else None)
 
 
 def _unseen_hand(episode: Episode, grid: Grid, tracked: Sequence[str]) -> str | None:
@@ -293,7 +295,7 @@ def _unseen_hand(episode: Episode, grid: Grid, tracked: Sequence[str]) -> str | 
     return lost[0] if lost else NOBODY if idle else None
 
 
-def _with_nobody(episode: Episode, held: Sequence[Grip]) -> Episode:
+def _with_nobody(episode: Episode, held: Sequence[InferredGrasp]) -> Episode:
     if not any(g.hand == NOBODY for g in held):
         return episode
     why = "things rise and stay up, and no hand that was recorded moves"
@@ -301,11 +303,11 @@ def _with_nobody(episode: Episode, held: Sequence[Grip]) -> Episode:
     return replace(episode, entities=(*episode.entities, Entity(NOBODY, ("soma:Hand",))), repairs=repairs)
 
 
-def _held_unseen(episode: Episode, grid: Grid, hand: str | None, things: Sequence[str]) -> tuple[list[Grip], dict[str, set[str]]]:
-    """Grasps by a hand of which no pose was recorded: a thing that rises and stays up was held by somebody. Of things that
-    rise together the larger is held, else the lower."""
+def _held_unseen(episode: Episode, grid: Grid, hand: str | None, things: Sequence[str]) -> tuple[list[InferredGrasp], dict[str, set[str]]]:
+    """Grasps by a hand without poses: a thing that rises and stays up was held. Of things that rise
+    together the larger is held, else the lower."""
     spans = [(s, e, n) for n in things for s, e in _flights(grid, n)] if hand is not None else []
-    held: list[Grip] = []
+    held: list[InferredGrasp] = []
     riding: dict[str, set[str]] = defaultdict(set)
     margin = round(UNSEEN[1] / STEP)
     for s, e, name in sorted(spans, key=lambda span: (_size(episode, span[2]), float(grid.poses[span[2]][span[0], 2]))):
@@ -336,7 +338,7 @@ def _size(episode: Episode, name: str) -> float:
     return -float(np.linalg.norm(entity.size)) if entity is not None and entity.size is not None else 0.0
 
 
-def _acting(episode: Episode, grips: Sequence[Grip], grid: Grid) -> str | None:
+def _acting(episode: Episode, grips: Sequence[InferredGrasp], grid: Grid) -> str | None:
     """The hand that moves things farthest (by 0.1 m); of two that do the same the right one, as with most people."""
     ways: dict[str, float] = defaultdict(float)
     for g in grips:
@@ -348,15 +350,16 @@ def _right_first(hand: str) -> bool:
     return "right" not in hand.lower()
 
 
-def _of_grips(grips: Sequence[Grip], grid: Grid) -> Iterator[Event]:
+def _of_grips(grips: Sequence[InferredGrasp], grid: Grid) -> Iterator[Event]:
     for g in grips:
         near, span = ((grid.time(s), grid.time(e)) for s, e in (g.near, g.span))
         yield Event("", "soma:ContactState", "state", *near, {"a": g.hand, "b": g.thing}, True)
         yield Event("", "cram:GraspState", "state", *span, {"gripper": g.hand, "object": g.thing}, True)
 
 
-def _labels(grips: Sequence[Grip], grid: Grid) -> Iterator[Event]:
-    """What was done with held things that no state shows. A thing that is shaken is shaken, however it is tilted meanwhile."""
+def _labels(grips: Sequence[InferredGrasp], grid: Grid) -> Iterator[Event]:
+    """Actions on held things that no state shows. A shaken thing is shaken, however it is tilted
+    meanwhile."""
     for g in grips:
         if g.lift is None:
             continue
@@ -368,8 +371,8 @@ def _labels(grips: Sequence[Grip], grid: Grid) -> Iterator[Event]:
             yield from (Event("", type_, "action", grid.time(s), grid.time(e), roles, True) for s, e in found)
 
 
-def _standing(episode: Episode, grips: Sequence[Grip], grid: Grid) -> tuple[list[Event], list[Entity]]:
-    """What things that were lifted stand on before and after: by shapes, or on something that has none."""
+def _standing(episode: Episode, grips: Sequence[InferredGrasp], grid: Grid) -> tuple[list[Event], list[Entity]]:
+    """Supports of lifted things before and after: by shapes, or an entity without a shape."""
     free = [(g.thing, grid.time(g.lift), grid.time(g.down if g.down is not None else g.span[1])) for g in grips if g.lift is not None]
     known = resting(episode, free)
     carried = {e.roles["supportee"] for e in known if e.type == "soma:SupportState"}

@@ -70,7 +70,7 @@ def _grasps_of(hand: str, rollout: Rollout, pairs: dict[tuple[str, str], Pair]) 
 
 
 def _pressing(pairs: dict[tuple[str, str], Pair], pad: str, thing: str) -> Pair | None:
-    """What a pad exerts on a thing and all its parts."""
+    """Force of a pad on a thing and all its parts."""
     mine = [p for (a, b), p in pairs.items() if a == pad and thing_of(b) == thing]
     return Pair(sum(p.force for p in mine), sum(p.lift for p in mine)) if mine else None  # type: ignore[arg-type]
 
@@ -88,7 +88,7 @@ def _slipping(inside: Floats, rollout: Rollout, frame: str) -> Flags:
 
 
 def _others_lift(pairs: dict[tuple[str, str], Pair], hand: str, thing: str, rollout: Rollout) -> Floats:
-    """With what force all but the hand pushes a thing up, (N,) [N]."""
+    """Upward force on a thing from all but the hand, (N,) [N]."""
     lifts = [p.lift for (a, b), p in pairs.items() if thing_of(b) == thing and thing_of(a) not in (thing, hand)]
     return np.asarray(sum(lifts, np.zeros(len(rollout.times))))
 

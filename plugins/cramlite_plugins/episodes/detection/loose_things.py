@@ -1,4 +1,5 @@
-"""Contents in recordings: many things alike that stay within a vessel, or that lie on what is moved, become one entity.
+"""Contents in recordings: many like things that stay within a vessel, or lie on a moved thing, become one
+entity.
 
 Grains are recorded one by one, and nobody handles a grain. ``contents(cup)`` stands for those that were in the cup at first;
 ``ContainmentState`` says in which vessels they are, and the extra ``count:contents(cup):bowl`` how many, at each instant of
@@ -50,17 +51,19 @@ class Loose(Value):
 
 
 def contents_named(vessel: str) -> str:
-    """Return the name of the entity that stands for what a vessel held at first."""
+    """Return the name of the entity of a vessel's first content."""
     return f"contents({vessel})"
 
 
 def alike(name: str) -> str:
-    """Return what things that are alike have in common in their names: "particle12" and "Particle_C_3" without the number."""
+    """Return the common part of the names of like things: "particle12" and "Particle_C_3" without the
+    number."""
     return re.sub(r"[\W_]*\d+$", "", name)
 
 
 def find_contents(episode: Episode, grid: Grid, things: Sequence[str], hands: Sequence[str]) -> tuple[Loose, ...]:
-    """Find what is contents: ``MANY`` things alike that are within the same vessel at first, and that no hand moves alone.
+    """Find contents: at least ``MANY`` like things that start within one vessel, and that no hand moves
+    alone.
 
     A small thing that a hand moves alone is contents, too, where a hand carries a vessel with ``MANY`` others of its kind:
     it sticks to the hand.
@@ -110,7 +113,7 @@ def _first_vessel(at: NDArray[np.intp]) -> int:
 
 
 def _grouped(first: Mapping[str, str], out: set[str]) -> dict[tuple[str, str], list[str]]:
-    """Things that nobody takes out, by their first vessel and what is alike in their names."""
+    """Things that nobody takes out, by their first vessel and the common part of their names."""
     found: dict[tuple[str, str], list[str]] = defaultdict(list)
     for name, vessel in first.items():
         if name not in out:
@@ -137,7 +140,7 @@ def _taken_out(grid: Grid, name: str, at: NDArray[np.intp], vessels: list[str], 
 
 
 def carried_along(episode: Episode, grid: Grid, carrier: str, members: Iterable[str], things: Iterable[str]) -> Loose:
-    """Return what lies on a carrier that is moved as its contents: there while it is no farther from it than at first.
+    """Return the things on a moved carrier as its contents: there while no farther from it than at first.
 
     Args:
         things: frames that may be vessels, too.

@@ -83,7 +83,7 @@ def over(a: OrientedBox, b: OrientedBox) -> bool:
     return _separation(a, b, [*a.sides(), *b.sides()]) < 0
 
 
-def within(inner: OrientedBox, outer: OrientedBox, slack: float) -> bool:
+def is_inside_outline(inner: OrientedBox, outer: OrientedBox, slack: float) -> bool:
     """Check whether one box is inside the outline of another, seen from above; it may stand out by the slack [m]."""
     return all(
         float((outer.corners @ n).min()) - slack <= float((inner.corners @ n).min())

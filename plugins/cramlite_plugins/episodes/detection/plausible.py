@@ -1,4 +1,4 @@
-"""What recordings of poses cannot be: pauses of minutes in which nothing was recorded, and hands faster than any."""
+"""Implausible recordings of poses: pauses of minutes without poses, and hands faster than any."""
 
 from __future__ import annotations
 

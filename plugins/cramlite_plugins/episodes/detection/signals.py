@@ -62,7 +62,7 @@ def close_gaps(on: Flags, times: Floats, gap: float = GAP) -> Flags:
 
 
 def drop_short(on: Flags, times: Floats) -> Flags:
-    """Drop what holds for less than GAP."""
+    """Drop signals shorter than GAP."""
     kept = np.zeros_like(on)
     for start, end in runs(on):
         kept[start:end] = np.ptp(span_of(start, end, times)) >= GAP

@@ -11,7 +11,7 @@ import numpy as np
 from cramlite.model import Episode, Event, Floats, Geom
 
 from ...shapes.convex import hull_planes
-from .oriented_box import OrientedBox, box_of, over, separation, within
+from .oriented_box import OrientedBox, box_of, is_inside_outline, over, separation
 
 #: An underside this near to a top face [m] stands on it; trackers and drawn models are about this exact.
 NEAR = 0.015
@@ -73,7 +73,7 @@ def _at_rest(episode: Episode, name: str, span: tuple[float, float]) -> list[Eve
 def encloses(outer: OrientedBox, inner: OrientedBox) -> bool:
     """Check whether a thing lies in another: seen from above it is inside, and its lower half at least is below the rim."""
     middle = (inner.low + inner.high) / 2
-    return within(inner, outer, TOUCH) and outer.low - TOUCH <= inner.low and middle <= outer.high
+    return is_inside_outline(inner, outer, TOUCH) and outer.low - TOUCH <= inner.low and middle <= outer.high
 
 
 def _hollow(episode: Episode, name: str, box: OrientedBox, time: float) -> bool:

@@ -1,4 +1,5 @@
-"""Detection of pegs in holes: what is threaded rattles, and losing contact for a moment takes nothing off.
+"""Detection of pegs in holes: a threaded thing rattles, and losing contact for a moment does not take it
+off.
 
 A peg that stands is loose in a hole that rests around it, and need not touch it: the hole is on it for as long as the peg is in it.
 """
@@ -33,7 +34,7 @@ def threaded(rollout: Rollout) -> Iterator[tuple[str, str, Flags]]:
 
 
 def around_standing(hanger: Thing) -> bool:
-    """Return whether the peg of a thing stands: what is threaded onto it is on it without touching it."""
+    """Return whether a peg stands upright: a thing threaded onto it is on it without touching it."""
     peg = hanger.feature("vrps:Peg")
     return peg is not None and stands((hanger.pose * peg.pose).rotate((0.0, 0.0, 1.0)))
 

@@ -36,7 +36,8 @@ def episode_of(parts: Parts) -> Episode:
 
 
 def _one_clock(parts: Parts, tracks: dict[str, Track]) -> None:
-    """Events that count from the start of a recording whose poses are dated are dated, too: from when what moves was first seen."""
+    """Events dated like the poses, if they count from the start of the recording: from the first pose of a
+    moving thing."""
     spans = [(float(t.times[0]), float(t.times[-1])) for t in tracks.values() if len(t.times) > 1 and np.ptp(t.poses, axis=0).any()]
     first, last = min((s for s, _ in spans), default=0.0), max((e for _, e in spans), default=0.0)
     ends = [e.end for e in parts.events]
@@ -60,7 +61,7 @@ def _from_motion(episode: Episode) -> Episode:
 
 
 def _with_hands(episode: Episode, parts: Parts) -> Episode:
-    """What is named like a hand is one, also where no pose of it was seen."""
+    """Effectors by their names, also where no pose of a hand was seen."""
     unseen = [Entity(n, ()) for n in parts.rows if _is_hand(n) and episode.known(n) is None]
     known = (*episode.entities, *unseen)
     named = {e.name for e in known if not e.types and e.part_of is None and _is_hand(e.name)}
@@ -74,7 +75,8 @@ def _is_hand(name: str) -> bool:
 
 
 def _with_links(episode: Episode, parts: Parts) -> Episode:
-    """Links that never move in their parent are its parts, and what was recorded at one instant is where it was: no track."""
+    """Links that never move in their parent become its parts, without tracks; poses of one instant become
+    its place."""
     links = {n: p for n, p in rigid_links(parts.rows).items() if n in episode.tracks and p in episode.tracks}
     tracks = {n: t for n, t in episode.tracks.items() if len(t.times) > 1}
     entities = []
@@ -139,7 +141,7 @@ def _acyclic(entities: dict[str, Entity], parts: Parts) -> tuple[Entity, ...]:
 
 
 def _guess_effector(events: tuple[Event, ...], tracks: dict[str, Track]) -> str | None:
-    """Who grasps or performs; else the frame named like a hand that was recorded most often."""
+    """Effector: the one that grasps or performs; else the frame named like a hand with the most poses."""
     acting = [r for e in events for k, r in e.roles.items() if k in ("gripper", "performer")]
     if acting:
         return max(sorted(set(acting)), key=acting.count)

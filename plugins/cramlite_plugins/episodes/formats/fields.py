@@ -52,12 +52,12 @@ def compact(iri: str) -> str:
 
 
 def local_name(iri: str) -> str:
-    """Return what follows the last # or /: RobCoG's generations differ in their namespaces only."""
+    """Return the name after the last # or /: RobCoG's generations differ in their namespaces only."""
     return re.split(r"[#/]", iri)[-1]
 
 
 def entity_fields(entity: Entity) -> Fields:
-    """Encode an entity as fields; what is unknown is left out."""
+    """Encode an entity as fields; unknown ones are left out."""
     fields = {"name": entity.name, "types": json.dumps(entity.types)}
     if entity.part_of is not None:
         fields["partOf"] = entity.part_of

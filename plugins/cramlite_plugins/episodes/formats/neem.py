@@ -91,7 +91,7 @@ def read_neem(path: Path | str) -> Episode | None:
 
 
 def _files(path: Path) -> list[Path]:
-    """The files of one episode, maps and events first: triples fill in only what these lack."""
+    """Files of one episode, maps and events first: triples fill only their gaps."""
     if path.is_file():
         return [path]
     owl = sorted(f for f in path.glob("*") if f.is_file() and f.suffix.lower() in RDF)

@@ -104,7 +104,7 @@ def _read_dump(file: Path, parts: Parts) -> None:
 
 
 def add_triples(parts: Parts) -> None:
-    """Add what statements say, where RobCoG's own files do not.
+    """Add the content of statements that RobCoG's own files lack.
 
     To be called once all files are read, because statements about one event may stand in several collections.
     """

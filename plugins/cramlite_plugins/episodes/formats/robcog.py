@@ -100,7 +100,7 @@ def _order(properties: dict[str, list[str]]) -> float:
 
 
 def experiment(found: Individuals) -> dict[str, list[str]]:
-    """Return what is said of the experiment itself; empty if nothing is."""
+    """Return the properties of the experiment itself; empty if there are none."""
     return next((p for p in found.values() if _is_experiment(p)), {})
 
 

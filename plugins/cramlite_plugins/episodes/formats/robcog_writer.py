@@ -70,7 +70,8 @@ def _document(lines: Iterator[str]) -> str:
 
 
 def _fragment(name: str) -> str:
-    """A name as the end of an IRI. What goes before a + is the kind: no quoted name has one, so kinds never clash."""
+    """Name as the end of an IRI. The text before a + is the kind: no quoted name has one, so kinds never
+    clash."""
     kind, plus, rest = name.rpartition(_PLUS)
     return f"{kind}+{quote(rest, safe='')}" if plus else quote(name, safe="")
 

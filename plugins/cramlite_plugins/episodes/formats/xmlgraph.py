@@ -68,7 +68,7 @@ def parse(path: Path) -> Graph:
 
 
 def _complaint(error: Exception) -> tuple[str, str]:
-    """Where, as ":line" or "", and what a parser of rdflib objects to, without the bytes that it shows."""
+    """Place, as ":line" or "", and complaint of a parser of rdflib, without the bytes that it shows."""
     if isinstance(error, SAXParseException):
         return f":{error.getLineNumber()}", error.getMessage()
     before = getattr(error, "lines", None)  # of Turtle: lines that end before
@@ -77,7 +77,8 @@ def _complaint(error: Exception) -> tuple[str, str]:
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """rdflib logs a traceback for each literal that is not of its datatype; readers report what matters themselves."""
+    """Silence rdflib's log of each literal that is not of its datatype; readers report the ones that
+    matter."""
     logger = logging.getLogger("rdflib.term")
     before = logger.disabled
     logger.disabled = True
@@ -104,7 +105,8 @@ def _check_xml(path: Path, text: str) -> None:
 
 
 def individuals(graph: Graph) -> Individuals:
-    """Return what a graph says of each subject, by local names: RobCoG's generations differ in namespaces only."""
+    """Return the statements about each subject, by local names: RobCoG's generations differ in namespaces
+    only."""
     found: Individuals = {}
     for s, p, o in graph:
         found.setdefault(local_name(str(s)), {}).setdefault(local_name(str(p)), []).append(str(o))

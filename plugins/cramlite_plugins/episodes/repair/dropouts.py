@@ -79,7 +79,7 @@ def _absences(episode: Episode, longest: float) -> Iterator[Dropout]:
 
 
 def _wholes(event: Event, episode: Episode) -> set[str]:
-    """Who takes part in an event, parts counted as their wholes."""
+    """Participants of an event, parts counted as their wholes."""
     return {episode.whole(filler) for filler in event.roles.values()}
 
 
@@ -116,7 +116,7 @@ def _pauses(group: list[Event]) -> Iterator[tuple[float, float]]:
 
 
 def _absence(episode: Episode, thing: str, hand: str | None, start: float, end: float) -> Dropout | None:
-    """What was lost, if it is back at its place; None if it may really have been let go."""
+    """Lost state, if its thing is back at its place; None if it may really have been let go."""
     before, after = start - MARGIN, end + MARGIN
     if hand is not None:
         at = [(episode.pose_at(hand, t), episode.pose_at(thing, t)) for t in (before, after)]
@@ -219,7 +219,7 @@ def _pairs(events: list[Event]) -> Iterator[tuple[Event, Event]]:
 
 
 def signature(event: Event) -> tuple[object, ...]:
-    """Return what a state says, without its times; the sides of a contact are equal."""
+    """Return a state without its times; the sides of a contact are equal."""
     symmetric = event.type == "soma:ContactState"
     return event.type, tuple(sorted(event.roles.values()) if symmetric else sorted(event.roles.items()))
 

@@ -30,7 +30,8 @@ def episode_repairs() -> Iterable[EpisodeRepair]:
 
 
 def local(name: str) -> str:
-    """Return a name without its namespace: of an IRI the last part, of a CURIE what follows the prefix, no leading slash."""
+    """Return a name without its namespace: the last part of an IRI, a CURIE without prefix, no leading
+    slash."""
     bare = name.strip("<>")
     if "://" in bare:
         return re.split(r"[#/]", bare.rstrip("#/"))[-1]
@@ -39,7 +40,7 @@ def local(name: str) -> str:
 
 
 def unlabelled(name: str) -> str:
-    """Return a name without what Unreal's editor adds, in lower case."""
+    """Return a name without the additions of Unreal's editor, in lower case."""
     return _UNREAL.sub("", local(name)).lower()
 
 
@@ -109,7 +110,7 @@ def _joined(one: Entity, other: Entity) -> Entity:
 
 
 def _with_fingers(episode: Episode) -> Episode:
-    """What is named after a hand, and like a part of one, is a part of it."""
+    """Entity named after a hand and like a part of one, as a part of it."""
     hands = [e.name for e in episode.entities if e.part_of is None and (e.name == episode.effector or "soma:Hand" in e.types)]
     of = {e.name: hand for e in episode.entities for hand in hands if e.part_of is None and _is_part(e, hand)}
     if not of:

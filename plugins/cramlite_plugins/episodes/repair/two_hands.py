@@ -85,7 +85,7 @@ def handovers(episode: Episode) -> Iterator[Handover]:
 
 
 def _chain(found: Sequence[Handover]) -> list[Handover]:
-    """Those that follow one thing from hand to hand, in order: whoever took last is the one who gives."""
+    """Passings that follow one thing from hand to hand, in order: the last taker gives next."""
     chain: list[Handover] = []
     for one in sorted(found, key=lambda h: h.time):
         if not chain or one.given.roles["gripper"] == chain[-1].taken.roles["gripper"]:
@@ -124,7 +124,7 @@ class _Acting:
             yield replace(event, start=start, end=end, roles=roles)
 
     def is_passing(self, event: Event) -> bool:
-        """Whether a state is what the hand that does not act does to the thing while it is passed on."""
+        """Whether a state is the passive hand's action on the thing while it is passed on."""
         who = {thing_of(f) for f in event.roles.values()}
         hands = who & self.hands
         return bool(hands) and self.name not in hands and any(

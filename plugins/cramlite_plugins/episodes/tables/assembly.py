@@ -59,7 +59,8 @@ def _episode(file: Path, mapping: Mapping, table: Table, found: Recorded) -> Epi
 
 
 def _following(episode: Episode, mapping: Mapping) -> Episode:
-    """Whoever opens or closes a drawer or a door follows it on its rails or hinge: an action, and no grasp as of what is carried."""
+    """Opening or closing as an action: the hand follows a drawer or door on its rails or hinge, without a
+    grasp."""
     opened = {n for n, t in mapping.things.items() if t.opens is not None}
     held = [e for e in episode.events if e.type == "cram:GraspState" and e.roles["object"] in opened]
     repairs, events = list(episode.repairs), {e.id: e for e in episode.events}

@@ -93,7 +93,7 @@ class ShapeSpec(Spec):
 
 
 class PlaceSpec(Spec):
-    """Pose of what was not tracked, in the recording's unit, axes and kind of rotation."""
+    """Pose of an untracked thing, in the recording's unit, axes and kind of rotation."""
 
     position: tuple[Number, Number, Number]
     rotation: tuple[Number, ...] = ()
@@ -220,7 +220,7 @@ class Mapping(Spec):
 
 
 def _agreed(key: str, said: str | None, stated: str | None) -> str | None:
-    """What the mapping says, or what the file states of itself."""
+    """Statement of the mapping, or of the file itself."""
     if said is not None and stated is not None and said != stated:
         raise UserError(f"'{key}: {said}' contradicts the recording's own header, which says {stated}; leave '{key}' out.")
     return said or stated

@@ -66,7 +66,7 @@ def read_hand(source: Source, stated: HandFile, last: int | None = None, link: P
     pads = find_pads(where, hand.model, states, hand.pair, named)
     pads = _at_site(where, source, spec, pads, stated.tcp)
     linkage = _linkage(hand, pads, controls, states, lengths)
-    linkage = _within(where, linkage, stated.opening)
+    linkage = _limited_stroke(where, linkage, stated.opening)
     force, more = _force(where, spec, hand, linkage, stated)
     friction = float(hand.model.geom_friction[pads.left[0], 0])
     own = _name_pads(spec, pads)
@@ -182,7 +182,7 @@ def _weights(hand: Driven, signs: Floats) -> Floats:
     return weights
 
 
-def _within(where: Path, linkage: Linkage, opening: tuple[float, float] | None) -> Linkage:
+def _limited_stroke(where: Path, linkage: Linkage, opening: tuple[float, float] | None) -> Linkage:
     """The part of the stroke that is stated to be used."""
     if opening is None:
         return linkage

@@ -27,7 +27,7 @@ ALWAYS = 0.9  # share of random postures in which shapes that overlap by constru
 SAMPLES = 50
 
 
-class Part(Value):
+class RigidPart(Value):
     """What moves with one joint, or stands still: the bodies of the file that are fixed to each other.
 
     Args:
@@ -63,14 +63,14 @@ def posed(source: Source, chain: Chain) -> Posed:
     return Posed(source.urdf, source.model, data)
 
 
-def parts_of(at_zero: Posed, chain: Chain) -> tuple[Part, ...]:
+def parts_of(at_zero: Posed, chain: Chain) -> tuple[RigidPart, ...]:
     """Return the base and the links; the model stands where the file's base does."""
     model, first = at_zero.model, (chain.base, *chain.bodies)
     found = []
     for k, b in enumerate(first):
         before = at_zero.body(first[max(k - 1, 0)])
         fixed = [b] if b == chain.bodies[-1] or b == 0 else [b, *_fixed(model, b)]
-        found.append(Part(("base_link", *chain.links)[k], tuple(fixed), before.inverse() * at_zero.body(b)))
+        found.append(RigidPart(("base_link", *chain.links)[k], tuple(fixed), before.inverse() * at_zero.body(b)))
     return tuple(found)
 
 
@@ -101,7 +101,7 @@ def write_model(
     return _text(name, at_zero, chain, table, parts, tool, sorted({*known, *pairs})), said
 
 
-def _excluded(model: Any, parts: Sequence[Part]) -> Iterator[tuple[str, str]]:
+def _excluded(model: Any, parts: Sequence[RigidPart]) -> Iterator[tuple[str, str]]:
     """Pairs of parts between which the file excludes contacts."""
     owner = {b: p.name for p in parts for b in p.bodies}
     for signature in model.exclude_signature:
@@ -111,7 +111,7 @@ def _excluded(model: Any, parts: Sequence[Part]) -> Iterator[tuple[str, str]]:
 
 
 def _text(
-    name: str, at_zero: Posed, chain: Chain, table: Table, parts: Sequence[Part], tool: tuple[str, str],
+    name: str, at_zero: Posed, chain: Chain, table: Table, parts: Sequence[RigidPart], tool: tuple[str, str],
     apart: Iterable[tuple[str, str]],
 ) -> str:  # fmt: skip
     meshes: dict[str, str] = {}
@@ -159,7 +159,7 @@ def _servos(model: Any, chain: Chain, table: Table) -> str:
     return "".join(lines)
 
 
-def _inertial(at_zero: Posed, part: Part) -> str:
+def _inertial(at_zero: Posed, part: RigidPart) -> str:
     """Mass, centre and inertia of all bodies of a part, in the frame of the first."""
     model, data, frame = at_zero.model, at_zero.data, at_zero.body(part.bodies[0])
     masses = model.body_mass[list(part.bodies)]
@@ -175,7 +175,7 @@ def _inertial(at_zero: Posed, part: Part) -> str:
     return f'<inertial pos="{_line(where)}" mass="{mass:.9g}" fullinertia="{_line(full)}"/>'
 
 
-def _geoms(at_zero: Posed, part: Part, meshes: dict[str, str]) -> Iterator[str]:
+def _geoms(at_zero: Posed, part: RigidPart, meshes: dict[str, str]) -> Iterator[str]:
     model, data, back = at_zero.model, at_zero.data, at_zero.body(part.bodies[0]).inverse()
     own_world = part.bodies[0] > 0 or at_zero.urdf  # an MJCF's world is the room, not the arm's base
     shown = [g for g in range(model.ngeom) if own_world and int(model.geom_bodyid[g]) in part.bodies]

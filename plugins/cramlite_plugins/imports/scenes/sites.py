@@ -97,7 +97,7 @@ def _place(thing: Thing, site: tuple[Pose, Floats] | None, name: str) -> Feature
     if 2 * z >= DEEP and ((low < middle) & (middle < high) & (low < top + OVER) & (top - OVER < high)).all() and _hollow(thing, middle):
         roof, floor = _next(thing, pose)
         if roof is None or floor is not None or roof >= z:
-            return _within(pose, float(z), name, size, roof, floor)
+            return _cavity_of_site(pose, float(z), name, size, roof, floor)
     if 4 * x * y < LARGE or 2 * min(x, y) < NARROW:
         return None
     return _upon(thing, pose, float(z), name, size)
@@ -112,7 +112,7 @@ def _next(thing: Thing, pose: Pose) -> tuple[float | None, float | None]:
     return roof, floor
 
 
-def _within(pose: Pose, half: float, name: str, size: dict[str, float], roof: float | None, floor: float | None) -> Feature:
+def _cavity_of_site(pose: Pose, half: float, name: str, size: dict[str, float], roof: float | None, floor: float | None) -> Feature:
     """The cavity that a site fills, down to the floor below that; of one with a roof, which nothing comes into from above, the area below,
     with the room over it."""
     if roof is None or floor is None:

@@ -26,6 +26,10 @@ OPTIONS = {
     "ccd_iterations": (0, 10_000),
 }  # fmt: skip
 """Options and their bounds: MuJoCo's defaults are 2 ms, 100, 50, 0 and 35."""
+HEAVIEST = 100.0
+"""Acceleration of a scene, along any axis [m/s2]: ten times the earth's, four times Jupiter's."""
+PLANE = 1e6
+"""Largest half length of a plane [m]; MuJoCo draws planes so far, and none has an end."""
 LARGEST = 100.0
 """A scene that reaches farther [m] is in another unit: the largest kitchens are 20 m long."""
 
@@ -80,6 +84,7 @@ def read_source(path: Path, packages: Mapping[str, Path], keyframe: str = "") ->
     _start(path, model, data, keyframe)
     mujoco.mj_forward(model, data)
     _check_numbers(path, model, data)
+    _check_shapes(path, model, data)
     _check_up(path, model)
     return Source(path, urdf, spec, model, data, tuple(dict.fromkeys(warned)))
 
@@ -147,6 +152,20 @@ def _check_numbers(path: Path, model: Any, data: Any) -> None:
             )
 
 
+def _check_shapes(path: Path, model: Any, data: Any) -> None:
+    """Refuse shapes that are endless, or beyond what scenes are in."""
+    for g in range(model.ngeom):
+        plane = model.geom_type[g] == mujoco.mjtGeom.mjGEOM_PLANE
+        reach, most = (model.geom_size[g][:2].max(), PLANE) if plane else (model.geom_rbound[g], LARGEST)
+        if not (np.isfinite([*data.geom_xpos[g], *data.geom_xmat[g]]).all() and reach <= most):
+            what, body = model.geom(g).name, model.body(model.geom_bodyid[g]).name
+            size = f"reaches {float(reach):.6g} m" if np.isfinite(reach) else "is of no finite size"
+            raise UserError(
+                f"{path}:{_line(path, what or body)}: the shape {f'{what!r} ' if what else ''}of body '{body}' {size}; up to {most:g} m is "
+                "taken. If it is in millimetres, scale it by 0.001."
+            )
+
+
 def _check_options(path: Path, model: Any) -> None:
     """Refuse options with which a step never ends, or nothing ever moves."""
     for name, (least, most) in OPTIONS.items():
@@ -158,6 +177,9 @@ def _check_options(path: Path, model: Any) -> None:
 def _check_up(path: Path, model: Any) -> None:
     """Refuse a scene that falls another way than down: its things would stand on their sides."""
     down = np.array(model.opt.gravity)
+    if not np.abs(down).max() <= HEAVIEST:
+        said = ", ".join(f"{v:g}" for v in down)
+        raise UserError(f"{path}:{_line(path, 'gravity')}: gravity is ({said}) m/s2; up to {HEAVIEST:g} m/s2 along an axis is taken.")
     if np.linalg.norm(down) > 1.0 and -down[2] < LEVEL * np.linalg.norm(down):
         said = ", ".join(f"{v:g}" for v in down)
         raise UserError(

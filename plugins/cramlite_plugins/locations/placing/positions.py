@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import shapely
-from scipy.stats import qmc
+from numpy.typing import NDArray
 
 from cramlite.model import Floats, Pose
 
@@ -209,11 +209,30 @@ def _rounded(point: Iterable[float]) -> Offset:
 def _rounds(area: Any) -> Iterator[Floats]:
     """Points (n, 2) of a Halton sequence over the box around an area that are in it, round by round."""
     low, high = np.reshape(area.bounds, (2, 2))
-    sequence = qmc.Halton(2, scramble=False)
-    sequence.fast_forward(1)  # its first point is a corner
+    first = 1  # the point before that is a corner
     for k in itertools.count():
-        points = low + sequence.random(FIRST * 2 ** min(k, 10)) * (high - low)
+        count = FIRST * 2 ** min(k, 10)
+        points = low + halton(first, count) * (high - low)
+        first += count
         yield points[shapely.contains_xy(area, points)]
+
+
+def halton(first: int, count: int) -> Floats:
+    """Return points (count, 2) of the Halton sequence in bases 2 and 3, from the one of a number on, from 0.
+
+    SciPy has the same, in a package whose import takes longer than many a query.
+    """
+    return np.stack([_mirrored(np.arange(first, first + count), base) for base in (2, 3)], axis=1)
+
+
+def _mirrored(numbers: NDArray[np.int_], base: int) -> Floats:
+    """Numbers with their digits mirrored about the point."""
+    found, worth = np.zeros(len(numbers)), 1.0 / base
+    while numbers.any():
+        numbers, digits = np.divmod(numbers, base)
+        found += worth * digits
+        worth /= base
+    return found
 
 
 def roomiest(area: Any) -> Offset:

@@ -28,7 +28,7 @@ from ...shapes.surfaces import footprint, resting_height
 from ...shapes.tipping_over import tipped_over
 from ..parameters import Where
 from .at_rest import CLOSE, DROPS, PALM_UP, is_uneven, leaning, must_lean, resting_poses
-from .checks import OFF_WALLS, WELL_IN, clear
+from .checks import OFF_WALLS, WELL_IN, clear, supported
 from .positions import Offset, free_for, middle, positions_on, rectangle
 from .query import Placement, Query
 
@@ -91,6 +91,11 @@ def stable_poses(queries: list[Query], now: Pose) -> Iterator[Rest | Refused]:
     if first.uneven:
         return
     if not (why := must_lean(first, now)):
+        if first.under and not any(_stands(rest) for rest in _upright(queries[:1], now)):
+            none = f"nor would it come to rest on '{first.entity}', let go of in any of {DROPS} ways"
+            yield from _upright(queries[:1], now)
+            yield from _simulated(first, resting_poses(first, now), now, ONTO, none)
+            queries = queries[1:]
         yield from _upright(queries, now)
         return
     near = replace(first, clearance=CLOSE)
@@ -120,6 +125,11 @@ def _upright(queries: list[Query], now: Pose) -> Iterator[Rest]:
         yaws = _turns(query, now, offset, YAWS if k < len(queries) else FEW_YAWS)
         for yaw in FACING if query.where.facing else (*yaws, *((GOLDEN * k % 360,) if k else ())):
             yield standing_at(query, now, offset, yaw, PER_PLACE * k)
+
+
+def _stands(rest: Rest) -> bool:
+    """Whether what is below carries it there."""
+    return not supported(Placement(rest.name, rest.thing, rest.thing, rest.thing, 0.0), rest.query)
 
 
 def standing_at(query: Query, now: Pose, offset: Offset, yaw: float = 0.0, cost: float = 0.0) -> Rest:

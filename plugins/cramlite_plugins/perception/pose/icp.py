@@ -25,7 +25,7 @@ _DAMPING = 0.004 * np.diag(np.array([0.05, 0.05, 0.05, 1, 1, 1], np.float32) ** 
 """Of the strongest constraint; a product's half length, 5 cm, makes turns of shifts [m]."""
 
 
-class Stage(Value):
+class RegistrationStage(Value):
     """One stage of coarse-to-fine registration.
 
     Args:
@@ -67,7 +67,7 @@ def spread(points: Floats32, count: int) -> Floats32:
     return points if len(points) <= count else points[np.linspace(0, len(points) - 1, count).astype(np.int64)]
 
 
-def register(model: PoseModel, scene: Floats32, starts: PoseBatch, stage: Stage, outline: Outline) -> PoseBatch:
+def register(model: PoseModel, scene: Floats32, starts: PoseBatch, stage: RegistrationStage, outline: Outline) -> PoseBatch:
     """Refine all initial poses by Gauss-Newton iterations of one stage.
 
     Args:
@@ -113,7 +113,7 @@ def dot(a: Batch, b: Batch) -> Batch:
 
 
 def _surface_terms(
-    model: PoseModel, points: Floats32, turn: Batch, shift: Batch, ray: Floats32, reach: float, stage: Stage
+    model: PoseModel, points: Floats32, turn: Batch, shift: Batch, ray: Floats32, reach: float, stage: RegistrationStage
 ) -> tuple[Batch, Batch]:
     moved = turn @ points + shift[:, :, None]
     nearest, normals, facing = match(model, moved, np.asarray(turn @ ray))
@@ -131,7 +131,7 @@ def _surface_terms(
 
 
 def _outline_terms(
-    surface: tuple[Floats32, Floats32], turn: Batch, shift: Batch, ray: Floats32, outline: Outline, stage: Stage
+    surface: tuple[Floats32, Floats32], turn: Batch, shift: Batch, ray: Floats32, outline: Outline, stage: RegistrationStage
 ) -> tuple[Batch, Batch]:
     """Model points whose pixels show what is behind the object are drawn back into it."""
     points, normals = surface

@@ -25,15 +25,15 @@ def plausible(inputs: Inputs) -> Mapping[str, Any]:
     for fit in fits:
         factor, why = _possible(fit, models[fit.model], inputs)
         weighed.append(Fit(fit.model, fit.pose, fit.score * factor, f"{fit.reason}; {why}" if why else fit.reason))
-    return _said(sorted(weighed, key=lambda f: -f.score), models)
+    return _values_of_best(sorted(weighed, key=lambda f: -f.score), models)
 
 
 def best_fit(inputs: Inputs) -> Mapping[str, Any]:
     """Select the best-fitting hypothesis, whatever is physically possible."""
-    return _said(inputs["hypotheses"], {m.name: m for m in inputs["models"]})
+    return _values_of_best(inputs["hypotheses"], {m.name: m for m in inputs["models"]})
 
 
-def _said(fits: Sequence[Fit], models: Mapping[str, Thing]) -> Mapping[str, Any]:
+def _values_of_best(fits: Sequence[Fit], models: Mapping[str, Thing]) -> Mapping[str, Any]:
     if not fits:
         raise Unresolvable("no known model looks like it and fits its points")
     best = fits[0]

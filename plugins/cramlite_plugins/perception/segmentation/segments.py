@@ -124,7 +124,8 @@ def _parts(labels: Labels, points: Points32, chroma: Floats32) -> list[_Part]:
 
 
 def _merged(parts: list[_Part], looks: Sequence[Known], parameters: Mapping[str, float]) -> list[_Part]:
-    """Put together, smallest first, what has one colour and is close: a tab and its box, two sides of an occluder."""
+    """Segments joined, the smallest first, if of one colour and close: a tab and its box, two sides of an
+    occluder."""
     left = sorted(parts, key=lambda p: p.count)
     done: list[_Part] = []
     while left:

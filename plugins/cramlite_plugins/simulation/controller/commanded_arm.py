@@ -6,6 +6,7 @@ Who carries the commands out is the subclass's: the physics of a world (``contro
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from operator import sub
 
 from msgspec.structs import replace
 
@@ -26,6 +27,9 @@ from .trajectories import (
     linear_motion,
     stopping_motion,
 )
+
+NO_WAY = 1e-6
+"""A pose that is nearer to another, along any axis and about any, is the same [m, rad]."""
 
 
 class CommandedArm(ABC):
@@ -111,12 +115,20 @@ class CommandedArm(ABC):
         return self._begin(linear_motion(self._start(), goal, speed, acceleration))
 
     def move_process(self, goals: list[Pose], radii: list[float], speed: float, acceleration: float) -> Motion:
-        """Start several movep that blend into one another; ``radii`` [m] are those of all goals but the last.
+        """Start several movep that blend into one another; ``radii`` [m] are those of all goals but the last. One that leads where the
+        tool is by then takes no time.
 
         Raises:
-            ValueError: a line has no length, a radius takes more than half of one, or the way turns straight back.
+            ValueError: the tool turns on the spot, a radius takes more than half of a line, or the way turns straight back.
         """
-        return self._begin(process_motion([self._start(), *goals], radii, speed, acceleration))
+        start = self._start()
+        poses, kept = [start], list[float]()
+        for goal, radius in zip(goals, (*radii, 0.0), strict=True):
+            if max(map(abs, (*map(sub, goal.position, poses[-1].position), *(poses[-1].inverse() * goal).rotvec))) > NO_WAY:
+                poses, kept = [*poses, goal], [*kept, radius]
+        if len(poses) == 1:
+            return self._begin(linear_motion(start, start, speed, acceleration))
+        return self._begin(process_motion(poses, kept[:-1], speed, acceleration))
 
     def move_circular(self, via: Vector3, goal: Pose, speed: float, acceleration: float, fixed: bool) -> Motion:
         """Start a movec [m/s, m/s2] over the position ``via``; ``fixed`` keeps the tool's orientation to the tangent.

@@ -17,6 +17,7 @@ import numpy as np
 from cramlite.model import Disturbance, Floats, Pose
 from cramlite.plugin import checkpoint
 
+from ...kinematics.kinematics import nearest_solution
 from ..model.compile import unstable
 from ..model.index import RobotIndex
 from ..model.sleep import Sleep
@@ -27,6 +28,7 @@ from .gripper_server import GripperServer
 from .nominal_arm import cross
 from .platform_drive import PlatformDrive
 from .protective_stop import ProtectiveStop, Safety, SafetyWatch
+from .trajectories import CircularMotion, LinearMotion, Motion
 from .wrist_sensor import GRAVITY, WristSensor
 
 STEPS = 4  # physics steps of one control cycle
@@ -214,11 +216,23 @@ class Controller(CommandedArm):
         Raises:
             ProtectiveStop: a limit of the safety configuration, or a target that cannot be followed.
         """
-        goal = self._goal()
-        if goal is not self.q:
-            self.watch.command(self.q, goal)
+        motion = self.motion
+        try:
+            goal = self._goal()
+            if goal is not self.q:
+                self.watch.command(self.q, goal)
+        except ProtectiveStop as stop:
+            raise ProtectiveStop(f"{self._out_of_reach(motion)}{stop}") from None
         self._apply(goal)
         self._watch()
+
+    def _out_of_reach(self, motion: Motion | None) -> str:
+        """Why an arm stops on its way along a line or an arc: its end is out of reach; empty where it is not."""
+        goal = motion.goal if isinstance(motion, LinearMotion | CircularMotion) else None
+        if goal is None or nearest_solution(self.arm, goal, tuple(self.q)) is not None:
+            return ""
+        place = ", ".join(f"{v:.3f}" for v in goal.position)
+        return f"the pose at ({place}) m that it moves to is out of reach, and on the way there: "
 
     def hold(self) -> None:
         """Advance a cycle without a program: a running motion is stopped, and nothing is monitored."""

@@ -1,7 +1,8 @@
 """Trajectories of the virtual UR controller: joint positions or TCP poses over time.
 
-All start and end at rest. Joint motions may round their corners (kinematics/blends.py); a blend radius of a movel is
-ignored: the arm stops at its target, which is the slower and safer of the two. Law: kinematics/timing.py, and its sources.
+All start and end at rest. Joint motions may round their corners (kinematics/blends.py), those of movep, too (``movep``); a blend
+radius of a movel is told, and not taken: the arm stops at its target, which is the slower and safer of the two.
+Law: kinematics/timing.py, and its sources.
 """
 
 from __future__ import annotations

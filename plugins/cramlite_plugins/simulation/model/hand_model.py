@@ -106,7 +106,7 @@ def hand_mjcf(rest: Pose = REST) -> str:
         + "".join(f'<joint name="{n}" type="slide" axis="{a}"/>' for n, a in zip("xyz", _axes(), strict=True))
         + '<body name="wrist" gravcomp="1"><inertial pos="0 0 0" mass="0.1" diaginertia="0.001 0.001 0.001"/>'
         '<joint name="turn" type="ball" armature="0.002"/>'
-        f"{_palm(rest)}</body></body></worldbody>{_beside()}</mujoco>"
+        f"{_palm(rest)}</body></body></worldbody>{_tendon_and_actuator()}</mujoco>"
     )
 
 
@@ -140,7 +140,7 @@ def _finger(name: str, side: int, radius: float) -> str:
     )
 
 
-def _beside() -> str:
+def _tendon_and_actuator() -> str:
     names = ("palm", "left_finger", "right_finger")
     skip = "".join(f'<exclude body1="{a}" body2="{b}"/>' for a, b in itertools.combinations(names, 2))
     move = "".join(

@@ -42,6 +42,9 @@ WAITS = {
     "sync", "sleep", "socket_get_var", "socket_read_string", "socket_read_byte_list", "read_input_integer_register",
     "is_steady", "get_tcp_force", "force", "get_digital_in", "get_standard_digital_in",
 }  # fmt: skip
+NO_BLEND = "a blend radius is not modelled here: the arm stops at each target, where a robot rounds the corner and is there sooner"
+UNBLENDED = {"movel": 4, "movec": 4}
+"""Functions whose blend radius is not taken, and which argument that is."""
 CLOCKS = {"get_steptime", "get_time"}
 Body = tuple[Statement, ...]
 
@@ -56,7 +59,7 @@ class Doubt(Value):
 def doubts(program: Function) -> list[Doubt]:
     """List the lint warnings of a program, by line."""
     found = {*_numbers(program), *_waits(program), *_dead(program), *_unused(program)}
-    found |= {*_speeds(program), *_left_on(program), *_recursion(program)}
+    found |= {*_unblended(program), *_speeds(program), *_left_on(program), *_recursion(program)}
     return sorted(found, key=lambda d: (d.line, d.text))
 
 
@@ -133,6 +136,16 @@ def _speeds(program: Function) -> Iterator[Doubt]:
             if value is not None and value > most:
                 said = f"{node.function}: a speed of {value:g} {unit} is more than {most:g} {unit}"
                 yield Doubt(node.line, f"{said}: degrees or millimetres?")
+
+
+def _unblended(program: Function) -> Iterator[Doubt]:
+    """Blend radii that are not modelled, other than a literal zero."""
+    for node in nodes(program):
+        if isinstance(node, Call) and node.function in UNBLENDED:
+            at = UNBLENDED[node.function]
+            given = dict(node.named).get("r") or (node.arguments[at] if len(node.arguments) > at else None)
+            if given is not None and _number(given) != 0.0:
+                yield Doubt(node.line, f"{node.function}: {NO_BLEND}")
 
 
 # Ends

@@ -1,0 +1,58 @@
+"""Carries: stretches in which the hand takes along what it touches and does not hold."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from cramlite.model import Floats, Pose, Rollout, thing_of
+
+from ..shapes.bounds import corners
+from .slides import GAP
+
+
+class Carry(NamedTuple):
+    """Way on which the hand takes a thing along.
+
+    Args:
+        way: of that point of the thing that is taken farthest [m]: of its way, what points where the hand would lead it, and no more
+            than the hand would.
+        first, last: samples of the beginning of the touch and of the farthest way.
+    """
+
+    way: float
+    first: int
+    last: int
+
+
+def carries(rollout: Rollout, thing: str, within: range) -> Iterator[Carry]:
+    """Yield the carry of each stretch of some samples in which the hand touches a thing; a hand that is at rest carries nothing."""
+    near = [k for k in within if _touched(rollout, thing, k)]
+    breaks = [n for n, (a, b) in enumerate(pairwise(near), 1) if rollout.times[b] - rollout.times[a] > GAP]
+    for first, end in pairwise((0, *breaks, len(near))):
+        if end > first:
+            yield _carry(rollout, thing, near[first:end])
+
+
+def _touched(rollout: Rollout, thing: str, sample: int) -> bool:
+    pairs = ({thing_of(t.a), thing_of(t.b)} for t in rollout.touches[sample])
+    return {"effector", thing} in pairs
+
+
+def _carry(rollout: Rollout, thing: str, stretch: list[int]) -> Carry:
+    points = corners(rollout.world.thing(thing), Pose())
+    there = np.array([_pose(rollout.poses[thing][k]).apply(points) for k in stretch])
+    in_hand = _pose(rollout.poses["effector"][stretch[0]]).inverse().apply(there[0])
+    led = np.array([_pose(rollout.poses["effector"][k]).apply(in_hand) for k in stretch]) - there[0]
+    far = np.linalg.norm(led, axis=2)
+    along = np.sum((there - there[0]) * led, axis=2) / np.maximum(far, 1e-9)
+    ways = np.minimum(along, far).max(axis=1)
+    k = int(np.argmax(ways))
+    return Carry(float(ways[k]), stretch[0], stretch[k])
+
+
+def _pose(row: Floats) -> Pose:
+    return Pose(tuple(row[:3]), tuple(row[3:]))
