@@ -13,6 +13,7 @@ import signal
 import subprocess
 import sys
 import time
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any, BinaryIO
 
 from msgspec import Struct
@@ -98,20 +99,28 @@ class Executor(Struct):
         if self._process is not None:
             self._process.kill()
 
+    def end(self) -> None:
+        """End the process at once, and wait until it has; from any thread, also while another one waits for its answer."""
+        process, self._process, self._spent = self._process, None, 0.0
+        if process is not None:
+            with suppress(OSError), process:
+                process.kill()
+
     def _say(self, what: object) -> None:
-        assert self._process is not None and self._process.stdin is not None
-        try:
-            pickle.dump(what, self._process.stdin)
-            self._process.stdin.flush()
-        except OSError:  # it died: seen when it does not answer
-            pass
+        process = self._process
+        if process is None or process.stdin is None:
+            return
+        with suppress(OSError, ValueError):  # it died, or was ended: seen when it does not answer
+            pickle.dump(what, process.stdin)
+            process.stdin.flush()
 
     def _hear(self) -> Any:
         process = self._process
-        assert process is not None and process.stdout is not None
+        if process is None or process.stdout is None:
+            raise ExecutorDied("the process that executes programs was ended")
         try:
             return pickle.load(process.stdout)
-        except (EOFError, pickle.UnpicklingError) as error:
+        except (EOFError, pickle.UnpicklingError, ValueError) as error:
             process.kill()
             process.wait()
             self._process, self._spent = None, 0.0

@@ -98,10 +98,7 @@ class ExecutorGroup:
     def stop(self) -> None:
         """End all processes: what they are asked next starts others. A run of another list is run again."""
         for one in self._all:
-            one.kill()
-        with self._idle_ones(len(self._all)) as idle:
-            for one in idle:
-                one.close()
+            one.end()
 
     def close(self) -> None:
         """End the processes, whatever they are at: nobody asks any more."""
@@ -180,8 +177,6 @@ def _ended(processes: Sequence[Executor], threads: ThreadPoolExecutor, owner: in
     """Nobody has the group any more: its processes end. A fork of the process that owns them leaves them alone."""
     if os.getpid() != owner:
         return
+    threads.shutdown(wait=False, cancel_futures=True)  # this may be one of them
     for one in processes:
-        one.kill()
-    threads.shutdown(cancel_futures=True)
-    for one in processes:
-        one.close()
+        one.end()

@@ -12,7 +12,7 @@ import pytest
 
 from cramlite import Engine, find_scenario, read_scenario
 from cramlite.base.pulse import Stopped, pulse
-from cramlite.engine.executor_group import ExecutorGroup
+from cramlite.engine.executor_group import ExecutorGroup, _List
 from cramlite.model import RobotMount, World
 from cramlite.plugin.selection import INSTALLED
 
@@ -73,3 +73,15 @@ def test_an_engine_keeps_its_processes_until_it_is_gone() -> None:
     del engine, first, second
     gc.collect()
     assert not any(map(alive, before))
+
+
+def test_a_group_may_be_gone_while_a_run_is_under_way() -> None:
+    group = ExecutorGroup(INSTALLED, 1)
+    next(group.runs(SHORT, iter([(WORLD, 0)])))
+    before, run = pids(group), group._threads.submit(group._run, _List(), LONG, WORLD, 0)
+    time.sleep(0.5)
+    group.close()
+    assert isinstance(run.result(SOON), str) and not any(map(alive, before))
+    other = ExecutorGroup(INSTALLED, 1)
+    ended = other._threads.submit(other._end)  # as where the last one who has it is a thread of its own
+    assert ended.result(SOON) is None
