@@ -114,7 +114,7 @@ def _straight(scene: Space, origin: Joints, goals: Goals, law: tuple[float, floa
     """The straight line to the nearest goal to which there is one."""
     for index, goal in goals[:DIRECT]:
         checkpoint()
-        if scene.line_free(origin, goal):
+        if scene.line_probed(origin, goal) and scene.line_free(origin, goal):
             time_s = duration((origin, goal), *law)
             return Path((origin, goal), index, 0, time_s, time_s)
     return None
