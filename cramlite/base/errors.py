@@ -30,7 +30,7 @@ class CramliteError(Exception):
 
 
 def _cut(found: re.Match[str]) -> str:
-    """The beginning and end of what is long, with how long it is."""
+    """Beginning and end of a long text, with its length."""
     return f"{found[0][:BEGINNING]}... ({len(found[0])} characters) ...{found[0][-END:]}"
 
 

@@ -1,4 +1,4 @@
-"""Files that strangers wrote: what a reader may be made to do is decided before it reads.
+"""Files from strangers: the effects of reading one are limited before it is read.
 
 Parsers behind these guards (MuJoCo's, rdflib's, NumPy's) trust what a file says of its own size. ``defusedxml`` guards Python's own XML
 parsers alone, and refuses the harmless entities that event logs declare.

@@ -41,7 +41,7 @@ class LazyNames:
         return {a.name: "." * n.level + (n.module or "") for n in imports for a in n.names if a.asname == a.name}
 
     def known(self) -> list[str]:
-        """Return what ``dir()`` of the package says: its public names, and what it has loaded."""
+        """Return the names for ``dir()`` of the package: public ones, and those already loaded."""
         return sorted({*vars(sys.modules[self._package]), *self.homes})
 
     def load(self, name: str) -> Any:

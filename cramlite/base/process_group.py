@@ -9,8 +9,8 @@ import subprocess
 
 
 def begin_group() -> None:
-    """Put this process into a group of its own: a terminal's Ctrl-C goes to the parent alone, and what this process starts can be
-    ended with it. Windows knows no such groups."""
+    """Put this process into a group of its own, so that a terminal's Ctrl-C goes to the parent alone and
+    all child processes can be ended with it. Windows has no such groups."""
     if hasattr(os, "setpgid"):
         os.setpgid(0, 0)
 

@@ -70,7 +70,7 @@ class Pulse:
         return self._stop() or (self._outer is not None and self._outer.asked_to_stop())
 
     def beat(self) -> None:
-        """Ask whether to go on, and tell what is done, unless that was just done.
+        """Ask whether to go on, and tell the current work, unless that was just done.
 
         Raises:
             Stopped: the work is to end.
@@ -105,7 +105,7 @@ def pulse(stop: Stop, tell: Callable[[Work | None], None] = lambda _: None) -> I
 
 @contextmanager
 def working(what: str, whole: float = 0.0, ends: float | None = None) -> Iterator[None]:
-    """Say what the work in this block is; the arguments are those of ``Work``."""
+    """Name the work in this block; the arguments are those of ``Work``."""
     its = _PULSE.get()
     if its is None:
         yield
@@ -141,7 +141,7 @@ def stop_asked() -> bool:
 
 
 def awaited(future: Future[T]) -> T:
-    """Wait for what another thread or process computes, and return it.
+    """Wait for the result of another thread or process, and return it.
 
     Raises:
         Stopped: the work is to end; the future is cancelled if it has not begun.

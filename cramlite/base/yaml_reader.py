@@ -77,7 +77,7 @@ def _check(text: str) -> None:
             open_[-1].add(part)
         elif isinstance(event, yaml.AliasEvent):
             if any(part.anchor == event.anchor for part in open_[1:]):
-                raise ConstructorError(None, None, f"the alias '*{event.anchor}' is recursive: within what it repeats", _mark(event))
+                raise ConstructorError(None, None, f"the alias '*{event.anchor}' is recursive: it is inside its own anchor", _mark(event))
             open_[-1].add(done.get(event.anchor or "", _Part("", -1)))
         elif isinstance(event, yaml.ScalarEvent):
             part = done[event.anchor or ""] = _Part(event.anchor or "", -1)

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 def check_file(name: str, plugins: PluginChoice = INSTALLED) -> int:
-    """Check a scenario, a rule file or a program, and print what was found.
+    """Check a scenario, a rule file or a program, and print the findings.
 
     Returns:
         0 if nothing stands against it; doubts are printed and do not count.

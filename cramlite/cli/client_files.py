@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +11,7 @@ from ..base.errors import UserError
 from ..base.resources import shipped_scenario
 from ..base.value import Value
 from ..base.yaml_file import parse_yaml
-from ..scenario.scenario import INLINE, Scenario, read_scenario, scenario_from
+from ..scenario.scenario import INLINE, Scenario, read_scenario, scenario_from, started_by
 
 LONGEST_NAME = 300
 """Characters: a path within one folder is shorter."""
@@ -52,8 +52,11 @@ class ClientFiles(Value):
         path = inside(self.folder, name)
         return path if path.is_file() else shipped_scenario(name)
 
-    def read(self, said: str | Mapping[str, Any]) -> Scenario:
+    def read(self, said: str | Mapping[str, Any], goal: Sequence[str] = ()) -> Scenario:
         """Read a scenario: that of a name, or one that is given as data or as the text of a file; its paths start from the folder.
+
+        Args:
+            goal: what is asked in it; data that only says where starts from that.
 
         Raises:
             UserError: it cannot be used, or a file that it names lies elsewhere.
@@ -64,7 +67,7 @@ class ClientFiles(Value):
         data = parse_yaml(said, path) if isinstance(said, str) else said
         for text in _texts(data):
             self._require_inside(text)
-        return scenario_from(path, data)
+        return scenario_from(path, started_by(data, goal) if goal else data)
 
     def _require_inside(self, text: str) -> None:
         """Refuse a text that leads out of the folder where it is taken for a path."""

@@ -1,4 +1,4 @@
-"""``cramlite doctor``: what this machine has and lacks, in ten lines."""
+"""``cramlite doctor``: parts of this machine that are there or lacking, in ten lines."""
 
 from __future__ import annotations
 

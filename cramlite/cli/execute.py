@@ -262,7 +262,7 @@ def serve_controller(
     seed: int = 0,
     plugins: PluginChoice = INSTALLED,
 ) -> int:
-    """Open a virtual robot controller's ports on loopback, and print what its programs log.
+    """Open a virtual robot controller's ports on loopback, and print the log of its programs.
 
     Raises:
         UserError: the world cannot be used, or a port is taken.

@@ -7,10 +7,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..base.errors import UserError, did_you_mean
+from ..base.pulse import pulse
 from ..model.program_json import read_program
 from ..plugin.exporting import require_absent, require_installed, write_new
 from ..plugin.selection import INSTALLED, PluginChoice
 from .arguments import Add, plugin_choice
+from .signals import interruptible
 from .view import recorded
 
 if TYPE_CHECKING:
@@ -88,9 +90,10 @@ def program_and_code(run: Path) -> tuple[Program | None, Code | None]:
 
 
 def _export(arguments: argparse.Namespace) -> int:
-    written = export_run(
-        arguments.run_dir, arguments.to, out=arguments.out, world=arguments.world, seed=arguments.seed, plugins=plugin_choice(arguments)
-    )
+    with interruptible("nothing is left of what was written") as taken, pulse(taken.one):
+        written = export_run(
+            arguments.run_dir, arguments.to, out=arguments.out, world=arguments.world, seed=arguments.seed, plugins=plugin_choice(arguments)
+        )
     print(written)
     return 0
 

@@ -83,7 +83,7 @@ def _problem(scenario: Scenario, engine: Engine, seed: int) -> PlanningProblem:
     grounder = Grounder(scene, engine.knowledge.predicates)
     choice = next(ground_goal(Goal(scenario.spec.goal or ()), scenario.spec.objects, grounder), None)
     if choice is None:
-        raise UserError(f"{scenario.where('goal')}: nothing in the world is what the goal's objects describe.")
+        raise UserError(f"{scenario.where('goal')}: no thing of the world fits the goal's objects.")
     return problem_of(choice, grounder, engine.knowledge, f"{scenario.where('goal')}: ")
 
 

@@ -104,7 +104,7 @@ def _start(goal: list[str]) -> list[str]:
 
 
 def _stand(scene: ImportedScene) -> str:
-    """Where ours stands, for the scenario: in the place of the file's first robot, if that is upright."""
+    """Place of our robot in the scenario: that of the file's first robot, if that is upright."""
     pose = next(iter(scene.stands.values()), None)
     if pose is None or pose.rotate((0.0, 0.0, 1.0))[2] < 0.999:
         return ""

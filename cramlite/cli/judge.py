@@ -36,7 +36,7 @@ def judge_program(
     plugins: PluginChoice = INSTALLED,
     json_output: bool = False,
 ) -> int:
-    """Run a program's text and print what every judge finds.
+    """Run a program's text and print the findings of every validator.
 
     Args:
         program: the text, URScript or a typed program as JSON; it may have been edited.
@@ -71,7 +71,7 @@ def judged_text(program: Path, text: str, place: World, purpose: Purpose, knowle
 
 
 def judged_json(judged: Judged) -> dict[str, Any]:
-    """Return what ``--json`` prints of a verdict."""
+    """Return a verdict as ``--json`` prints it."""
     verdict = judged.verdict
     return {
         "passed": verdict.passed, "reason": verdict.reason, "findings": verdict.findings,

@@ -139,7 +139,7 @@ def _leave() -> None:
 
 
 def _bug(error: BaseException) -> str:
-    """A defect that nobody foresaw, with its place; CRAMLITE_DEBUG=1 shows everything."""
+    """Message about an unforeseen defect, with its place; CRAMLITE_DEBUG=1 shows everything."""
     import os
 
     if os.environ.get("CRAMLITE_DEBUG"):

@@ -190,7 +190,8 @@ class Tools:
         return Image(data=await self._work(ctx, lambda say, stop: self._picture(run, at)), format="png")
 
     async def run(self, ctx: Context[Any, Any], run: str) -> Answer:
-        """Run the proven program of a run in simulation, in the world that it was proven for, and judge what happened."""
+        """Run the proven program of a run in simulation, in the world that it was proven for, and judge
+        it."""
         registry = self._runs_engine(run).registry
         executor = Executor(PluginChoice(tuple(registry.files), tuple(registry.blocked), tuple(registry.preferred)))
         try:

@@ -1,4 +1,4 @@
-"""``cramlite perceive``: answers queries about what a camera sees."""
+"""``cramlite perceive``: answers to queries about a camera's view."""
 
 from __future__ import annotations
 

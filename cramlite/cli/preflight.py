@@ -1,4 +1,4 @@
-"""``cramlite preflight``: one page about a program for the person who is about to stand beside the arm."""
+"""``cramlite preflight``: one page about a program for the person beside the arm."""
 
 from __future__ import annotations
 
@@ -49,7 +49,8 @@ def preflight(
     plugins: PluginChoice = INSTALLED,
     json_output: bool = False,
 ) -> int:
-    """Print one page about a program: what to set on the controller, what it reaches, what the proof covered and what not.
+    """Print one page about a program: settings of the controller, values reached, covered and uncovered
+    doubts.
 
     Args:
         program: a run directory, or a text.
@@ -120,7 +121,7 @@ def _own(limits: Sequence[str]) -> dict[str, float]:
 def _share(speed: float | None, out: Path | None) -> float | None:
     if speed is None:
         if out is not None:
-            raise UserError(f"--out {out}: what is written there is the text of the dry run, so say its speed, such as --speed 0.2.")
+            raise UserError(f"--out {out}: the text of a dry run is written there, so give its speed, such as --speed 0.2.")
         return None
     if not 0 < speed <= 1:
         raise UserError(f"--speed {speed:g}: the speed of a dry run is a share of the program's own, above 0 and up to 1, such as 0.2.")

@@ -40,7 +40,7 @@ class Progress:
             print(line, file=sys.stderr, flush=True)
 
     def _is_due(self, text: str) -> bool:
-        """Check whether a line is written where there is no terminal: each event, and what is done now ever more rarely."""
+        """Check whether a line is written without a terminal: each event, and progress ever more rarely."""
         now = time.monotonic()
         if not isinstance(text, NowDone):
             if text.startswith(SHOWN):

@@ -56,11 +56,11 @@ class Asked(Value):
         Raises:
             UserError: it cannot be used, or the goal is none.
         """
-        scenario = self.files.read(self.scenario)
+        scenario = self.files.read(self.scenario, self.goal)
         return scenario.with_goal(self.goal) if self.goal else scenario
 
     def key(self, scenario: Scenario, setting: Setting, engine: Engine) -> dict[str, Any]:
-        """Return what the run depends on: files, seed, plugins, and the goal and the world that were said."""
+        """Return the key of a run: files, seed, plugins, stated goal and world."""
         said = {"goal": list(self.goal)} if self.goal else {}
         given = {} if scenario.path.is_file() else {"given": self.scenario}
         return run_key(scenario, setting, None, engine) | said | given
@@ -149,7 +149,8 @@ class ProvenRuns:
         return self._proven[name]
 
     def execute(self, name: str, executor: Executor, say: Say) -> Solution:
-        """Execute a proven program once, in the world that its scenario declares, and write what happened into its run.
+        """Execute a proven program once, in the world that its scenario declares, and write the record
+        into its run.
 
         Args:
             executor: the process that runs the text; killing it ends the execution.

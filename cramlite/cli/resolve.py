@@ -208,8 +208,8 @@ def _executed(solution: Solution, engine: Engine, say: Progress) -> Solution:
 
 
 def _say_notes(scenario: Scenario, setting: Setting, engine: Engine) -> None:
-    """Doubts about the scenario, and repairs of its things, once and whole, unlike progress: they change what is proven. Those about
-    files that were read are counted: 'check' prints them."""
+    """Print doubts about the scenario and changes of its things, once: they change the proof. Doubts about
+    files are only counted, 'check' prints them."""
     for doubt in doubts(scenario, setting, engine.knowledge):
         print(f"cramlite: doubt: {doubt}", file=sys.stderr)
     for change in changes_of_things(scenario, setting):

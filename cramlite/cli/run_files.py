@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 
 def run_key(scenario: Scenario, setting: Setting, backend: str | None, engine: Engine) -> dict[str, Any]:
-    """Return what a run depends on: files, seed, doubts, code writer and plugins."""
+    """Return the key of a run: files, seed, doubts, code writer and plugins."""
     files = [*([scenario.path] if scenario.path.is_file() else []), *(Path(t.mesh.path) for t in setting.world.things if t.mesh)]
     if scenario.spec.demonstration and scenario.resolve_path(scenario.spec.demonstration).exists():
         files.append(scenario.resolve_path(scenario.spec.demonstration))
@@ -89,7 +89,7 @@ def write_execution(run: RunDirectory, execution: Execution, engine: Engine) -> 
 
 
 def solution_summary(solution: Solution, run: RunDirectory, engine: Engine, seed: int) -> dict[str, Any]:
-    """Return what ``--json`` prints of a proven program, and summary.json holds."""
+    """Return the summary of a proven program, for ``--json`` and summary.json."""
     entities = {k: v for k, v in solution.candidate.bindings.items() if isinstance(v, str)}
     return {
         "solved": solution.succeeded, "proven": True, "headline": solution.headline, "execution": _execution(solution.execution),
@@ -102,7 +102,7 @@ def solution_summary(solution: Solution, run: RunDirectory, engine: Engine, seed
 
 
 def _execution(execution: Execution | None) -> dict[str, Any] | None:
-    """How the first execution went; None where there is no real world, or nothing could be run."""
+    """Result of the first execution; None without a real world, or if nothing could be run."""
     if execution is None:
         return None
     verdict = execution.verdict
@@ -110,7 +110,8 @@ def _execution(execution: Execution | None) -> dict[str, Any] | None:
 
 
 def twins_json(found: TwinVerdict | None) -> dict[str, Any] | None:
-    """Return how a program fared in twins; None where it ran in none. What was drawn for each stands in verdict.json."""
+    """Return the results of a program in twins; None if it ran in none. The drawn numbers are in
+    verdict.json."""
     if found is None:
         return None
     return {
@@ -120,7 +121,7 @@ def twins_json(found: TwinVerdict | None) -> dict[str, Any] | None:
 
 
 def _reason(solution: Solution) -> str:
-    """Of the proof; of the execution where that failed."""
+    """Reason of the proof's verdict; that of the execution if it failed."""
     failed = solution.execution is not None and not solution.succeeded
     return f"first execution: {solution.execution.verdict.reason}" if failed and solution.execution else solution.verdict.reason
 

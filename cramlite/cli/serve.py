@@ -250,9 +250,9 @@ def _is_id(id_: object) -> bool:
 
 def _scenario(params: dict[str, Any]) -> Any:
     from ..base.resources import find_scenario
-    from ..scenario.scenario import read_scenario
+    from ..scenario.scenario import read_scenario, started_by
 
-    said = params.get("scenario")
+    said = started_by(params.get("scenario"), params.get("goal"))
     scenario = read_scenario(said if isinstance(said, dict) else find_scenario(_text(params, "scenario")))
     return scenario.with_goal(params["goal"]) if "goal" in params else scenario
 
@@ -272,7 +272,7 @@ def _seed(params: dict[str, Any]) -> int:
 
 
 def serve(engine: Engine) -> int:
-    """Serve on this process's standard streams; what plugins print goes to standard error."""
+    """Serve on this process's standard streams; prints of plugins go to standard error."""
     out, sys.stdout = sys.stdout, sys.stderr
     number = sys.stdin.fileno()
     lines = open(number, encoding="utf-8", errors="replace", closefd=False)  # noqa: SIM115  Python's end waits for who reads stdin

@@ -17,7 +17,7 @@ KILLED = 128
 
 
 class Interrupted(CramliteError):
-    """End of a command by a signal; the message says what was found until then.
+    """End of a command by a signal; the message has the findings until then.
 
     Args:
         message: one paragraph.
@@ -48,8 +48,11 @@ class Signals:
 
 
 @contextmanager
-def interruptible() -> Iterator[Signals]:
+def interruptible(left: str = "what was written so far is kept") -> Iterator[Signals]:
     """Take signals in this block; only the main thread can, in others none ever comes.
+
+    Args:
+        left: what is there of the work that was ended.
 
     Raises:
         Interrupted: work in the block ended since a signal came.
@@ -60,7 +63,7 @@ def interruptible() -> Iterator[Signals]:
     try:
         yield taken
     except Stopped:
-        raise Interrupted("interrupted; what was written so far is kept.", taken.number) from None
+        raise Interrupted(f"interrupted; {left}.", taken.number) from None
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)

@@ -59,7 +59,7 @@ def _finding_lines(verdict: Verdict) -> list[str]:
 
 
 def first_execution_failed(solution: Solution, run: Path, scenario: Scenario) -> str:
-    """Say why a proven program failed in the world as it really is, and what can be done about it."""
+    """Return the reason why a proven program failed in the real world, and the next step."""
     assert solution.execution is not None and solution.candidate.code is not None
     text = run / f"program{solution.candidate.code.suffix}"
     verdict = solution.execution.verdict
@@ -74,7 +74,7 @@ def first_execution_failed(solution: Solution, run: Path, scenario: Scenario) ->
 
 
 def findings_text(verdict: Verdict, remarks: Iterable[str]) -> str:
-    """Format what the judges found in a text that ran."""
+    """Format the findings about a text that ran."""
     lines = [f"    --  {r}" for r in remarks]
     outcome = "Refused" if not verdict.passed else "Passed, with advice" if verdict.advice else "Passed"
     return "\n".join([f"{outcome}:", *_finding_lines(verdict), *lines])
@@ -123,7 +123,7 @@ SHOWN = 3
 
 
 def interpretation_text(found: Interpretation, repairs: Iterable[Repair] = ()) -> str:
-    """Return every action with the tasks it may execute, before them what was repaired, and behind them the best candidates."""
+    """Return every action with its possible tasks, after the repairs and before the best candidates."""
     lines = [f"{found.episode}: {counted(len(found.actions), 'action')}, {counted(found.count(), 'reading')}"]
     zero = found.zero
     if zero:
@@ -223,7 +223,7 @@ def plugins_text(registry: Registry, *, every: bool = True) -> str:
 
 
 def _shipped(infos: Sequence[PluginInfo]) -> Iterable[str]:
-    """How many, and their names by the folder that they are in."""
+    """Number of the shipped plugins, and their names by folder."""
     if infos:
         took = sum(i.load_ms for i in infos)
         yield f"{len(infos)} plugins of cramlite {infos[0].version}, loaded in {took:.0f} ms; --all says more of each:"

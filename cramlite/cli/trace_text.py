@@ -1,4 +1,4 @@
-"""Search traces as text for people: what is in the program, what was tried and given up, and why."""
+"""Search traces as text for people: choices of the program, alternatives that were given up, and reasons."""
 
 from __future__ import annotations
 

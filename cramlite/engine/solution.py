@@ -163,7 +163,7 @@ class Solution(Value):
         if real is not None:
             executed = self.execution.candidate.rollout if self.execution else None
             if executed is None:
-                raise UserError(f"Nobody knows what the world is like after '{self.plan}': run it with 'Engine.execute' first.")
+                raise UserError(f"The real world after '{self.plan}' is unknown: run it with 'Engine.execute' first.")
             real = _left(real, executed)
         return replace(before, world=_left(before.world, rollout), relations=relations, real=real)
 

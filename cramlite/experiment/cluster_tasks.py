@@ -24,7 +24,8 @@ class Arrived(Value):
 
 
 def run_trial(order: Order, name: str) -> Any:
-    """Run a trial, or what is left of it; whatever is finished is written at once, so that this process may die at any time.
+    """Run a trial, or its open part; each finished piece is written at once, so that this process may die
+    at any time.
 
     Raises:
         UserError: it could not begin, or a file cannot be read or written.
@@ -42,7 +43,7 @@ def run_trial(order: Order, name: str) -> Any:
 
 
 def trial_task(order: Order, name: str, key: dict[str, Any]) -> Arrived:
-    """Run a trial in a folder of the worker's own, and send back what it wrote.
+    """Run a trial in a folder of the worker's own, and send back its files.
 
     Args:
         key: of the run, as whoever asks for it has it.

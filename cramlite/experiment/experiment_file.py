@@ -1,4 +1,4 @@
-"""Files of experiments: found, read and checked; what they name, and the files beside them."""
+"""Files of experiments: found, read and checked, with the files that they name and those beside them."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def find_experiment(name: str) -> Path:
 
 
 def is_judged(path: Path) -> bool:
-    """Return whether an experiment's file says that somebody else judges.
+    """Return whether an experiment's file names a judge of others.
 
     Raises:
         UserError: it cannot be read, or is no YAML.

@@ -1,4 +1,5 @@
-"""Figures: what was measured, of which commit, with which seeds, on which machine; a file each, from which the page of figures is made."""
+"""Figures: measured numbers with commit, seeds and machine; a file each, from which the page of figures is
+made."""
 
 from __future__ import annotations
 
@@ -159,7 +160,7 @@ def figure_text(figure: Figure) -> str:
 
 
 def write_figure(path: Path, measured: Figure) -> Figure:
-    """Write the file of a figure; what is written by hand in one that is there stays.
+    """Write the file of a figure; hand-written parts of an existing one stay.
 
     Returns:
         What was written.

@@ -58,7 +58,8 @@ def figure_now(
 
 
 def revision(root: Path) -> tuple[str | None, bool]:
-    """Return the commit of a checkout, and whether anything but figures was changed since; (None, False) of what is no checkout."""
+    """Return the commit of a checkout, and whether anything but figures was changed since; (None, False)
+    outside of one."""
     top = git(root, "rev-parse", "--show-toplevel")
     if top is None or Path(top).resolve() != root.resolve():
         return None, False
@@ -66,7 +67,7 @@ def revision(root: Path) -> tuple[str | None, bool]:
 
 
 def git(root: Path, *arguments: str) -> str | None:
-    """Return what git says of a folder; None without git, or where it refuses."""
+    """Return the output of git about a folder; None without git, or if it refuses."""
     try:
         done = subprocess.run(["git", "-C", str(root), *arguments], capture_output=True, text=True, check=False)
     except OSError:
@@ -82,7 +83,7 @@ def machine() -> str:
 
 
 def repeated(program: str, arguments: Sequence[str], without: Sequence[str] = ("--figure", "--seen")) -> str:
-    """Return a command as somebody else would give it: without its output, files by their names."""
+    """Return a command for repetition: without its output, files by their names."""
     kept, skip = list[str](), False
     for word in arguments:
         name = word.partition("=")[0]

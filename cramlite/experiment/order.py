@@ -57,13 +57,13 @@ class Trials(Hashable, Protocol):
         """Trials that are asked for, in order."""
 
     def key(self) -> dict[str, Any]:
-        """Return what the results depend on: files, seeds, code. How many workers there are, and where, is none of it."""
+        """Return the key of the results: files, seeds, code; without number and place of workers."""
 
     def prepare(self) -> None:
-        """Check what any trial needs, before the first one begins."""
+        """Check the needs of all trials, before the first one begins."""
 
     def run(self, name: str, store: Store, processes: int) -> Any:
-        """Run a trial, or what is left of it, its twins in so many processes; return its result."""
+        """Run a trial, or its open part, its twins in so many processes; return its result."""
 
     def lost(self, name: str, reason: str) -> Any:
         """Return the result of a trial that was given up."""

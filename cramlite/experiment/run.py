@@ -102,7 +102,7 @@ def _run_all(order: Order, store: Store, say: Callable[[str], None]) -> None:
 
 
 def _round(order: Order, left: Sequence[str], say: Callable[[str], None]) -> list[str]:
-    """Hand out what is left, until all have ended or a worker dies; gives why some could not begin."""
+    """Hand out open trials until all have ended or a worker dies; return why some could not begin."""
     progress, lost = Progress(len(order.trials.names), len(left), say), list[str]()
     pool = worker_pool(min(order.workers, len(left)))
     try:

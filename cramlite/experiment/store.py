@@ -138,7 +138,7 @@ def locked(path: Path) -> IO[str]:
 
 
 def run_key(experiment: str, files: Iterable[Path], registry: Registry, **asked: Any) -> dict[str, Any]:
-    """Return what the results of a run depend on, the same on every machine that would give the same results.
+    """Return the key of the results of a run, equal on every machine that would give the same results.
 
     Args:
         files: that the experiment reads.

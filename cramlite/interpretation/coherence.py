@@ -103,8 +103,7 @@ def claims(rule: Rule, match: Match) -> Claims:
 def _implied(
     needs: frozenset[Fact], denies: frozenset[Fact], after: frozenset[Fact], gone: frozenset[Fact], fluents: Mapping[str, Fluent]
 ) -> frozenset[Fact]:
-    """What ends because its denial is meant by another's, and what begins, having been denied, because another implies it; what
-    ends because another begins that excludes it, and that: what excludes it was denied before, or it was needed."""
+    """Facts that end or begin because another fact of the reading implies, denies or excludes them."""
     meant = {str(p[0]) for f in gone for p in fluents.get(f[0], PLAIN).denial}
     denied = {f[0] for f in denies}
     of = {f: fluents.get(f[0], PLAIN) for f in after}
@@ -129,7 +128,7 @@ def _fact(atom: Atom, match: Match) -> Fact:
 
 
 def _passive(rule: Rule) -> bool:
-    """Whether the rule denies, while the action lasts, that something happens, and asserts of nothing that it does.
+    """Whether a rule only denies events during the action, and asserts none.
 
     What happens is said by predicates without arguments: that the arm moves, that the gripper does.
     """
@@ -174,8 +173,8 @@ def candidates(
 
 
 def _undecided(matches: Sequence[Match], claimed: Sequence[Claims]) -> list[Claims]:
-    """What readings of one action claim. Of several fillings of one task none of which is known, only one can be right: what the
-    fillings differ in is left open in what they begin and end, so that whichever is chosen explains it."""
+    """Claims of the readings of one action. Of several unknown fillings of a task only one can be right:
+    their differences are left open, so that the chosen one explains them."""
     found = list(claimed)
     for task in {m.task for m in matches if m.unknown}:
         alike = [k for k, m in enumerate(matches) if m.task == task and m.unknown]
@@ -198,7 +197,7 @@ def _left_open(claim: Claims, names: set[str]) -> Claims:
 def _options(
     actions: Sequence[Read], readings: Sequence[Sequence[Claims]], general: Sequence[frozenset[int]], taxonomy: Taxonomy, name: float
 ) -> list[list[Option]]:
-    """What may be said of each action. Where something happens in some action, others in which nothing does are left out."""
+    """Options of each action. If something happens in some action, idle others are left out."""
     something = any(c.changes for said_ in readings for c in said_) or any(a.label or set(a.moved) & _spoken_of(a) for a in actions)
     found = []
     for action, claimed, wide in zip(actions, readings, general, strict=True):

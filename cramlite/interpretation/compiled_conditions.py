@@ -48,7 +48,8 @@ def _extended(slots: Slots, names: list[str]) -> dict[str, int]:
 
 
 def _plain(condition: Condition, slots: Slots, new: list[str]) -> Step:
-    """Comparisons, and the rare 'or' of which one option binds more than the others: as ``conditions`` defines it."""
+    """Comparisons, and an 'or' with one option that binds more than the others, as ``conditions`` defines
+    it."""
 
     def step(phases: Sequence[Phase], bindings: list[Values]) -> list[Values]:
         extended = []

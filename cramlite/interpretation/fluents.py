@@ -125,7 +125,7 @@ class Bound(Value):
 
 
 class Manner(Value):
-    """How a task must bring about what a goal asks for.
+    """Manner in which a task must bring about a goal.
 
     Args:
         where: keys of ``where`` for the task that puts the goal's first thing down, e.g. {"attitude": "upright"}.
@@ -295,7 +295,8 @@ class Fluents(Value):
         return left - {f for f in implying if not all((p, *_of_wholes(f)[1:]) in known for p in self[f[0]].implies)}
 
     def clash(self, scene: SymbolicWorld, one: GoalCondition, other: GoalCondition) -> str:
-        """Explain why two conditions cannot both hold in a world, by what predicates declare; "" where nothing stands against it."""
+        """Explain why two conditions cannot both hold in a world, by the predicates' declarations; "" if
+        they can."""
         mine, its = (self.implied(c.needs | c.shown, ()) for c in (one, other))
         for facts, patterns in ((mine, other.without), (its, one.without)):
             denied = {p for pattern in patterns for p in self.both_ways(pattern)}
@@ -337,7 +338,7 @@ class Fluents(Value):
         return any(self._excluded(a, b) for a, b in pairs) or any(j is not None and j(scene, a, b) for j, a, b in judges)
 
     def _parted(self, ended: Iterable[Fact], left: Iterable[Fact]) -> set[Fact]:
-        """Facts of whole things that held because of a part, of which no part is left."""
+        """Facts of whole things that held because of a part that is gone."""
         gone = {_of_wholes(f) for f in ended if self[f[0]].of_wholes}
         return gone - {_of_wholes(f) for f in left if f not in gone} if gone else gone
 

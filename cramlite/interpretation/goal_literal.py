@@ -33,8 +33,8 @@ class GoalLiteral(Value):
 
 
 def clauses_of(meaning: GoalCondition, predicates: Mapping[str, Predicate]) -> tuple[Clause, ...]:
-    """Return the conditions of a goal: its facts, and the denials of what it forbids. Entities stand in them as variables of their
-    own name, since a recording may call them otherwise."""
+    """Return the conditions of a goal: its facts, and the denials of forbidden ones. Entities are
+    variables of their own name, since a recording may call them otherwise."""
     found = [_clause(f, predicates, denied=False) for f in sorted(meaning.needs | meaning.shown)]
     found += [clause for b in meaning.bounds for clause in _bounds(b, predicates)]
     return (*found, *(_clause(p, predicates, denied=True) for p in sorted(meaning.without, key=str)))

@@ -81,8 +81,8 @@ def match_of(rule: Rule, binding: Binding, unknown: tuple[str, ...] = ()) -> Mat
 
 
 def measured(rule: Rule, roles: Mapping[str, str], phases: Phases) -> dict[str, float]:
-    """Return the largest value of each value predicate that the rule compares, of the fillers of its roles: what was seen
-    of it, in the unit that the predicate's sentence gives."""
+    """Return the largest value of each value predicate that the rule compares, for the fillers of its
+    roles, in the unit of the predicate's sentence."""
     found: dict[str, float] = {}
     for clause in rule.clauses:
         for compare in comparisons(clause.condition):

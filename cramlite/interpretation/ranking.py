@@ -42,7 +42,7 @@ DEFAULT_CAP = 100_000
 
 
 class DescriptionLength(Value):
-    """Description length of a sequence, or of what it says of one action [bits].
+    """Description length of a sequence, or of its claims about one action [bits].
 
     Args:
         tasks, choices, unknown, unexplained, checked: see the module; ``checked`` is subtracted.
@@ -73,7 +73,7 @@ class DescriptionLength(Value):
 
 
 class Option(Value):
-    """What a sequence may say of one action: a reading, or nothing.
+    """Option of a sequence for one action: a reading, or none.
 
     Args:
         match: the task; None to leave the action out.

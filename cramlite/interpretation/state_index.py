@@ -51,7 +51,8 @@ class StateIndex:
         return tuple(seen.values())
 
     def holding(self, start: float, end: float) -> tuple[tuple[int, ...], tuple[int, ...]]:
-        """Return what holds all through [start, end), and at some time of it: numbers of classes with their roles, in order.
+        """Return the states that hold all through [start, end), and at some time of it: numbers of classes
+        with their roles, in order.
 
         Two phases with the same answer cannot be told apart by which states hold.
         """

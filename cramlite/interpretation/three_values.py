@@ -95,7 +95,8 @@ def _binding_first(rule: Rule) -> list[Clause]:
 
 
 def possible_matches(rule: Rule, phases: Phases, said: Iterable[Binding]) -> tuple[Match, ...]:
-    """Return the matches of a rule that no condition refutes, with what is not known of each: those of which the least is unknown.
+    """Return the matches of a rule that no condition refutes, with the unknown conditions of each: those
+    with the fewest.
 
     Args:
         said: what the recording itself says of the roles, the most said first; the first that is not refuted counts.

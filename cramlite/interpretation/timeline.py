@@ -1,4 +1,4 @@
-"""Timeline of an episode for matching: actions, and what holds before, during and after each.
+"""Timeline of an episode for matching: actions, and states before, during and after each.
 
 Closed world: a state that is not known to hold does not hold. The intervals are those
 of Alt et al., KR 2023.

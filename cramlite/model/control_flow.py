@@ -105,7 +105,8 @@ def try_all(name: str, *parts: Designator) -> Compound:
 
 
 def repeat(name: str, times: int, *parts: Designator) -> Compound:
-    """Construct a loop of ``times`` passes; the first failure ends it. What does not end where it begins is led back there."""
+    """Construct a loop of ``times`` passes; the first failure ends it. A pass that ends elsewhere is led
+    back to its beginning."""
     return compound("repeat", name, (parts,), times=times)
 
 
@@ -131,7 +132,8 @@ def monitor(
 
 
 class Way(Value):
-    """One expansion of a compound, as a ``Decomposition`` is of an action: what goes on the agenda, why, and its cost."""
+    """One expansion of a compound, as a ``Decomposition`` is of an action: items for the agenda, reason,
+    and cost."""
 
     steps: tuple[Designator | Mark, ...]
     reason: str
@@ -155,7 +157,7 @@ def ways(item: Compound) -> Iterator[Way]:
 
 
 def touched(item: Compound) -> tuple[str, ...]:
-    """Return the variables that the parts of a compound may touch: what their tasks are about."""
+    """Return the variables that the parts of a compound may touch: objects of their tasks."""
     found: list[str] = []
     for part in (p for branch in item.branches for p in branch):
         if isinstance(part, Compound):

@@ -62,7 +62,7 @@ class Object(Value):
         return thing_of(self.entity or "")
 
     def merged(self, other: Object) -> Object:
-        """Return the designator that asks for what both ask for."""
+        """Return the designator that combines the demands of both."""
         features = tuple(dict.fromkeys((*self.features, *other.features)))
         affords = tuple(dict.fromkeys((*self.affords, *other.affords)))
         filled = self.filled or other.filled
@@ -70,7 +70,7 @@ class Object(Value):
 
 
 class Location(Value):
-    """Location designator: description of where the hand, or what it holds, should be.
+    """Location designator: description of where the hand, or its payload, should be.
 
     Args:
         name: e.g. "grasp(object_1)"; tasks that name the same location share its grounding.

@@ -24,7 +24,7 @@ class EntityName(Value):
 
     @classmethod
     def parse(cls, notation: str) -> EntityName:
-        """Parse the notation: what follows the first "/" is the part."""
+        """Parse the notation: the text after the first "/" is the part."""
         thing, _, part = notation.partition(BETWEEN)
         return cls(thing, part)
 

@@ -1,4 +1,4 @@
-"""Faults: what goes wrong with a cell or its controller, before a program starts or while it runs."""
+"""Faults: things that go wrong with a cell or its controller, before a program starts or while it runs."""
 
 from __future__ import annotations
 

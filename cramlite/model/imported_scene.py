@@ -12,7 +12,7 @@ from .world import Thing
 
 
 class StatedJoint(Value):
-    """Joint of a scene file as a user states it, in place of what its reader finds.
+    """Joint of a scene file as a user states it, in place of the reader's finding.
 
     Args:
         closed: at which end of its range it is closed, as the file counts; None where the reader is to find it.

@@ -1,4 +1,4 @@
-"""Limits of judging: how far a run may disturb what its tasks are not about."""
+"""Limits of judging: allowed disturbance of things that no task is about."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from ..base.value import Value
 
 
 class JudgingLimits(Value):
-    """How far a run may disturb what its tasks are not about.
+    """Allowed disturbance of things that no task is about.
 
     Args:
         bystander_motion: how far any point of a thing that nobody moves on purpose may get [m]. 5 mm: grasps and places are

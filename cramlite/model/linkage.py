@@ -1,4 +1,4 @@
-"""What moves the pads of a gripper whose model comes from a file: its joints and actuators at each opening."""
+"""Linkage of a gripper from a file: joints and actuators that move its pads, at each opening."""
 
 from __future__ import annotations
 
@@ -28,5 +28,6 @@ class Linkage(Value):
 
     @property
     def readings(self) -> tuple[float, ...]:
-        """Return what the encoder reads at each opening, (K,) [m, rad]: the joints' positions, weighted by ``measured``."""
+        """Return the encoder reading at each opening, (K,) [m, rad]: the joints' positions, weighted by
+        ``measured``."""
         return tuple(sum(w * q for w, q in zip(self.measured, row, strict=True)) for row in self.positions)

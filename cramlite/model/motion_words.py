@@ -1,4 +1,4 @@
-"""Words that motion designators say what is meant with, each with a sentence."""
+"""Words of motion designators for meanings rather than amounts, each with a sentence."""
 
 from __future__ import annotations
 

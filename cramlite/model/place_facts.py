@@ -1,4 +1,4 @@
-"""Facts of a place: the grip there, the release of a payload, what comes along with the hand, the fit of a peg."""
+"""Facts of a place: the grip there, the release of a payload, things that move along, the fit of a peg."""
 
 from __future__ import annotations
 

@@ -34,7 +34,8 @@ class Plan(Value):
 
     @property
     def with_things(self) -> str:
-        """Tasks in order, each with what plays its roles: "Grasping(coffee) -> Placing(coffee, shelf)"."""
+        """Tasks in order, each with the fillers of its roles: "Grasping(coffee) -> Placing(coffee,
+        shelf)"."""
         return " -> ".join(_title(a, _call) for a in self.actions)
 
 

@@ -1,4 +1,4 @@
-"""Files of arms and hands that other programs describe, and what their data sheets add."""
+"""Files of arms and hands that other programs describe, with additions from data sheets."""
 
 from __future__ import annotations
 

@@ -190,7 +190,7 @@ _CONTROLLED = ("force", "commanded", "payload", "grip")  # None where no control
 
 
 def save_rollout(rollout: Rollout, path: Path) -> None:
-    """Write a rollout to a file. The world is not written: whoever reads it has its file."""
+    """Write a rollout to a file. The world is not written: readers have its file."""
     import numpy as np
 
     pairs = sorted({(t.a, t.b) for touches in rollout.touches for t in touches})

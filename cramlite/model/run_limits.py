@@ -1,4 +1,4 @@
-"""Limits of robots that a run is held against: what ``preflight`` shows, and what proofs refuse, are these."""
+"""Limits of robots for runs: ``preflight`` shows them, and proofs refuse runs beyond them."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ OVERSHOOT = 1.05
 
 
 class Reached(Value):
-    """What a run reached of something that a controller limits.
+    """Value that a run reached of a quantity with a limit of the controller.
 
     Args:
         limit: "tool_speed", "tool_force" or "joint_speed".
@@ -40,7 +40,7 @@ class Reached(Value):
 
 
 def reached(peaks: RunPeaks, robot: Robot, force_limit: float, force_source: str) -> Iterator[Reached]:
-    """Yield what a run reached of each limit of its robot.
+    """Yield the value that a run reached of each limit of its robot.
 
     Args:
         force_limit: protective limit on the TCP force [N], and ``force_source``, whose it is.

@@ -14,7 +14,7 @@ SPEEDS, ACCELERATIONS, TIMES = ("speed", "turn_speed"), ("acceleration", "turn_a
 
 
 def slowed(program: Program, share: float) -> Program:
-    """Return a program that takes every motion of the arm, and of what carries it, at a share of its speed.
+    """Return a program with every motion of the arm and its platform at a share of its speed.
 
     Accelerations shrink by the square of it, so that each motion keeps its shape, and time-outs grow. The fingers close as fast as
     before, since grips are judged by it; waits stay as long.

@@ -241,7 +241,7 @@ class SetGripper(Step):
 
 
 class SetPayload(Step):
-    """Payload setting: what hangs on the flange, gripper and object, for the controller.
+    """Payload setting: the load on the flange, gripper and object, for the controller.
 
     Args:
         mass: [kg].
@@ -312,7 +312,8 @@ class Repeat(Step):
 
 
 class Monitor(Step):
-    """Monitored steps: they are stopped, and this fails with what was measured, when a watched quantity exceeds its limit.
+    """Monitored steps: they are stopped, and this fails with the measured value, when a watched quantity
+    exceeds its limit.
 
     Args:
         force: magnitude of the TCP force that may not be exceeded [N]; None is not watched, as below.

@@ -1,4 +1,4 @@
-"""Boxes around the geoms of a thing: how large it is, what of it carries something."""
+"""Boxes around the geoms of a thing: its size, and its supporting parts."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""The random numbers of a twin, and what was drawn with them: each source of error has a generator of its own."""
+"""Random numbers of a twin, and the values drawn with them: each source of error has a generator of its
+own."""
 
 from __future__ import annotations
 

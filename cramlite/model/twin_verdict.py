@@ -1,4 +1,4 @@
-"""Verdict of a program's runs in twins: each with what was drawn, whether it succeeded, and why not."""
+"""Verdict of a program's runs in twins: the draws of each, whether it succeeded, and why not."""
 
 from __future__ import annotations
 
@@ -104,7 +104,7 @@ class TwinVerdict(Value):
 
     @property
     def reason(self) -> str:
-        """What is said of it as a finding: the share, what was asked for, and why runs failed."""
+        """Text of it as a finding: the share, the demanded one, and why runs failed."""
         asked = f"{share_text(self.doubts.at_least)} of {self.doubts.runs} asked for"
         why = "; ".join(f"twin {t.number}: {t.text}" for t in self.failed)
         return f"{self.text}; {asked}" + (f"; {why}" if why else "")

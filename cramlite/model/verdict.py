@@ -1,4 +1,4 @@
-"""Verdicts: what the validators found in a program or in its rollout."""
+"""Verdicts: findings of the validators about a program or its rollout."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ class Verdict(Value):
 
     @property
     def objections(self) -> tuple[Finding, ...]:
-        """Findings that did not pass: what stopped the run first, then as validators were asked."""
+        """Findings that did not pass: those that stopped the run first, then in the order of validators."""
         return tuple(sorted((f for f in self.findings if not f.passed), key=lambda f: not f.stopped))
 
     @property

@@ -100,7 +100,7 @@ class Inertia(Value):
 
 
 class MeshFile(Value):
-    """Visual mesh of a thing: its geoms are what collides.
+    """Visual mesh of a thing, whose geoms collide in its place.
 
     Args:
         path: of an STL, OBJ or PLY file.
@@ -129,7 +129,7 @@ class Feature(Value):
 
 
 class Joint(Value):
-    """Prismatic or revolute joint between a thing and what carries it: a drawer slides, a door turns.
+    """Prismatic or revolute joint between a thing and its carrier: a drawer slides, a door turns.
 
     Args:
         kind: along, or about, the z axis of ``pose``.

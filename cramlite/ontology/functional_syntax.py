@@ -27,7 +27,7 @@ def is_functional(text: str) -> bool:
 
 
 def parse_functional(text: str, graph: rdflib.Graph) -> None:
-    """Add what an ontology in functional syntax says to a graph.
+    """Add the statements of an ontology in functional syntax to a graph.
 
     Raises:
         ValueError: it is not in that syntax; says the line.

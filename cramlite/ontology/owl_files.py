@@ -1,4 +1,5 @@
-"""Parsing of ontology files with rdflib, and extraction of what the taxonomy needs. Imported only on a cache miss."""
+"""Parsing of ontology files with rdflib, and extraction of the taxonomy's data. Imported only on a cache
+miss."""
 
 from __future__ import annotations
 
@@ -122,7 +123,7 @@ def prefixes_of(graph: rdflib.Graph) -> dict[str, str]:
 
 
 def extract(files: list[tuple[Path, bytes]]) -> dict[str, Any]:
-    """Extract what ``Taxonomy`` holds from ontology files, as JSON data."""
+    """Extract the data of ``Taxonomy`` from ontology files, as JSON data."""
     origins: dict[Node, tuple[str, int]] = {}
     graph = parse(files, origins)
     prefixes = prefixes_of(graph)

@@ -1,4 +1,5 @@
-"""Active perception: the camera is moved to see what a plan needs, and what it sees becomes the believed world.
+"""Active perception: the camera is moved to see the objects of a plan, and its pictures become the
+believed world.
 
 Furniture is known from the map; things that can be moved are known only as far as they are perceived, and what is seen
 but not recognised is in the way.
@@ -113,7 +114,7 @@ def look(
     scenario: Scenario, wanted: Sequence[Sequence[ObjectQuery]], world: World, real: World, robot: Robot,
     knowledge: Knowledge, seed: int,
 ) -> Look:  # fmt: skip
-    """Look for things with the scenario's camera, and return what is believed then.
+    """Look for things with the scenario's camera, and return the belief afterwards.
 
     For each thing: bring the camera to where it sees the places that a query names, take a picture of the real world,
     and believe what the experts say of it.
@@ -384,7 +385,7 @@ def _looking(knowledge: Knowledge) -> str:
 
 
 def ask(query: ObjectQuery, view: View, fixtures: tuple[Thing, ...], knowledge: Knowledge, **more: Any) -> Perceived:
-    """Answer a query about a view, with what the engine knows beforehand: models, classes, and a map."""
+    """Answer a query about a view, with the prior knowledge of the engine: models, classes, and a map."""
     priors = {
         "view": view, "fixtures": fixtures, "models": knowledge.products, "query": query,
         "taxonomy": knowledge.taxonomy, **more,

@@ -128,7 +128,8 @@ class _Planner(Struct, dict=True):
         return tuple(PipelineStage(o, tuple(p), p[0].cost_ms) for o in outputs if (p := self.providers(o)))
 
     def before(self, output: str, order: list[str], open_: Collection[str] = ()) -> None:
-        """Append a value to the order, after the inputs of its cheapest provider and what else it takes into account."""
+        """Append a value to the order, after the inputs of its cheapest provider and the others that this
+        takes into account."""
         if output in self.priors or output == OBJECTS or output in order or output in open_:
             return
         for provider in self.providers(output)[:1]:

@@ -1,4 +1,4 @@
-"""Object queries: conditions on what a camera sees, from an object designator or from text."""
+"""Object queries: conditions on a camera's view, from an object designator or from text."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""Running a perception pipeline: experts are asked about a view, and what does not fit is dropped with its reason."""
+"""Running a perception pipeline: experts are asked about a view, and unfit objects are dropped with the
+reason."""
 
 from __future__ import annotations
 
@@ -69,7 +70,7 @@ class _Running(Struct):
     making: list[str] = field(default_factory=list)
 
     def make(self, output: str) -> None:
-        """Ask the providers in order, each about what those before left without the value.
+        """Ask the providers in order, each about the objects that still lack the value.
 
         A value that is being made is not made for its own sake: what an expert uses may depend on what it makes.
         """

@@ -1,4 +1,4 @@
-"""What no picture shows yet: places above furniture that something stands before, and how much of them a camera would see."""
+"""Unseen places: areas above furniture behind occluders, and how much of them a camera would see."""
 
 from __future__ import annotations
 

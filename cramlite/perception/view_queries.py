@@ -1,4 +1,4 @@
-"""Object queries of a plan: what to look for, and at which furniture."""
+"""Object queries of a plan: targets, and the furniture to look at."""
 
 from __future__ import annotations
 

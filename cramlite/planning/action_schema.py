@@ -85,7 +85,7 @@ class ActionSchema(Value):
 
     @property
     def doing(self) -> str:
-        """What is done: the class of its task, and whether elsewhere."""
+        """Class of its task, and whether it happens elsewhere."""
         return doing(self.task, self.elsewhere)
 
     @property
@@ -118,7 +118,7 @@ def action_schemas(grounder: Grounder, rules: Iterable[Rule], tasks: Mapping[str
 
 
 def kind_of(entity: str) -> str:
-    """Return "hand", "component" or "body": what kind of entity a name is of."""
+    """Return "hand", "component" or "body": the kind of entity of a name."""
     return "hand" if entity == EFFECTOR else "component" if BETWEEN in entity else "body"
 
 
@@ -186,7 +186,7 @@ class _Tabulation:
         return Table(f"{_name(inner)} {reduced}", names, left, denied)
 
     def every(self, given: Atom, then: Condition) -> Universal:
-        """Return ``every given -> then`` with a table of what ``then`` allows."""
+        """Return ``every given -> then`` with a table of the rows that ``then`` allows."""
         (other,) = [v for v in variables(given) if v not in self.terms]
         binding = {**self.terms, other: "?other"}
         fact = (given.predicate.name, *(str(a) for a in given.arguments(dict(binding))))

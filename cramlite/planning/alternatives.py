@@ -165,7 +165,8 @@ class Alternatives(Value):
 
 
 def wrong_with(answer: object, item: Designator) -> str:
-    """Say why an answer is no grounding of a designator, as a clause: who uses it later is not to blame for it. Empty if it is one."""
+    """Return why an answer is no grounding of a designator, as a clause, so that its later users are not
+    blamed; empty if it is one."""
     kind, value = type(item).__name__, getattr(answer, "value", None)
     if not isinstance(answer, Grounding):
         return f"an answer is a Grounding or a Refused, not {_short(answer)}"
@@ -202,7 +203,7 @@ def _check_way(way: Any) -> None:
 
 
 def misfit(action: Action, inside: Iterable[Action], tasks: Mapping[str, object]) -> str:
-    """Return why an action cannot be part of what it is to be part of; empty when it can.
+    """Return why an action cannot be part of its compound; empty if it can.
 
     Args:
         inside: the actions that it is a part of, the innermost first.

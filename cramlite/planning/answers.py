@@ -170,7 +170,7 @@ class Answers(Struct):
         return self.asked == asked_before, told
 
     def _question(self, item: Designator, belief: Belief, context: Context, ask: Callable[[Context], Streams]) -> Question:
-        """The question if it was asked before, else as it is asked now."""
+        """Earlier question that is equal, else the present one."""
         key = (item.name, belief.joints, belief.held.thing if belief.held else "")
         here = self.known.setdefault(key, [])
         found = next((q for q in here if q.suits(item, belief, context)), None)

@@ -48,12 +48,13 @@ class Blocking(Value):
         return all(any(same.issuperset(tracks) for tracks in any_of) for any_of in self.sets)
 
     def left_shut(self) -> Blocking:
-        """Return what it rules out as long as nothing is opened to make room: what is shut takes the least there is."""
+        """Return the blocking that holds as long as nothing is opened to make room: closed joints take the
+        least room."""
         return replace(self, sets=tuple(any_of for any_of in self.sets if all(tracks[0].thing not in self.shut for tracks in any_of)))
 
     def while_others_stay(self) -> Blocking:
-        """Return what it rules out as long as nothing else that was in the way is moved: whatever the task's own things come from,
-        they meet it again; the same where nothing else was."""
+        """Return the blocking that holds as long as no other obstacle is moved: the task's own things meet
+        it again, wherever they come from; the same without other obstacles."""
         own = {thing_of(e) for _, e in self.task[1]}
         others = tuple(any_of for any_of in self.sets if own.isdisjoint(tracks[0].thing for tracks in any_of))
         return replace(self, sets=others) if others else self
@@ -67,8 +68,8 @@ class Blocking(Value):
 def blocking_of(
     found: Refutation, steps: Sequence[Operator], facts: Sequence[frozenset[Fact]], loose: frozenset[str]
 ) -> Blocking | None:
-    """Return what a refuted task sequence says of all sequences: that its last refused task fails while all that its failure
-    depends on is as it was.
+    """Return the lesson of a refuted task sequence for all: its last refused task fails while all that its
+    failure depends on is unchanged.
 
     Args:
         facts: before each step, those that rules ask about.

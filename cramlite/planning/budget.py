@@ -1,4 +1,5 @@
-"""The budget of a search: counted work, so that a seed gives the same program on any machine; seconds where somebody asks."""
+"""Budget of a search: counted work, so that a seed gives the same program on any machine; seconds if asked
+for."""
 
 from __future__ import annotations
 
@@ -88,7 +89,8 @@ def budget_from(asked: Mapping[str, int], where: Callable[[str], str]) -> Budget
 
 
 def until_late(budget: Budget, trace: Trace, stop: Stop) -> Stop:
-    """Return ``stop``, or what says the same once a budget of seconds is spent; the trace tells that when it is."""
+    """Return ``stop``, or a function that also stops once a budget of seconds is spent; the trace then
+    says so."""
     if not budget.seconds:
         return stop
     end, told = time.monotonic() + budget.seconds, list[bool]()

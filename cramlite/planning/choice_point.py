@@ -42,7 +42,8 @@ class Nogoods(Struct):
     beside: dict[frozenset[Choice], Conflict] = field(default_factory=dict)
 
     def made_again(self, choices: tuple[Choice, ...]) -> Conflict | None:
-        """Return what a known no-good that the last choice completes depends on; None if there is none."""
+        """Return the conflict set of a known no-good that the last choice completes; None if there is
+        none."""
         made = set(choices)
         found = next((nogood for nogood in self.known.get(choices[-1], ()) if nogood <= made), None)
         return frozenset(name for name, _ in found) | self.beside[found] if found is not None else None
@@ -134,7 +135,8 @@ class ChoicePoint(Struct):
         return self.domain
 
     def about(self, things: Collection[str | Collection[str]]) -> set[str]:
-        """Return the choices of the domain that settled where some things are, where the asked one is, and what is held."""
+        """Return the choices of the domain that settled the places of some things, the asked one, and the
+        payload."""
         own = self.state.bindings.get(getattr(self.item, "of", None) or "", "")
         held = self.state.belief.held
         named = (t for one in things for t in ([one] if isinstance(one, str) else one))

@@ -11,7 +11,8 @@ NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?: m?m\b)?")  # a length is told in m o
 
 
 def how_it_ended(entries: Sequence[Entry]) -> str:
-    """Return whether all alternatives were refused, or what ended the search before, and how to raise it."""
+    """Return whether all alternatives were refused, or the earlier end of the search and how to raise its
+    limit."""
     capped = _left_out(entries)
     late = any(e.kind == "budget" and "seconds" in e.numbers for e in capped)
     if any(e.kind == "stop" for e in capped) and not late:
@@ -66,7 +67,7 @@ def _depth(entries: Mapping[int, Entry], entry: Entry) -> int:
 
 
 def task_of(entry: Entry | None, known: Mapping[int, Entry]) -> int:
-    """Return the task of the plan, from 1, in which something was asked; 0 for what was asked before all tasks."""
+    """Return the task of the plan, from 1, in which a question was asked; 0 before all tasks."""
     while entry is not None and "task" not in entry.numbers:
         entry = known.get(entry.parent)
     return int(entry.numbers["task"]) if entry is not None else 0

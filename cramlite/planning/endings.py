@@ -1,4 +1,4 @@
-"""Endings: all that ends where a task ends something, by what predicates declare of each other (``Fluent``).
+"""Endings: all facts that end where a task ends one, by the predicates' declarations (``Fluent``).
 
 ``Fluents.after`` says the same of one state; here it is said of all states, as the conditional effects of an action schema.
 """
@@ -48,7 +48,7 @@ def is_free(term: str) -> bool:
 
 
 def kinds_of(schemas: Iterable[ActionSchema], facts: Iterable[Fact]) -> Kinds:
-    """Return the kinds of entities that relations are ever about: at first, and by what tasks add."""
+    """Return the kinds of entities that relations can be about: at first, and by the effects of tasks."""
     found: dict[tuple[str, int], set[str]] = {}
     added = ((f[0], map(_kind, f[1:])) for s in schemas for f in s.change.adds)
     known = ((f[0], map(kind_of, f[1:])) for f in facts)
@@ -74,7 +74,8 @@ def _kind(term: str) -> str:
 
 
 def endings(schema: ActionSchema, fluents: Fluents, kinds: Kinds) -> tuple[Ending, ...]:
-    """Return what ends with a task, without what never holds and what ends under fewer conditions anyway."""
+    """Return the facts that end with a task, without those that never hold or end under fewer conditions
+    anyway."""
     found: list[Ending] = []
     todo = [_tidy(e) for e in _denied(schema, fluents)]
     for _ in range(DEEPEST):

@@ -1,4 +1,4 @@
-"""What should hold when a plan is carried out: its goal, or what the demonstration that it comes from ended with."""
+"""Facts that should hold when a plan is done: its goal, or those at the end of its demonstration."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def literals_of_goals(goals: Iterable[str], scene: SymbolicWorld, knowledge: Kno
 def literals_of_plan(
     plan: Plan, actions: Sequence[Action], scene: SymbolicWorld, knowledge: Knowledge
 ) -> tuple[GoalLiteral, ...]:
-    """Return what should hold when a plan has been carried out.
+    """Return the facts that should hold when a plan has been carried out.
 
     Args:
         actions: the plan's, their roles bound to things of the scene. What lasts of others is left out.
@@ -68,7 +68,8 @@ def _clause(rule: Rule, text: str) -> Clause | None:
 def lasting_of(
     matches: Sequence[Match], actions: Sequence[Action], rules: Mapping[str, Rule], timeline: Timeline
 ) -> Iterator[tuple[str, str]]:
-    """Generate what a demonstration ended with: postconditions of its tasks about things that still hold when the recording ends.
+    """Generate the facts at the end of a demonstration: postconditions of its tasks that still hold when
+    the recording ends.
 
     Only relations that tasks begin and end (``Predicate.fluent``) are meant. That a thing is near, in view or within reach is
     of the moment, and where the hand ended is judged with its task.

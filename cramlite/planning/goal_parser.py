@@ -1,4 +1,4 @@
-"""Goals in words, "tin on counter near hook": which phrase that predicates declare each of them is, and what it asks for."""
+"""Goals in words, "tin on counter near hook": the declared phrase of each, and its demands."""
 
 from __future__ import annotations
 
@@ -78,12 +78,13 @@ def _denied(goal: ParsedGoal, where: str) -> ParsedGoal:
     """
     denied = goal.meaning.denied if not goal.side else None
     if denied is None:
-        raise UserError(f"{where}the goal '{NOT}{goal.text}' denies more than one relation; say what shall hold instead.")
+        raise UserError(f"{where}the goal '{NOT}{goal.text}' denies more than one relation; state the wanted relation instead.")
     return ParsedGoal(NOT + goal.text, goal.things, denied)
 
 
 def contradiction(texts: Sequence[str], grounder: Grounder, places: Sequence[str] = ()) -> str:
-    """Name two goals that cannot hold at one time, by what predicates declare of each other, and why; "" where all can.
+    """Name two goals that cannot hold at one time, by the predicates' declarations, and why; "" if all
+    can.
 
     Args:
         places: "file:line" of each goal; none for goals that stand in no file.
@@ -99,7 +100,7 @@ def contradiction(texts: Sequence[str], grounder: Grounder, places: Sequence[str
 
 
 def _ring(goals: Sequence[ParsedGoal], grounder: Grounder, places: Sequence[str]) -> str:
-    """How goals would have a thing carry itself; "" where none do."""
+    """Cycle of goals by which a thing would carry itself; "" without one."""
     asked = {f: k for k, goal in reversed(list(enumerate(goals))) for f in goal.meaning.needs}
     found = grounder.fluents.ring(asked)
     if not found:
@@ -112,7 +113,7 @@ def _ring(goals: Sequence[ParsedGoal], grounder: Grounder, places: Sequence[str]
 
 
 def _two_manners(one: ParsedGoal, other: ParsedGoal) -> str:
-    """How one thing would have to be put down in two ways at once; "" where it need not."""
+    """Conflict of two manners of putting down one thing; "" without one."""
     first, second = (g.meaning.manner.where if g.meaning.manner else {} for g in (one, other))
     if one.things[0] != other.things[0]:
         return ""

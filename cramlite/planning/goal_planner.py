@@ -45,7 +45,7 @@ class TaskConstraint(Value):
 
 
 class GoalFacts(Value):
-    """Goal facts: what must hold in the end, and what may not.
+    """Goal facts: facts that must hold in the end, and patterns that may not.
 
     Args:
         constraints: fact that something was brought about as it was asked for -> what that asks of the task.
@@ -99,7 +99,7 @@ def parse_goals(goals: Iterable[str], grounder: Grounder, where: str = "") -> Go
 
 
 def constraint_facts(goal: GoalFacts, schema: ActionSchema, task: TaskType) -> frozenset[Fact]:
-    """Return the facts, with terms, that a task makes if it does what it does as the goal asks for it."""
+    """Return the facts, with terms, of a task that is done in the goal's manner."""
     found: set[Fact] = set()
     for fact, asked in goal.constraints.items():
         if asked.suits(task):
@@ -111,7 +111,7 @@ def constraint_facts(goal: GoalFacts, schema: ActionSchema, task: TaskType) -> f
 
 
 def constrained(goal: GoalFacts, operator: Operator, task: TaskType, held: frozenset[str]) -> Operator:
-    """Return an operator, with the facts that it makes if it does what it does as the goal asks for it.
+    """Return an operator with the facts of the goal's manner.
 
     Args:
         held: things that are in the hand at some time.
@@ -164,7 +164,8 @@ def say(fact: Fact) -> str:
 
 
 def as_tasks(plan: TaskPlan, tasks: Mapping[str, TaskType], goal: GoalFacts | None = None) -> list[TaskSpec]:
-    """Return the tasks of a plan as a scenario lists them, with what the goal asks of each: ``where`` and parameters."""
+    """Return the tasks of a plan as a scenario lists them, with the goal's demands on each: ``where`` and
+    parameters."""
     return [_spec(step, tasks[step.task], goal.constraints if goal else {}) for step in plan.steps]
 
 
@@ -193,7 +194,7 @@ def ground_goal(goal: Goal, objects: Mapping[str, ObjectSpec], grounder: Grounde
 
 
 def _things(spec: ObjectSpec, grounder: Grounder) -> list[str]:
-    """Things that an object may mean: those of its class first, then those that have what is asked for."""
+    """Things that an object may mean: those of its class first, then those with the needed features."""
     if spec.entity:
         return [spec.entity]
     fit = [n for n in grounder.things if all(grounder.scene.has(n, f) for f in spec.features)]

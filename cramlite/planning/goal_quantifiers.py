@@ -21,7 +21,7 @@ Says = tuple[str, ...]
 
 
 def without_quantifiers(says: Sequence[str], grounder: Grounder) -> Iterator[Says]:
-    """Generate what goals may mean: for each choice of things and of alternatives, the goals about them.
+    """Generate the meanings of goals: for each choice of things and alternatives, the goals about them.
 
     What needs least is first: of alternatives those that hold already, of things those for which the goal does; else in the
     order of goal and world.
@@ -66,7 +66,8 @@ def _of_things(goal: str, grounder: Grounder, facts: frozenset[Fact]) -> Iterato
 
 
 def _holds(goal: str, grounder: Grounder, facts: frozenset[Fact]) -> bool:
-    """Whether a goal about things holds at the start; what is no goal is refused when it is planned."""
+    """Whether a goal about things holds at the start; a sentence that is no goal is refused when it is
+    planned."""
     try:
         said = parse_goal(goal, grounder)
     except UserError:

@@ -1,4 +1,5 @@
-"""Handling of things by tasks: by which tasks a thing came to be where it is and as it is held, by what their rules say.
+"""Handling of things by tasks: the tasks that brought a thing to its place and into the hand, by their
+rules.
 
 How the hand holds a thing is settled when it is taken, where it lies when it is let go of, and how far a joint is open by the task
 that changes it. What happens in between, while it is in the hand, makes no difference; nor does a grasp that ends where it began.
@@ -21,7 +22,7 @@ Stage = tuple[int, Literal["", "taken", "other"]]
 
 
 class Handling(Value):
-    """What a task does to a thing.
+    """Effect of a task on a thing.
 
     Args:
         takes, lets_go: whether it begins, or ends, to be held.
@@ -38,7 +39,7 @@ class Handling(Value):
 def handled(
     needs: Iterable[Fact], adds: Iterable[Fact], removes: Iterable[Pattern], fluents: Fluents, moves: Iterable[str] = ()
 ) -> dict[str, Handling]:
-    """Return what a task does to each thing, or parameter, by its preconditions and effects.
+    """Return the effect of a task on each thing, or parameter, by its preconditions and effects.
 
     Held is what a fluent ``in_hand`` is about; it is displaced where a relation to anything but the hand begins or ends. What is
     not held is where a state of it alone ends, such as that a joint is closed, and what a task says that it moves, such as what is pushed.
@@ -66,7 +67,7 @@ def task_text(task: Done) -> str:
 
 
 def history(steps: Iterable[Operator], thing: str) -> tuple[Done, ...]:
-    """Return the tasks that made a thing what it is, in order; () while it is as it was at the start."""
+    """Return the tasks that changed a thing, in order; () while it is as at the start."""
     past, taken = list[Done](), list[Done]()
     for step in steps:
         how = handled(step.needs, step.adds, step.removes, step.fluents, step.moves).get(thing)

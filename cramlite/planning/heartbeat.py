@@ -1,4 +1,4 @@
-"""Heartbeat of a search: it ends when its caller wants that, and says every few seconds what is done now."""
+"""Heartbeat of a search: it ends when its caller wants, and tells the current work every few seconds."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ BEHIND = {"proof": "searching: what to do otherwise after the last program", "se
 
 
 class NowDone(str):
-    """Line of progress on what is done now; other lines are events, and come once."""
+    """Line of progress on the current work; other lines are events, and come once."""
 
     __slots__ = ()
 
@@ -103,13 +103,13 @@ def _recent(entries: list[Entry]) -> list[Entry]:
 
 
 def _on_the_way(entries: Iterable[Entry]) -> str:
-    """What was refused before a program that runs, as a clause; "" where nothing was."""
+    """Refusals before a running program, as a clause; "" without any."""
     total, most = _refused(entries)
     return f"; on the way to it {total} alternatives were, {most}" if total else ""
 
 
 def _refused(entries: Iterable[Entry]) -> tuple[int, str]:
-    """How many alternatives were refused, and why most often."""
+    """Number of refused alternatives, and the most frequent reason."""
     reasons = Counter((e.reason, e.plugin) for e in entries if e.outcome in REFUSED)
     if not reasons:
         return 0, ""

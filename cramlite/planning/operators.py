@@ -38,7 +38,7 @@ OTHER = "?other"
 
 
 def doing(task: str, elsewhere: bool) -> str:
-    """Return what is done, as blockings tell tasks apart."""
+    """Return the class of its task, and whether it happens elsewhere, as blockings tell tasks apart."""
     return f"{task} elsewhere" if elsewhere else task
 
 
@@ -71,7 +71,7 @@ class Operator(Value):
 
     @property
     def doing(self) -> str:
-        """What is done: the class of its task, and whether elsewhere."""
+        """Class of its task, and whether it happens elsewhere."""
         return doing(self.task, self.elsewhere)
 
     def __str__(self) -> str:
@@ -211,7 +211,8 @@ class Grounder:
         return name in self.things and self.things[name].movable
 
     def change(self, rule: Rule, task: TaskType, binding: Mapping[str, str], ends: bool = False) -> Change | None:
-        """Return what a task needs and changes with some fillers, which may be parameters; conditions on classes left out.
+        """Return needs and changes of a task with some fillers, which may be parameters; without
+        conditions on classes.
 
         Args:
             ends: whether it ends something beside what it denies by itself.
@@ -251,7 +252,7 @@ class Grounder:
         return frozenset().union(*found)
 
     def _others(self, given: Atom, then: Condition, binding: Mapping[str, str], scene: SymbolicWorld) -> set[Pattern]:
-        """Facts that ``every given -> then`` forbids: those of entities of which ``then`` does not hold."""
+        """Facts that ``every given -> then`` forbids: those of entities for which ``then`` does not hold."""
         (free,) = [v for v in variables(given) if v not in binding] or [""]
         if not free:
             return set()
@@ -265,7 +266,7 @@ def conditions_of(rule: Rule) -> list[tuple[str, Condition]]:
 
 
 def held_in(clauses: Iterable[tuple[str, Condition]], binding: Mapping[str, str]) -> frozenset[str]:
-    """Return what is in the hand at some time of a task."""
+    """Return the things that are in the hand at some time of a task."""
     atoms = (c for _, c in clauses if isinstance(c, Atom) and c.predicate.fluent.in_hand)
     return frozenset(str(a.arguments(dict(binding))[-1]) for a in atoms)
 

@@ -236,7 +236,8 @@ class _Writer:
 
 
 def _attainable(schemas: Sequence[ActionSchema], facts: Iterable[Fact]) -> list[ActionSchema]:
-    """Leave out what needs a relation that neither holds of anything nor is brought about: planners ground the rest faster."""
+    """Leave out schemas that need a relation that neither holds nor is ever made: planners ground the rest
+    faster."""
     known = {f[0] for f in (*facts, *(f for s in schemas for f in s.change.adds))}
     kept = [s for s in schemas if known.issuperset(f[0] for f in s.change.needs)]
     return kept if len(kept) == len(schemas) else _attainable(kept, facts)

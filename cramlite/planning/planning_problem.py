@@ -1,4 +1,5 @@
-"""Symbolic planning problems: what holds, what should hold, and the tasks that change it; as PDDL, and plans checked."""
+"""Symbolic planning problems: present facts, wanted facts, and tasks that change them; as PDDL, and plans
+checked."""
 
 from __future__ import annotations
 
@@ -105,12 +106,12 @@ class PlanningProblem(Value, eq=False):
             yield Scope(every)
 
     def within(self, scope: Scope) -> PlanningProblem:
-        """Return the problem with no more ways round what was refused than a scope leaves."""
+        """Return the problem with no more ways round the refusals than a scope leaves."""
         blocked = tuple(b.left_shut() for b in self.blocked) if scope.left_shut else self.blocked
         return replace(self, blocked=tuple(b.while_others_stay() for b in blocked) if scope.others_moved else blocked)
 
     def _asked_about(self, facts: frozenset[Fact]) -> frozenset[Fact]:
-        """Those of some facts whose predicates rules ask about."""
+        """Facts whose predicates rules ask about."""
         asked = {a.predicate.name for r in self.knowledge.goal_rules for _, c in conditions_of(r) for a in atoms(c)}
         return frozenset(f for f in facts if f[0] in asked)
 
@@ -139,8 +140,8 @@ class PlanningProblem(Value, eq=False):
         )  # fmt: skip
 
     def _here(self, schema: ActionSchema, scope: Scope) -> Iterator[ActionSchema]:
-        """A schema with what it makes as the goal asks for it, and with the fillers that a scope allows. Where something was in the way
-        also one that does without what the goal asks for: two things that change places need a third."""
+        """Schema with the effects that the goal asks for, and the fillers of a scope. With obstacles also
+        one without the goal's effects: two things that change places need a third."""
         change, task = schema.change, self.knowledge.tasks[schema.task]
         asked = constraint_facts(self.wanted, schema, task)
         cost = ASIDE * schema.cost if not asked and _may_push(schema, self._in_the_way, self.grounder.fluents) else schema.cost
@@ -159,8 +160,8 @@ class PlanningProblem(Value, eq=False):
         return frozenset(t.thing for b in self.blocked for t in b.tracks)
 
     def _allowed(self, schema: ActionSchema, table: Table, scope: Scope) -> Table:
-        """A table of fillers without what can be moved, where the goal does not ask for it there. What a task alone is about, such as
-        the drawer that it opens, or what it pushes, is no place."""
+        """Table of fillers without movable things, except where the goal asks for them. A thing that only
+        the task is about, such as the drawer that it opens, is no place."""
         new = [f for f in schema.change.adds - schema.change.needs if len(f) > 2]
         made = [(f[0], k) for f in new for k, t in enumerate(f) if (t,) == table.terms]
         if not scope.on_fixed or not made or table.terms[0] in schema.in_hand | _moved_unheld(schema, self.grounder.fluents):
@@ -222,7 +223,8 @@ class PlanningProblem(Value, eq=False):
         return tuple(kept)
 
     def shut_first(self, steps: tuple[Operator, ...]) -> tuple[Operator, ...]:
-        """Return a plan in which what it opens is opened behind all that it shuts, as far as it is a plan so, too.
+        """Return a plan in which things are opened after all those that it closes, as far as it stays a
+        plan.
 
         What is open takes room: before a cabinet the handle of an open drawer keeps the hand from closing the one below.
         """
@@ -236,7 +238,8 @@ class PlanningProblem(Value, eq=False):
         return steps
 
     def _missed(self, without: Iterable[Operator], rest: Iterable[Operator], facts: frozenset[Fact]) -> bool:
-        """Whether what steps bring about is needed later, before another brings it about: quicker than to apply all the rest."""
+        """Whether a later step needs an effect before another makes it: quicker than applying all the
+        rest."""
         lacking = {f for step in without for f in step.adds} - facts
         for step in rest:
             if lacking & step.needs:
@@ -250,11 +253,11 @@ class PlanningProblem(Value, eq=False):
         return TaskPlan(tuple(steps), tuple(self._out_of_the_way(steps, k) or reason for k, reason in enumerate(found)))
 
     def surplus(self, steps: Sequence[Operator]) -> frozenset[tuple[bool, Fact]]:
-        """Return what operators make or end beyond what later ones and the goal ask for."""
+        """Return the effects of operators beyond the needs of later ones and the goal."""
         return surplus(self.wanted, self.facts, tuple(steps))
 
     def _out_of_the_way(self, steps: Sequence[Operator], k: int) -> str:
-        """What a step makes possible that geometry refused before; "" where it does not."""
+        """Task that a step makes possible where geometry refused it before; "" without one."""
         for later in range(k + 1, len(steps)):
             for b in self.blocked:
                 if not b.bars(steps[:later], steps[later]) and b.bars([*steps[:k], *steps[k + 1 : later]], steps[later]):
@@ -262,7 +265,8 @@ class PlanningProblem(Value, eq=False):
         return ""
 
     def blocking(self, steps: Sequence[Operator], found: Refutation) -> Blocking | None:
-        """Return what the failure of a task sequence rules out; None where no task of it was refused, or it is known."""
+        """Return the blocking that follows from the failure of a task sequence; None without a refused
+        task, or if it is known."""
         facts = [self.facts]
         for step in steps:
             facts.append(step.apply(facts[-1]))
@@ -273,7 +277,7 @@ class PlanningProblem(Value, eq=False):
         return new if new not in self.blocked else None
 
     def _shut(self, blocking: Blocking, facts: frozenset[Fact]) -> frozenset[str]:
-        """What is on a joint, and not open, and was in the way of a task about another thing on a joint."""
+        """Closed things on a joint that blocked a task about another thing on a joint."""
         own = {thing_of(e) for _, e in blocking.task[1]}
         joints = {n for n, t in self.grounder.things.items() if t.joint is not None}
         tasks = self.knowledge.tasks
@@ -283,7 +287,7 @@ class PlanningProblem(Value, eq=False):
         return frozenset(t.thing for t in blocking.tracks if own & joints and t.thing in joints - own - wide)
 
     def blockings(self, steps: Sequence[Operator], found: Refutation) -> tuple[Blocking, ...]:
-        """Return what the failure of a task sequence rules out, as ``blocking`` does.
+        """Return the blockings that follow from the failure of a task sequence, as ``blocking`` does.
 
         Of a task that was refused in one part of it alone, such as putting down, that part, too: it would be refused as a task of its own.
         """
@@ -345,8 +349,8 @@ def _may_make(schema: ActionSchema, added: Fact, fact: Fact) -> bool:
 
 
 def _relevant(goal: GoalFacts, schemas: Sequence[ActionSchema], fluents: Fluents, blocked: bool) -> list[ActionSchema]:
-    """Schemas that change something which the goal, or a relevant schema, asks about; where tasks are blocked, also those that move what
-    is not in the hand, such as a drawer and with it what stands in it."""
+    """Schemas that change something asked by the goal or a relevant schema; with blocked tasks also those
+    that move things outside the hand, such as a drawer with its content."""
     asked = {p[0] for p in (*goal.needs, *goal.without)}
     changing = [s for s in schemas if _changes(s, fluents)]
     moving = [s for s in changing if blocked and _moves_joint(s, fluents)]
@@ -359,7 +363,7 @@ def _relevant(goal: GoalFacts, schemas: Sequence[ActionSchema], fluents: Fluents
 
 
 def _changes(schema: ActionSchema, fluents: Fluents) -> bool:
-    """Whether anything is other than before: what it adds may follow from what it needs, what it ends may be forbidden before."""
+    """Whether a schema changes anything: an effect may follow from its needs, or be forbidden before."""
     change = schema.change
     ends = [p for p in change.removes if p not in change.without]
     return bool(ends or schema.after or change.adds - fluents.implied(change.needs, schema.in_hand))
@@ -371,7 +375,8 @@ def _moves_joint(schema: ActionSchema, fluents: Fluents) -> bool:
 
 
 def _moved_unheld(schema: ActionSchema, fluents: Fluents) -> frozenset[str]:
-    """Terms of what a schema moves without holding it, and of which no fact tells: not of what is on a joint, which is open or closed."""
+    """Terms of things that a schema moves without holding them and without a fact about it; not of things
+    on a joint."""
     change = schema.change
     told = handled(change.needs, change.adds, change.removes, fluents)
     return frozenset(t for t in change.moves if t not in told or not told[t].displaces)

@@ -1,4 +1,4 @@
-"""Refutations: what the failure of a whole task sequence depends on, as tasks of it and things as they then were."""
+"""Refutations: conflict sets of whole task sequences, as tasks of them and things as they then were."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ class Refutation(Value):
 
 
 def as_they_are(things: InTheWay) -> frozenset[AsItIs]:
-    """Return the part of a conflict set that blames things, by what a plugin says of them (``Refused.blocking``)."""
+    """Return the part of a conflict set that blames things, as plugins state it (``Refused.blocking``)."""
     sets = [ANY] if things is None else things
     return frozenset(AsItIs(frozenset([one] if isinstance(one, str) else one)) for one in sets)
 

@@ -33,7 +33,7 @@ Below = Generator[State, Conflict | None, Conflict]
 
 
 class Effort(Struct):
-    """Effort that was spent on one task sequence, in all rounds, and what it taught.
+    """Effort that was spent on one task sequence, in all rounds, and its lessons.
 
     Args:
         breadth: how many times as many alternatives are tried as in the first round.
@@ -124,8 +124,8 @@ class Search(Struct, dict=True):
         return (yield from self._choose(item, behind, parent))
 
     def _failed(self, state: State, conflict: Conflict | None) -> Conflict:
-        """Remember that a grounded state could not be proven, or was not enough; return what it depends on, the choices for later
-        among it only if they are not put off any more."""
+        """Remember that a grounded state could not be proven, or was not enough; return the choices that
+        it depends on, postponed ones only if they are not postponed any more."""
         everything = _everything(state)
         said = everything if conflict is None else conflict
         later = frozenset(c.choice for c in said if isinstance(c, Later)) & everything

@@ -127,7 +127,7 @@ def _room() -> tuple[str, ...]:
 
 
 def _driver() -> Path:
-    """Where the wheel has Fast Downward's driver; the package itself is not imported."""
+    """Path of Fast Downward's driver in the wheel; the package itself is not imported."""
     found = find_spec(PACKAGE.replace("-", "_"))
     places = found.submodule_search_locations if found is not None else None
     driver = Path(next(iter(places or ()), "")) / "downward" / "fast-downward.py"

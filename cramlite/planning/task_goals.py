@@ -118,7 +118,7 @@ def _call(
 
 
 def _own_roles(task: TaskType, given: Mapping[str, str]) -> dict[str, str]:
-    """Fillers by the task's own names of its roles, of which scenarios may write an alias."""
+    """Fillers by the task's own names of its roles, for which scenarios may write aliases."""
     meant = {alias: role.name for role in task.roles for alias in role.aliases}
     found: dict[str, str] = {}
     for name, filler in given.items():

@@ -151,7 +151,8 @@ def plans_for_goal(
 
 
 class _Asked(NamedTuple):
-    """A goal, what a scenario says of its objects, where it says each part, and the plan that it hands over."""
+    """Goal, statements of the scenario about its objects, lines of its parts, and the plan that it hands
+    over."""
 
     goal: Goal
     objects: Mapping[str, ObjectSpec] = MappingProxyType({})

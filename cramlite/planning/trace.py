@@ -1,4 +1,4 @@
-"""The trace of a resolution: who answered what, and why the others were refused."""
+"""Trace of a resolution: answers with their plugins, and reasons of refusals."""
 
 from __future__ import annotations
 
@@ -140,7 +140,7 @@ class Trace(Struct):
     def refuted(self, plan: str, found: Refutation) -> None:
         """Append an entry that every grounding of the task sequence that is being tried failed."""
         sets = [" or ".join(f"'{t}'" for t in any_of) for any_of in found.things or ()]
-        things = "it was not said of what" if found.things is None else ", ".join(sets) or "no other thing"
+        things = "things that no plugin named" if found.things is None else ", ".join(sets) or "no other thing"
         unfit = ", ".join(f"'{name}'" for name in found.unfit)
         said = f"it depends on tasks {', '.join(map(str, found.tasks)) or 'none'}, and on {things}"
         said = f"no task can be done with {unfit}" if unfit else said

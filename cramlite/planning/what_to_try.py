@@ -1,4 +1,4 @@
-"""What a person may try after a search that found nothing, from what its refusals say is missing."""
+"""Remedies after a search that found nothing, from the missing quantities of its refusals."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def _parted(refusals: Iterable[Entry]) -> tuple[list[Entry], list[Entry]]:
 
 
 def _against(ran: Sequence[Entry]) -> Iterator[str]:
-    """What to try against the objections to programs, and to how many of them; the most frequent cause first."""
+    """Remedies against the objections to programs, with their number; the most frequent cause first."""
     told = [(e, e.remedy or Remedy(without_numbers(_first_objection(e)), _first_objection(e))) for e in ran]
     often = Counter(_about(e, remedy) for e, remedy in told)
     for (_, count), says in zip(often.most_common(), _told(told), strict=True):
@@ -81,7 +81,7 @@ def _distinct(entries: Iterable[Entry]) -> Iterator[Entry]:
 
 
 def _told(found: Sequence[tuple[Entry, Remedy]]) -> Iterator[str]:
-    """Of each cause the remedy that lacks least; the most frequent cause first."""
+    """Remedy that lacks least for each cause; the most frequent cause first."""
     least: dict[str, tuple[float, str]] = {}
     causes = [(_about(e, remedy), remedy.missing, f"{'' if remedy.about else f'{e.designator}: '}{remedy}") for e, remedy in found]
     for about, missing, says in causes:

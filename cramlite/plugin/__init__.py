@@ -1,4 +1,4 @@
-"""API for plugins: the hooks, what each is given, and what it answers.
+"""API for plugins: hooks, their arguments and answers.
 
 Everything that a plugin needs is here and in `cramlite.model`; a package for a new one is made by ``cramlite new``.
 Names are imported when they are first used, so that ``import cramlite.plugin`` costs next to nothing.

@@ -1,4 +1,4 @@
-"""Allowances: what a task may touch and move while it runs."""
+"""Allowances: things that a task may touch and move while it runs."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ HAND, HELD = "hand", "held"
 
 
 class Allowance(Value):
-    """What one task of a plan may touch and move while its code runs.
+    """Allowance of one task of a plan, while its code runs: things that it may touch and move.
 
     What touches already when the task begins may go on touching; what is in the hand and the hand always touch.
 

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class Hand(Protocol):
-    """Second hand of a performer: what it is told to do is queued, and done while the first one acts."""
+    """Second hand of a performer: its orders are queued, and done while the first one acts."""
 
     @property
     def aim(self) -> Pose:
@@ -107,7 +107,7 @@ class Performer(Protocol):
         ...
 
     def wait_for_other(self) -> None:
-        """Keep still until the other hand has done what it was told."""
+        """Keep still until the other hand has done its orders."""
         ...
 
     def change_hands(self) -> None:
@@ -120,7 +120,7 @@ class Performer(Protocol):
 
 
 class Performance(Value):
-    """What a script does in one world with one generator.
+    """Performance of a script in one world with one generator.
 
     Args:
         act: moves the hands.

@@ -1,4 +1,4 @@
-"""Discovery of plugins: entry points of installed packages, and files that somebody names."""
+"""Discovery of plugins: entry points of installed packages, and files that a user names."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def entry_points() -> list[Point]:
 
 
 def _changed_at(folder: str) -> int:
-    """When a folder was changed [ns]; 0 where there is none."""
+    """Time of the last change of a folder [ns]; 0 without one."""
     try:
         return os.stat(folder or ".").st_mtime_ns
     except OSError:

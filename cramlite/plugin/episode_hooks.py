@@ -15,7 +15,7 @@ from .validation import check_answer
 
 
 class EpisodeHooks:
-    """Reading, repair, detection and writing of episodes: plugins do the work, and what they answer is checked.
+    """Reading, repair, detection and writing of episodes by plugins, whose answers are checked.
 
     Args:
         registry: whose plugins are asked.

@@ -1,4 +1,4 @@
-"""Perception experts: declarations by plugins of what can be computed from a view.
+"""Perception experts: declarations by plugins of values that can be computed from a view.
 
 An expert is a function from named values to named values. The engine chains experts backwards from what is asked
 (``expert_plan``), runs them cheapest first and falls back when one fails (``perception``).

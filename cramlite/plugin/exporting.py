@@ -47,6 +47,9 @@ def write_new(exporter: Exporter, record: RunRecord, target: Path) -> None:
     except OSError as error:
         _take_away(target)
         raise UserError(f"'{target}' cannot be written: {error.strerror or error}; choose another place.") from error
+    except BaseException:  # interrupted, or a defect of the exporter
+        _take_away(target)
+        raise
 
 
 def _take_away(target: Path) -> None:

@@ -117,7 +117,7 @@ class LaterTask(Value):
 
 
 class Context(Value):
-    """Context of a query: what a plugin may know besides the designator and the belief.
+    """Context of a query: knowledge of a plugin besides the designator and the belief.
 
     Args:
         robot: the acting robot's model.

@@ -1,4 +1,4 @@
-"""Kinds of motions: what plugins that resolve motions declare of each."""
+"""Kinds of motions: declarations of plugins that resolve motions."""
 
 from __future__ import annotations
 

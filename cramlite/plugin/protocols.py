@@ -92,7 +92,7 @@ class Validator(Protocol):
         """Stage at which it is asked, cheapest first: "facts", "ik", "path" or "rollout"."""
         ...
     def check(self, candidate: Candidate) -> Iterable[Finding]:
-        """Check a candidate, and yield what was found."""
+        """Check a candidate, and yield the findings."""
         ...
 
 
@@ -219,7 +219,7 @@ class SimulatedCamera(Protocol):
 
 
 class SimulatedPerson(Protocol):
-    """Model of a person who demonstrates."""
+    """Model of a person for demonstrations."""
 
     def demonstrate(self, world: World, shown: Sequence[Shown], *, seed: int) -> Rollout:
         """Simulate a person who performs scripts, one after the other."""
@@ -260,7 +260,7 @@ class Simulator(ProgramRunner, VirtualController, SimulatedCamera, SimulatedPers
 
 @runtime_checkable
 class Doubting(Protocol):
-    """Simulator that also tells what is implausible about a world."""
+    """Simulator that also tells implausible properties of a world."""
 
     def doubts(self, world: World, robots: Mapping[str, Robot]) -> Iterable[tuple[str, str]]:
         """Return things that are implausible at the world's start, with reasons."""
@@ -287,7 +287,7 @@ class ModelMaker(Value):
 
 
 class EpisodeRepair(Value):
-    """Repair of recorded episodes, applied to what any reader answers.
+    """Repair of recorded episodes, applied to the answer of any reader.
 
     Args:
         name: unique, for people.

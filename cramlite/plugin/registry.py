@@ -187,7 +187,8 @@ class Registry(Struct, dict=True):
             yield from ((impl.plugin_name, answer) for answer in answers)
 
     def left_out(self, hook: str) -> Iterator[Any]:
-        """Yield what blocked shipped plugins would have declared under a hook; no other is loaded to find out."""
+        """Yield the declarations that blocked shipped plugins would have made under a hook; no other is
+        loaded to find out."""
         for point in entry_points() if self.blocked else ():
             if point.name in self.blocked and point.distribution == OWN_DISTRIBUTION and point.defines(hook):
                 yield from getattr(point.load(), hook)()

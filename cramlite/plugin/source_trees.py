@@ -15,7 +15,7 @@ from .entry_points import GROUP
 
 
 class Unknown(Value):
-    """Plugin that its distribution declares in the file of its project, but not in what is installed."""
+    """Plugin that its distribution declares in its project file, but not in its installed metadata."""
 
     name: str
     distribution: str

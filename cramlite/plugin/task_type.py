@@ -145,7 +145,8 @@ class TaskType(ABC):
         return goal
 
     def allowance(self, action: Action, bindings: Mapping[str, Any]) -> Allowance:
-        """Return what ``action`` may touch and move, by what the task declares: ``touches``, ``moves``, and its "force_limit_n".
+        """Return the things that ``action`` may touch and move, as the task declares in ``touches``,
+        ``moves`` and "force_limit_n".
 
         Args:
             action: with its roles grounded.

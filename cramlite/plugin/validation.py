@@ -1,4 +1,4 @@
-"""Validation of plugins before they are asked anything, with messages for the person who has them installed."""
+"""Validation of plugins before they are asked anything, with messages for their users."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ class WrongHook(Exception):
 
 
 class WrongDeclaration(Exception):
-    """Error: something declared under a hook is not what the hook is for."""
+    """Error: a declaration under a hook is of the wrong kind."""
 
 
 class WrongAnswer(Exception):
@@ -87,7 +87,7 @@ def check_hooks(plugin: ModuleType | object) -> None:
 
 
 def check_declared(hook: str, item: object) -> None:
-    """Check that a declared thing has what its hook is for.
+    """Check that a declaration has the members that its hook needs.
 
     Raises:
         WrongDeclaration: names what it has not, or what of it is not possible.
@@ -279,7 +279,7 @@ def _words(hook: str) -> Mapping[str, tuple[str, ...]]:
 
 
 def why_not_loaded(error: BaseException, distribution: str) -> str:
-    """Explain why a plugin could not be imported, and what to do."""
+    """Explain why a plugin could not be imported, and the next step."""
     if isinstance(error, ModuleNotFoundError) and error.name:
         package = error.name.split(".")[0]
         if package in ("cramlite", "cramlite_plugins"):
@@ -297,7 +297,8 @@ def why_not_loaded(error: BaseException, distribution: str) -> str:
 
 
 def error_with_location(error: BaseException) -> str:
-    """Return an error's text with file and line of where it was raised; what the engine says of a plugin has none."""
+    """Return an error's text with file and line of its origin; the engine's own errors about a plugin have
+    none."""
     if isinstance(error, NoModule | WrongHook | WrongDeclaration | WrongAnswer):
         return str(error)
     trace, place = error.__traceback__, ""

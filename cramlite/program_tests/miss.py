@@ -57,7 +57,7 @@ class Miss(Value):
 
 
 def name_is(recorded: str, asked: str) -> bool:
-    """Check whether a name of a record is what was asked for: the whole of it, or the very part."""
+    """Check whether a name of a record is the asked one: the whole of it, or the very part."""
     name = EntityName.parse(asked)
     wanted = EntityName(EFFECTOR if name.thing == HAND else name.thing, name.part)
     return recorded == str(wanted) or (not wanted.part and thing_of(recorded) == wanted.thing)

@@ -70,7 +70,7 @@ class ProgramRun:
 
     @property
     def rollout(self) -> Rollout:
-        """Return what was recorded of the run in the world as it is."""
+        """Return the record of the run in the real world."""
         return self.ways[0].rollout
 
     @property

@@ -63,7 +63,7 @@ class Alone(Value):
 
 
 class Finished(Value):
-    """Finished search: what the ``render`` of a ReportSection is given.
+    """Finished search, the argument of a ReportSection's ``render``.
 
     Args:
         engine: that searched; its knowledge draws pictures and names classes.

@@ -15,7 +15,7 @@ _DERIVED = re.compile(r"(contents|support)\((.*)\)(?:_(\d+))?")
 
 
 class SpokenNames(Value):
-    """Dictionary from names of a recording to what people would say; two things are never called the same.
+    """Dictionary from names of a recording to spoken ones; no two things have the same.
 
     Args:
         spoken: each name, and what is said.
@@ -28,7 +28,8 @@ class SpokenNames(Value):
         return self.spoken.get(name, name)
 
     def text(self, sentence: str, about: Iterable[str]) -> str:
-        """Return a sentence in which some names of the recording are replaced by what is said, with the article."""
+        """Return a sentence with spoken names, with the article, in the place of some names of the
+        recording."""
         names = sorted(about, key=len, reverse=True)
         if not names:
             return sentence
@@ -37,7 +38,7 @@ class SpokenNames(Value):
 
 
 def spoken_names(names: Iterable[str]) -> SpokenNames:
-    """Return what is said for each of some names; where two would be called the same, they are told apart by their own names."""
+    """Return the spoken form of some names; equal ones are told apart by their own names."""
     said = {name: _spoken(name) for name in dict.fromkeys(names)}
     often = Counter(said.values())
     return SpokenNames({n: s if often[s] == 1 else f"{s} ({n})" for n, s in said.items()})

@@ -1,4 +1,4 @@
-"""What is asked for, in words, as a report's first lines say it."""
+"""Request of a scenario in words, for a report's first lines."""
 
 from __future__ import annotations
 
@@ -14,7 +14,8 @@ SHOWN = "what the demonstration shows"
 
 
 def asked_text(spec: ScenarioSpec) -> str:
-    """Return what a scenario starts from, as a clause: its goal, its tasks with their things, or that it was shown."""
+    """Return the start of a scenario as a clause: its goal, its tasks with their things, or that it was
+    shown."""
     if spec.goal is not None:
         return "; ".join(spec.goal)
     if spec.demonstration is not None:

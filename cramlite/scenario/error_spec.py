@@ -69,7 +69,7 @@ class ErrorSpec(create_model("ErrorKeys", __base__=Spec, **keys_of(ErrorModel)))
     """Keys of an error model (``cramlite.model.ErrorModel``); what is not written is as it was before."""
 
     def errors(self, before: ErrorModel, sensor: SensorErrors) -> ErrorModel:
-        """Return an error model with what is written here changed.
+        """Return an error model with the written changes.
 
         Args:
             before: what is not written.

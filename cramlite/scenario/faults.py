@@ -54,7 +54,7 @@ class FaultSpec(Spec):
         return self
 
     def fault(self) -> Fault:
-        """Return what is meant."""
+        """Return the fault."""
         (kind,) = (k for k in _KINDS if getattr(self, k) is not None)
         return _KINDS[kind](self)
 
@@ -90,7 +90,7 @@ def read_fault(written: Mapping[str, Any], where: str) -> Fault:
 
 
 def faulty(world: World, faults: Iterable[Fault]) -> World:
-    """Return a world in which things are wrong: what is so from the start is changed, what happens later is kept for the simulator.
+    """Return a world with faults: those from the start are applied, later ones are kept for the simulator.
 
     Raises:
         UserError: a fault is about a thing that the world does not have.

@@ -1,4 +1,5 @@
-"""Goals as data: what machines write instead of words, ``{"goal": "on", "things": ["tin", "tray"]}`` for "tin on tray"."""
+"""Goals as data, which machines write instead of words: ``{"goal": "on", "things": ["tin", "tray"]}`` for
+"tin on tray"."""
 
 from __future__ import annotations
 
@@ -90,7 +91,7 @@ _SPECS: Mapping[str, type[Spec]] = {"goal": PhraseSpec, "not": NotSpec, "or": Or
 
 
 def goal_text(data: Any) -> Any:
-    """Return a goal in words; what is no mapping stays as it is.
+    """Return a goal in words; a value that is no mapping stays.
 
     Raises:
         ValueError: a mapping that is no goal; it says where and what would be right.

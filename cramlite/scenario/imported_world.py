@@ -58,7 +58,8 @@ def read_scene_file(
 
 
 def imported_world(scenario: Scenario, knowledge: Knowledge) -> ImportedScene | None:
-    """Read the scene that a scenario's ``world`` names, with its classes and without what is left out; None if it names none.
+    """Read the scene of a scenario's ``world``, with its classes and without excluded things; None without
+    one.
 
     Raises:
         UserError: the file, a class or a pattern cannot be used; with file and line.

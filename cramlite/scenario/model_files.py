@@ -1,4 +1,4 @@
-"""MJCF and URDF files that a scenario names: there they are, or what is beside the place that was meant."""
+"""MJCF and URDF files that a scenario names; if one is missing, the files beside its place."""
 
 from __future__ import annotations
 

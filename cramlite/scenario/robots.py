@@ -54,7 +54,7 @@ def imported_robot(scenario: Scenario, knowledge: Knowledge) -> ImportedRobot | 
 
 
 def file_of(scenario: Scenario) -> RobotFile | None:
-    """Return the file that a scenario's robot comes from, and what is stated beside it; None if it is of a plugin's type.
+    """Return the file of a scenario's robot with the statements beside it; None for a type of a plugin.
 
     Raises:
         UserError: there is no such file; with file and line.

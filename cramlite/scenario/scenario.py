@@ -30,6 +30,8 @@ from .thing_spec import HangSpec, LateSpec, ThingSpec, UnknownErrorSpec, VarySpe
 
 RENAMED: Mapping[str, str] = {"fov": "horizontal_fov", "look": "queries"}
 """Keys that older files have, and what they are called now."""
+STARTS = ("demonstration", "tasks", "designator", "goal")
+"""Keys that say what a scenario starts from; each has exactly one of them."""
 
 
 class RecordSpec(Spec):
@@ -163,7 +165,7 @@ class ScenarioSpec(Spec):
 
     @model_validator(mode="after")
     def _one_start(self) -> ScenarioSpec:
-        starts = [k for k in ("demonstration", "tasks", "designator", "goal") if getattr(self, k) is not None]
+        starts = [k for k in STARTS if getattr(self, k) is not None]
         if len(starts) != 1:
             raise ValueError(
                 "a scenario starts from exactly one of 'demonstration', 'tasks', 'designator' and 'goal'; "
@@ -219,7 +221,7 @@ class Scenario(Value):
         return tuple(map(self.resolve_path, self.spec.ontologies))
 
     def with_plugins(self, chosen: PluginChoice) -> PluginChoice:
-        """Return a selection of plugins extended by what this scenario blocks and prefers.
+        """Return a selection of plugins extended by the scenario's ``block`` and ``prefer``.
 
         Raises:
             UserError: it names a plugin that there is not; with file and line.
@@ -251,7 +253,7 @@ class Scenario(Value):
         return replace(self, spec=self.spec.model_copy(update={"reading": reading}))
 
     def with_goal(self, goal: Sequence[Any]) -> Scenario:
-        """Return this scenario with a goal in the place of what it starts from.
+        """Return this scenario with a goal as its start.
 
         Args:
             goal: sentences such as "tin on tray", or goals as data (``goal_spec``).
@@ -289,6 +291,12 @@ def read_scenario(path: Path | str | Mapping[str, Any]) -> Scenario:
         return scenario_from(INLINE, path)
     path = Path(path)
     return scenario_from(path, load_yaml(path))
+
+
+def started_by(data: Any, goal: Any) -> Any:
+    """Return the data of a scenario that a client asks a goal in: one that starts from nothing, only says where, starts from that."""
+    says_where = isinstance(data, Mapping) and data.keys().isdisjoint(STARTS)
+    return {**data, "goal": list(goal)} if says_where and isinstance(goal, list | tuple) else data
 
 
 def scenario_from(path: Path, data: Any) -> Scenario:

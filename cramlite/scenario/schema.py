@@ -8,7 +8,7 @@ DIALECT = "https://json-schema.org/draft/2020-12/schema"
 
 
 def scenario_schema() -> dict[str, Any]:
-    """Return the JSON Schema of scenario files: what ``read_scenario`` accepts, but for what depends on the world."""
+    """Return the JSON Schema of scenario files, as ``read_scenario`` checks them without the world."""
     from .scenario import ScenarioSpec
 
     schema = ScenarioSpec.model_json_schema(by_alias=True)

@@ -1,4 +1,4 @@
-"""Real things of a twin, where they really are: each as large as it is, with what carries it.
+"""Real things of a twin at their real places: each of its real size, with its carrier.
 
 What hangs goes on to hang: it moves with what it hangs on, along the peg and about the vertical. What stands goes on to stand: it goes
 up, down and over with what it stands on. What is mounted moves with what carries it. What is fixed leans about its base. What is free
@@ -52,7 +52,7 @@ class _Placing:
         self.boxes = {t.name: boxes(t) for t in world.things}
 
     def put(self, thing: Thing) -> None:
-        """Place a thing, after what carries it: files of others list drawers before their cabinets."""
+        """Place a thing, after its carrier: files of others list drawers before their cabinets."""
         self.waiting.discard(thing.name)
         carrier = self.hangers.get(thing.name, thing.joint.parent if thing.joint else "")
         if carrier in self.waiting:
@@ -135,7 +135,7 @@ def _free(thing: Thing) -> bool:
 
 
 def _lean(thing: Thing, errors: ErrorModel, draw: Drawing) -> Pose:
-    """How far a fixed thing leans: a turn about a horizontal axis."""
+    """Lean of a fixed thing: a turn about a horizontal axis."""
     x, y = draw.disc("lean", f"{thing.name}: leans about", errors.lean, "deg", DEG)
     return Pose.from_rotvec((0.0, 0.0, 0.0), (x, y, 0.0))
 
@@ -150,7 +150,7 @@ def _offsets(world: World, errors: ErrorModel, draw: Drawing, sight: Sight | Non
 
 
 def _offset(thing: Thing, errors: ErrorModel, draw: Drawing) -> Pose:
-    """How far a thing is off by itself: a shift in world axes, and a turn about the vertical."""
+    """Offset of a thing by itself: a shift in world axes, and a turn about the vertical."""
     error = errors.of(thing.name)
     shift = draw.ball("poses", f"{thing.name}:", error.position, "mm", MM)
     turn = draw.number("poses", f"{thing.name}: turned", error.angle, "deg", DEG)
@@ -235,7 +235,7 @@ def _resting(thing: Thing, hanger: Thing) -> tuple[Feature, Pose] | None:
 
 
 def _from_axis(hole: Pose, peg: Pose) -> float:
-    """How far a feature is from the axis of another one [m]."""
+    """Distance of a feature from the axis of another one [m]."""
     x, y, _ = peg.inverse().apply(hole.position)
     return math.hypot(x, y)
 

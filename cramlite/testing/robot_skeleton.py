@@ -68,13 +68,13 @@ def write_robot(name: str, arm: Path, keys: Path | None, gripper: Path | None, o
 
 
 def robot_text(written: WrittenRobot) -> str:
-    """Return what was found in the files of a robot, and what is missing, as text."""
+    """Return the findings about the files of a robot, and the missing data, as text."""
     found = [f"  found: {line}" for line in written.read.found]
     return "\n".join([*found, *(f"  to check: {line}" for line in written.read.notes)])
 
 
 def _described(arm: Path, keys: Path | None, gripper: Path | None) -> RobotFile:
-    """The file of an arm and what is stated beside it, as a scenario would say it."""
+    """File of an arm with the statements beside it, as a scenario has them."""
     from ..scenario.robots import file_of
     from ..scenario.scenario import scenario_from
 
@@ -115,7 +115,7 @@ def _in(local: RobotFile, folder: Path) -> RobotFile:
 
 
 def _source(local: RobotFile, inside: str) -> str:
-    """Python of what is stated, a line for each field that differs from its default."""
+    """Python code of the statements, a line for each field that differs from its default."""
     return "\n".join(f"        {name}={_code(value, inside)}," for name, value in _stated(local.stated))
 
 

@@ -149,7 +149,7 @@ def _taken_task(local: str, knowledge: Knowledge) -> str:
 
 
 def skeleton_text(kind: str, files: tuple[Path, ...]) -> str:
-    """Return what was written, and what to do next, as text."""
+    """Return the written files, and the next step, as text."""
     folder, *written = files
     article = "an" if kind[0] in "aeiou" else "a"
     lines = [f"Wrote {article} {kind} plugin to '{folder}':", *(f"  {path.relative_to(folder)}" for path in written)]

@@ -120,7 +120,7 @@ def _filled(template: str, words: dict[str, str]) -> str:
 
 
 def _tests(found: Sequence[ProgramFound], tests: Path) -> str:
-    """The test file: a test a program, those that may not run marked with what they need."""
+    """Test file: a test a program, those that may not run marked with their needs."""
     functions = [_test(one, tests, name) for one, name in zip(found, _names(found), strict=True)]
     skips = "import pytest\n\n\n" if any(one.lacks for one in found) else ""
     about = '"""A test a program: say what it is for, such as .ends("part on tray").leaves("tray").pushes("30 N")."""\n\n'
@@ -147,7 +147,7 @@ def _names(found: Sequence[ProgramFound]) -> list[str]:
 
 
 def suite_text(files: Sequence[Path]) -> str:
-    """Return what was written and what to do next, as text."""
+    """Return the written files and the next step, as text."""
     tests = files[0]
     return "\n".join([
         f"Wrote {', '.join(str(f) for f in files[1:])}.",

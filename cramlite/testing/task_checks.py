@@ -143,7 +143,7 @@ def _regrasps(way: Decomposition) -> bool:
 
 
 def _check_effects(task: TaskType, beliefs: Iterable[Belief]) -> None:
-    """In one of the beliefs that the task may end in, the sample action has effects."""
+    """Check that the sample action has effects in one of the beliefs that the task may end in."""
     action, wrong = sample_action(task), []
     action = replace(action, roles=_Sample(action.roles), parameters=_Sample())
     for belief in beliefs:

@@ -210,6 +210,12 @@ def test_a_mistake_in_a_world_that_is_given_is_told_with_its_line(proven: Proven
     assert "not valid YAML" in proven.refused("check", scenario="scenario: x\nthings: [")
 
 
+def test_a_world_that_is_given_need_not_say_what_is_to_be_done_where_a_goal_is_asked(proven: Proven) -> None:
+    where = {key: value for key, value in yaml.safe_load(TABLE).items() if key not in ("goal", "tasks", "designator")}
+    assert "this one has none" in proven.refused("resolve", scenario=where)
+    assert "tim" in proven.refused("resolve", scenario=where, goal=["tim on box"])
+
+
 def test_a_goal_about_what_there_is_not_is_refused(proven: Proven) -> None:
     (proven.folder / "table.yaml").write_text(TABLE)
     assert "tim" in proven.refused("resolve", scenario="table.yaml", goal=["tim on box"])

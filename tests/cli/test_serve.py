@@ -253,6 +253,14 @@ def test_a_scenario_and_a_goal_may_be_data() -> None:
     assert key["error"]["code"] == 2 and "unknown key 'robt'; did you mean 'robot'?" in key["error"]["message"]
 
 
+def test_a_scenario_that_only_says_where_starts_from_the_goal_that_is_asked() -> None:
+    where = {key: value for key, value in ROOM.items() if key not in ("goal", "tasks", "designator")}
+    (checked,) = _answers(_request(1, "check", scenario=where, goal=["tin on tray"]))
+    assert checked["result"] == {"scenario": "room", "robot": "ur5e", "things": ["tray", "tin"]}
+    (wrong,) = _answers(_request(1, "check", scenario=where))
+    assert "this one has none" in wrong["error"]["message"]
+
+
 def test_where_nothing_is_found_each_part_of_a_goal_has_its_answer() -> None:
     *_, said = _answers(_request(1, "resolve", scenario=ROOM, goal=["tin in tray", "tray off tin"]))
     assert said["error"]["code"] == 1

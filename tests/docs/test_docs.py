@@ -44,7 +44,7 @@ REFERENCE = ROOT / "docs" / "reference"
 DOORS = ("python/cramlite", "python/plugin", "python/model", "python/testing")
 GENERATED = {REFERENCE / f"{name}.md" for name in ("errors", "locations", "predicates", "python", *DOORS, "schema")}
 """Pages that docs/site/generated.py writes when the site is built."""
-_BLOCK = re.compile(r"(?:<!-- ([a-z ]+)(?:: (.*?))? -->\n\n?)?^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+_BLOCK = re.compile(r"(?:<!-- ([a-z ]+)(?:: ([^\n]*?))? -->\n\n?)?^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
 
 @dataclass(frozen=True)

@@ -62,8 +62,8 @@ def test_its_mended_twin_passes(name: str, tmp_path: Path) -> None:
     run_test(name, text_of(DEFECTS[name]), tmp_path)
 
 
-def test_there_are_twenty_kinds() -> None:
-    assert len(DEFECTS) == 20
+def test_there_are_twenty_three_kinds() -> None:
+    assert len(DEFECTS) == 23
     assert {name for name, d in DEFECTS.items() if set(d) != KEYS} == set()
 
 

@@ -1,4 +1,4 @@
-"""Test bench of an experiment: what one process needs for its trials, and the check of the experiment's goal."""
+"""Test bench of an experiment: the shared objects of a process for its trials, and the check of the goal."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from .spec import AblationSpec, Demonstration, Experiment, SetSpec, read_experim
 
 
 class Bench(Value):
-    """Test bench: what one thread of a process needs for all its trials of an experiment."""
+    """Test bench: the shared objects of one thread for all its trials of an experiment."""
 
     experiment: Experiment
     chosen: SetSpec
@@ -87,7 +87,7 @@ def _bench(thread: int, path: Path, set_name: str, without: str | None, plugins:
 
 
 def goal_missed(place: Bench, candidate: Candidate) -> str:
-    """Return what the validators say against a run that should have reached the experiment's goal; empty if nothing.
+    """Return the objections to a run that should have reached the experiment's goal; empty if none.
 
     The goal is the experiment's, not what the plan predicts: a plan that promises nothing has not reached it.
     """

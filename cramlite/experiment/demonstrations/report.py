@@ -85,7 +85,8 @@ def area(c: Confusion) -> str:
 
 
 def against_nominal(c: Confusion) -> str:
-    """Format how often twins are right to refuse what the nominal run accepts, with the P value of McNemar's test."""
+    """Format how often twins are right to refuse programs that the nominal run accepts, with the P value
+    of McNemar's test."""
     if c.mcnemar is None:
         return "never"
     return f"right {c.doubted_failed}, wrong {c.doubted_succeeded}, McNemar p {c.mcnemar:.2g}"

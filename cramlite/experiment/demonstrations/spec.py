@@ -1,4 +1,4 @@
-"""Experiment files: which demonstrations, in which worlds, how the twins differ, and what was published."""
+"""Experiment files: demonstrations, worlds, errors of the twins, published figures."""
 
 from __future__ import annotations
 
@@ -145,7 +145,7 @@ class Experiment(ExperimentFile):
         return self.named("ablation", name, self.spec.ablations)
 
     def budget(self, set_name: str, without: str | None = None) -> Budget:
-        """Return the budget of each demonstration of a set: what the set says goes before what the experiment says.
+        """Return the budget of each demonstration of a set: the set's keys override the experiment's.
 
         Raises:
             UserError: there is no such set or ablation.

@@ -29,7 +29,7 @@ from .twins import doubts, execute_in_twin, peak_force
 
 
 def run_demonstration(trial: Trial) -> DemonstrationResult:
-    """Run the trial of one demonstration, or what is left of it.
+    """Run the trial of one demonstration, or its open part.
 
     Raises:
         UserError: a file that cannot be read or written.
@@ -62,7 +62,7 @@ def _demonstrated(trial: Trial) -> DemonstrationResult:
 
 
 def _until_solved(results: Iterable[CandidateResult], chosen: SetSpec) -> Iterator[CandidateResult]:
-    """All results, or those up to the first that succeeded, as the set has it."""
+    """All results, or those up to the first success, as the set says."""
     for result in results:
         yield result
         if result.succeeded and chosen.until_solved:
@@ -128,7 +128,7 @@ def _candidate(trial: Trial, candidate: CandidateSequence) -> CandidateResult:
 
 
 def _reason(made: list[Program], best: Program | None, entries: Iterable[Entry]) -> str:
-    """Where a candidate failed, and why; empty if it did not."""
+    """Place and reason of a candidate's failure; empty without one."""
     if best is not None:
         return "" if best.execution and best.execution.succeeded else f"execution: {_of(best.execution)}"
     texts = [a for a in made if a.executions]

@@ -63,7 +63,8 @@ class Demonstrations(Value):
         return "-".join([self.set_name, *(["short"] if self.short else []), *([f"without_{self.without}"] if self.without else [])])
 
     def key(self) -> dict[str, Any]:
-        """Return what the results depend on: files, seeds, code; the same on every machine that would give the same results.
+        """Return the key of the results: files, seeds, code; equal on every machine that would give the
+        same results.
 
         Raises:
             UserError: a file that cannot be used.
@@ -76,7 +77,7 @@ class Demonstrations(Value):
         """Do nothing: all that is needed was read for the key."""
 
     def run(self, name: str, store: Store, processes: int) -> DemonstrationResult:
-        """Run the trial of a demonstration, or what is left of it."""
+        """Run the trial of a demonstration, or its open part."""
         return run_demonstration(Trial(self.demonstrations[name], store, self._bench(), self.pictures, processes))
 
     def lost(self, name: str, reason: str) -> DemonstrationResult:

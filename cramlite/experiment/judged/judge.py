@@ -57,7 +57,7 @@ class Judge(Protocol):
         """Return the judgement, as it is by now."""
 
     def picture(self) -> bytes:
-        """Return what the judge's camera sees, as PNG; nothing where it has none."""
+        """Return the picture of the judge's camera as PNG; nothing without a camera."""
 
     def close(self) -> None:
         """End the process."""

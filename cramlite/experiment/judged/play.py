@@ -1,4 +1,4 @@
-"""One episode: its goal is resolved in what the judge says of the scene, and the first proven program is played, once.
+"""One episode: its goal is resolved in the judge's scene, and the first proven program is played, once.
 
 Runs in a worker process. Nothing is searched, tried or reset in the judge's simulator.
 """

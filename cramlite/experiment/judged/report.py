@@ -1,4 +1,4 @@
-"""Report of a judged experiment in Markdown: what a proof is worth first, then how many episodes were true."""
+"""Report of a judged experiment in Markdown: the worth of a proof first, then the rates of true episodes."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def markdown(tables: EpisodeTables, experiment: JudgedExperiment) -> str:
 
 
 def worth(tables: EpisodeTables) -> list[str]:
-    """Return what a proof was worth, in lines."""
+    """Return the worth of a proof, in lines."""
     known = tables.refusal_was_wrong
     lines = [f"- A passing verdict was right, in the judge's physics and at rest: {tables.passing_was_right.text}."]
     lines += [f"- Episodes without a program: {tables.refusals}."]
@@ -51,7 +51,7 @@ def suite_rows(tables: EpisodeTables, experiment: JudgedExperiment) -> list[list
 
 
 def difference(found: Difference) -> str:
-    """Return how much less often variants are true at rest than what they are of, in a sentence."""
+    """Return how much less often variants are true at rest than their originals, in a sentence."""
     low, high = found.interval
     return (
         f"Variants ({', '.join(found.variants)}) less what they are of ({', '.join(found.bases)}), true at rest: {signed(found.value)} "
@@ -70,7 +70,7 @@ def task_rows(tables: EpisodeTables) -> list[list[str]]:
 
 
 def failures(tables: EpisodeTables) -> list[str]:
-    """Return how many failures there are of each class, and what refusals say."""
+    """Return the number of failures of each class, and the reasons of refusals."""
     if not tables.failures:
         return ["None."]
     classes = grid(("class", "episodes"), [[kind, str(n)] for kind, n in tables.failures.items()])
@@ -95,7 +95,7 @@ def grid(head: Sequence[str], rows: Iterable[Sequence[str]]) -> list[str]:
 
 
 def numbers(tables: EpisodeTables) -> list[Number]:
-    """Return the numbers of a figure: rates by suite, what a verdict was worth, and CPU times."""
+    """Return the numbers of a figure: rates by suite, the worth of a verdict, and CPU times."""
     rows = [(r.suite, r) for r in tables.suites] + ([("all", tables.whole)] if len(tables.suites) > 1 else [])
     found = [number for name, row in rows for number in rates(name, _columns(row))]
     found += rates("a passing verdict was right", {"": tables.passing_was_right})

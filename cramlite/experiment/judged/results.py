@@ -93,7 +93,7 @@ def in_time(attempt: Attempt, budget: int, *, unlimited: bool = False) -> bool:
 
 
 def plain_reason(reason: str) -> str:
-    """Return what is first among the reasons of a refusal: the nearest miss, where there is one."""
+    """Return the first of the reasons of a refusal: the nearest miss, if there is one."""
     lines = [line.strip() for line in reason.splitlines() if line.strip()]
     miss = next((line for line in lines if line.startswith("Nearest miss: ")), lines[0] if lines else "nothing was said")
     return miss.removeprefix("Nearest miss: ")

@@ -1,4 +1,4 @@
-"""Files of judged experiments: who judges, which episodes there are, what their failures are called and what was published."""
+"""Files of judged experiments: judge, episodes, classes of failures, published rates."""
 
 from __future__ import annotations
 

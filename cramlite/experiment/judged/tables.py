@@ -43,7 +43,7 @@ class EpisodeRow(Value):
 
 
 class Spread(Value):
-    """Spread of a time over so many episodes [s]: its median, what 95 % stay under, and the longest."""
+    """Spread of a time over so many episodes [s]: median, 95 % quantile, longest."""
 
     median: float
     most: float
@@ -168,7 +168,7 @@ def _spread(values: list[float]) -> Spread:
 
 
 def _difference(results: Episodes, experiment: JudgedExperiment) -> Difference | None:
-    """Of all variants at once, and of the suites that these are of."""
+    """Difference of all variants together, and of their originals."""
     of = {name: spec.of for name, spec in experiment.spec.suites.items() if spec.of}
     played = {r.suite for r in results}
     variants = tuple(name for name in of if name in played and of[name] in played)

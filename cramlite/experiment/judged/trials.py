@@ -52,7 +52,8 @@ class Episodes(Value):
         return tuple(e.name for e in self.episodes)
 
     def key(self) -> dict[str, Any]:
-        """Return what results depend on: files and code, and what is asked of each program. Episodes and workers are none of it."""
+        """Return the key of results: files, code, and demands on each program; without episodes and
+        workers."""
         path, chosen = self.experiment.path.resolve(), self.plugins
         files = [path, *sorted(path.parent.glob("*.py")), *sorted(data_folder("experiments").glob("*.py"))]  # the last are shared by all
         asked = {"twins": self.twins, "attempt_refused": self.attempt_refused}

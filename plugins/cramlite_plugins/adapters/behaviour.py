@@ -99,7 +99,7 @@ class Resolve(py_trees.behaviour.Behaviour):  # type: ignore[misc]  # an extra, 
 
 
 class _Job:
-    """One search and run in a thread; what was left by an interruption writes into its own job only."""
+    """One search and run in a thread; after an interruption it writes into its own job only."""
 
     def __init__(self, work: Callable[[_Job], None]) -> None:
         self.thread = threading.Thread(target=work, args=(self,), daemon=True)
@@ -123,7 +123,7 @@ class _Job:
 
 
 class Place:
-    """Setting of a behaviour tree: what one behaviour's run left is where the next one begins.
+    """Setting of a behaviour tree: the end of one behaviour's run is the start of the next.
 
     ``place.now`` is the ``setting`` of behaviours, ``place.run`` their ``run``: the text is executed in the simulator, in
     the world as it really is then, and judged there.

@@ -47,7 +47,7 @@ class Rows(Value):
 
 
 def world_tracks(rows: dict[str, Rows]) -> tuple[dict[str, Track], tuple[Repair, ...]]:
-    """Return the tracks of all frames in the root frame of the transform tree, and what had to be repaired."""
+    """Return the tracks of all frames in the root frame of the transform tree, and the repairs."""
     inner = {n for r in rows.values() for n in r.names}
     clean: dict[str, Rows] = {}
     repairs: list[Repair] = []
@@ -72,7 +72,7 @@ def rigid_links(rows: dict[str, Rows]) -> dict[str, str]:
 
 
 def _repaired(name: str, rows: Rows, inner: bool) -> tuple[Rows, list[Repair]]:
-    """Without rows that are no poses, in order, with quaternions of length 1."""
+    """Track without rows that are no poses, in order, with quaternions of length 1."""
     near: NDArray[np.bool_] = np.asarray(np.all(np.abs(rows.poses) < FARTHEST, axis=1))
     length = np.linalg.norm(np.where(near[:, None], rows.poses[:, 3:], 0.0), axis=1)
     good = np.isfinite(rows.times) & near & (length > 1e-9)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from cramlite.plugin import Exporter, hookimpl
+from cramlite.plugin import Exporter, checkpoint, hookimpl
 
 if TYPE_CHECKING:
     from cramlite.model import RunRecord
@@ -55,4 +55,6 @@ def _pictures(run: RunRecord, rate: int) -> Iterator[Any]:
     """Pictures at a constant rate; the last one shows how the run ended."""
     times = run.rollout.times
     wanted = np.append(np.arange(times[0], times[-1], 1 / rate), times[-1])
-    return (run.picture(int(k)) for k in np.searchsorted(times, wanted))
+    for k in np.searchsorted(times, wanted):
+        checkpoint()
+        yield run.picture(int(k))

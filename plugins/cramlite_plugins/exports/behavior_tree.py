@@ -74,7 +74,7 @@ def safe_name(name: str) -> str:
 
 
 def _preconditions(program: Program) -> str:
-    """What must be so before it is ticked; two hyphens may not stand in a comment."""
+    """Preconditions of a tick; two hyphens may not stand in a comment."""
     start = ", ".join(f"{q:.4f}" for q in program.start)
     said = (
         f" cramlite {program.name}: robot {program.robot_type}, start posture [{start}] rad, TCP {_text(program.tcp)} in the flange, "
@@ -91,7 +91,7 @@ def _sequence(steps: Iterable[AnyStep], name: str) -> Xml.Element:
 
 
 def _node(step: AnyStep) -> Xml.Element:
-    """The node of a step, with what is below it."""
+    """Node of a step, with its children."""
     match step:
         case Fallback():
             return _with_branches("Fallback", step, {})
@@ -153,7 +153,7 @@ def _numbers(value: Any) -> Iterator[float]:
 
 
 def _manifest(steps: Iterable[AnyStep]) -> Xml.Element:
-    """The nodes that BehaviorTree.CPP does not bring along, with their ports: somebody must implement them."""
+    """Nodes that BehaviorTree.CPP does not have, with their ports: the user implements them."""
     used: dict[str, dict[str, str]] = {FORCE: {"limit": PORT_TYPES[float]}}
     for step in walk(steps):
         if isinstance(step, Monitor) and step.slip is not None:

@@ -71,7 +71,7 @@ class Messages:
             self.store.register(get_types_from_msg(text, name))
 
     def of(self, run: RunRecord) -> Iterator[Said]:
-        """Yield what is said on every topic, topic by topic."""
+        """Yield the messages of every topic, topic by topic."""
         yield from self._frames(run)
         yield from self._felt(run)
         yield from self._happened(run)
@@ -87,7 +87,7 @@ class Messages:
         return self._make("std_msgs/msg/Header", stamp=stamp, frame_id=frame)
 
     def _frames(self, run: RunRecord) -> Iterator[Said]:
-        """Every body in the world; what never moves is said once."""
+        """Frames of every body in the world; a resting one once."""
         kind, times = "tf2_msgs/msg/TFMessage", run.scene.times.tolist()
         still = {body: track[0] for body, track in run.scene.poses.items() if len(track) == 1}
         yield "/tf_static", kind, times[0], self._make(kind, transforms=[self._transform(b, r, times[0]) for b, r in still.items()])
@@ -183,7 +183,7 @@ class Messages:
         )
 
     def _pictures(self, run: RunRecord) -> Iterator[Said]:
-        """What an onlooker sees, a few times a second."""
+        """Pictures of an onlooker, a few times a second."""
         kind = "sensor_msgs/msg/CompressedImage"
         for sample in picture_samples(run.rollout.times):
             time = float(run.rollout.times[sample])

@@ -1,1 +1,1 @@
-"""Imports of what others describe: scenes and robots, from MJCF and URDF."""
+"""Imports of foreign descriptions: scenes and robots, from MJCF and URDF."""

@@ -175,7 +175,7 @@ def _least(
 
 
 def _speed(a: Floats, b: Floats, length: float) -> float:
-    """Of the leading axis at the end of a blend that is on this line."""
+    """Speed of the leading axis at the end of a blend on this line."""
     return 2 * leading(a, b) / length if length > 0 else 0.0
 
 

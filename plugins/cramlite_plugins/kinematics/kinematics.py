@@ -103,7 +103,8 @@ def _jacobian(chain: Floats, end: Floats) -> Floats:
 
 
 def twist(from_: Floats, to: Floats) -> Floats:
-    """Compute what moves one (4, 4) frame onto another: (6,) translation [m] and rotation vector [rad], parent axes."""
+    """Compute the twist from one (4, 4) frame to another: (6,) translation [m] and rotation vector [rad],
+    parent axes."""
     (a, b, c), (d, e, f), (g, h, i) = (to[:3, :3] @ from_[:3, :3].T).tolist()
     x, y, z, cosine = (h - f) / 2, (c - g) / 2, (d - b) / 2, (a + e + i - 1) / 2
     sine = math.hypot(x, y, z)
@@ -287,8 +288,8 @@ def _well(robot: Robot, found: Iterable[Joints]) -> tuple[Joints, ...]:
 
 
 def _locked(robot: Robot, target: Pose, values: Iterable[float]) -> Iterator[Joints]:
-    """All solutions inside the limits at each of some values of the last joint. What the solver says is only the nearest there is (least
-    squares) is none: of 497 such, over 120 poses of a Panda, none was refined to one."""
+    """All solutions inside the limits at each of some values of the last joint. Least-squares answers are
+    none: of 497 such, over 120 poses of a Panda, none was refined to one."""
     wrist = _from_root(robot, target).matrix
     for last in values:
         here: list[Joints] = []

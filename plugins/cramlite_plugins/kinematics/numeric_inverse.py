@@ -78,7 +78,7 @@ def _swept(robot: Robot, start: Joints, refine: Refine) -> Iterator[Joints]:
 
 
 def _reached(robot: Robot, flange: Pose) -> Iterator[Joints]:
-    """Where the starts are led to, near the pose."""
+    """Ends of the starts, near the pose."""
     import mink
 
     configuration, task, limits, starts = _solver(robot, threading.get_ident())

@@ -63,7 +63,7 @@ def resolve_motion(motion: Motion, belief: Belief, context: Context) -> Answers:
 
 
 def _known(kind: Kind, motion: Motion, belief: Belief, context: Context) -> Groundings:
-    """A motion with parameters that suit the things, and the belief widened by what the motion leaves unknown."""
+    """Motion with parameters that suit the things, and the belief widened by its uncertainty."""
     motion = adapted(motion, belief, context)
     for found in kind(motion, belief, context):
         after, widened = widen(motion, found.belief or belief)
@@ -82,7 +82,8 @@ def widen(motion: Motion, belief: Belief) -> tuple[Belief, str]:
 
 
 def _force_path(motion: Motion, belief: Belief, context: Context) -> Groundings:
-    """Along the corners of a place's path, or from one of them to an other; sideways the arm gives way, and carries what it holds."""
+    """Motion along the corners of a place's path, or from one of them to another; compliant sideways, with
+    its payload."""
     from ..motion_planning.cartesian import line
     from ..motion_planning.reach import tcp
     from .free_motion import place_of
@@ -118,7 +119,7 @@ def _force_path(motion: Motion, belief: Belief, context: Context) -> Groundings:
 
 
 def _along(thing: str, belief: Belief, context: Context) -> Belief:
-    """A belief in which the hand takes a thing along, as it does one that it pushes, with what is in it."""
+    """Belief in which the hand takes a pushed thing along, with its content."""
     from ..motion_planning.reach import tcp
 
     with_it = carried_along(belief, thing)
@@ -126,7 +127,7 @@ def _along(thing: str, belief: Belief, context: Context) -> Belief:
 
 
 def _with_joint_moved(thing: str, way: float, belief: Belief) -> Belief:
-    """A belief in which a thing's joint has moved on [m, rad], and what is in it with the thing."""
+    """Belief in which a thing's joint has moved on [m, rad], with the thing's content."""
     joint, known = belief.world.thing(thing).joint, belief.poses[thing]
     assert joint is not None
     there, with_it = joint.moved(known.pose, way), carried_along(belief, thing)
@@ -142,7 +143,8 @@ def frame_along(axis: Floats) -> Pose:
 
 
 def carried(motion: Motion, belief: Belief) -> float:
-    """Return the upward force of the compliant arm [N]: its load's weight, less what presses on a surface."""
+    """Return the upward force of the compliant arm [N]: its load's weight, less the part that presses on a
+    surface."""
     held = belief.world.thing(belief.held.thing) if belief.held else None
     weight = GRAVITY * (held.mass or 0.0) if held is not None and held.joint is None else 0.0  # rails carry a drawer
     return weight - float(motion.parameters.get("press_n", 0.0))
@@ -271,7 +273,8 @@ def spiral_search(motion: Motion, belief: Belief, context: Context) -> Grounding
 
 
 def _spiral(motion: Motion, play: float, belief: Belief, context: Context) -> tuple[float, float, str]:
-    """Pitch and radius [m] from the radial play of hole and peg [m], and who says so; a task may say the radius."""
+    """Pitch and radius [m] from the radial play of hole and peg [m], with the source; a task may state the
+    radius."""
     hole = belief.feature(belief.held.thing, "vrps:Hole") if belief.held else None
     said = {
         name: known(hole.type if hole else "vrps:Hole", f"cram:{name}", context)

@@ -77,7 +77,8 @@ def _transfer(motion: Motion, belief: Belief, context: Context) -> Groundings:
 
 
 def _turned(one: Sequence[float], other: Sequence[float]) -> bool:
-    """Whether two joint positions are the same but for whole turns: what fails at one mostly fails at the other, which is tried last."""
+    """Whether two joint positions differ by whole turns only: a failure at one mostly is one at the other,
+    which is tried last."""
     return all(abs(math.remainder(a - b, 2 * math.pi)) < 0.1 for a, b in zip(one, other, strict=True))
 
 
@@ -168,7 +169,7 @@ def _offset_across(place: Place, aside: tuple[float, float]) -> Place:
 
 
 def because(motion: Motion, belief: Belief, context: Context) -> tuple[str, ...]:
-    """Return what a motion to a place depends on: the place, and the grasps of loose things before it."""
+    """Return the conflict set of a motion to a place: the place, and the grasps of loose things before it."""
     loose = {thing.name for thing in belief.world.things if thing.joint is None}
     grasps = tuple(n for n, v in context.bindings.items() if isinstance(v, Place) and v.grip is not None and v.thing in loose)
     return ((motion.to.name,) if motion.to else ()) + grasps

@@ -51,13 +51,14 @@ def _back(motion: Motion, belief: Belief, context: Context) -> Iterator[Groundin
 
 
 def _check_hand(motion: Motion, start: Belief, after: list[AnyStep]) -> None:
-    """What is held must be the same again: nobody can say where something is that was let go or taken in between."""
+    """Check that the payload is the same again: the place of a thing that was released or taken in between
+    is unknown."""
     grips = [k for k, s in enumerate(after) if isinstance(s, SetGripper)]
     if start.held and grips:
         raise Unresolvable(f"'{motion.name}': the gripper moves while it holds '{start.held.thing}'; it cannot begin again")
     taken = next((k for k in grips if after[k].expect == "object"), None)  # type: ignore[union-attr]
     if taken is not None and any(not _sure(s) for s in after[taken + 1 :]):
-        raise Unresolvable(f"'{motion.name}': what was taken hold of may be anywhere when a later step has failed")
+        raise Unresolvable(f"'{motion.name}': a thing that was grasped may be anywhere when a later step has failed")
 
 
 def _sure(step: AnyStep) -> bool:
@@ -101,7 +102,8 @@ def _open(motion: Motion, start: Belief, after: list[AnyStep]) -> Iterator[AnySt
 
 
 def _straight(motion: Motion, context: Context, pivot: Joints, rest: list[AnyStep]) -> Iterator[AnyStep]:
-    """To the pose first, so that what was gripped or touched is left straight; then to the very joint position."""
+    """Motions back: to the pose first, so that a touched thing is left in a straight line; then to the
+    very joint position."""
     from ..kinematics.kinematics import forward
 
     if _ends(rest):

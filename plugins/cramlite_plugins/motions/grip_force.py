@@ -1,4 +1,5 @@
-"""Grip force: from a thing's weight, the friction of pads and thing, and a margin; limited by the gripper and by what the thing bears.
+"""Grip force: from a thing's weight, the friction of pads and thing, and a margin; limited by gripper and
+thing.
 
 Two pads that press with F each hold 2 mu F along their faces. Asked for is, on each pad,
 
@@ -29,7 +30,7 @@ ACCELERATION = 1.2
 
 
 class GripLoad(Value):
-    """What two pads are to hold.
+    """Load of two pads.
 
     Args:
         thing: what is gripped.
@@ -79,7 +80,8 @@ def load(thing: Thing) -> float:
 
 
 def grip_of(held: Held, world: World, gripper: Gripper) -> GripLoad:
-    """Return what the pads are to hold when a thing is held so, with what is in or on it; a thing on a joint hangs on that."""
+    """Return the load of the pads at a grasp of a thing, with its content; a thing on a joint hangs on
+    that."""
     thing = world.thing(held.thing)
     x, _, z = (held.tcp_to_thing * Pose(centre_of_mass(thing))).position
     mass = load(thing) and load(thing) + sum(load(world.thing(name)) for name in held.carries)
@@ -119,7 +121,7 @@ def _doubt(grip: GripLoad, force: float) -> str:
 
 
 def _limit(grip: GripLoad, context: Context, because: tuple[str, ...]) -> tuple[float, str]:
-    """The most that a pad may press [N], and why: the gripper's most, or what the thing bears."""
+    """Highest force of a pad [N], and why: the gripper's, or that of the thing."""
     low, high = grip.gripper.force
     borne = most_borne(grip.thing, context)
     limit, why = min((high, f"the most of gripper '{grip.gripper.type}'"), borne or (math.inf, ""), key=lambda x: x[0])
@@ -130,7 +132,7 @@ def _limit(grip: GripLoad, context: Context, because: tuple[str, ...]) -> tuple[
 
 
 def most_borne(thing: Thing, context: Knowing) -> tuple[float, str] | None:
-    """Return the most that each pad may press a thing with [N], and who says so; None where nobody does."""
+    """Return the highest force of a pad on a thing [N], and its source; None without a limit."""
     limits = list[tuple[float, str]]()
     if (said := lowest([thing], "cram:maximumGripForce", context)) is not None:
         limits.append((said.value, str(said)))
@@ -152,7 +154,7 @@ def _too_weak(grip: GripLoad, limit: float, why: str, because: tuple[str, ...]) 
 
 
 def _rougher(grip: GripLoad, limit: float) -> Remedy:
-    """What to try where pads that press so hard as they may do not carry the weight."""
+    """Remedy where pads at their highest force do not carry the weight."""
     weight = MARGIN * grip.mass * (GRAVITY + ACCELERATION)
     enough, mass = weight / (2 * limit), 2 * grip.friction * limit / (MARGIN * (GRAVITY + ACCELERATION))
     lighter = f", or make it lighter than {mass:.2g} kg" if mass > 0 else ""

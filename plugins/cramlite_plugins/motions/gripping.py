@@ -130,7 +130,8 @@ def _opening(motion: Motion, belief: Belief, context: Context) -> float:
 
 
 def _let_go(motion: Motion, belief: Belief, context: Context, opening: float) -> Belief:
-    """Released things are expected where they are; over a container, and if they were put down, on what is under them."""
+    """Belief after a release: things stay where they are; over a container, or put down, they are on their
+    support."""
     from ..motion_planning.reach import held_pose
 
     assert belief.held is not None
@@ -163,7 +164,8 @@ def fallen(belief: Belief, pose: Pose, onto: str = "") -> Pose:
 
 
 def _hanging(belief: Belief) -> Iterator[tuple[float, Pose]]:
-    """The held thing and what is in or on it: mass [kg] and pose in the frame of the TCP; nothing where a joint carries them."""
+    """Payload and its content: mass [kg] and pose in the frame of the TCP; nothing where a joint carries
+    them."""
     if (held := belief.held) is None or belief.world.thing(held.thing).joint is not None:
         return
     yield load(belief.world.thing(held.thing)), held.tcp_to_thing
@@ -172,7 +174,7 @@ def _hanging(belief: Belief) -> Iterator[tuple[float, Pose]]:
 
 
 def _payload(motion: Motion, belief: Belief, context: Context) -> Groundings:
-    """Gripper, held thing and what that carries: the mass, and the common centre of gravity in the flange frame."""
+    """Mass of gripper, payload and its content, and the common centre of gravity in the flange frame."""
     gripper = context.robot.gripper
     mass, moment = gripper.mass, gripper.mass * np.array([0.0, 0.0, gripper.tcp.position[2] / 2])
     for carried, pose in _hanging(belief):
@@ -190,7 +192,7 @@ def _payload(motion: Motion, belief: Belief, context: Context) -> Groundings:
 
 
 def _lighter(belief: Belief, mass: float, robot: Robot) -> Remedy:
-    """What to try where the flange carries too much."""
+    """Remedy where the flange carries too much."""
     what, over = f"'{belief.held.thing}' with the gripper" if belief.held else "the gripper", mass - robot.payload
     return Remedy(
         f"payload {what}", f"{what} is {over:.2f} kg too heavy for '{robot.type}': make it lighter ('mass'), or take an arm that "

@@ -1,4 +1,5 @@
-"""Motion limits from ontologies: what is known of things limits forces, speeds and accelerations, with its sources.
+"""Motion limits from ontologies: knowledge about things limits forces, speeds and accelerations, with its
+sources.
 
 Fragile things lower forces, heavy ones speed and acceleration, holes say how they are searched for (ontologies/motions.ttl;
 properties ``cram:maximumForce`` and so on). Nothing that is said there can be exceeded by a task's parameters; who needs
@@ -47,7 +48,7 @@ class Known(Value):
 
 
 def known(class_: str, property_: str, context: Knowing, of: str = "") -> Known | None:
-    """What the nearest class says of a property; None if nothing is said."""
+    """Value of a property in the nearest class; None without one."""
     for said_of, said in context.taxonomy.restrictions_on(class_, property_):
         if isinstance(said.filler, float):
             source = f"{said.source} [{said.file}]" if said.source else f"[{said.file}]"
@@ -76,7 +77,8 @@ def lowest(things: Iterable[Thing], property_: str, context: Knowing) -> Known |
 
 
 def adapted(motion: Motion, belief: Belief, context: Context) -> Motion:
-    """Limit a motion's parameters to what its held and touched things bear; the reason says which, and why.
+    """Limit a motion's parameters to those that its held and touched things bear; the reason says which,
+    and why.
 
     Gripping is no force on a thing in this sense: ``grip_force`` has its own property.
     """
@@ -98,13 +100,13 @@ def adapted(motion: Motion, belief: Belief, context: Context) -> Motion:
 
 
 def noted(motion: Motion) -> str:
-    """Return what ``adapted`` added to the reason, for a clause of the trace."""
+    """Return the addition of ``adapted`` to the reason, for a clause of the trace."""
     note = motion.reason.partition("; ")[2]
     return f"; {note}" if note else ""
 
 
 def _things(motion: Motion, parameter: str, belief: Belief, context: Context) -> list[Thing]:
-    """Forces: what is held and what may be touched. Rates: what is held."""
+    """Things that limit a motion: for forces the payload and what may be touched, for rates the payload."""
     names = [belief.held.thing] if belief.held else []
     if parameter.endswith("_n"):
         names += [thing_of(str(context.bindings[n])) for n in motion.may_touch if n in context.bindings]

@@ -96,14 +96,15 @@ def _mass(shape: Shape, mass: float | None, density: float | None) -> float:
 
 
 def _inertia(shape: Shape, mass: float) -> Inertia:
-    """Of an even density; none of its principal moments below that of a ball of 1 mm, which keeps the step stable."""
+    """Inertia of an even density; no principal moment below that of a ball of 1 mm, which keeps the step
+    stable."""
     xx, yy, zz, xy, xz, yz = (m * mass / shape.volume for m in shape.moments)
     least = 0.4 * mass * 1e-6
     return Inertia(shape.centre, (max(xx, least), max(yy, least), max(zz, least), xy, xz, yz))
 
 
 def _bottom(shape: Shape) -> Iterable[Feature]:
-    """What it stands on, if its lowest points are a face."""
+    """Face that it stands on, if its lowest points are one."""
     corners = np.concatenate([g.pose.apply(np.asarray(g.corners)) for g in shape.geoms])
     lowest = corners[:, 2].min()
     face = corners[corners[:, 2] < lowest + STANDS]

@@ -76,7 +76,7 @@ def _chroma_of(view: Any, mask: Any) -> Floats:
 
 
 def _model_chroma(model: Thing) -> Floats:
-    """Of its largest geom."""
+    """Chroma of its largest geom."""
     import numpy as np
 
     largest = max(model.geoms, key=lambda g: math.prod(sorted(g.size)[-2:]))

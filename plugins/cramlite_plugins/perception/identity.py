@@ -56,7 +56,8 @@ def _named(objects: Sequence[Mapping[str, Judged]], kept: Mapping[int, str], use
 
 
 def _sure(i: int, name: str, kept: Mapping[int, str], known: list[str], costs: Any, limit: float) -> float:
-    """How clearly the nearest is nearer than the next; new objects are as sure as nothing is near."""
+    """Certainty that the nearest is nearer than the next; that of a new object grows with the distance of
+    all."""
     if i not in kept:
         return 0.9
     others = sorted(c for j, c in enumerate(costs[i]) if known[j] != name)

@@ -1,4 +1,4 @@
-"""Expert for materials: looked up by what an object was recognised as, not measured."""
+"""Expert for materials: looked up for the recognised class, not measured."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def material(inputs: Inputs) -> Mapping[str, Any]:
             whys.setdefault(said[0], f"not seen: {said[1]} is of {said[0]}, and it was taken for a {type_}")
     order = sorted(shares, key=lambda m: (-shares[m], m))
     if kind.value == UNKNOWN or not order:
-        raise Unresolvable(f"nobody says of what material a '{kind.value}' is")
+        raise Unresolvable(f"no source has the material of a '{kind.value}'")
     ranked = [Judged(m, min(1.0, shares[m]), whys[m]) for m in order]
     return {"material": Judged(ranked[0].value, ranked[0].confidence, ranked[0].reason, tuple(ranked[1:]))}
 

@@ -62,7 +62,8 @@ def _is_free(person: Performer, grip: PersonGrip) -> bool:
 
 
 def _grips(thing: Thing, pose: Pose, ahead: Floats) -> Iterator[PersonGrip]:
-    """All grasps of a thing, the handiest first, each also with the hand turned by half a turn; first as the wrist turns less."""
+    """All grasps of a thing, the handiest first, each also with the hand turned by half a turn; the
+    smaller turn first."""
     rest = forward_and_down(ahead)
     for grip in (*_by_handle(thing, pose), *_by_body(thing, pose, ahead)):
         if grip.width + MARGIN <= OPENING:
@@ -118,7 +119,7 @@ def _around(low: Floats, high: Floats, pose: Pose, hole: Feature | None, ways: l
 
 
 def _place(low: Floats, high: Floats, pose: Pose, approach: Floats, axis: int, hole: Feature | None) -> Floats:
-    """Where the pads close on a box, in the thing's frame: as deep as the hand reaches, and off the ground."""
+    """Place of the pads on a box, in the thing's frame: as deep as the hand reaches, and off the ground."""
     middle, half = np.add(low, high) / 2, np.subtract(high, low) / 2
     from_above = float(pose.rotate(approach) @ UP) < -STEEP
     depth = min(half[axis], DEEP) if from_above else min(half[axis], REACH)

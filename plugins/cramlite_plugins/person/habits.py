@@ -173,7 +173,7 @@ def _upright(pose: Pose) -> Pose:
 
 
 def _spot(person: Performer, scene: Scene, support: Thing, top: Feature) -> Floats:
-    """Where on a surface: near the hand, away from its edge and from everything that stands there."""
+    """Spot on a surface: near the hand, away from its edge and from all things there."""
     frame = support.pose * top.pose
     x, y, _ = frame.inverse().apply(person.aim.position)
     room = [max(top.size[k] / 2 - 0.09, 0.0) for k in ("width", "depth")]

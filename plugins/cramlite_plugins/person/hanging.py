@@ -57,7 +57,7 @@ def face(person: Performer, scene: Scene) -> None:
 
 
 def _hand_for(person: Performer, scene: Scene, hole: Floats) -> Pose:
-    """Where the hand must aim for the hole to be at a point, facing along the peg with its top upwards.
+    """Aim of the hand for the hole to be at a point, facing along the peg with its top upwards.
 
     What the hand lags behind its aim (a load pulls it down) is corrected.
     """

@@ -118,7 +118,7 @@ class Person:
             ValueError: there is none.
         """
         if self.other is None:
-            raise ValueError("somebody with one hand cannot change hands")
+            raise ValueError("a person with one hand cannot change hands")
         self.limb, self.other = self.other, self.limb
 
     def pose(self, thing: str) -> Pose:

@@ -57,8 +57,8 @@ class Script(Value):
 
 
 def _grasp(scene: Scene, rng: np.random.Generator) -> Pose:
-    """Where the hand will close, in the product's frame at the start, given in the world: from the front, across the
-    product's width, turned and tilted as it happens, low enough for palm and wrist to pass under the peg."""
+    """Grasp of the hand in the product's frame at the start: from the front, across the product's width,
+    turned and tilted at random, low enough for palm and wrist to pass under the peg."""
     half = half_extents(scene.product)
     top = scene.hole.pose.position[2] - PALM - 0.02
     height = min(rng.uniform(-0.25, 0.25) * half[2], top)

@@ -58,7 +58,7 @@ def carry(person: Performer, scene: Scene) -> None:
 
 
 def _below(tool: Pose) -> float:
-    """How far palm and wrist reach below the tool's origin when it is tilted."""
+    """Depth of palm and wrist below the tool's origin when it is tilted."""
     return PALM + max(0.0, -float(tool.rotate((0, 0, -(TCP + 0.08)))[2]))
 
 

@@ -73,7 +73,7 @@ def _quantity(amount: str, kind: str) -> float:
 
 
 def _off(scene: SymbolicWorld, thing: str, place: str) -> GoalCondition:
-    """It may be in the hand."""
+    """Goal of leaving a place; the thing may be in the hand."""
     if place != thing_of(place):
         raise UserError(f"'off' is said of a whole thing: '{thing_of(place)}'.")
     return GoalCondition(without=frozenset(_on(scene, thing, place).needs))
@@ -90,7 +90,8 @@ def _in(scene: SymbolicWorld, thing: str, place: str) -> GoalCondition:
 
 
 def _at_region(scene: SymbolicWorld, thing: str, place: str) -> GoalCondition:
-    """In a cavity, or on an area of a surface, of a thing that has several: a run must show in which."""
+    """Goal of a region: a cavity, or an area of a surface, of a thing that has several; a run must show in
+    which."""
     whole, region = thing_of(place), EntityName.parse(place).part
     features = {f.name: f for f in scene.world.thing(whole).features if f.type in REGIONS}
     if region not in features:
@@ -105,7 +106,7 @@ def _at_region(scene: SymbolicWorld, thing: str, place: str) -> GoalCondition:
 
 
 def _poured_into(scene: SymbolicWorld, source: str, destination: str) -> GoalCondition:
-    """The first vessel is lifted: the rule of pouring does not ask for it, but nobody tilts what stands."""
+    """Goal of pouring: the first vessel is lifted, though the rule does not ask for it."""
     if source not in {t.name for t in scene.filled()}:
         raise UserError(f"'{source}' holds nothing that could be poured.")
     return GoalCondition(frozenset({("contains", destination, contents(source))}), frozenset({("supports", None, source)}))
@@ -120,7 +121,7 @@ def _is_closed(_scene: SymbolicWorld, thing: str) -> GoalCondition:
 
 
 def _opened_by(scene: SymbolicWorld, thing: str, amount: str) -> GoalCondition:
-    """Open by so much of what its joint can; less than what counts as open is no goal, as no task ends there."""
+    """Goal of opening by an amount; less than what counts as open is no goal, as no task ends there."""
     joint = scene.world.thing(thing).joint
     if joint is None:
         raise UserError(f"'{thing}' has no joint to be opened by.")

@@ -178,7 +178,8 @@ def _swings(times: Floats, values: Floats) -> int:
 
 
 def _turns(values: list[float]) -> list[int]:
-    """Where a signal turns: its extremes from which it goes back by SWUNG, with the first and the last."""
+    """Indices at which a signal turns: its extremes from which it goes back by SWUNG, with the first and
+    the last."""
     found: list[int] = []
     way = low = high = 0
     for k, value in enumerate(values):

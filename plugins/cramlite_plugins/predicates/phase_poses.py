@@ -103,7 +103,7 @@ def _gaps_at_boundaries(phase: Phase, name: str, other: str) -> dict[float, floa
 
 
 def _at_boundaries(phase: Phase, name: str) -> Floats | None:
-    """The poses of a thing at all boundaries of the timeline (N, 7); None if it is a part, or nobody knows where."""
+    """Poses of a thing at all boundaries of the timeline (N, 7); None for a part, or if they are unknown."""
     cuts, track = phase.timeline.cuts, phase.episode.tracks.get(name)
     if track is not None and len(track.times):
         return track.poses[np.maximum(np.searchsorted(track.times, np.array(cuts), side="right") - 1, 0)]

@@ -163,7 +163,7 @@ def collides(phase: Phase, _a: str | None, _b: str | None) -> Iterator[Row]:
 
 
 def chain(phase: Phase, _name: str | None) -> Iterable[Row]:
-    """Evaluate chain(X): the kinematic chain: effector, what it grasps, and the parts of both."""
+    """Evaluate chain(X): the kinematic chain: effector, its payload, and the parts of both."""
     if "chain" not in phase.situation:
         heads = {row[0] for row in effector(phase, None)}
         heads |= {thing for gripper, thing in grasps(phase, None, None) if gripper in heads}

@@ -103,7 +103,7 @@ def _row(done: Finished, attempt: CandidateDecisions, titles: Sequence[Sequence[
 
 
 def _written(entries: Sequence[Entry]) -> str:
-    """The tasks that were come to, where nobody says which there were."""
+    """Tasks that were reached, where the others are unknown."""
     return " → ".join(dict.fromkeys(e.designator for e in entries if of_plan(e)))
 
 

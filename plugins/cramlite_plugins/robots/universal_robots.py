@@ -108,7 +108,7 @@ def links(arm: UrArm) -> tuple[Link, ...]:
 
 
 def _each(values: Triple) -> Six:
-    """Of joints 1 and 2, the elbow and the wrist: one value a joint."""
+    """Value of joints 1 and 2, of the elbow, and of the wrist, one a joint."""
     turn, elbow, wrist = values
     return turn, turn, elbow, wrist, wrist, wrist
 
@@ -150,7 +150,7 @@ def _forearm(arm: UrArm) -> tuple[Cylinder, ...]:
 
 
 def _between(arm: UrArm) -> float:
-    """Where upper arm and forearm meet, along the axis of the elbow."""
+    """Joint between upper arm and forearm, along the axis of the elbow."""
     return sum(arm.offsets) / 2
 
 

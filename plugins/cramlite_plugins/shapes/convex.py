@@ -130,7 +130,7 @@ def _fits(piece: Any, light: Any) -> bool:
 
 
 def _depths(piece: Any) -> Floats:
-    """How deep each vertex of a piece is inside its hull [m]."""
+    """Depth of each vertex of a piece inside its hull [m]."""
     from scipy.spatial import ConvexHull, QhullError
 
     points = np.asarray(piece.to_mesh64().vert_properties)[:, :3]

@@ -10,7 +10,8 @@ GAP = 0.002  # between the boxes around a drawer and its cabinet at most [m]
 
 
 def mounts(thing: Thing, world: World) -> tuple[str, ...]:
-    """Find what a thing on a joint is mounted in: what it is said to be, and furniture whose box, along the axes, meets its own.
+    """Find the mount of a thing on a joint: the stated one, and furniture whose box, along the axes, meets
+    its own.
 
     Rails and hinges lead it clear of that, and it may run against its stop there.
     """

@@ -58,7 +58,8 @@ def nested(thing: Thing, pose: Pose, below: Thing, at: Pose) -> Surface | None:
 
 
 def touching(thing: Thing, pose: Pose, below: Thing, at: Pose) -> Any:
-    """Return the hull of where a thing touches what is below it, or nearly does, seen from above; empty where it is beside that."""
+    """Return the hull of the contacts, or near contacts, of a thing with its support, seen from above;
+    empty beside it."""
     xs, ys, own, under = _seen(thing, pose, below, at)
     gap = _gap(own, under, CELLS, CELLS)
     rise = float(gap.max())

@@ -147,7 +147,7 @@ def _opening(body: Any, frame: Floats, ring: Floats, outer: list[Floats], centre
 
 
 def _hole(bore: Bore, centre: Floats) -> Feature:
-    """Its y axis points away from the centre of mass, which hangs below the hole."""
+    """Hole as a feature, its y axis away from the centre of mass, which hangs below the hole."""
     up = bore.centre - centre
     up = up - (up @ bore.axis) * bore.axis
     if np.linalg.norm(up) < 0.001:
@@ -176,7 +176,7 @@ def _handle(body: Any, frame: Floats, ring: Floats, outer: list[Floats], bore: B
 
 
 def _reach(body: Any, frame: Floats, middle: Floats, radius: float) -> tuple[float, float]:
-    """How far the material about an opening reaches along the axis."""
+    """Reach of the material about an opening along the axis."""
     turned = body.transform(np.column_stack([frame.T, np.zeros(3)]))
     column = manifold3d.Manifold.cylinder(20.0, radius, -1.0, 32, True).translate((*middle.tolist(), 0.0))
     box = (turned ^ column).bounding_box()

@@ -77,7 +77,7 @@ def inverse(pose: Pose) -> Pose:
 
 
 def _span(geom: Geom, p: Floats, d: Floats) -> Span:
-    """Where lines p + t d (n, 3) of a geom's frame are inside it; inf and -inf where they are not."""
+    """Spans of lines p + t d (n, 3) inside a geom, in its frame; inf and -inf outside."""
     if geom.shape in ("box", "convex"):
         return _between(p, d, planes(geom))
     if geom.shape == "sphere":
@@ -94,7 +94,7 @@ def _span(geom: Geom, p: Floats, d: Floats) -> Span:
 
 
 def _between(p: Floats, d: Floats, faces: Floats) -> Span:
-    """Where lines are below all faces n x + o <= 0."""
+    """Spans of lines below all faces n x + o <= 0."""
     slope, height = d @ faces[:, :3].T, p @ faces[:, :3].T + faces[:, 3]
     level = np.abs(slope) < 1e-9
     at = -height / np.where(level, 1.0, slope)

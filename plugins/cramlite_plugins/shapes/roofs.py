@@ -72,7 +72,7 @@ def _edge(surface: Surface, way: Floats) -> float:
 
 
 def _first(thing: Thing, pose: Pose, point: Floats, way: Floats) -> float:
-    """How far the first shape of a thing is from a point along a unit vector [m], inf where there is none."""
+    """Distance of the first shape of a thing from a point along a unit vector [m], inf without one."""
     back = pose.inverse()
     met = rays.spans(rays.body(thing.geoms), back.apply(point), back.rotate(way))
     return min((low for low, high, _ in met if low > FLAT or high > FLAT), default=np.inf)

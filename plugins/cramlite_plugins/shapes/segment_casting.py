@@ -40,7 +40,7 @@ def planes(geom: Geom) -> Floats:
 
 
 def _in_planes(p: Floats, d: Floats, faces: Floats) -> NDArray[np.bool_]:
-    """Segments p .. p + d of which a part is below all faces by more than ``SKIN``."""
+    """Segments p .. p + d with a part below all faces by more than ``SKIN``."""
     slope, height = d @ faces[:, :3].T, p @ faces[:, :3].T + faces[:, 3] + SKIN
     level = np.abs(slope) < 1e-12
     at = -height / np.where(level, 1.0, slope)

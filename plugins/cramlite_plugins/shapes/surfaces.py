@@ -206,7 +206,7 @@ def _turns_alike(geoms: Itself[tuple[Geom, ...]]) -> bool:
 
 
 def _up(pose: Pose) -> Vector3:
-    """How a thing leans: the vertical in its frame, rounded; the same however it is turned about that."""
+    """Lean of a thing: the vertical in its frame, rounded; the same however it is turned about that."""
     x, y, z = (pose.rotation[2] + 0.0).round(FINE).tolist()
     return (x, y, z)
 
@@ -304,7 +304,7 @@ def inset(standing: Standing, area: Area) -> tuple[float, float]:
 
 
 def _depth(point: Any, area: Area) -> float:
-    """How far a point is inside an area [m], negative outside; -inf where there is none."""
+    """Depth of a point inside an area [m], negative outside; -inf without one."""
     if area.is_empty:
         return -math.inf
     inside = area.area > 0 and area.covers(point)

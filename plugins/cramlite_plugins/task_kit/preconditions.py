@@ -30,8 +30,8 @@ def empty_hand(belief: Belief) -> None:
         raise Unresolvable.because_of_earlier_tasks(f"the gripper already holds '{belief.held.thing}'", blocking=())
 
 
-def what_is_held(belief: Belief, to_be: str) -> Held:
-    """Return what is held, so that something can be done with it.
+def held_payload(belief: Belief, to_be: str) -> Held:
+    """Return the payload, for a task about it.
 
     Args:
         to_be: what, such as "let go".

@@ -96,7 +96,7 @@ class InsertHoleOntoPeg(TaskType):
         )
 
     def _push_along_peg(self, felt: Callable[..., Motion], belief: Belief, relatum: Object) -> Iterable[Motion]:
-        """A peg that stands leads nothing over a bent tip: along it goes a straight way, and it gives way to its sides."""
+        """Motions down an upright peg: straight, compliant to its sides, since there is no bent tip to follow."""
         peg = belief.feature(relatum.thing, "vrps:Peg")
         if peg is not None and stands((belief.thing(relatum.thing).pose * peg.pose).rotate((0.0, 0.0, 1.0))):
             yield felt("sink", "force_path", "down along the peg", corner=TIP, end=DEEP)
@@ -108,7 +108,7 @@ class InsertHoleOntoPeg(TaskType):
         return belief.related(("hangs_on", action.roles["Locatum"].entity or "", relatum))
 
     def allowance(self, action: Action, bindings: Mapping[str, Any]) -> Allowance:
-        """What is led down to a peg's root may touch what the peg stands on."""
+        """Return the allowance of a hole that is led down to a peg's root: it may touch the peg's support."""
         own, place = super().allowance(action, bindings), bindings.get(self.begins_at(action).name)
         feet = place.fit.feet if isinstance(place, Place) and place.fit else ()
         return replace(own, touches=own.touches | {frozenset({HELD, foot}) for foot in feet})

@@ -19,7 +19,7 @@ class LookingFor(TaskType):
     def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
         patient = action.roles.get("Patient")
         if action.goal is None and patient is None:
-            raise Unresolvable("nobody says where to look, or for what")
+            raise Unresolvable("neither a place nor a thing to look for is named")
         name = patient.name if patient else ""
         view = action.goal or Location(f"view({name})", "view", name)
         where = ", ".join(view.parameters.get("around", ())) or (patient.entity if patient else "")

@@ -96,7 +96,7 @@ class Opening(ByHandle):
         return replace(super().begins_at(action), parameters=self._least(action))
 
     def _least(self, action: Action) -> dict[str, Any]:
-        """How far it must get, whatever hand opens it."""
+        """Least opening that counts, whatever hand opens it."""
         return {"least": self.parameter(action, "share") or LESS[-1], **self._drives(action)}
 
     @staticmethod
@@ -108,7 +108,7 @@ class Opening(ByHandle):
         return Location(f"opened({patient})", "opened", patient, {"share": self.parameter(action, "share"), **self._drives(action)})
 
     def allowance(self, action: Action, bindings: Mapping[str, Any]) -> Allowance:
-        """Return what it may touch, among it what the drawer drives before it, which may touch each other."""
+        """Return the allowance, with obstacles that the drawer drives along, which may touch each other."""
         allowed, patient = super().allowance(action, bindings), action.roles["Patient"]
         way = bindings.get(self.way(action).name)
         along = (patient.thing, *driven(way)) if isinstance(way, Place) else ()

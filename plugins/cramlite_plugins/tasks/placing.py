@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from cramlite.model import Action, Belief, Location
 from cramlite.plugin import Decomposition, Role, TaskType, hookimpl
 
-from ..task_kit.preconditions import spot, what_is_held
+from ..task_kit.preconditions import held_payload, spot
 
 
 class Placing(TaskType):
@@ -19,7 +19,7 @@ class Placing(TaskType):
     slides = False
 
     def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
-        what_is_held(belief, "placed")
+        held_payload(belief, "placed")
         left = {"Relatum": action.roles["Locatum"]}  # what the hand withdraws from
         parts = {"soma:PuttingDown": action.roles, "soma:Releasing": action.roles, "soma:Retracting": left}
         steps = tuple(

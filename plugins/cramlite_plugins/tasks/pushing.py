@@ -122,7 +122,8 @@ class Pushing(TaskType):
         )
 
     def effects(self, action: Action, belief: Belief) -> Belief:
-        """Return the belief with the thing somewhere within the stroke; what came along with the fingers is before or about them."""
+        """Return the belief with the thing somewhere within the stroke; things that came along are before
+        or about the fingers."""
         thing = action.roles["Patient"].entity or ""
         known = belief.poses[thing]
         before_them = action.parameters.get("where") or known.source == CAME_ALONG

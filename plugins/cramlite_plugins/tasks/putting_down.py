@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from cramlite.model import Action, Belief, Hang, Location, Motion, Stage
 from cramlite.plugin import Decomposition, Parameter, Role, TaskType, hookimpl
 
-from ..task_kit.preconditions import spot, what_is_held
+from ..task_kit.preconditions import held_payload, spot
 
 LED = 0.05  # the hand leads what it lays down [m/s]: half of what is usual in the air, as it touches on the way
 
@@ -27,7 +27,7 @@ class PuttingDown(TaskType):
     )
 
     def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
-        if what_is_held(belief, "put down").swing is not None:
+        if held_payload(belief, "put down").swing is not None:
             yield self._laying_down(action)
             return
         place, surface = self.begins_at(action), action.roles["Relatum"]

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from cramlite.model import Action, Belief, ExpectedGrip, Fingers, Held, Location, Motion, thing_of
 from cramlite.plugin import Decomposition, Role, TaskType, Unresolvable, hookimpl
 
-from ..task_kit.preconditions import near, what_is_held
+from ..task_kit.preconditions import held_payload, near
 
 
 class Releasing(TaskType):
@@ -18,7 +18,7 @@ class Releasing(TaskType):
     slides = False
 
     def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
-        held = what_is_held(belief, "released")
+        held = held_payload(belief, "released")
         steps = (
             Motion(action.inside("open"), "gripper", None, {"to": Fingers.OPEN, "expect": ExpectedGrip.NONE}, reason="let go"),
             Motion(action.inside("payload"), "payload", reason="the gripper is empty again"),
@@ -30,7 +30,7 @@ class Releasing(TaskType):
             yield Decomposition((down, *steps), "it is in the air: put it down first, then open the fingers")
 
     def begins_at(self, action: Action) -> Location | None:
-        """Return the location near the relatum, where what is held is brought; None without a relatum.
+        """Return the location near the relatum, where the payload is brought; None without a relatum.
 
         Not where the next task begins: nothing is held any more then.
         """
@@ -38,8 +38,8 @@ class Releasing(TaskType):
 
 
 def _rests(action: Action, held: Held, belief: Belief) -> bool:
-    """Whether what is held is where it would stay: not moved since it was grasped, known to rest there, or nothing that
-    it could be put down on is named."""
+    """Whether the payload would stay: not moved since it was grasped, known to rest there, or without a
+    named support."""
     relatum = action.roles.get("Relatum")
     if relatum is None or relatum.entity is None:
         return True

@@ -30,7 +30,7 @@ class Retracting(TaskType):
         yield Decomposition(self._back(action), "straight back")
 
     def allowance(self, action: Action, bindings: Mapping[str, Any]) -> Allowance:
-        """Return what it may touch, and that it moves what it pushes farther in."""
+        """Return the allowance, with the thing that it pushes farther in."""
         pushed: Place | None = bindings.get(action.inside("deeper"))
         return replace(super().allowance(action, bindings), moves=frozenset({thing_of(pushed.thing)} if pushed else ()))
 
@@ -42,7 +42,8 @@ class Retracting(TaskType):
 
     @staticmethod
     def _farther_in(action: Action, what: str) -> tuple[Location | Motion, ...]:
-        """What is to be closed later would meet the thing, and the hand comes no farther in with it: closed fingers do."""
+        """Whether a thing in the way of a later closing has to be pushed in with closed fingers, as the
+        hand comes no farther with it."""
         off, deeper = Location(action.inside("off"), "off", what), Location(action.inside("deeper"), "deeper", what)
         push = {"stage": Stage.POSE, "speed_m_s": SPEED}
         return (

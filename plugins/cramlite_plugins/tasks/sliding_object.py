@@ -8,7 +8,7 @@ from cramlite.model import Action, Belief
 from cramlite.plugin import Decomposition, Role, TaskType, hookimpl
 
 from ..task_kit.bases import Sliding
-from ..task_kit.preconditions import what_is_held
+from ..task_kit.preconditions import held_payload
 
 
 class SlidingObject(Sliding):
@@ -18,7 +18,7 @@ class SlidingObject(Sliding):
     summary = "move a held object along the surface that it rests on"
 
     def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
-        what_is_held(belief, "slid")
+        held_payload(belief, "slid")
         yield self.slide(action)
 
 

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from cramlite.model import Action, Belief, Location, Motion, thing_of
 from cramlite.plugin import Decomposition, Role, TaskType, Unresolvable, hookimpl
 
-from ..task_kit.preconditions import at_or_near, what_is_held
+from ..task_kit.preconditions import at_or_near, held_payload
 
 
 class Transporting(TaskType):
@@ -20,7 +20,7 @@ class Transporting(TaskType):
     touches = ()
 
     def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
-        held = what_is_held(belief, "carried")
+        held = held_payload(belief, "carried")
         there = action.roles.get("Destination")
         if hanger := belief.relates("hangs_on", held.thing):
             if there is None or thing_of(hanger) != there.thing:

@@ -22,7 +22,7 @@ from cramlite.model import (
 )
 from cramlite.plugin import Allowance, Decomposition, Role, TaskType, hookimpl
 
-from ..task_kit.preconditions import spot, what_is_held
+from ..task_kit.preconditions import held_payload, spot
 
 SPEED = 0.08  # of fingers that push in what lies there [m/s]: LIBERO's book stays at them; with 0.05 it takes 14 actions more
 
@@ -36,7 +36,7 @@ class Ungrasping(TaskType):
     slides = False
 
     def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
-        what_is_held(belief, "let go")
+        held_payload(belief, "let go")
         if _has_a_roof(action, belief):
             yield self._tip_over(action)
             return
@@ -71,7 +71,7 @@ class Ungrasping(TaskType):
         return Decomposition(steps, f"under the roof of {relatum.entity} with its foot, where it tips over, and push it in")
 
     def allowance(self, action: Action, bindings: Mapping[str, Any]) -> Allowance:
-        """Return what it may touch, and that it moves what it pushes in after it tipped over."""
+        """Return the allowance, with the thing that it pushes in after it tipped over."""
         pushed: Place | None = bindings.get(_way_in(action.roles["Locatum"]))
         return replace(super().allowance(action, bindings), moves=frozenset({thing_of(pushed.thing)} if pushed else ()))
 

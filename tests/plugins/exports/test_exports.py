@@ -4,6 +4,10 @@ from __future__ import annotations
 
 import csv
 import json
+import signal
+import subprocess
+import sys
+import time
 from collections.abc import Iterator
 from itertools import pairwise
 from pathlib import Path
@@ -187,6 +191,19 @@ def test_a_place_that_cannot_be_written_leaves_nothing(ran: Path, tmp_path: Path
     (tmp_path / "file").write_text("")
     done = cramlite("export", ran, "--to", "csv", "--out", tmp_path / "file" / "csv")
     assert done.returncode == 2 and "cannot be written" in done.stderr
+
+
+def test_what_is_interrupted_leaves_no_half_of_a_file(ran: Path, tmp_path: Path) -> None:
+    out = tmp_path / "run.mp4"
+    command = [sys.executable, "-m", "cramlite", "export", str(ran), "--to", "mp4", "--out", str(out)]
+    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:
+        while not out.exists() and process.poll() is None:
+            time.sleep(0.01)
+        process.send_signal(signal.SIGTERM)
+        assert process.stderr is not None
+        said = process.stderr.read()
+    assert process.returncode == 128 + signal.SIGTERM and said == "cramlite: interrupted; nothing is left of what was written.\n", said
+    assert not out.exists()
 
 
 def test_a_missing_extra_names_how_to_install_it(ran: Path, tmp_path: Path) -> None:

@@ -184,7 +184,7 @@ def emit(program: Program, robot: Robot, *, forces: bool) -> Code:
 
 
 def _axis_zeros(program: Program, robot: Robot) -> tuple[float, ...]:
-    """Where the axes of the program's robot are zero."""
+    """Zeros of the axes of the program's robot."""
     if program.robot_type != robot.type or robot.backend not in NATIVE:
         said = f"RAPID is for ABB arms (backend 'rapid'), not for '{robot.type}' (backend '{robot.backend}')"
         raise UserError(f"program for '{program.robot_type}': {said}")

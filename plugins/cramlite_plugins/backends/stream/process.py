@@ -105,7 +105,7 @@ class LineProcess:
         self.lines.put(b"")
 
     def _death(self) -> str:
-        """How it ended, with the last line that it wrote to standard error."""
+        """End of the process, with the last line that it wrote to standard error."""
         try:
             code: object = self.process.wait(1.0)
         except subprocess.TimeoutExpired:

@@ -125,7 +125,7 @@ def _play(machine: ProgramMachine, arm: StreamedArm, record: _Record) -> tuple[s
 
 
 class _Record(Struct):
-    """What the robot felt, once a period."""
+    """Sensations of the robot, once a period."""
 
     arm: StreamedArm
     machine: ProgramMachine | None = None

@@ -149,8 +149,8 @@ def _contents(rollout: Rollout) -> list[Event]:
 
 
 def _snapped(states: tuple[Event, ...], times: Floats) -> list[Event]:
-    """Boundaries within SNAP after another one, or after the recording's start, are moved to it: they are one instant
-    of the demonstration, and would else cut actions of a few samples out of the timeline."""
+    """Boundaries moved to another one, or to the recording's start, within SNAP: they are one instant, and
+    would else cut actions of a few samples out of the timeline."""
     instants: dict[float, float] = {}
     first, last = float(times[0]), float(times[-1])
     for time in sorted({t for s in states for t in (s.start, s.end)}):

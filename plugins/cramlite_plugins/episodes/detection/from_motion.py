@@ -115,7 +115,8 @@ def _with_carrier(episode: Episode, grid: Grid) -> Episode:
 
 
 def _alone(grid: Grid, name: str, others: Sequence[str]) -> float:
-    """How far a frame moves [m] before it first takes another one along, or after it last did, whichever is less; 0 where it takes none."""
+    """Distance that a frame moves [m] before it first takes another one along, or after it last did,
+    whichever is less; 0 if it takes none."""
     taken = [span for o in others for span in carried_spans(grid, o, name)]
     if not taken:
         return 0.0
@@ -209,7 +210,8 @@ def _held(episode: Episode, grid: Grid, hand: str, things: Sequence[str]) -> tup
 
 
 def _in_the_air(grid: Grid, thing: str, hand: str) -> list[Span]:
-    """When a hand carries a thing: one that stays up between two spans, and is at the same place in the hand, was held all along."""
+    """Spans in which a hand carries a thing: one that stays up between two of them, at the same place in
+    the hand, was held all along."""
     found: list[Span] = []
     place, height = grid.place(thing, hand), grid.poses[thing][:, 2]
     for start, end in carried_spans(grid, thing, hand):
@@ -289,7 +291,7 @@ def _grip(grid: Grid, hand: str, thing: str, span: Span, near: Span | None = Non
 
 
 def _unseen_hand(episode: Episode, grid: Grid, tracked: Sequence[str]) -> str | None:
-    """The hand of which no pose was recorded, the right one first; ``NOBODY`` where all that were recorded are idle."""
+    """Hand without poses, the right one first; ``NOBODY`` if all recorded ones are idle."""
     lost = sorted((h for h in hands_of(episode) if h not in tracked), key=_right_first)
     idle = all(travel(grid.poses[h]) < IDLE for h in tracked)
     return lost[0] if lost else NOBODY if idle else None

@@ -50,7 +50,7 @@ def _chains(signal: Floats) -> list[NDArray[np.intp]]:
 
 
 def _crossings(signal: Floats) -> NDArray[np.intp]:
-    """Where a signal goes from one side to the other, AMPLITUDE beyond zero at least."""
+    """Indices at which a signal changes sides, at least AMPLITUDE beyond zero."""
     outside = np.flatnonzero(np.abs(signal) > AMPLITUDE)
     flips = np.flatnonzero(np.diff(np.sign(signal[outside])) != 0)
     return np.asarray(outside[flips + 1])

@@ -91,7 +91,7 @@ def find_contents(episode: Episode, grid: Grid, things: Sequence[str], hands: Se
 
 
 def _many_alike(episode: Episode, grid: Grid, things: Sequence[str]) -> set[str]:
-    """Things of which there are ``MANY`` alike, without those that are vessels of others."""
+    """Things with at least ``MANY`` alike, without vessels of others."""
     groups: dict[str, list[str]] = defaultdict(list)
     for name in things:
         groups[alike(name)].append(name)

@@ -33,7 +33,8 @@ class Pair(Value):
 
 
 def touching_pairs(rollout: Rollout, known: set[str]) -> dict[tuple[str, str], Pair]:
-    """Return the contact signals of every touching pair, in both directions: lift is what the first exerts on the second."""
+    """Return the contact signals of every touching pair, in both directions: lift is the upward force of
+    the first on the second."""
     n = len(rollout.times)
     pairs: dict[tuple[str, str], Pair] = defaultdict(lambda: Pair(np.zeros(n), np.zeros(n)))
     names: dict[str, str] = {}

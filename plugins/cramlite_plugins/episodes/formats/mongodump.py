@@ -235,7 +235,8 @@ def write_tf(tracks: dict[str, Track], folder: Path) -> None:
 
 
 def _transforms(name: str, track: Track) -> Iterator[bytes]:
-    """All documents of one frame have one length: the first is encoded, and its numbers are replaced in copies.
+    """Documents of transforms: all of one frame have one length, so the first is encoded and its numbers
+    are replaced in copies.
 
     Twenty times faster than encoding each, which a million poses need.
     """

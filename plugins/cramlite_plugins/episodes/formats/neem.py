@@ -26,7 +26,7 @@ from .parts import RDF, Parts, add_triples, read_file
 
 
 def write_neem(episode: Episode, folder: Path | str) -> Path:
-    """Write an episode; what ``read_neem`` gives back is equal, times and poses to the last bit.
+    """Write an episode; ``read_neem`` gives an equal one back, times and poses to the last bit.
 
     Args:
         folder: is created; files of an earlier episode of the same name are replaced. A name that ends in .ttl or .nt

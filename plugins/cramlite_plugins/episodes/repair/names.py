@@ -70,9 +70,9 @@ def _named_once(episode: Episode) -> Episode:
 
 
 def _renamings(episode: Episode) -> Iterator[tuple[str, str]]:
-    """Names of things that have another one, and that one: what describes the thing, else the shorter name, and never an IRI, of
-    which "/" would say that it is a part. Two things of
-    which poses were recorded are two; so are two that a map describes under names that only look alike."""
+    """New names of things with several: that of the description, else the shorter one, and never an IRI,
+    whose "/" would mean a part. Two things with poses are two; so are two things of a map whose names only
+    look alike."""
     names = dict.fromkeys([*(e.name for e in episode.entities), *episode.tracks])
     done: set[str] = set()
     for shortened in (local, unlabelled):

@@ -181,8 +181,8 @@ def _cut(track: Track, start: float, until: float) -> Track:
 
 
 def _extras(episode: Episode, tracks: dict[str, Track], acting: _Acting) -> dict[str, Floats]:
-    """Without what was recorded of one hand; the opening from the finger tips, and, while what was handed over is still
-    held, as wide as it was: fingers that take over do not open or close."""
+    """Extras without the record of one hand; the opening from the finger tips, constant while the thing is
+    handed over: fingers that take over do not open or close."""
     extras = {k: v for k, v in episode.extras.items() if k not in ("opening", "wrench")}
     times = extras.get("times")
     tips = [tracks[n] for n in tracks if thing_of(n) == acting.name != n][:2]

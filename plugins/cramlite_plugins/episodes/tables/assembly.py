@@ -100,7 +100,7 @@ def _range(opens: OpensSpec, convention: Convention) -> float:
 
 
 def _joints(mapping: Mapping, tracks: dict[str, Track], found: Recorded) -> dict[str, Floats]:
-    """How far each drawer [m] and door [rad] is open, at the recording's instants: away from where it is at first."""
+    """Openings of each drawer [m] and door [rad] at the recording's instants, from the first one."""
     times = np.unique(found.times)
     values: dict[str, Floats] = {}
     for name, spec in mapping.things.items():
@@ -137,7 +137,7 @@ def _gaps(found: Recorded) -> list[Repair]:
 
 
 def _with_opening(episode: Episode, mapping: Mapping, table: Table, found: Recorded) -> Episode:
-    """How far the hand that acts is open, where a column says so."""
+    """Opening of the acting hand, if a column has it."""
     spec = mapping.hands[episode.effector].gripper if episode.effector in mapping.hands else None
     if spec is None or episode.effector is None:
         return episode

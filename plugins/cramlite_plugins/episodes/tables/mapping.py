@@ -173,7 +173,7 @@ class Mapping(Spec):
         return {**self.hands, **{n: t for n, t in self.things.items() if n not in still}}
 
     def conventional(self, unit: str | None = None, rotation: str | None = None) -> Convention:
-        """Return the convention: what the file says of itself, what the mapping says, and what is usual where neither does.
+        """Return the convention: from the file, the mapping, or the usual one, in this order.
 
         Args:
             unit, rotation: that the file states in its header.

@@ -100,7 +100,7 @@ def read_table(path: Path, kind: str) -> Table:
 
 
 def _from_json(path: Path) -> Table:
-    """Documents become rows; what lies deeper becomes a column with a dotted name, such as "cup.position.0"."""
+    """Rows of documents; nested values become columns with dotted names, such as "cup.position.0"."""
     rows = [dict(_flat(document, "")) for document in json_frames(path)]
     names = dict.fromkeys(n for row in rows for n in row)
     columns = {n: [row.get(n, "") for row in rows] for n in names}
@@ -149,7 +149,7 @@ def _table(path: Path, names: Sequence[str], rows: Rows, **stated: Any) -> Table
 
 
 def _last(names: Sequence[str]) -> int:
-    """How many columns there are up to the last one with a name."""
+    """Number of columns up to the last one with a name."""
     return max((k for k, n in enumerate(names, 1) if n), default=0)
 
 

@@ -145,7 +145,7 @@ def rows_of(table: Table, mapping: Mapping, name: str) -> Flags:
 
 
 def _marked(values: Floats, mapping: Mapping) -> Flags:
-    """(N,) rows whose position is what marks a gap: all zero, or that number three times."""
+    """(N,) rows with a position that marks a gap: all zero, or that number three times."""
     marks = [0.0 if g == "zero" else float(g) for g in mapping.gaps if g not in ("empty", "nan")]
     return np.asarray(np.any([np.all(values[:, :3] == m, axis=1) for m in marks], axis=0)) if marks else np.zeros(len(values), dtype=bool)
 

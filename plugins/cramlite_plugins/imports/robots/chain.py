@@ -154,7 +154,7 @@ def _moves(model: Any, body: int) -> bool:
 
 
 def _flange(source: Source, data: Any, last: int, named: str) -> tuple[Pose, str, tuple[str, str]]:
-    """Where tools are bolted on, in the world, what said so, and its kind and name."""
+    """Flange in the world, with the source, its kind and name."""
     model = source.model
     sites = {model.site(s).name: int(s) for s in range(model.nsite) if _behind(model, int(model.site_bodyid[s]), last)}
     bodies = {model.body(b).name: b for b in range(1, model.nbody) if _behind(model, b, last)}

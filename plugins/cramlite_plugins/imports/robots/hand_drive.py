@@ -100,7 +100,7 @@ def _check_drives(where: Path, spec: Any) -> None:
         actuator.name = actuator.name or f"{ROOT}/drive_{k}"
         said = f"{where}: drive '{_short(actuator.name)}' of the hand"
         if int(actuator.trntype) not in (JOINT, TENDON) or float(actuator.gear[0]) == 0:
-            raise UserError(f"{said} acts through what is no joint and no fixed tendon; put it on a joint.")
+            raise UserError(f"{said} acts through neither a joint nor a fixed tendon; put it on a joint.")
         low, high = (float(v) for v in actuator.ctrlrange)
         if not low < high:
             raise UserError(f"{said} has no 'ctrlrange' to drive it through; state it: the orders for wide and narrow.")

@@ -168,7 +168,7 @@ def _linkage(hand: Driven, pads: Pads, controls: Floats, states: Floats, lengths
 
 
 def _weights(hand: Driven, signs: Floats) -> Floats:
-    """Of each joint in what encoders of the drives read together, rising as the hand closes."""
+    """Weight of each joint in the encoder reading of the drives, rising as the hand closes."""
     model, weights = hand.model, np.zeros(hand.model.njnt)
     for name, sign in zip(hand.names, signs, strict=True):
         a = model.actuator(name)
@@ -208,7 +208,8 @@ def _limited_stroke(where: Path, linkage: Linkage, opening: tuple[float, float] 
 
 
 def _force(where: Path, spec: Any, hand: Driven, linkage: Linkage, stated: HandFile) -> tuple[tuple[float, float], tuple[str, ...]]:
-    """Lowest and highest grip force [N]: as stated, and the drives are then made to exert it; else what the file's exert half open."""
+    """Lowest and highest grip force [N]: as stated, which the drives are then made to exert; else that of
+    the file's drives half open."""
     mid = len(linkage.openings) // 2
     can = [_exerted(hand, linkage, k) for k in range(len(linkage.openings) - 1)]
     if stated.force is None:
@@ -271,7 +272,8 @@ def _found(where: Path, hand: Driven, gripper: Gripper, owners: tuple[str, str])
 
 
 def _texts(text: str, tcp: Pose, wrist: str) -> tuple[str, str]:
-    """The hand's body with the sites that cramlite needs, and what stands beside the world's bodies."""
+    """Text of the hand's body with the sites that cramlite needs, and of the elements beside the world's
+    bodies."""
     root = ElementTree.fromstring(text)
     body = root.find("worldbody/body")
     assert body is not None

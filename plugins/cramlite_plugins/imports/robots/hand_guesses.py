@@ -6,7 +6,8 @@ from cramlite.model import Gripper, HandFile
 
 
 def guesses(gripper: Gripper, owners: tuple[str, str], stated: HandFile) -> tuple[str, ...]:
-    """Return what was found of a hand by its motion, a sentence for each key of ``gripper`` that could state it.
+    """Return the findings about a hand by its motion, a sentence for each key of ``gripper`` that could
+    state it.
 
     Args:
         gripper: as it was read; its tool centre point is in the frame of the flange.

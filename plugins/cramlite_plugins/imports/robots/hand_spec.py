@@ -80,7 +80,7 @@ def _state_inertia(spec: Any, model: Any) -> None:
 
 
 def _drop_loose(spec: Any) -> None:
-    """Leave out what belongs to a room and not to a hand, and a free root."""
+    """Leave out parts of a room, and a free root."""
     for kind in ("keys", "sensors", "lights", "cameras", "skins"):
         for element in list(getattr(spec, kind)):
             spec.delete(element)

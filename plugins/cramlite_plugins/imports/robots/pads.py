@@ -81,7 +81,7 @@ def _pad(model: Any, data: Any, geom: int, inwards: Floats) -> tuple[int, ...]:
 
 
 def _inner(model: Any, data: Any, geoms: Sequence[int], inwards: Floats) -> float:
-    """How far the points of geoms reach inwards [m]."""
+    """Inward reach of the points of geoms [m]."""
     return max(float((points(model, data, g) @ inwards).max()) for g in geoms)
 
 
@@ -125,7 +125,8 @@ def _size(model: Any, data: Any, left: Sequence[int], y: Floats, z: Floats) -> t
 
 
 def _depth(model: Any, data: Any, tcp: Pose) -> float:
-    """How far back from the pinch point the nearest part of the wide hand is; to the flange where there is none."""
+    """Distance of the nearest part of the wide hand behind the pinch point; that of the flange without
+    one."""
     hit, back = np.zeros(1, np.int32), tcp.rotate((0.0, 0.0, -1.0))
     far = float(mujoco.mj_ray(model, data, np.array(tcp.position), np.array(back), None, 1, -1, hit))
     return far if far > 0 else float(np.linalg.norm(tcp.position))

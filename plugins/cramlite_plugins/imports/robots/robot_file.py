@@ -72,7 +72,7 @@ def read_robot(path: Path | str, name: str, stated: Stated) -> ImportedRobot:
 
 
 def _hand(path: Path, source: Source, stated: Stated, chain: Chain, flange: Pose) -> Hand:
-    """The gripper: one of ours, that of a file of its own, or that of the arm's file."""
+    """Gripper: one of ours, that of a file of its own, or that of the arm's file."""
     if isinstance(stated.gripper, str):
         if stated.gripper not in GRIPPERS:
             raise UserError(
@@ -149,7 +149,7 @@ def _known(path: Path, chain: Chain, apart: tuple[tuple[str, str], ...]) -> tupl
 
 
 def _leaning(chain: Chain, root: Pose) -> tuple[str, ...]:
-    """What is said of a first axis that is not the base's z, which stands upwards where the scenario puts the robot."""
+    """Doubt about a first axis that is not the base's z, which points up in the scenario."""
     x, y, z = root.rotate((0.0, 0.0, 1.0))
     if z > 1.0 - UPRIGHT:
         return ()
@@ -158,7 +158,7 @@ def _leaning(chain: Chain, root: Pose) -> tuple[str, ...]:
 
 
 def _servos(model: Any, chain: Chain, text: str, stated: bool) -> tuple[str, ...]:
-    """What is said of the actuators that the file gives the arm."""
+    """Doubt about the actuators that the file gives the arm."""
     driven = [a for a in range(model.nu) if int(model.actuator_trntype[a]) == JOINT]
     own = [a for a in driven if model.joint(model.actuator_trnid[a][0]).name in chain.joints]
     if not own:
@@ -223,7 +223,7 @@ def _found(path: Path, chain: Chain, robot: Robot, home: str) -> tuple[str, ...]
 
 
 def _missing(chain: Chain, robot: Robot, stated: Stated, home: str) -> tuple[str, ...]:
-    """What was taken from elsewhere, and what says another."""
+    """Value that was taken from elsewhere, and the key for another."""
     slow = [n for n, v in zip(chain.joints, chain.speeds, strict=True) if not v]
     notes = [f"tools are bolted to {chain.said}"] if ":" in chain.said else []
     notes += [f"home is {home}; 'home' says another"] if home.startswith("the middle") else []

@@ -75,7 +75,7 @@ def grouped(model: Any, data: Any) -> Grouped:
 
 
 def _kind(model: Any, body: int, carrier: str) -> tuple[Literal["fixed", "joint", "free"], str]:
-    """How a body moves, and what of that cannot be had."""
+    """Kind of a body's motion, and the part of it that cannot be had."""
     types, name = [int(model.jnt_type[j]) for j in joints(model, body)], model.body(body).name
     if not types:
         said = f"'{name}' is a mocap body; it is fixed where it starts" if model.body_mocapid[body] >= 0 else ""
@@ -91,7 +91,8 @@ def _kind(model: Any, body: int, carrier: str) -> tuple[Literal["fixed", "joint"
 
 
 def _rooms(model: Any, data: Any) -> frozenset[int]:
-    """Fixed bodies that hold others together by name alone: without shape and site, and what they hold stands in two places or more.
+    """Fixed bodies that hold others together by name alone: without shape and site, their parts standing
+    in two places or more.
 
     A kitchen's cupboards are not one thing; a table's legs, which touch its top, are.
     """
@@ -106,7 +107,8 @@ def _rooms(model: Any, data: Any) -> frozenset[int]:
 
 
 def _box(model: Any, data: Any, top: int) -> tuple[Any, Any] | None:
-    """The corners of the box, world axes, around all that is fixed to a body and collides; None of what moves or collides with nothing."""
+    """Corners of the box, world axes, around all that is fixed to a body and collides; None if it moves or
+    collides with nothing."""
     if int(model.body_weldid[top]):
         return None
     low, high = np.full(3, np.inf), np.full(3, -np.inf)
@@ -168,7 +170,7 @@ def _below(model: Any, body: int) -> Iterator[int]:
 
 
 def _chain(model: Any, body: int, top: int) -> int:
-    """How many hinges and slides there are from a body up to another."""
+    """Number of hinges and slides from a body up to another."""
     count = 0
     while True:
         count += sum(int(model.jnt_type[j]) in (HINGE, SLIDE) for j in joints(model, body))
@@ -178,7 +180,7 @@ def _chain(model: Any, body: int, top: int) -> int:
 
 
 def _base(model: Any, body: int, tree: frozenset[int]) -> frozenset[int]:
-    """The arm with what carries nothing but it: its base, and further up frames without shapes."""
+    """Arm with the bodies that carry nothing else: its base, and further up frames without shapes."""
     above, first = int(model.body_parentid[body]), True
     while above and not len(joints(model, above)):
         whole = frozenset(_below(model, above))

@@ -43,7 +43,7 @@ class _Named(Struct):
 
 
 class _File(Struct):
-    """What has been read of a file.
+    """Content read from a file.
 
     Args:
         times: how often what is read now is repeated, by each element around it.
@@ -156,7 +156,8 @@ class Roots(Struct):
 
 
 class _Read(Struct):
-    """What has been read of all files of a scene: weights of parts, files that are named, folders of meshes and pictures."""
+    """Content read from all files of a scene: weights of parts, named files, folders of meshes and
+    pictures."""
 
     roots: Roots
     known: dict[Path, Weight] = field(default_factory=dict)

@@ -37,7 +37,7 @@ class Handle(Value):
 
 
 def find_handle(geoms: Sequence[Geom], names: Sequence[str], joint: Joint) -> Handle | None:
-    """Find what a drawer or a door is held by.
+    """Find the handle of a drawer or a door.
 
     Args:
         geoms: in the thing's frame, each with the name of the file's geom, mesh or body.
@@ -73,7 +73,7 @@ def _outward(geoms: Sequence[Geom], joint: Joint) -> list[Floats]:
 
 
 def _about(geoms: Sequence[Geom], joint: Joint) -> bool:
-    """Whether a hinge goes through the middle of what it turns."""
+    """Whether a hinge goes through the middle of the part that it turns."""
     low, high = _boxes(geoms, joint.pose)
     return bool((np.abs(low + high)[:2] < MIDDLE * (high - low)[:2]).all())
 
@@ -99,13 +99,14 @@ def _area(geom: Geom, out: Floats) -> float:
 
 
 def _post(geom: Geom, out: Floats) -> bool:
-    """Whether something is longer out of the front than across it: a knob, or what carries a lever."""
+    """Whether a part is longer out of the front than across it: a knob, or the post of a lever."""
     low, high = _boxes([geom], _frame(out))
     return bool((high - low)[2] > (high - low)[:2].max())
 
 
 def _handle(geoms: Sequence[Geom], parts: tuple[int, ...], out: Floats, joint: Joint, why: str) -> Handle | None:
-    """The outermost of its parts is the bar, of posts and what lies across one of the latter; fingers close across its thinner side."""
+    """Bar of a handle: the outermost part, or the one across a post; fingers close across its thinner
+    side."""
     frame = _frame(out)
     bar = max((geoms[k] for k in parts), key=lambda g: (not _post(g, out), round(_reach(g, out), 4), _area(g, out)))
     low, high = _boxes([bar], frame)
@@ -121,7 +122,7 @@ def _handle(geoms: Sequence[Geom], parts: tuple[int, ...], out: Floats, joint: J
 
 
 def with_handle(thing: Thing, names: Sequence[str]) -> tuple[Thing, str]:
-    """Return a jointed thing with its handle, and what is said of it.
+    """Return a jointed thing with its handle, and a note on it.
 
     Args:
         names: what the file calls each of its geoms.

@@ -32,7 +32,7 @@ BESIDE = 0.001
 
 
 def with_pegs(made: Sequence[Made]) -> list[Made]:
-    """Add the feature "peg" to posts that a hole goes over, and the holes that go over one to what has them."""
+    """Add the feature "peg" to posts that a hole goes over, and the holes to their things."""
     posts = {m.thing.name: peg for m in made if (peg := _post(m.thing, [o.thing for o in made])) is not None}
     if not posts:
         return list(made)
@@ -69,7 +69,7 @@ def _threading(thing: Thing, posts: Iterable[Feature]) -> tuple[Feature, ...]:
 
 
 def _post(thing: Thing, things: Iterable[Thing]) -> Feature | None:
-    """A fixed thing's only shape as a peg: from what it stands in to its free end; None if it is none."""
+    """Only shape of a fixed thing as a peg: from its foot to its free end; None if it is none."""
     if thing.movable or thing.joint is not None or len(thing.geoms) != 1:
         return None
     shaft = _shaft(thing.geoms[0])
@@ -111,5 +111,5 @@ def _free(others: rays.Body, shaft: Pose, half: float, radius: float) -> float:
 
 
 def _met(others: rays.Body, point: Floats, way: Floats) -> float:
-    """How far the next thing is along a way [m]; 0 in the midst of one."""
+    """Distance to the next thing along a way [m]; 0 inside one."""
     return min((max(low, 0.0) for low, high, _ in rays.spans(others, point, way) if high > 0.0), default=np.inf)

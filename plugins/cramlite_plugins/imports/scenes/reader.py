@@ -70,7 +70,7 @@ def _read(path: Path, packages: Mapping[str, Path], keyframe: str, joints: Mappi
 
 
 def _things(source: Any, groups: tuple[Group, ...], joints: Mapping[str, StatedJoint]) -> tuple[list[Made], list[str]]:
-    """All things, and what is said of those that are none."""
+    """All things, and notes on bodies that are none."""
     from .geoms import collides
     from .things import make, make_of_world
 
@@ -121,7 +121,7 @@ def _named(name: str, taken: dict[str, str], notes: list[str]) -> str:
 
 
 def _apart(source: Any, group: Group) -> bool:
-    """Whether the file keeps a jointed group and what it is mounted in from colliding, or they overlap at the start."""
+    """Whether the file keeps a jointed group and its mount from colliding, or they overlap at the start."""
     model, data = source.model, source.data
     both = [(a, b) for a in group.bodies for b in group.carrier]
     excluded = bool({_pair(*p) for a, b in both for p in ((a, b), (b, a))} & {int(s) for s in model.exclude_signature})
@@ -146,7 +146,7 @@ def _between(model: Any, geoms: Any, group: Group) -> bool:
 
 
 def _physics(model: Any) -> tuple[dict[str, float | int | str], list[str]]:
-    """Options that differ from MuJoCo's defaults, and what is said of those that are not kept."""
+    """Options that differ from MuJoCo's defaults, and notes on those that are not kept."""
     found: dict[str, float | int | str] = {k: getattr(model.opt, k) for k, usual in KEPT.items() if getattr(model.opt, k) != usual}
     notes: list[str] = []
     if int(model.opt.cone) == 1:

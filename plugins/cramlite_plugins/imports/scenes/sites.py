@@ -62,7 +62,8 @@ def _upright(thing: Thing, model: Any, data: Any, site: int) -> tuple[Pose, Floa
 
 
 def _leaning(thing: Thing, model: Any, data: Any, site: int) -> Feature | None:
-    """The area that a flat site marks on what is not level, such as a rack, with what it faces as z; None if it is level, or on nothing."""
+    """Area of a flat site on a leaning support, such as a rack, its z away from it; None if it is level,
+    or on nothing."""
     turned = pose_of(data.site_xpos[site], data.site_xmat[site])
     half = np.asarray(model.site_size[site], dtype=float)
     thin, second, long = np.argsort(half, kind="stable").tolist()
@@ -104,8 +105,8 @@ def _place(thing: Thing, site: tuple[Pose, Floats] | None, name: str) -> Feature
 
 
 def _next(thing: Thing, pose: Pose) -> tuple[float | None, float | None]:
-    """How far what is next over and below a pose in its thing's frame is [m], None where nothing is; a site that a board
-    runs through, with nothing below, is the underside of that: of a table's top."""
+    """Distances to the next shapes over and below a pose in its thing's frame [m], None without one; a
+    site that a board runs through, with nothing below, is the underside of a table's top."""
     middle, up = np.asarray(pose.position), np.asarray(pose.rotate((0.0, 0.0, 1.0)))
     met = ([low for low, _, _ in rays.spans(rays.body(thing.geoms), middle, way) if low >= 0] for way in (up, -up))
     roof, floor = (min(m, default=None) for m in met)

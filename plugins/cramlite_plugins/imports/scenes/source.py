@@ -91,7 +91,8 @@ def read_source(path: Path, packages: Mapping[str, Path], keyframe: str = "") ->
 
 @contextmanager
 def _warnings() -> Iterator[list[str]]:
-    """What MuJoCo warns of meanwhile: it would print it, and append it to MUJOCO_LOG.TXT in the user's folder."""
+    """Warnings of MuJoCo meanwhile, which would print them and append them to MUJOCO_LOG.TXT in the user's
+    folder."""
     said, before = list[str](), mujoco.get_mju_user_warning()
     mujoco.set_mju_user_warning(said.append)
     try:
@@ -153,7 +154,7 @@ def _check_numbers(path: Path, model: Any, data: Any) -> None:
 
 
 def _check_shapes(path: Path, model: Any, data: Any) -> None:
-    """Refuse shapes that are endless, or beyond what scenes are in."""
+    """Refuse shapes that are endless, or larger than scenes are."""
     for g in range(model.ngeom):
         plane = model.geom_type[g] == mujoco.mjtGeom.mjGEOM_PLANE
         reach, most = (model.geom_size[g][:2].max(), PLANE) if plane else (model.geom_rbound[g], LARGEST)
@@ -282,7 +283,7 @@ def _said(reason: str) -> str:
 
 
 def _files(path: Path, seen: tuple[Path, ...] = ()) -> list[Path]:
-    """The file and what it includes, each once."""
+    """File and its includes, each once."""
     if not path.is_file() or path in seen:
         return []
     found = [path]

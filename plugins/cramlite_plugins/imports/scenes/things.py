@@ -105,7 +105,7 @@ def _inertia(model: Any, data: Any, bodies: Iterable[int], frame: Pose) -> tuple
 
 
 def _featured(source: Any, group: Group, thing: Thing, shapes: list[Shaped]) -> tuple[Thing, str]:
-    """With what sites say, else what geometry shows: openings, surfaces, a handle."""
+    """Thing with features from sites, else from geometry: openings, surfaces, a handle."""
     sites = places(source.model, source.data, group.bodies, thing)
     found = {f.name: f for s in shapes for f in s.features} | {f.name: f for f in sites if f.type == "cram:Cavity"}
     thing, said = _surfaced(replace(thing, features=tuple(found.values())))
@@ -132,7 +132,8 @@ def _turns_in_place(thing: Thing) -> bool:
 
 
 def _surfaced(thing: Thing) -> tuple[Thing, str]:
-    """With its cavity and its large level faces, or of what can be moved and has none its largest: a bottle's cap; and in words."""
+    """Thing with its cavity and large level faces, a movable one without any with its largest (a bottle's
+    cap); and in words."""
     from ...shapes.cavities import cavity
     from ...shapes.surfaces import surfaces
 
@@ -154,7 +155,7 @@ def _surfaced(thing: Thing) -> tuple[Thing, str]:
 
 
 def _floors(hollow: Feature | None) -> list[Feature]:
-    """The floor of a cavity, round as a bowl's may be: what a thing without a level face carries other things on."""
+    """Floor of a cavity, also a round one: the supporting surface of a thing without a level face."""
     if hollow is None:
         return []
     floor = hollow.pose * Pose((0.0, 0.0, -hollow.size["height"]))

@@ -161,7 +161,7 @@ def distinct(model: PoseModel, prior: Prior, found: list[PoseHypothesis]) -> lis
 
 
 def _doubted(model: PoseModel, found: list[PoseHypothesis]) -> list[PoseHypothesis]:
-    """Where another pose fits as well, none is believed beyond ``DOUBT``."""
+    """Scores capped at ``DOUBT`` where another pose fits as well."""
     if not found:
         return found
     best, doubted = found[0], list(found)

@@ -133,7 +133,7 @@ def _surface_terms(
 def _outline_terms(
     surface: tuple[Floats32, Floats32], turn: Batch, shift: Batch, ray: Floats32, outline: Outline, stage: RegistrationStage
 ) -> tuple[Batch, Batch]:
-    """Model points whose pixels show what is behind the object are drawn back into it."""
+    """Terms that draw model points back into the object if their pixels show the background."""
     points, normals = surface
     seen = turn.transpose(0, 2, 1) @ (points - shift[:, :, None])  # the inverse of a rotation is its transpose
     which, pull = outline.silhouette_error(seen.transpose(0, 2, 1), (turn @ ray) @ normals < 0.05)
@@ -180,7 +180,7 @@ def _cross_matrix(v: Batch) -> Batch:
 
 
 def _step(matrix: Batch, vector: Batch, turn: Batch, shift: Batch) -> tuple[Batch, Batch]:
-    """One damped step: what nothing holds (2 % of the strongest constraint) stays."""
+    """One damped step; directions without constraint (2 % of the strongest) stay."""
     strongest = matrix[:, 3, 3] + matrix[:, 4, 4] + matrix[:, 5, 5] + np.float32(1e-6)
     damped = (matrix + strongest[:, None, None] * _DAMPING).astype(np.float64)
     step = np.linalg.solve(damped, -vector[..., None])[..., 0]

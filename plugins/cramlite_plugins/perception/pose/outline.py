@@ -47,7 +47,7 @@ class Outline(Value, eq=False, dict=True):
 
     @cached_property
     def _hiding(self) -> Floats32:
-        """Of each pixel, the least depth next to it that is not the object's: an occluder's edge has gaps."""
+        """Least depth beside each pixel that is not the object's: an occluder's edge has gaps."""
         others = np.where(self.mask | np.isnan(self.depth), np.inf, self.depth)
         return np.asarray(ndimage.minimum_filter(others, 3), dtype=np.float32)
 

@@ -69,7 +69,7 @@ def _explained(model: PoseModel, points: Floats32, starts: PoseBatch) -> tuple[F
 def _shown(
     model: PoseModel, middle: Floats32, outline: Outline, starts: PoseBatch, surface: int
 ) -> tuple[Floats32, Floats32, Floats32]:
-    """How many of the model's visible points the mask shows, how many the image denies, and how many there are."""
+    """Counts of the model's visible points: shown by the mask, denied by the image, all."""
     which = np.linspace(0, len(model.points) - 1, surface).astype(np.int64)
     points, normals = model.points[which], model.normals[which]
     facing = (starts.turn @ (middle / np.linalg.norm(middle))) @ normals.T < -0.1

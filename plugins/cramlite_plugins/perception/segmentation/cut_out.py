@@ -10,7 +10,8 @@ from cramlite.plugin import Expert, Inputs, Parameter, Unresolvable, hookimpl
 
 
 def region(inputs: Inputs) -> Mapping[str, Any]:
-    """Return an axis-aligned box around the fixtures that the query names as a place, with room for what is there."""
+    """Return an axis-aligned box around the fixtures that the query names as a place, with room for their
+    content."""
     import numpy as np
 
     from cramlite.plugin import RELATIONS
@@ -57,7 +58,7 @@ def cloud(inputs: Inputs) -> Mapping[str, Any]:
 
 
 def _near(own: Any, depth: Any, least: float) -> Any:
-    """Where the image shows the robot: at its expected depth (NaN where it is not), or two pixels beside it."""
+    """Pixels of the robot: at its expected depth (NaN where it is not), or two pixels beside it."""
     import numpy as np
     from scipy import ndimage
 

@@ -80,7 +80,7 @@ def _clusters(points: Floats, limits: Mapping[str, float]) -> Iterator[Floats]:
 
 
 def _let_down(points: Floats, known: Sequence[Thing], limits: Mapping[str, float]) -> Floats:
-    """With its shadow on the surface that is known right beneath, if it comes near to one: it stands there."""
+    """Hull with its shadow on the known surface right beneath, if it comes near to one."""
     import numpy as np
 
     low = float(points[:, 2].min())
@@ -103,7 +103,7 @@ def _above(points: Floats, thing: Thing) -> bool:
 
 
 def _parts(points: Floats, known: Floats, limits: Mapping[str, float]) -> Iterator[Floats]:
-    """The points, halved along their longest side until no hull is around what is known: a frame is no block."""
+    """Points, halved along their longest side until no hull is around known things: a frame is no block."""
     import numpy as np
 
     spans = np.ptp(points, axis=0)

@@ -63,7 +63,7 @@ def chromaticity(rgb: np.ndarray[Any, np.dtype[np.uint8]]) -> Floats32:
 
 
 def _labelled(front: Mask, depth: Any, chroma: Floats32, parameters: Mapping[str, float]) -> Labels:
-    """Labels of what lies between edges, grown over the edges."""
+    """Labels of the areas between edges, grown over the edges."""
     import numpy as np
     from scipy import ndimage
 
@@ -77,7 +77,7 @@ def _labelled(front: Mask, depth: Any, chroma: Floats32, parameters: Mapping[str
 
 
 def _edges(front: Mask, depth: Any, chroma: Floats32, parameters: Mapping[str, float]) -> Mask:
-    """Where neighbours differ in depth by more than a step, or in colour."""
+    """Pixels whose neighbours differ in depth by more than a step, or in colour."""
     import numpy as np
 
     z = np.where(front, depth, np.nan)
@@ -97,7 +97,7 @@ def _shifted(axis: int) -> tuple[tuple[slice, slice], tuple[slice, slice]]:
 
 
 class _Part(Value, eq=False):
-    """A label with what merging looks at: colour, points (a sample), front plane."""
+    """Label with the values that merging compares: colour, points (a sample), front plane."""
 
     labels: tuple[int, ...]
     count: int
