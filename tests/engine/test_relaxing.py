@@ -40,4 +40,4 @@ def test_what_is_out_of_reach_asks_for_the_base(tmp_path: Path, run: Run) -> Non
 def test_what_is_too_heavy_to_move_is_told_to_go_away(tmp_path: Path, run: Run) -> None:
     (tmp_path / "full.yaml").write_text(SCENE.replace("BLOCK", "0.5") + CRATE)
     done = run("resolve", tmp_path / "full.yaml", "--relax", "--no-report", "--out", tmp_path / "out")
-    assert done.code == 1 and "No declared change" in done.err or "'crate' further from" in done.err
+    assert (done.code == 1 and "No declared change" in done.err) or "'crate' further from" in done.err
