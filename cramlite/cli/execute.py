@@ -4,37 +4,28 @@ from __future__ import annotations
 
 import argparse
 import shlex
-from collections.abc import Iterable, Iterator, Sequence
-from functools import partial
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from msgspec import to_builtins
 from msgspec.structs import replace
 
 from ..base.errors import NoSolution, UserError, nearest
 from ..base.json_text import as_json
-from ..base.resources import find_scenario
-from ..model.rollout import save_rollout
 from ..plugin.catalogue import pick
 from ..plugin.selection import INSTALLED, PluginChoice
 from ..scenario.faults import faulty, read_fault_text
-from ..scenario.scenario import read_scenario
 from ..scenario.worlds import read_world
 from .arguments import Add, duration, plugin_choice
+from .execution_files import vacant, write_run
 from .judge import add_purpose, judged_json, judged_text, naming, purpose_of, read_text, refuse, robots_world
-from .texts import findings_text, rollout_json, rollout_text, warn_of
+from .texts import findings_text, rollout_json, rollout_text
 
 if TYPE_CHECKING:
-    from ..engine.engine import Engine
-    from ..engine.going_on import GoingOn, Stretch
     from ..engine.judging import Judged
-    from ..engine.replanning import Attempt, Round
-    from ..engine.time_line import Moment
     from ..model.robot_file import RobotFile
     from ..model.rollout import Rollout
     from ..plugin.catalogue import Knowledge
-    from ..scenario.scenario import Scenario
 
 
 
@@ -70,7 +61,7 @@ def execute_program(
     from ..plugin.catalogue import Knowledge
 
     knowledge = Knowledge(plugins.registry())
-    _vacant(out)
+    vacant(out)
     text, place = read_text(program), robots_world(world, program, knowledge, seed)
     place = faulty(place, map(read_fault_text, faults))
     judged = None
@@ -81,7 +72,7 @@ def execute_program(
         with naming(program):
             rollout = knowledge.simulator.execute(text, place, knowledge.robots_of(place), mount=place.robots[0].name, seed=seed)
     if out is not None:
-        _write(out, rollout, program.stem, knowledge, episode=episode)
+        write_run(out, rollout, program.stem, knowledge, episode=episode)
     _print(rollout, judged, json_output=json_output)
     if rollout.outcome != "finished":
         raise NoSolution(f"'{program}' did not come to its end ({rollout.outcome}): {rollout.reason}")
@@ -111,7 +102,7 @@ def drive_robot(
     from ..plugin.catalogue import Knowledge
 
     knowledge = Knowledge(plugins.registry())
-    _vacant(out)
+    vacant(out)
     text = read_text(program)
     if not is_program_text(text):
         raise UserError(f"{program}: a robot process is sent the motions of a typed program; write one with 'resolve --backend stream'.")
@@ -121,7 +112,7 @@ def drive_robot(
         robot = knowledge.read_robot(file).robot if file else pick("robot", knowledge.robots, kind)
     rollout = _with_file(knowledge.driver.drive(text, robot, _words(on)), file)
     if out is not None:
-        _write(out, rollout, program.stem, knowledge, episode=False)
+        write_run(out, rollout, program.stem, knowledge, episode=False)
     _print(rollout, None, json_output=json_output)
     if rollout.outcome != "finished":
         raise NoSolution(f"'{program}' did not come to its end ({rollout.outcome}): {rollout.reason}")
@@ -171,118 +162,6 @@ def _print(rollout: Rollout, judged: Judged | None, *, json_output: bool) -> Non
         print(findings_text(judged.verdict, judged.remarks))
 
 
-def execute_and_replan(
-    program: Path,
-    *,
-    scenario: str,
-    world: str,
-    seed: int = 0,
-    rounds: int,
-    faults: Sequence[str] = (),
-    out: Path | None = None,
-    episode: bool = True,
-    plugins: PluginChoice = INSTALLED,
-    json_output: bool = False,
-) -> int:
-    """Run a program of a run directory; where it is stopped, resolve the rest by what is read or seen then, and go on.
-
-    Args:
-        scenario: that the program was made from; with ``poses: camera`` its camera looks where a program stops by itself, else poses are
-            readings, and watched.
-        faults: as ``execute_program`` has them.
-        rounds: how many programs may run, the first one included.
-        out: folder with a folder for each round, as ``execute_program`` writes one, with the round's program.
-
-    Returns:
-        0 when a program came to its end.
-
-    Raises:
-        NoSolution: none did; why each one ended was printed.
-        UserError: a file that cannot be used.
-    """
-    from ..engine import replanning
-    from ..engine.going_on import GoingOn
-    from ..engine.time_line import write_time_line
-
-    _vacant(out)
-    scene, engine = _who_replans(scenario, rounds, plugins)
-    first = _first_attempt(program, scene, engine, world, seed)
-    first = replace(first, world=faulty(first.world, map(read_fault_text, faults)))
-    said: list[str] = []
-    done: list[Round] = []
-    moments: list[Moment] = []
-    say = partial(_say, said, aloud=not json_output)
-    if scene.spec.poses == "camera":
-        executed: Iterable[Round] = replanning.rounds(first, scene, engine, seed=seed, most=rounds, say=say)
-    else:
-        executed = _stretches(GoingOn(scene, engine, seed, say), first, rounds, moments)
-    try:
-        for number, one in enumerate(executed, 1):
-            done.append(one)
-            if not json_output:
-                print(rollout_text(one.rollout))
-            if out is not None:
-                _write_round(out / f"round_{number}", one, program.stem, engine, episode=episode)
-                if moments:
-                    write_time_line(moments, out)
-    finally:
-        if json_output:
-            rows = [rollout_json(one.rollout) for one in done]
-            print(as_json({"said": said, "executions": len(done), "rounds": rows, "time_line": to_builtins(moments)}))
-    if not json_output:
-        print("Came to its end " + ("at the first execution" if len(done) == 1 else f"after {len(done)} executions"))
-    return 0
-
-
-def _stretches(going_on: GoingOn, first: Attempt, rounds: int, moments: list[Moment]) -> Iterator[Round]:
-    """The rounds of an execution that goes on, and its time line so far."""
-    from ..engine.time_line import time_line
-
-    done: list[Stretch] = []
-    for stretch in going_on.stretches(first, rounds):
-        done.append(stretch)
-        moments[:] = time_line(done)
-        yield stretch.round
-
-
-def _say(said: list[str], text: str, *, aloud: bool) -> None:
-    """Keep the lines between rounds, and print them unless all is printed at the end."""
-    said.append(text)
-    if aloud:
-        print(text, flush=True)
-
-
-def _who_replans(name: str, rounds: int, plugins: PluginChoice) -> tuple[Scenario, Engine]:
-    """The scenario and its engine."""
-    from ..engine.engine import make_engine
-
-    scenario = read_scenario(find_scenario(name))
-    if rounds < 1:
-        raise UserError(f"--rounds {rounds}: at least one program runs.")
-    return scenario, make_engine(scenario, plugins)
-
-
-def _write_round(folder: Path, done: Round, name: str, engine: Engine, *, episode: bool) -> None:
-    _write(folder, done.rollout, name, engine.knowledge, episode=episode)
-    (folder / f"program{done.attempt.code.suffix}").write_text(done.attempt.code.text, encoding="utf-8", newline="\n")
-
-
-def _first_attempt(program: Path, scenario: Scenario, engine: Engine, world: str, seed: int) -> Attempt:
-    """The program with the plan that lies beside it in its run directory, in the world where it is to run."""
-    from ..engine import replanning
-    from ..model.program_json import read_program
-
-    beside = {name: read_text(program.parent / name) for name in ("program.json", "plan.json")}
-    typed = read_program(beside["program.json"]).program
-    plan, code = replanning.planned(read_text(program), typed, beside["plan.json"], scenario, engine, seed)
-    return replanning.Attempt(plan, typed, code, read_world(world, engine.knowledge, seed))
-
-
-def _vacant(out: Path | None) -> None:
-    if out is not None and out.exists() and (not out.is_dir() or any(out.iterdir())):
-        raise UserError(f"'{out}' exists and is not an empty folder; nothing was run. Choose another --out.")
-
-
 def serve_controller(
     *,
     world: str,
@@ -312,21 +191,6 @@ def serve_controller(
     return 0
 
 
-def _write(out: Path, rollout: Rollout, name: str, knowledge: Any, *, episode: bool) -> None:
-    from msgspec import json
-
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-        (out / "execution.json").write_text(as_json(rollout_json(rollout)), encoding="utf-8", newline="\n")
-        save_rollout(rollout, out / "rollout.npz")
-        (out / "world.json").write_bytes(json.format(json.encode(rollout.world), indent=1))
-    except OSError as error:
-        raise UserError(f"'{out}' cannot be written: {error.strerror}.") from error
-    if episode:
-        knowledge.episodes.write(knowledge.episodes.detect(rollout, name), out / "episode")
-        warn_of(knowledge.registry.faults)
-
-
 def _execute(arguments: argparse.Namespace) -> int:
     if arguments.on is not None:
         if arguments.world or arguments.plan or arguments.goal or arguments.replan:
@@ -339,6 +203,8 @@ def _execute(arguments: argparse.Namespace) -> int:
     if arguments.replan and (arguments.plan or arguments.goal):
         raise UserError("--replan makes plans of its own, so --plan and --goal say nothing about its rounds; judge what they write.")
     if arguments.replan:
+        from .replan import execute_and_replan
+
         return execute_and_replan(
             arguments.program,
             scenario=arguments.replan,

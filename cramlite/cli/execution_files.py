@@ -1,0 +1,36 @@
+"""Files of a recorded execution."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ..base.errors import UserError
+from ..base.json_text import as_json
+from ..model.rollout import save_rollout
+from .texts import rollout_json, warn_of
+
+if TYPE_CHECKING:
+    from ..model.rollout import Rollout
+
+
+def vacant(out: Path | None) -> None:
+    """Raise UserError where a folder for a run exists and is not empty."""
+    if out is not None and out.exists() and (not out.is_dir() or any(out.iterdir())):
+        raise UserError(f"'{out}' exists and is not an empty folder; nothing was run. Choose another --out.")
+
+
+def write_run(out: Path, rollout: Rollout, name: str, knowledge: Any, *, episode: bool) -> None:
+    """Write a recorded run into a folder, as ``execute_program`` says."""
+    from msgspec import json
+
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        (out / "execution.json").write_text(as_json(rollout_json(rollout)), encoding="utf-8", newline="\n")
+        save_rollout(rollout, out / "rollout.npz")
+        (out / "world.json").write_bytes(json.format(json.encode(rollout.world), indent=1))
+    except OSError as error:
+        raise UserError(f"'{out}' cannot be written: {error.strerror}.") from error
+    if episode:
+        knowledge.episodes.write(knowledge.episodes.detect(rollout, name), out / "episode")
+        warn_of(knowledge.registry.faults)

@@ -1,0 +1,136 @@
+"""``cramlite execute --replan``: runs a program, and goes on from where it is stopped."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from msgspec import to_builtins
+from msgspec.structs import replace
+
+from ..base.errors import UserError
+from ..base.json_text import as_json
+from ..base.resources import find_scenario
+from ..plugin.selection import INSTALLED, PluginChoice
+from ..scenario.faults import faulty, read_fault_text
+from ..scenario.scenario import read_scenario
+from ..scenario.worlds import read_world
+from .execution_files import vacant, write_run
+from .judge import read_text
+from .texts import rollout_json, rollout_text
+
+if TYPE_CHECKING:
+    from ..engine.engine import Engine
+    from ..engine.going_on import GoingOn, Stretch
+    from ..engine.replanning import Attempt, Round
+    from ..engine.time_line import Moment
+    from ..scenario.scenario import Scenario
+
+
+def execute_and_replan(
+    program: Path,
+    *,
+    scenario: str,
+    world: str,
+    seed: int = 0,
+    rounds: int,
+    faults: Sequence[str] = (),
+    out: Path | None = None,
+    episode: bool = True,
+    plugins: PluginChoice = INSTALLED,
+    json_output: bool = False,
+) -> int:
+    """Run a program of a run directory; where it is stopped, resolve the rest by what is read or seen then, and go on.
+
+    Args:
+        scenario: that the program was made from; with ``poses: camera`` its camera looks where a program stops by itself, else poses are
+            readings, and watched.
+        faults: as ``execute_program`` has them.
+        rounds: how many programs may run, the first one included.
+        out: folder with a folder for each round, as ``execute_program`` writes one, with the round's program.
+
+    Returns:
+        0 when a program came to its end.
+
+    Raises:
+        NoSolution: none did; why each one ended was printed.
+        UserError: a file that cannot be used.
+    """
+    from ..engine import replanning
+    from ..engine.going_on import GoingOn
+    from ..engine.time_line import write_time_line
+
+    vacant(out)
+    scene, engine = _who_replans(scenario, rounds, plugins)
+    first = _first_attempt(program, scene, engine, world, seed)
+    first = replace(first, world=faulty(first.world, map(read_fault_text, faults)))
+    said: list[str] = []
+    done: list[Round] = []
+    moments: list[Moment] = []
+    say = partial(_say, said, aloud=not json_output)
+    if scene.spec.poses == "camera":
+        executed: Iterable[Round] = replanning.rounds(first, scene, engine, seed=seed, most=rounds, say=say)
+    else:
+        executed = _stretches(GoingOn(scene, engine, seed, say), first, rounds, moments)
+    try:
+        for number, one in enumerate(executed, 1):
+            done.append(one)
+            if not json_output:
+                print(rollout_text(one.rollout))
+            if out is not None:
+                _write_round(out / f"round_{number}", one, program.stem, engine, episode=episode)
+                if moments:
+                    write_time_line(moments, out)
+    finally:
+        if json_output:
+            rows = [rollout_json(one.rollout) for one in done]
+            print(as_json({"said": said, "executions": len(done), "rounds": rows, "time_line": to_builtins(moments)}))
+    if not json_output:
+        print("Came to its end " + ("at the first execution" if len(done) == 1 else f"after {len(done)} executions"))
+    return 0
+
+
+def _stretches(going_on: GoingOn, first: Attempt, rounds: int, moments: list[Moment]) -> Iterator[Round]:
+    """The rounds of an execution that goes on, and its time line so far."""
+    from ..engine.time_line import time_line
+
+    done: list[Stretch] = []
+    for stretch in going_on.stretches(first, rounds):
+        done.append(stretch)
+        moments[:] = time_line(done)
+        yield stretch.round
+
+
+def _say(said: list[str], text: str, *, aloud: bool) -> None:
+    """Keep the lines between rounds, and print them unless all is printed at the end."""
+    said.append(text)
+    if aloud:
+        print(text, flush=True)
+
+
+def _who_replans(name: str, rounds: int, plugins: PluginChoice) -> tuple[Scenario, Engine]:
+    """The scenario and its engine."""
+    from ..engine.engine import make_engine
+
+    scenario = read_scenario(find_scenario(name))
+    if rounds < 1:
+        raise UserError(f"--rounds {rounds}: at least one program runs.")
+    return scenario, make_engine(scenario, plugins)
+
+
+def _write_round(folder: Path, done: Round, name: str, engine: Engine, *, episode: bool) -> None:
+    write_run(folder, done.rollout, name, engine.knowledge, episode=episode)
+    (folder / f"program{done.attempt.code.suffix}").write_text(done.attempt.code.text, encoding="utf-8", newline="\n")
+
+
+def _first_attempt(program: Path, scenario: Scenario, engine: Engine, world: str, seed: int) -> Attempt:
+    """The program with the plan that lies beside it in its run directory, in the world where it is to run."""
+    from ..engine import replanning
+    from ..model.program_json import read_program
+
+    beside = {name: read_text(program.parent / name) for name in ("program.json", "plan.json")}
+    typed = read_program(beside["program.json"]).program
+    plan, code = replanning.planned(read_text(program), typed, beside["plan.json"], scenario, engine, seed)
+    return replanning.Attempt(plan, typed, code, read_world(world, engine.knowledge, seed))
