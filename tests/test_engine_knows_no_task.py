@@ -25,6 +25,7 @@ ALLOWED: Mapping[tuple[str, str], str] = {
     ("rollout.py", "effector"): "an array of the file, named like the rollout's field",
     ("run_peaks.py", "effector"): "the frame of the tool in a rollout",
     ("miss.py", "effector"): "the frame of the tool in a rollout",
+    ("expectation.py", "effector"): "the frame of the tool in a rollout",
     ("program_run.py", "effector"): "the frame of the tool in a rollout",
     ("snapshots.py", "effector"): "the frame of the tool in a rollout",
     ("program_run.py", "touches("): "the name of an assertion, in a message",

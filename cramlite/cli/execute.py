@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import argparse
 import shlex
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from msgspec import to_builtins
 from msgspec.structs import replace
 
 from ..base.errors import NoSolution, UserError, nearest
@@ -17,6 +18,7 @@ from ..base.resources import find_scenario
 from ..model.rollout import save_rollout
 from ..plugin.catalogue import pick
 from ..plugin.selection import INSTALLED, PluginChoice
+from ..scenario.faults import faulty, read_fault_text
 from ..scenario.scenario import read_scenario
 from ..scenario.worlds import read_world
 from .arguments import Add, duration, plugin_choice
@@ -25,8 +27,10 @@ from .texts import findings_text, rollout_json, rollout_text, warn_of
 
 if TYPE_CHECKING:
     from ..engine.engine import Engine
+    from ..engine.going_on import GoingOn, Stretch
     from ..engine.judging import Judged
     from ..engine.replanning import Attempt, Round
+    from ..engine.time_line import Moment
     from ..model.robot_file import RobotFile
     from ..model.rollout import Rollout
     from ..plugin.catalogue import Knowledge
@@ -41,6 +45,7 @@ def execute_program(
     seed: int = 0,
     plan: str = "",
     goals: Sequence[str] = (),
+    faults: Sequence[str] = (),
     out: Path | None = None,
     episode: bool = True,
     plugins: PluginChoice = INSTALLED,
@@ -52,6 +57,7 @@ def execute_program(
         program: the text, e.g. ``program.script`` of a run directory.
         world: a run directory, its ``world.json``, or a scenario, whose world with this seed is taken.
         plan, goals: as ``judge.judge_program`` has them.
+        faults: that happen to it, as ``scenario.faults.read_fault_text`` reads them.
         out: folder for the recorded run: ``execution.json``, ``rollout.npz``, ``world.json`` and, with ``episode``, ``episode/``.
 
     Returns:
@@ -66,6 +72,7 @@ def execute_program(
     knowledge = Knowledge(plugins.registry())
     _vacant(out)
     text, place = read_text(program), robots_world(world, program, knowledge, seed)
+    place = faulty(place, map(read_fault_text, faults))
     judged = None
     if plan or goals:
         judged = judged_text(program, text, place, purpose_of(plan, goals, knowledge, place), knowledge, seed)
@@ -171,15 +178,18 @@ def execute_and_replan(
     world: str,
     seed: int = 0,
     rounds: int,
+    faults: Sequence[str] = (),
     out: Path | None = None,
     episode: bool = True,
     plugins: PluginChoice = INSTALLED,
     json_output: bool = False,
 ) -> int:
-    """Run a program of a run directory; where it stops with a reason, look again, resolve the rest and go on.
+    """Run a program of a run directory; where it is stopped, resolve the rest by what is read or seen then, and go on.
 
     Args:
-        scenario: that the program was made from, with ``poses: camera``.
+        scenario: that the program was made from; with ``poses: camera`` its camera looks where a program stops by itself, else poses are
+            readings, and watched.
+        faults: as ``execute_program`` has them.
         rounds: how many programs may run, the first one included.
         out: folder with a folder for each round, as ``execute_program`` writes one, with the round's program.
 
@@ -191,26 +201,48 @@ def execute_and_replan(
         UserError: a file that cannot be used.
     """
     from ..engine import replanning
+    from ..engine.going_on import GoingOn
+    from ..engine.time_line import write_time_line
 
     _vacant(out)
     scene, engine = _who_replans(scenario, rounds, plugins)
     first = _first_attempt(program, scene, engine, world, seed)
+    first = replace(first, world=faulty(first.world, map(read_fault_text, faults)))
     said: list[str] = []
     done: list[Round] = []
+    moments: list[Moment] = []
     say = partial(_say, said, aloud=not json_output)
+    if scene.spec.poses == "camera":
+        executed: Iterable[Round] = replanning.rounds(first, scene, engine, seed=seed, most=rounds, say=say)
+    else:
+        executed = _stretches(GoingOn(scene, engine, seed, say), first, rounds, moments)
     try:
-        for number, one in enumerate(replanning.rounds(first, scene, engine, seed=seed, most=rounds, say=say), 1):
+        for number, one in enumerate(executed, 1):
             done.append(one)
             if not json_output:
                 print(rollout_text(one.rollout))
             if out is not None:
                 _write_round(out / f"round_{number}", one, program.stem, engine, episode=episode)
+                if moments:
+                    write_time_line(moments, out)
     finally:
         if json_output:
-            print(as_json({"said": said, "executions": len(done), "rounds": [rollout_json(one.rollout) for one in done]}))
+            rows = [rollout_json(one.rollout) for one in done]
+            print(as_json({"said": said, "executions": len(done), "rounds": rows, "time_line": to_builtins(moments)}))
     if not json_output:
         print("Came to its end " + ("at the first execution" if len(done) == 1 else f"after {len(done)} executions"))
     return 0
+
+
+def _stretches(going_on: GoingOn, first: Attempt, rounds: int, moments: list[Moment]) -> Iterator[Round]:
+    """The rounds of an execution that goes on, and its time line so far."""
+    from ..engine.time_line import time_line
+
+    done: list[Stretch] = []
+    for stretch in going_on.stretches(first, rounds):
+        done.append(stretch)
+        moments[:] = time_line(done)
+        yield stretch.round
 
 
 def _say(said: list[str], text: str, *, aloud: bool) -> None:
@@ -221,12 +253,10 @@ def _say(said: list[str], text: str, *, aloud: bool) -> None:
 
 
 def _who_replans(name: str, rounds: int, plugins: PluginChoice) -> tuple[Scenario, Engine]:
-    """The scenario, whose camera looks again, and its engine."""
+    """The scenario and its engine."""
     from ..engine.engine import make_engine
 
     scenario = read_scenario(find_scenario(name))
-    if scenario.spec.poses != "camera":
-        raise UserError(f"{scenario.path}: nothing can be planned anew without looking: the scenario needs 'poses: camera'.")
     if rounds < 1:
         raise UserError(f"--rounds {rounds}: at least one program runs.")
     return scenario, make_engine(scenario, plugins)
@@ -315,6 +345,7 @@ def _execute(arguments: argparse.Namespace) -> int:
             world=arguments.world,
             seed=arguments.seed,
             rounds=arguments.rounds,
+            faults=arguments.fault,
             out=arguments.out,
             episode=not arguments.no_episode,
             plugins=plugin_choice(arguments),
@@ -326,6 +357,7 @@ def _execute(arguments: argparse.Namespace) -> int:
         seed=arguments.seed,
         plan=arguments.plan,
         goals=arguments.goal,
+        faults=arguments.fault,
         out=arguments.out,
         episode=not arguments.no_episode,
         plugins=plugin_choice(arguments),
@@ -363,11 +395,15 @@ def add_commands(add: Add) -> None:
     add_purpose(execute)
     execute.add_argument(
         "--replan", metavar="SCENARIO",
-        help="where the program stops with a reason, look again and resolve the rest of this scenario",
+        help="where the program is stopped, resolve the rest of this scenario by what is read or seen then",
     )
     execute.add_argument(
         "--rounds", type=int, default=3,
         help="how many programs may run with --replan, the first one included; default 3",
+    )
+    execute.add_argument(
+        "--fault", metavar="'KEY: VALUE, ...'", action="append", default=[],
+        help="what goes wrong meanwhile, such as 'grip_lost: 0.5 s, line: PickingUp, after: 1 s'; may be given again",
     )
     execute.add_argument(
         "--out", type=Path,

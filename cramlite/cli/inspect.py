@@ -116,6 +116,14 @@ def _explain(arguments: argparse.Namespace) -> int:
     from ..planning.trace import read_trace
     from .trace_text import trace_text
 
+    if arguments.failures:
+        from msgspec import to_builtins
+
+        from ..engine.time_line import read_time_line
+
+        moments = read_time_line(arguments.directory)
+        print(as_json(to_builtins(moments)) if arguments.json else "\n".join(map(str, moments)))
+        return 0
     trace = read_trace(arguments.directory / "trace.json")
     entries = list(trace.about(arguments.designator)) if arguments.designator else trace.entries
     if not entries:
@@ -149,6 +157,10 @@ def add_commands(add: Add) -> None:
     explain.add_argument("directory", type=Path, metavar="RUN", help="a run directory")
     explain.add_argument(
         "designator", nargs="?", help="only designators whose name contains this, such as object_1 or grasp"
+    )
+    explain.add_argument(
+        "--failures", action="store_true",
+        help="print instead what an execution with --replan noticed and decided; RUN is its --out",
     )
     explain.add_argument("--json", action="store_true", help="print as JSON")
     schema = add("schema", _schema, asks_plugins=False)

@@ -50,6 +50,7 @@ def resolve_scenario(
     json_output: bool = False,
     twins: int | None = None,
     verbose: bool = False,
+    relax: bool = False,
 ) -> int:
     """Resolve a scenario, execute the first proven program once where there is a real world, and write the run directory.
 
@@ -57,6 +58,7 @@ def resolve_scenario(
         meant: reading of the demonstration, by its number or a task; None for what the scenario says, or all.
         twins: in how many a program is tried before it counts as proven; None for what the scenario says, or 8.
         verbose: whether a refusal has every cause, or three lines.
+        relax: whether it is also looked for what would have to change where nothing is proven.
 
     Returns:
         0 when a program was proven and its first execution, if there was one, succeeded.
@@ -81,7 +83,8 @@ def resolve_scenario(
         with Progress(quiet=json_output) as say:
             solution = _accepted_solution(run, reading, setting, engine, trace, say, came, report=report)
         if solution is None:
-            raise _no_solution(run, trace, engine, seed, came, json_output=json_output, verbose=verbose)
+            changes = _changes(scenario, setting, engine, json_output=json_output) if relax and not came.one() else ""
+            raise _no_solution(run, trace, engine, seed, came, json_output=json_output, verbose=verbose, changes=changes)
     print(as_json(solution_summary(solution, run, engine, seed)) if json_output else solution_text(solution, str(run.path)))
     return _ended(solution, run, scenario)
 
@@ -151,9 +154,19 @@ def _report_nothing(
     write_page(Finished(engine, run, setting, trace, tried, reading.interpretation, reading.episode), drawn=not came.one())
 
 
+def _changes(scenario: Scenario, setting: Setting, engine: Engine, *, json_output: bool) -> str:
+    """What would have to change, as lines behind a refusal."""
+    from ..engine.relaxing import relaxations
+
+    found = relaxations(scenario, setting, engine, lambda _: None if json_output else print(f"tried: {_}", flush=True))
+    lines = [f"\n  It would do to bring {r}." for r in found]
+    return "".join(lines) or "\n  No declared change makes it solvable: neither base nor things, by up to 0.64 m."
+
+
 def _no_solution(
-    run: RunDirectory, trace: Trace, engine: Engine, seed: int, came: Signals, *, json_output: bool, verbose: bool
-) -> NoSolution | PluginError | Interrupted:
+    run: RunDirectory, trace: Trace, engine: Engine, seed: int, came: Signals, *, json_output: bool, verbose: bool,
+    changes: str = "",
+) -> NoSolution | PluginError | Interrupted:  # fmt: skip
     """Error for a search that proved nothing; as JSON it is printed before."""
     if json_output:
         print(as_json(failure_summary(trace, run, engine, seed)))
@@ -163,7 +176,7 @@ def _no_solution(
         text = f"{failure_text(trace, engine.registry.faults)}\n  Every decision: cramlite explain {run.path}"
     else:
         text = brief_failure_text(trace, engine.registry.faults, str(run.path))
-    return PluginError(text) if engine.registry.faults else NoSolution(text)
+    return PluginError(text) if engine.registry.faults else NoSolution(text + changes)
 
 
 def _first_solution(
@@ -256,6 +269,7 @@ def _resolve(arguments: argparse.Namespace) -> int:
         json_output=arguments.json,
         twins=arguments.twins,
         verbose=arguments.verbose,
+        relax=arguments.relax,
     )
 
 
@@ -282,4 +296,8 @@ def add_commands(add: Add) -> None:
     )
     resolve.add_argument("--no-report", action="store_true", help="do not write report.html and pictures")
     resolve.add_argument("--verbose", action="store_true", help="where nothing is proven, print every cause and not the first alone")
+    resolve.add_argument(
+        "--relax", action="store_true",
+        help="where nothing is proven, also look for the smallest change that makes it solvable: base or things, in steps of 20 mm",
+    )
     resolve.add_argument("--json", action="store_true", help="print the result as JSON")

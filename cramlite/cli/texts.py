@@ -10,7 +10,7 @@ from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from msgspec.structs import asdict
+from msgspec.structs import asdict, replace
 
 from ..ontology.foundation import ACTION
 
@@ -164,13 +164,15 @@ def rollout_json(rollout: Rollout) -> dict[str, Any]:
         "seconds": float(rollout.times[-1]),
         "peak_force": float(forces.max()) if len(forces) else 0.0,
         "messages": [asdict(m) for m in rollout.messages],
+        "faults": [asdict(m) for m in rollout.faults],
         "poses": {n: [float(v) for v in rollout.poses[n][-1]] for n in names if n in rollout.poses},
     }
 
 
 def rollout_text(rollout: Rollout) -> str:
     """Return the program's own log, and how it ended, as text."""
-    lines = [f"{m.time:8.2f} s  {m.text}" for m in rollout.messages]
+    said = sorted([*rollout.messages, *(replace(f, text=f"fault: {f.text}") for f in rollout.faults)], key=lambda m: m.time)
+    lines = [f"{m.time:8.2f} s  {m.text}" for m in said]
     data = rollout_json(rollout)
     lines.append(f"{data['seconds']:8.2f} s  {rollout.outcome}; peak force {data['peak_force']:.1f} N")
     for name, pose in data["poses"].items():

@@ -11,12 +11,15 @@ from msgspec.structs import replace
 
 from ..base.errors import DEFECTS, UserError
 from ..base.pulse import checkpoint, working
+from ..model.belief import Belief
 from ..model.designator_name import task_of
 from ..model.designators import Action, Place, Stand
 from ..model.entity_name import thing_of
+from ..model.geometry import Vector3
 from ..model.plan import Plan
 from ..model.program import Code, Program, Snapshot
 from ..model.program_json import typed_code
+from ..model.robot import Gripper
 from ..model.rollout import Rollout
 from ..model.verdict import COSTS, Finding, Verdict
 from ..model.world import World
@@ -40,6 +43,7 @@ def assemble(plan: Plan, end: State, setting: Setting, knowledge: Knowledge) -> 
         Snapshot(thing, belief.pose(thing), belief.poses[thing].source) for thing in used if thing in belief.poses
     )
     gripper = robot.gripper
+    mass, center = _on_the_flange(belief, gripper)
     program = Program(
         name=re.sub(r"\W", "_", setting.name),
         robot=belief.robot,
@@ -51,8 +55,8 @@ def assemble(plan: Plan, end: State, setting: Setting, knowledge: Knowledge) -> 
         snapshots=snapshots,
         force_limit=robot.force_limit if setting.force_limit is None else setting.force_limit,
         force_limit_of="robot" if setting.force_limit is None else "scenario",
-        mass=gripper.mass,
-        center=(0.0, 0.0, gripper.tcp.position[2] / 2),
+        mass=mass,
+        center=center,
     )
     scene = setting.symbolic(knowledge.taxonomy)
     return Candidate(
@@ -61,6 +65,16 @@ def assemble(plan: Plan, end: State, setting: Setting, knowledge: Knowledge) -> 
         parts=end.parts, limits=setting.limits,
         allowances=allowances((*end.actions, *end.parts), end.bindings, knowledge), handovers=end.handovers,
     )  # fmt: skip
+
+
+def _on_the_flange(belief: Belief, gripper: Gripper) -> tuple[float, Vector3]:
+    """What hangs on the flange at the start: the mass [kg], and its centre in the flange's frame [m]."""
+    mass, moment = gripper.mass, gripper.mass * np.array([0.0, 0.0, gripper.tcp.position[2] / 2])
+    for name, pose in belief.in_hand().items():
+        own = belief.world.thing(name).mass or 0.0
+        mass, moment = mass + own, moment + own * np.array((gripper.tcp * pose).position)
+    x, y, z = (moment / mass).tolist() if mass else (0.0, 0.0, gripper.tcp.position[2] / 2)
+    return mass, (x, y, z)
 
 
 def allowances(actions: Iterable[Action], bindings: Mapping[str, Any], knowledge: Knowledge) -> dict[str, Allowance]:

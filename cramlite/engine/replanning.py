@@ -124,7 +124,7 @@ def _next(done: Round, scenario: Scenario, engine: Engine, seed: int, number: in
     from .search_in_setting import search_in
 
     search = search_in(setting, engine.knowledge, budget_of(scenario), trace)
-    found = attempts(search, plan, setting, engine.knowledge)
+    found = attempts(search, plan, setting, engine.knowledge, engine.executors)
     candidate = next((c for c, verdict in found if verdict.passed), None)
     if candidate is None or candidate.code is None:
         raise NoSolution(f"Round {number}: the rest cannot be done.\n{failure_text(trace, engine.registry.faults)}")
@@ -228,8 +228,8 @@ def planned(text: str, program: Program, plan: str, scenario: Scenario, engine: 
             "The text is not the one of the program.json beside it, so nobody knows which task a line belongs to: give the "
             "program of a run directory as 'cramlite resolve' wrote it."
         )
-    furniture = _furniture(scenario, engine, seed)
-    found = (p for p, _ in islice(engine.plans(scenario, furniture, Trace()), LISTED))
+    known = _furniture(scenario, engine, seed) if scenario.spec.poses == "camera" else engine.setting(scenario, seed=seed)
+    found = (p for p, _ in islice(engine.plans(scenario, known, Trace()), LISTED))
     own = next((p for p in found if as_json(p) == plan), None)
     if own is None:
         raise UserError(

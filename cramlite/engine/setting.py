@@ -10,7 +10,8 @@ from msgspec.structs import replace
 
 from ..base.value import Value
 from ..interpretation.fluents import SymbolicWorld, symbolic_world
-from ..model.belief import initial_belief
+from ..model.belief import Held, initial_belief
+from ..model.handover import Handover
 from ..model.judging_limits import JudgingLimits
 from ..model.proof_doubts import ProofDoubts
 from ..planning.state import State
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
     from ..model.belief import Belief, Relation
     from ..model.plan import Plan
     from ..model.robot import Robot
-    from ..model.world import World
+    from ..model.world import InHand, World
     from ..ontology.taxonomy import Taxonomy
     from ..perception.active_perception import Look
     from ..planning.state import Item
@@ -68,15 +69,17 @@ class Setting(Value):
     asked: str = ""
 
     def belief(self) -> Belief:
-        """Return the initial belief: poses, relations, joint values and the empty hand."""
+        """Return the initial belief: poses, relations, joint values, and what is in the hand."""
         mount = self.world.robots[0]
         at = self.robot.arm_at(mount.base) if self.robot.platform else None
         belief = initial_belief(self.world, mount.name, *self.robot.start(mount), self.relations, at)
-        return replace(belief, poses={**belief.poses, **self.look.estimates}) if self.look else belief
+        belief = replace(belief, poses={**belief.poses, **self.look.estimates}) if self.look else belief
+        return belief.grasped(held_at_start(mount.holds, belief.opening)) if mount.holds else belief
 
     def symbolic(self, taxonomy: Taxonomy) -> SymbolicWorld:
         """Return the symbolic world at the start, as task planning takes it."""
-        return symbolic_world(self.now, taxonomy, self.relations)
+        holds = self.world.robots[0].holds
+        return replace(symbolic_world(self.now, taxonomy, self.relations), in_hand=holds.thing if holds else "")
 
     @property
     def now(self) -> World:
@@ -92,7 +95,14 @@ class Setting(Value):
         agenda: tuple[Item, ...] = (*plan.objects, *plan.actions)
         done = self.look.state if self.look else None
         if done is None:
-            return State(agenda, self.belief())
+            belief = self.belief()
+            grip = belief.held.thing if belief.held else ""
+            return State(agenda, belief, grip=grip, handovers=(Handover(grip, "", taken=True),) if grip else ())
         belief, since = self.belief().moved(done.belief.joints), self.look.since if self.look else {}
         poses = {n: replace(e, pose=since.get(n, e.pose)) for n, e in belief.poses.items()}
         return replace(done, agenda=agenda, belief=replace(belief, poses=poses), choices=())
+
+
+def held_at_start(holds: InHand, opening: float) -> Held:
+    """Return what is believed of a thing that is in the hand when a plan begins."""
+    return Held(holds.thing, holds.tcp_to_thing, opening)

@@ -14,6 +14,7 @@ from ..model.proof_doubts import ProofDoubts
 from ..plugin.catalogue import pick
 from ..plugin.protocols import Adviser
 from ..scenario.asked_text import asked_text
+from ..scenario.faults import foreseen
 from ..scenario.robots import robot_of
 from ..scenario.worlds import build_world, real_world
 from .setting import Setting
@@ -56,7 +57,8 @@ def setting_of(
     _check_objects(scenario, knowledge)
     if now is not None:
         world = replace(world, robots=now.robots)
-    real = real_world(scenario, world, relations, seed) if scenario.spec.unknown_error else None
+    real = real_world(scenario, world, relations, seed) if scenario.spec.unknown_error or scenario.spec.faults else None
+    world = foreseen(real.faults, world) if real is not None else world
     _check_advisory(scenario, knowledge)
     force, limits = scenario.spec.force_limit, scenario.spec.limits.judging()
     doubts = _doubts(scenario, world, robot, twins)

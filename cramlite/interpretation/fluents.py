@@ -77,6 +77,7 @@ class SymbolicWorld(Value):
         relations: believed facts beside the world's poses, e.g. ("hangs_on", "tea", "hook").
         types: thing, or "thing/feature" -> class.
         held: things that are in the hand at some time of the task in question.
+        in_hand: what is held at the start; "" for nothing.
     """
 
     world: World
@@ -84,6 +85,7 @@ class SymbolicWorld(Value):
     relations: tuple[tuple[str, str, str], ...]
     types: Mapping[str, str]
     held: frozenset[str] = frozenset()
+    in_hand: str = ""
 
     @property
     def entities(self) -> tuple[str, ...]:
@@ -245,9 +247,12 @@ class Fluents(Value):
         return tuple(p for fluent in self.of.values() for p in fluent.phrases)
 
     def initial(self, scene: SymbolicWorld) -> frozenset[Fact]:
-        """Return the facts that hold at the start; the hand is empty."""
+        """Return the facts that hold at the start."""
         asked = ((name, fluent.initial(scene)) for name, fluent in self.of.items() if fluent.initial is not None)
-        return frozenset(f for name, rows in asked for row in rows for f in self.both_ways((name, *row)))
+        found = frozenset(f for name, rows in asked for row in rows for f in self.both_ways((name, *row)))
+        if not scene.in_hand:
+            return found
+        return found | self.implied({(name, EFFECTOR, scene.in_hand) for name, f in self.of.items() if f.in_hand}, {scene.in_hand})
 
     def both_ways(self, pattern: Pattern) -> set[Fact]:
         """Return the fact, or pattern, and its mirror image where the fluent is symmetric."""

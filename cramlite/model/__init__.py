@@ -52,7 +52,7 @@ if TYPE_CHECKING:
     from .entity_name import EntityName as EntityName, thing_of as thing_of
     from .episode import Entity as Entity, Episode as Episode, Event as Event, Repair as Repair, Track as Track
     from .error_model import ErrorModel as ErrorModel, PoseError as PoseError
-    from .fault import Fault as Fault, FaultKind as FaultKind
+    from .fault import Fault as Fault, FaultKind as FaultKind, Trigger as Trigger
     from .friction import pair_friction as pair_friction
     from .geometry import (
         Floats as Floats,
@@ -92,6 +92,7 @@ if TYPE_CHECKING:
     )
     from .proof_doubts import ProofDoubts as ProofDoubts
     from .remedy import Remedy as Remedy
+    from .readings import Deviation as Deviation, Notice as Notice, Readings as Readings, Watch as Watch
     from .robot import Gripper as Gripper, Platform as Platform, Robot as Robot
     from .robot_file import HandFile as HandFile, RobotFile as RobotFile, Stated as Stated
     from .rollout import Message as Message, Rollout as Rollout, Scene as Scene, Solid as Solid, Touch as Touch
@@ -145,6 +146,7 @@ if TYPE_CHECKING:
         Feature as Feature,
         Filling as Filling,
         Geom as Geom,
+        InHand as InHand,
         Inertia as Inertia,
         Joint as Joint,
         MeshFile as MeshFile,

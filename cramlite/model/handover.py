@@ -11,7 +11,7 @@ class Handover(Value):
 
     Args:
         thing: its name.
-        by: designator whose code does it, e.g. "1.Grasping/close".
+        by: designator whose code does it, e.g. "1.Grasping/close"; "" for what is in the hand when the program begins.
         taken: True into the hand, False out of it.
         rest: where the thing is expected to come to rest after it left the hand, world frame; None where it is taken.
         optional: True where the run decides whether it happens, as in a branch of a fallback.

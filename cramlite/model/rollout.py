@@ -125,6 +125,7 @@ class Rollout(Value, dict=True):
         payload: (N,) the mass on the flange, gripper included, that the program told the arm [kg]; None where no controller ran.
         grip: (N,) the force that each pad was ordered to press with [N], 0 where the fingers were to open or to stay; None where no
             controller ran.
+        faults: that happened while it ran, as clauses.
         asleep: N tuples, those of ``touches`` in which only things take part that the simulation lets sleep: the same tuple for as long as
             the same things sleep; empty where nobody knows. It is not kept in files.
     """
@@ -151,6 +152,7 @@ class Rollout(Value, dict=True):
     commanded: Floats | None = None
     payload: Floats | None = None
     grip: Floats | None = None
+    faults: tuple[Message, ...] = ()
     asleep: tuple[tuple[Touch, ...], ...] = ()
 
     @cached_property
@@ -200,7 +202,8 @@ def save_rollout(rollout: Rollout, path: Path) -> None:
     ]  # fmt: skip
     header = {
         "effector": rollout.effector, "outcome": rollout.outcome, "reason": rollout.reason, "extra": rollout.extra,
-        "messages": [to_builtins(m) for m in rollout.messages], "pairs": pairs, "poses": list(rollout.poses),
+        "messages": [to_builtins(m) for m in rollout.messages], "faults": [to_builtins(m) for m in rollout.faults],
+        "pairs": pairs, "poses": list(rollout.poses),
         "values": {name: values.tolist() for name, values in rollout.values.items()},
         "grains": list(rollout.grains), "sizes": rollout.sizes, "seen": rollout.seen, "work": rollout.work,
     }  # fmt: skip
@@ -249,6 +252,7 @@ def _rollout(header: dict[str, Any], data: dict[str, Any], world: World) -> Roll
         values={name: np.array(values) for name, values in header.get("values", {}).items()},
         grains={name: data[f"grains{k}"] for k, name in enumerate(header.get("grains", ()))},
         sizes={name: tuple(size) for name, size in header.get("sizes", {}).items()},
+        faults=tuple(Message(**m) for m in header.get("faults", ())),
         seen=header.get("seen", {}),
         work=header.get("work", {}),
         **controlled,

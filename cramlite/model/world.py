@@ -239,6 +239,20 @@ class Thing(Value):
         return next((f for f in self.features if f.type == type_), None)
 
 
+class InHand(Value):
+    """What a robot holds at the start of a run.
+
+    Args:
+        thing: its name.
+        tcp_to_thing: its pose in the frame of the tool centre point.
+        force: that each pad is ordered to press with [N].
+    """
+
+    thing: str
+    tcp_to_thing: Pose
+    force: float
+
+
 class RobotMount(Value):
     """Robot in a world: which model, and where it is mounted.
 
@@ -249,6 +263,7 @@ class RobotMount(Value):
         joints: where the arm stands at the start [rad]; empty for its home posture.
         opening: of its gripper at the start [m]; None for open.
         file: that the robot comes from, where no plugin declares its type.
+        holds: what is in its hand at the start, whose pose in the world agrees; None for nothing.
     """
 
     name: str
@@ -257,6 +272,7 @@ class RobotMount(Value):
     joints: tuple[float, ...] = ()
     opening: float | None = None
     file: RobotFile | None = None
+    holds: InHand | None = None
 
 
 class Physics(Value):

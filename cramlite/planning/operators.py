@@ -148,7 +148,7 @@ class Grounder:
         self.contents = [contents(t.name) for t in scene.filled()]
 
     def initial(self) -> frozenset[Fact]:
-        """Return the facts that hold at the start, as predicates declare them; the hand is empty."""
+        """Return the facts that hold at the start, as predicates declare them."""
         return self.fluents.initial(self.scene)
 
     def among(self, names: Collection[str]) -> Grounder:

@@ -88,6 +88,7 @@ class PlanningProblem(Value, eq=False):
         names = {e for f in (*self.wanted.needs, *self.wanted.without) for e in f[1:] if e is not None}
         names |= {w for asked in self.wanted.constraints.values() for w in asked.where.values()}
         names |= {t.thing for b in self.blocked for t in b.tracks}
+        names |= {self.grounder.scene.in_hand}  # what is held has to go somewhere
         known, every = {thing_of(e) for e in names} & self.grounder.things.keys(), frozenset(self.grounder.things)
         about = [{thing_of(e) for e in f[1:]} for f in self._asked_about(self.facts)]
         while True:

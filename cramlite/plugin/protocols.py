@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from ..model.geometry import Pose
     from ..model.plan import Plan
     from ..model.program import Code, Program
+    from ..model.readings import Watch
     from ..model.robot import Robot
     from ..model.rollout import Rollout, Scene
     from ..model.run_record import RunRecord
@@ -170,8 +171,14 @@ class ProgramRunner(Protocol):
         """Raise UserError if the world cannot be simulated."""
         ...
 
-    def execute(self, text: str, world: World, robots: Mapping[str, Robot], *, mount: str, seed: int) -> Rollout:
-        """Run a program's text on the controller model. It sees the text and the world, nothing else."""
+    def execute(
+        self, text: str, world: World, robots: Mapping[str, Robot], *, mount: str, seed: int, watch: Watch | None = None
+    ) -> Rollout:
+        """Run a program's text on the controller model. It sees the text and the world, nothing else.
+
+        Args:
+            watch: is shown readings; the arm brakes when it notices something, and the outcome is "noticed".
+        """
         ...
 
     def inspect(self, text: str) -> Iterable[tuple[int, str]]:

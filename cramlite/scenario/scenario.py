@@ -22,6 +22,7 @@ from ..plugin.entry_points import plugin_names
 from ..plugin.selection import PluginChoice
 from .camera_spec import CameraSpec, IntrinsicsSpec
 from .error_spec import ErrorSpec, PoseErrorSpec, ProofSpec, ThingErrorSpec
+from .faults import FaultSpec
 from .goal_spec import GoalText, goal_texts
 from .pose_spec import PoseSpec
 from .robot_spec import GripperSpec, RobotSpec
@@ -150,6 +151,7 @@ class ScenarioSpec(Spec):
     things: tuple[ThingSpec, ...] = ()
     vary: tuple[VarySpec, ...] = ()
     unknown_error: UnknownErrorSpec | None = None
+    faults: tuple[FaultSpec, ...] = ()
     late: tuple[LateSpec, ...] = ()
     camera: CameraSpec | None = None
     poses: Literal["known", "camera"] = "known"

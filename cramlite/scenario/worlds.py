@@ -15,6 +15,7 @@ from ..base.resources import find_scenario
 from ..base.seeds import whole_seed
 from ..model.geometry import Pose
 from ..model.world import Camera, Physics, Thing, World
+from .faults import faulty
 from .imported_world import imported_world
 from .robots import imported_robot, mount_of
 from .scenario import read_scenario
@@ -168,20 +169,20 @@ def camera_of(scenario: Scenario) -> Camera | None:
 
 
 def real_world(scenario: Scenario, world: World, relations: Iterable[Relation], seed: int) -> World:
-    """Return the world that accepted programs are executed in: the believed one, with ``unknown_error`` added.
+    """Return the world that accepted programs are executed in: the believed one, with ``unknown_error`` and ``faults`` added.
 
     Args:
         world, relations: as believed.
         seed: of the run.
 
     Raises:
-        UserError: the scenario displaces a thing that the world does not have.
+        UserError: the scenario displaces a thing that the world does not have, or has a fault of one.
     """
     import numpy as np
 
-    error = scenario.spec.unknown_error
+    error, faults = scenario.spec.unknown_error, tuple(f.fault() for f in scenario.spec.faults)
     if error is None:
-        return world
+        return faulty(world, faults)
     names = [t.name for t in world.things]
     if error.thing not in names:
         raise UserError(
@@ -192,7 +193,7 @@ def real_world(scenario: Scenario, world: World, relations: Iterable[Relation], 
     way *= error.position * rng.uniform() ** (1 / 3) / np.linalg.norm(way)
     moving = {error.thing, *(s for p, s, o in relations if p == "hangs_on" and o == error.thing)}
     off = Pose((float(way[0]), float(way[1]), float(way[2])))
-    return world.moved({name: off * world.thing(name).pose for name in moving})
+    return faulty(world.moved({name: off * world.thing(name).pose for name in moving}), faults)
 
 
 def _build(

@@ -11,6 +11,9 @@ from cramlite_plugins.judges.judged_scene import scene_setting
 
 from .goals import goal_sentences
 
+STRICT = {"bystander_motion": "1 mm"}
+"""Where an obstacle may not be moved."""
+
 
 def prepare(engine: Engine, scene: dict[str, Any], hello: Hello, folder: Path, twins: int) -> tuple[Path, Setting]:
     """Write scene and scenario of an episode, and build its setting: where its goal is to be achieved."""
@@ -20,5 +23,5 @@ def prepare(engine: Engine, scene: dict[str, Any], hello: Hello, folder: Path, t
     return scene_setting(
         engine, folder, scene, hello, lambda things: goal_sentences(scene, things), twins,
         robot={"type": "libero_panda", "at": {"position": [x, y, z]}},
-        limits={"advisory": ["bystanders"], "may_push": True},  # LIBERO does not ask about them
+        limits=STRICT if scene.get("strict") else {"advisory": ["bystanders"], "may_push": True},  # LIBERO does not ask about them
     )  # fmt: skip

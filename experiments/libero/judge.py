@@ -23,9 +23,12 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 sys.path.insert(0, str(Path(__file__).resolve().parent))
+from changes import PREFIX, Change, cases
 from instability import instability
 from judge_lines import Refused, serve
 from masses import with_masses
+from obstacles import PREFIX as SAFE
+from obstacles import Obstacles, problem
 from wrist_force import WristForce
 
 RATE, IDLE = 20, 10
@@ -50,13 +53,25 @@ class Judge:
         self.steps, self.first = 0, None
         self.hand = 0.0
         self.force: Any = None
+        self.change: Any = None
+        self.obstacles: Any = None
 
     def reset(self, suite: str, task: int, state: int) -> dict[str, Any]:
         """Begin an episode, after LIBERO's idle actions."""
         from libero.libero import benchmark, get_libero_path
-        from libero.libero.envs.env_wrapper import ControlEnv
 
-        known = benchmark.get_benchmark_dict()
+        known, self.change, self.obstacles = benchmark.get_benchmark_dict(), None, None
+        if suite.startswith(PREFIX):
+            found = cases(suite)
+            if not (0 <= task < len(found) and state in (0, 1)):
+                raise Refused(f"'{suite}' has cases 0 to {len(found) - 1}, each as a control (state 0) and changed (1)")
+            self.change = Change(found[task], state == 1)
+            suite, task, state = found[task]["task_suite_name"], found[task]["task_index"], found[task]["init_state_index"]
+        if suite.startswith(SAFE):
+            path, start = problem(suite, task, state)
+            self.begin(str(path), start, state)
+            self.obstacles = Obstacles(self.env.env)
+            return {"task": path.stem, "language": self.env.language_instruction}
         if suite not in known:
             near = difflib.get_close_matches(suite, known, n=5, cutoff=0.3)
             raise Refused(f"there is no suite '{suite}'; did you mean one of {', '.join(near or sorted(known)[:5])}?")
@@ -67,21 +82,29 @@ class Judge:
         if not 0 <= state < len(states):
             raise Refused(f"task {task} of '{suite}' has initial states 0 to {len(states) - 1}, not {state}")
         path = os.path.join(get_libero_path("bddl_files"), found.problem_folder, found.bddl_file)
+        self.begin(path, states[state], state)
+        return {"task": found.name, "language": self.env.language_instruction}
+
+    def begin(self, path: str, start: Any, seed: int) -> None:
+        """Begin an episode of a problem file from an initial state."""
+        from libero.libero.envs.env_wrapper import ControlEnv
+
         if self.env is not None:
             self.env.close()
-        np.random.seed(state)  # LIBERO's states do not say where fixtures stand: each reset draws that anew, within 2 cm
+        np.random.seed(seed)  # LIBERO's states do not say where fixtures stand: each reset draws that anew, within 2 cm
         self.env = ControlEnv(
             bddl_file_name=path, has_offscreen_renderer=False, use_camera_obs=False, horizon=100_000, ignore_done=True, control_freq=RATE
         )
         self.env.reset()
-        self.env.set_init_state(states[state])
+        self.env.set_init_state(start)
         robot = self.env.robots[0]
         self.force = WristForce(self.env.env, lambda: robot.ee_force)
         self.hand = 0.0
+        if self.change is not None:
+            self.change.set_up(self.env.env)
         for _ in range(IDLE):
             self.env.step(np.zeros(7))
         self.steps, self.first = 0, None
-        return {"task": found.name, "language": self.env.language_instruction}
 
     def scene(self) -> dict[str, Any]:
         """Describe the world: the model as MJCF, its state, the goal, and where the goal's regions are."""
@@ -93,6 +116,7 @@ class Judge:
             "goal": env.parsed_problem["goal_state"],
             "bodies": {n: thing.root_body for n, thing in things.items() if hasattr(thing, "root_body")},
             "regions": {n: {"bodies": above(sim, n), "box": site_box(sim, n)} for n in env.object_sites_dict},
+            "absent": sorted(things[n].root_body for n in self.away), "strict": self.obstacles is not None,
             "base": [*sim.data.body_xpos[base].tolist(), *sim.data.body_xquat[base].tolist()],
         }  # fmt: skip
 
@@ -118,8 +142,12 @@ class Judge:
         self.force.begin()
         self.env.step(np.array([*action, turn]))
         self.steps += 1
-        if self.first is None and self.env.check_success():
+        if self.first is None and self.success():
             self.first = self.steps
+        if self.change is not None:
+            self.change.see(self.env.env, self.steps)
+        if self.obstacles is not None:
+            self.obstacles.see(self.env.env)
         return self.feel() | {"stop": instability(self.env.sim.data._data)}
 
     def feel(self) -> dict[str, Any]:
@@ -132,12 +160,34 @@ class Judge:
         force = -(turn @ self.force.mean() + weight)
         return {
             "joints": np.array(robot._joint_positions).tolist(), "opening": abs(fingers[0]) + abs(fingers[1]),
-            "wrench": [*force.tolist(), 0.0, 0.0, 0.0],
+            "wrench": [*force.tolist(), 0.0, 0.0, 0.0], **self.read(),
         }  # fmt: skip
+
+    def read(self) -> dict[str, Any]:
+        """Return the poses of what can be moved, by body, and the goal where another one is asked for; of suites with changes alone."""
+        if self.change is None:
+            return {}
+        env, data = self.env.env, self.env.sim.data
+        there = {n: int(env.obj_body_id[n]) for n in env.objects_dict if n not in self.change.away}
+        at = {n: [*data.body_xpos[b].tolist(), *data.body_xquat[b].tolist()] for n, b in there.items()}
+        poses = {env.get_object(n).root_body: pose for n, pose in at.items()}
+        return {"poses": poses, "goal": self.change.goal}
+
+    @property
+    def away(self) -> set[str]:
+        """Things that are not in the scene, though they are in the model."""
+        return self.change.away if self.change else self.obstacles.away if self.obstacles else set()
+
+    def success(self) -> bool:
+        """Return LIBERO's judgement; where the task was cancelled, whether the hand stopped."""
+        cancelled = self.change is not None and self.change.goal == []
+        return bool(self.change.stopped) if cancelled else bool(self.env.check_success())
 
     def check(self) -> dict[str, Any]:
         """Return LIBERO's judgement: now, and at which step it was true for the first time."""
-        return {"success": bool(self.env.check_success()), "first": self.first, "steps": self.steps}
+        changed = self.change.applied if self.change else None
+        avoided = self.obstacles.avoided if self.obstacles else None
+        return {"success": self.success(), "first": self.first, "steps": self.steps, "changed": changed, "avoided": avoided}
 
     def cameras(self) -> dict[str, Any]:
         """Take a picture with each camera of the published protocol, as PNG in base64."""

@@ -219,6 +219,7 @@ SPECS = {
     "camera": scenario.CameraSpec,
     "intrinsics": scenario.IntrinsicsSpec,
     "unknown_error": scenario.UnknownErrorSpec,
+    "faults": scenario.FaultSpec,
     "late": scenario.LateSpec,
     "record": scenario.RecordSpec,
     "physics": scenario.PhysicsSpec,

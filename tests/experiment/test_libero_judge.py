@@ -292,3 +292,51 @@ def test_an_impact_of_one_physics_step_counts_as_long_as_it_lasts(monkeypatch: p
             felt[0] = (0.0, 0.0, 60.0 if k == hit else 0.0)
             made[0].sensor({})
         assert force.mean() == pytest.approx((0.0, 0.0, 0.0 if hit is None else 2.4))
+
+
+# Changes of LIBERO-MAX, which only the judge's process knows
+
+
+@pytest.fixture
+def changes(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> ModuleType:
+    """The module of the judge's process, with manifests of our own."""
+    monkeypatch.syspath_prepend(str(ROOT / "experiments"))
+    monkeypatch.syspath_prepend(str(LIBERO))
+    import importlib
+    import json
+
+    def case(name: str, state: int, operation: str, suite: str = "libero_object") -> dict[str, Any]:
+        scenario = {"trigger": {"value": "can_1", "distance_m": 0.18}, "change": {"operation": operation}}
+        return {"case_id": name, "init_state_index": state, "task_suite_name": suite, "scenario": scenario}
+
+    core = [case(f"case {k}", 1, "move_object") for k in range(9)] + [case("light", 1, "set_lighting"), case("first", 0, "move_object")]
+    intent = [case(f"intent {k}", 0, "cancel_instruction") for k in range(4)]
+    for name, cases in (("core_dev.json", core), ("intent_dev.json", intent)):
+        (tmp_path / name).write_text(json.dumps({"cases": cases}))
+    monkeypatch.setenv("CRAMLITE_LIBERO_MAX", str(tmp_path))
+    return importlib.import_module("changes")
+
+
+def test_cases_are_parted_by_a_rule_and_light_is_none(changes: ModuleType) -> None:
+    own, end = (changes.cases(f"libero_max_object{e}") for e in ("", "_end"))
+    names = [c["case_id"] for c in (*own, *end)]
+    assert sorted(names) == [f"case {k}" for k in range(9)] and 0 < len(end) < len(own)
+    assert [c["case_id"] for c in changes.cases("libero_max_intent_object")] == ["intent 0", "intent 2"]
+    assert changes.cases("libero_max_goal") == []
+
+
+def test_without_manifests_the_judge_says_where_they_go(changes: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("CRAMLITE_LIBERO_MAX")
+    with pytest.raises(sys.modules["judge_lines"].Refused, match="CRAMLITE_LIBERO_MAX"):
+        changes.cases("libero_max_object")
+
+
+@pytest.mark.parametrize(("step", "stopped"), [(0.0005, True), (0.003, False)])
+def test_a_hand_that_was_told_to_stop_is_measured(changes: ModuleType, step: float, stopped: bool) -> None:
+    change = changes.Change(changes.cases("libero_max_intent_object")[0], True)
+    sim = SimpleNamespace(data=SimpleNamespace(site_xpos=np.zeros((1, 3)), body_xpos=np.array([[0.1, 0.0, 0.0]])), forward=lambda: None)
+    env = SimpleNamespace(sim=sim, obj_body_id={"can_1": 0}, robots=[SimpleNamespace(eef_site_id=0)])
+    for k in range(12):
+        sim.data.site_xpos[0, 0] += step
+        change.see(env, k)
+    assert change.applied == 0 and change.stopped is stopped

@@ -12,6 +12,7 @@ from typing import Protocol
 from ...base.errors import UserError
 from ...engine.engine import Engine
 from ...engine.setting import Setting
+from ...model.readings import Watch
 from ...model.rollout import Rollout
 
 CONNECT = "connect"
@@ -33,6 +34,14 @@ class Judgement(Protocol):
     def steps(self) -> int:
         """Actions that were taken."""
 
+    @property
+    def avoided(self) -> bool | None:
+        """Whether what must not be moved was not; None where nothing must not."""
+
+    @property
+    def changed(self) -> int | None:
+        """Action after which the judge changed its world; None for never."""
+
 
 class Judge(Protocol):
     """Process that simulates episodes and judges them.
@@ -47,8 +56,8 @@ class Judge(Protocol):
     def setting(self, engine: Engine, folder: Path, twins: int) -> tuple[Path, Setting]:
         """Write the scenario of the episode that has begun, with its goal, into a folder; return its file, and where it is resolved."""
 
-    def play(self, program: str, setting: Setting) -> Rollout:
-        """Run a program in the judge's simulator to its end."""
+    def play(self, program: str, setting: Setting, watch: Watch | None = None) -> Rollout:
+        """Run a program in the judge's simulator to its end, or until a watcher of what the judge reads stops it."""
 
     def rest(self) -> None:
         """Do nothing until things are at rest."""

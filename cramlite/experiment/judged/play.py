@@ -19,6 +19,7 @@ from ...base.value import Value
 from ...engine.engine import Engine
 from ...engine.setting import Setting
 from ...engine.solution import Solution
+from ...model.readings import Notice
 from ...model.rollout import save_rollout
 from ...model.verdict import ADVICE
 from ...planning.diagnosis import nearest_miss
@@ -30,6 +31,7 @@ from ...plugin.selection import INSTALLED, PluginChoice
 from ...scenario.scenario import read_scenario
 from ..page import jpeg, last_picture
 from ..store import MOVED
+from .going_on import play_on
 from .judge import Judge, connect
 from .results import JUDGE_DIED, Attempt, EpisodeResult, plain_reason
 from .spec import Episode, JudgedExperiment
@@ -161,8 +163,15 @@ def _attempt(trial: Trial, judge: Judge, engine: Engine, solution: Solution, nam
     assert code is not None
     write_whole(trial.folder / f"{name}{code.suffix}", code.text)
     write_whole(trial.folder / MOVED, name)
+    notices: tuple[Notice, ...] = ()
+    thought: tuple[float, ...] = ()
     try:
-        rollout = judge.play(code.text, solution.setting)
+        if trial.experiment.suite(trial.episode.suite).watched:
+            played = play_on(judge, engine, solution, trial.folder, trial.twins)
+            rollout, notices, thought = played.rollout, played.notices, played.thought
+            rollout = replace(rollout, reason=played.reason or rollout.reason)
+        else:
+            rollout = judge.play(code.text, solution.setting)
         save_rollout(rollout, trial.folder / f"{name}.npz")
         ended = judge.check()
         judge.rest()
@@ -176,6 +185,7 @@ def _attempt(trial: Trial, judge: Judge, engine: Engine, solution: Solution, nam
     return Attempt(
         outcome=rollout.outcome, reason=rollout.reason, first=rested.first, rest=rested.success, steps=ended.steps, ours=ours,
         picture=_kept(trial.folder / f"{name}.png", seen), believed=_kept(trial.folder / f"{name}_believed.jpg", believed),
+        changed=ended.changed, avoided=rested.avoided, notices=notices, thought=thought,
     )  # fmt: skip
 
 

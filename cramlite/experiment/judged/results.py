@@ -5,6 +5,7 @@ from __future__ import annotations
 from msgspec import field
 
 from ...base.value import Value
+from ...model.readings import Notice
 
 JUDGE_DIED = "judge died"
 """How an attempt ended whose judge's process died or hung meanwhile, and the class of such episodes."""
@@ -24,6 +25,10 @@ class Attempt(Value, kw_only=True):
             where that was not asked or cannot be told.
         picture: name of the file with what the judge's camera saw at the end; "" for none.
         believed: name of the file with how the proof ended; "" for none.
+        changed: the action after which the judge changed its world; None for never.
+        avoided: whether what must not be moved was not, until things were at rest; None where nothing must not.
+        notices: what was noticed, where the suite is watched.
+        thought: CPU time from each notice to the next program [s].
     """
 
     outcome: str
@@ -34,6 +39,10 @@ class Attempt(Value, kw_only=True):
     ours: bool | None = None
     picture: str = ""
     believed: str = ""
+    changed: int | None = None
+    avoided: bool | None = None
+    notices: tuple[Notice, ...] = ()
+    thought: tuple[float, ...] = ()
 
 
 class EpisodeResult(Value, kw_only=True):

@@ -16,13 +16,15 @@ from ..experiment_file import ExperimentFile, read_spec
 
 class SuiteSpec(Spec):
     """Suite of tasks, numbered from 0, and the actions that an episode of it may take in the published protocol; ``of`` is the suite
-    that it is a variant of."""
+    that it is a variant of. In a ``watched`` one the judge tells poses while the robot moves, and what was proven is gone on from where the
+    world changes."""
 
     tasks: int = Field(ge=1)
     states: int = Field(ge=1)
     budget: int = Field(ge=1)
     about: str = ""
     of: str = ""
+    watched: bool = False
 
 
 class FailureSpec(Spec):

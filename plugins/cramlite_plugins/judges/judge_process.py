@@ -16,7 +16,7 @@ from typing import Any, Self
 from msgspec import DecodeError, ValidationError, convert, json
 
 from cramlite import Setting, UserError, data_folder
-from cramlite.model import Rollout, Value
+from cramlite.model import Rollout, Value, Watch
 
 from ..backends.stream.messages import Action, Hello, State
 from ..backends.stream.process import LineProcess, RobotProcess
@@ -36,11 +36,15 @@ class Check(Value):
         success: whether its goal holds now.
         first: the action after which it held for the first time, from 1; None for never.
         steps: actions that were taken.
+        changed: the action after which the judge changed something; None for never.
+        avoided: whether what must not be moved was not; None where nothing must not.
     """
 
     success: bool
     first: int | None
     steps: int
+    changed: int | None = None
+    avoided: bool | None = None
 
 
 class JudgeEnvironment(Value):
@@ -141,9 +145,9 @@ class JudgeProcess:
         except (UserError, KeyError, TypeError, binascii.Error):
             return b""
 
-    def play(self, program: str, setting: Setting) -> Rollout:
-        """Stream a typed program to its robot; the rollout is what the robot felt."""
-        return stream(load_program(program, setting.robot), setting.robot, self)
+    def play(self, program: str, setting: Setting, watch: Watch | None = None) -> Rollout:
+        """Stream a typed program to its robot; the rollout is what the robot felt. A hand that holds something goes on pressing."""
+        return stream(load_program(program, setting.robot), setting.robot, self, watch, setting.world.robots[0])
 
     def rest(self) -> None:
         """Do nothing until things are at rest: the last action without its motion, over and over."""

@@ -43,7 +43,8 @@ def scene_setting(
     state = " ".join(f"{v:.17g}" for v in scene["qpos"])
     key = f'<keyframe><key name="state" qpos="{state}"/></keyframe></mujoco>'
     (folder / "scene.xml").write_text(scene["xml"].replace("</mujoco>", key), encoding="utf-8", newline="\n")
-    world = {"file": str(folder.resolve() / "scene.xml"), "keyframe": "state", "packages": _assets(scene["xml"])}
+    absent = {"leave_out": list(scene["absent"])} if scene.get("absent") else {}
+    world = {"file": str(folder.resolve() / "scene.xml"), "keyframe": "state", "packages": _assets(scene["xml"])} | absent
     whole = {"scenario": "episode", "world": world, **spec}
     setting = engine.setting(read_scenario(whole | {"tasks": []}), twins=twins)
     parts = goal(setting.world.things)

@@ -16,7 +16,7 @@ from cramlite.plugin import (
     contents,
 )
 
-from ..shapes.bounds import corners
+from ..shapes.bounds import corners, lowest
 from ..shapes.nesting import room_under
 from ..shapes.standing_up import stood_up
 from ..shapes.surfaces import SUNK, resting_height
@@ -33,6 +33,8 @@ ON, IN, AT = "supports", "in_or_above", "touches"
 """The relations that say where a thing is: what carries it, what it is over, and the peg that it touches."""
 FLAT = 0.25
 """Height of what is flat, as a share of its shorter side: a plate has 0.13, a carton that lies 0.4 and more."""
+LIFTED = 0.002
+"""What is in the hand and further above a surface has been lifted off it [m]."""
 STANDS_WITHIN = 0.005
 """Between a thing's lowest point and the top of what it stands on [m]."""
 
@@ -108,7 +110,9 @@ def _carried(scene: SymbolicWorld) -> Iterator[tuple[Thing, str]]:
     inside, boxes = {t.name: c.name for t, c in _contained(scene) if c.joint is not None}, _tops(scene)
     for thing in scene.world.things:
         below = _hanger(thing, scene) or inside.get(thing.name)
-        if below is None and thing.movable and thing.joint is None:
+        if below is None and thing.name == scene.in_hand:
+            below = _stood_on(thing, scene)
+        elif below is None and thing.movable and thing.joint is None:
             below = _stacked(thing, scene, boxes) or _below(thing, scene)
         if below is not None:
             yield thing, below
@@ -144,6 +148,12 @@ def _stacked(thing: Thing, scene: SymbolicWorld, boxes: list[tuple[str, Floats, 
         return owner
     upright = stood_up(thing, thing.pose) is thing.pose
     return None if upright or _stands(thing, float(low[2]), scene) else _leans_on(thing, below)
+
+
+def _stood_on(thing: Thing, scene: SymbolicWorld) -> str | None:
+    """What a thing that is in the hand still stands on; None where it was lifted."""
+    height, owner = resting_height(thing, thing.pose, [(t, t.pose) for t in scene.world.things if t.name != thing.name])
+    return owner if abs(lowest(thing, thing.pose) + thing.pose.position[2] - height) < LIFTED else None
 
 
 def _leans_on(thing: Thing, below: list[Thing]) -> str | None:

@@ -9,16 +9,18 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Protocol
 
+import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import Robot, Rollout, World, is_program_text
+from cramlite.model import Notice, Readings, Robot, Rollout, Vector3, Watch, World, is_program_text
 from cramlite.plugin import UserError, nearest
 
 from ..simulation.controller.controller import Controller
 from ..simulation.controller.gripper_drive import GripperDrive
 from ..simulation.controller.gripper_server import GripperServer
 from ..simulation.controller.halted import Halted
-from ..simulation.controller.protective_stop import ProtectiveStop, Safety, StopsToCome
+from ..simulation.controller.protective_stop import ProtectiveStop, Safety
+from ..simulation.faults import FaultsToCome, Killed
 from ..simulation.model.compile import Compiled, compile_world, misbuild, unstable
 from ..simulation.recording.recorder import Peaks, Recorder
 from ..simulation.typed_program.machine import ProgramMachine, load_program
@@ -29,6 +31,10 @@ from ..ur_controller.urscript.values import ScriptError
 
 SETTLE = 2.0
 """And after its end [s]: of 40 products that were dropped into a basket last of all, six still rocked after 1 s."""
+STOPPED = 0.5
+"""As long as it takes an arm to brake that was watched [s]: then it is decided how to go on."""
+PATIENCE = 5.0
+"""So long an arm that was stopped waits for readings [s]."""
 BEFORE = 0.5  # the world settles for this long before the program starts [s]
 
 
@@ -44,6 +50,7 @@ def execute(
     force_noise: float = 0.0,
     safety: Safety | None = None,
     limits: Limits | None = None,
+    watch: Watch | None = None,
 ) -> Rollout:
     """Run a program from the robot's home posture to its end.
 
@@ -57,10 +64,11 @@ def execute(
         settle: how long to go on recording after its end [s].
         safety: limits that end in a protective stop.
         limits: limits of the URScript interpreter.
+        watch: is shown readings; the arm brakes when it notices something.
 
     Returns:
-        A rollout whose outcome is "finished", "halted" (the reason is the program's last message),
-        "protective stop", "timeout" or "error"; ``lines`` are those of the outermost function, or of the steps.
+        A rollout whose outcome is "finished", "halted" (the reason is the program's last message), "noticed" (by ``watch``),
+        "protective stop", "killed", "timeout" or "error"; ``lines`` are those of the outermost function, or of the steps.
 
     Raises:
         UserError: the text is no program for this robot, or the world has no such robot.
@@ -70,15 +78,17 @@ def execute(
         raise UserError(f"the world has no robot '{mount}'; {nearest(mount, compiled.robots)}")
     typed = is_program_text(text)
     drive = GripperDrive if typed else GripperServer
-    run = _Run(compiled, mount, force_noise, seed, safety or Safety(), drive)
+    run = _Run(compiled, mount, force_noise, seed, safety or Safety(), drive, text)
     machine = _typed(run, text) if typed else _urscript(run, text, limits)
     _come_to_rest(run)
     run.start()
-    outcome, reason = run.play(machine, time_limit)
-    for _ in range(round(settle / run.controller.period)):
-        run.controller.hold()
-        run.observe(0)
-    return replace(run.recorder.rollout(outcome, reason), **run.peaks.arrays())
+    outcome, reason = run.play(machine, time_limit, watch)
+    for _ in range(round((settle if watch is None else STOPPED) / run.controller.period)):
+        run.hold()
+    if watch is not None:
+        run.await_readings()
+        watch.rest(run.read(0))
+    return replace(run.recorder.rollout(outcome, reason), faults=tuple(run.faults.happened), **run.peaks.arrays())
 
 
 def _come_to_rest(run: _Run) -> None:
@@ -132,11 +142,18 @@ def _typed(run: _Run, text: str) -> _Runner:
     return ProgramMachine(load_program(text, run.controller.arm), run.controller, run.log)
 
 
+def _across(arm: Controller) -> Vector3:
+    """From one pad to the other, a unit vector in the world."""
+    left, right = (arm.data.geom_xpos[list(pads)].mean(axis=0) for pads in (arm.index.left, arm.index.right))
+    x, y, z = ((left - right) / max(float(np.linalg.norm(left - right)), 1e-9)).tolist()
+    return (x, y, z)
+
+
 class _Run:
     """One execution: controller, recorder and clock."""
 
     def __init__(
-        self, compiled: Compiled, mount: str, noise: float, seed: int, safety: Safety, drive: type[GripperDrive]
+        self, compiled: Compiled, mount: str, noise: float, seed: int, safety: Safety, drive: type[GripperDrive], text: str
     ) -> None:
         index, off = compiled.robots[mount], compiled.world.disturbance
         misbuild(compiled, mount, off)
@@ -145,10 +162,15 @@ class _Run:
         base = next(m.base for m in compiled.world.robots if m.name == mount)
         self.controller = Controller(compiled.model, self.data, index, base, safety, noise, seed, drive=drive)
         self.controller.disturb(off)
+        self.holds = next(m.holds for m in compiled.world.robots if m.name == mount)
+        if self.holds is not None:
+            self.controller.gripper.grip(self.holds.force)
         self.controller.let_sleep()
         self.poses = PoseServer(compiled, self.data, base, seed)
         self.machine: _Runner | None = None
-        self.stops = StopsToCome(compiled.world.faults)
+        self.compiled, self.read_at = compiled, 0.0
+        self.readings: Readings | None = None
+        self.faults = FaultsToCome(compiled, self.data, self.controller, text)
         self.peaks = Peaks(self.recorder.period)
 
     def start(self) -> None:
@@ -161,16 +183,48 @@ class _Run:
         self.peaks.see(self.data.time, self.controller)
         self.recorder.observe(self.data, line)
 
+    def shown(self, watch: Watch, line: int) -> Notice | None:
+        """Show readings to a watcher, if they are due."""
+        now = float(self.data.time)
+        if now < self.read_at - 1e-9:
+            return None
+        self.read_at = now + watch.period
+        if self.readings is None or now >= self.faults.frozen_until:
+            self.readings = self.read(line)
+        return watch.see(replace(self.readings, time=now, line=line, goal=self.faults.goal))
+
+    def hold(self) -> None:
+        """Advance a cycle after the program's end."""
+        self.controller.hold()
+        self.faults.keep_away()
+        self.observe(0)
+
+    def await_readings(self) -> None:
+        """Stand still until there are readings again, at most for ``PATIENCE``."""
+        until = float(self.data.time) + PATIENCE
+        while self.data.time < min(until, max(self.faults.lost_until, self.faults.frozen_until)):
+            self.hold()
+
+    def read(self, line: int) -> Readings:
+        """Return what can be read of the robot and its surroundings now, without errors."""
+        arm, compiled = self.controller, self.compiled
+        seen = [t.name for t in compiled.world.things if t.movable and t.joint is None and t.name not in self.faults.away]
+        poses = {n: compiled.pose(self.data, n) for n in seen} if self.data.time >= self.faults.lost_until else None
+        return Readings(
+            float(self.data.time), line, tuple(arm.actual_joints().tolist()), arm.gripper.opening, arm.force(),
+            arm.gripper.pressing, arm.base * arm.actual_tcp(), _across(arm), poses, self.faults.goal,
+        )  # fmt: skip
+
     def log(self, text: str) -> None:
         self.recorder.message(float(self.data.time), text, self.machine.main_line if self.machine else 0)
 
-    def play(self, machine: _Runner, time_limit: float) -> tuple[str, str]:
+    def play(self, machine: _Runner, time_limit: float, watch: Watch | None) -> tuple[str, str]:
         """Cycle program and physics until either ends; the outcome and its reason."""
         self.machine = machine
         farthest, since = machine.main_line, 0.0
         try:
             while self.data.time < since + time_limit:
-                self.stops.due(float(self.data.time))
+                self.faults.due(float(self.data.time), machine.main_line, self.controller.force())
                 machine.cycle()
                 if machine.finished:
                     return "finished", ""
@@ -179,6 +233,8 @@ class _Run:
                 self.controller.cycle()
                 machine.remember()
                 self.observe(machine.main_line)
+                if watch is not None and (notice := self.shown(watch, machine.main_line)):
+                    return "noticed", str(notice)
             ran = f"the program still ran after {self.data.time:.0f} s"
             return "timeout", f"line {machine.main_line}: {ran}, of which {time_limit:g} s brought no further line"
         except Halted:
@@ -186,6 +242,8 @@ class _Run:
             return "halted", said[0] if said else f"line {machine.main_line}: halt, without a message"
         except ProtectiveStop as stop:
             return "protective stop", f"line {machine.main_line}: {stop}"
+        except Killed:
+            return "killed", f"line {machine.main_line}: the program was ended from outside"
         except Stopped as stop:
             return "error", str(stop)
         except ScriptError as error:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from cramlite.model import Robot, Rollout, World
+from cramlite.model import Robot, Rollout, Watch, World
 from cramlite.plugin import ModelMaker, RecordScript, Shown, Simulator, hookimpl
 
 if TYPE_CHECKING:
@@ -34,14 +34,16 @@ class MujocoSimulator:
 
         return world_doubts(world, robots)
 
-    def execute(self, text: str, world: World, robots: Mapping[str, Robot], *, mount: str, seed: int) -> Rollout:
+    def execute(
+        self, text: str, world: World, robots: Mapping[str, Robot], *, mount: str, seed: int, watch: Watch | None = None
+    ) -> Rollout:
         """Run a program's text in a world."""
         from ..ur_controller.client_program import execute_client, is_client_program
         from .execute import execute
 
         if is_client_program(text):
             return execute_client(text, world, robots, mount=mount, seed=seed)
-        return execute(text, world, robots, mount=mount, seed=seed)
+        return execute(text, world, robots, mount=mount, seed=seed, watch=watch)
 
     def inspect(self, text: str) -> Iterable[tuple[int, str]]:
         """List the lines of a URScript program that are doubtful or cannot run here, with reasons."""

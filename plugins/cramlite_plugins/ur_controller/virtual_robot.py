@@ -10,7 +10,8 @@ from cramlite.plugin import UserError, nearest
 
 from ..simulation.controller.controller import Controller
 from ..simulation.controller.halted import Halted
-from ..simulation.controller.protective_stop import ProtectiveStop, Safety, StopsToCome
+from ..simulation.controller.protective_stop import ProtectiveStop, Safety
+from ..simulation.faults import ORDERS, READINGS, FaultsToCome, Killed
 from ..simulation.model.compile import compile_world, misbuild
 from .functions import Functions
 from .pose_server import PoseServer
@@ -47,6 +48,7 @@ class VirtualRobot:
         seed: int = 0,
     ) -> None:
         compiled, off = compile_world(world, robots), world.disturbance
+        _refuse(world)
         if mount not in compiled.robots:
             raise UserError(f"the world has no robot '{mount}'; {nearest(mount, compiled.robots)}")
         misbuild(compiled, mount, off)
@@ -60,7 +62,7 @@ class VirtualRobot:
         self.machine: Machine | None = None
         self.secondary: Machine | None = None
         self.stopped, self.stopped_at, self.mode = "", 0.0, RUNNING
-        self.stops, self.away = StopsToCome(world.faults), [f for f in world.faults if f.kind is FaultKind.CONNECTION]
+        self.faults, self.away = FaultsToCome(compiled, self.data, self.arm), [f for f in world.faults if f.kind is FaultKind.CONNECTION]
         self.functions = Functions(self.arm, self.log, PoseServer(compiled, self.data, base, seed), lambda: self.time)
         for _ in range(round(SETTLE / self.arm.period)):
             self.arm.hold()
@@ -154,12 +156,14 @@ class VirtualRobot:
     def cycle(self) -> None:
         """Advance by a control cycle of 2 ms: programs, motion, physics."""
         try:
-            self.stops.due(self.time)
+            self.faults.due(self.time, 0, self.arm.force())
             self._run_secondary()
             if self.machine is None:
                 self.arm.hold()
             else:
                 self._run(self.machine)
+        except Killed:
+            self.stop_program("killed")
         except ProtectiveStop as stop:
             self.stopped, self.stopped_at = str(stop), self.time
             self.stop_program(f"protective stop: {stop}")
@@ -240,3 +244,14 @@ _FIELDS: dict[str, Callable[[VirtualRobot], Any]] = {
     "runtime_state": lambda r: 2 if r.running else 1,
     "script_control_line": lambda r: r.machine.main_line if r.machine else 0,
 }
+
+
+def _refuse(world: World) -> None:
+    """Refuse faults that mean nothing where programs are others', and come and go.
+
+    Raises:
+        UserError: the world has one.
+    """
+    for fault in world.faults:
+        if fault.kind in READINGS | ORDERS or (fault.trigger and fault.trigger.line):
+            raise UserError(f"Clients of the controller get no readings or goals, and have no lines: '{fault}' cannot happen to them.")

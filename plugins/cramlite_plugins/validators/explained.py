@@ -116,7 +116,7 @@ class _Run:
         now = self.times[sample]
         before, after = (LATE, EARLY) if taken else (EARLY, LATE)
         near = {o for t, o in zip(self.times, self.came_from, strict=True) if now - before <= t <= now + after}
-        names = {n for o in near for n in enclosing_names(o)}
+        names = {n for o in near for n in enclosing_names(o)} | ({""} if taken and now <= EARLY else set())
         return next((h for h in self.handovers or () if (h.thing, h.taken) == (thing, taken) and h.by in names), None)
 
     def _kept(self, thing: str) -> bool:

@@ -61,6 +61,11 @@ class StreamedArm(CommandedArm):
         self.under_way = False
         self.response = Response(hello.lag, hello.inertia, self.period, len(robot.joints))
 
+    def grip(self, force: float) -> None:
+        """Go on pressing on what is between the fingers [N]."""
+        self.gripper.move(self.gripper.gripper.opening[0], self.gripper.gripper.speed[1], force)
+        self.gripper.command = self.gripper.goal
+
     # What it measures
 
     def actual_joints(self) -> Floats:

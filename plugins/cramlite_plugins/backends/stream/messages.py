@@ -16,6 +16,7 @@ from cramlite.plugin import UserError
 PROTOCOL = 1
 """Version of this protocol; a process of another one is refused."""
 Six = tuple[float, float, float, float, float, float]
+Seven = tuple[float, float, float, float, float, float, float]
 
 
 class State(Value, kw_only=True):
@@ -28,6 +29,8 @@ class State(Value, kw_only=True):
             nothing.
         stop: why the robot goes no further, as a clause; "" while it does.
         say: a line for the log.
+        poses: of what can be moved, by name, in the world: position [m], quaternion (w, x, y, z); None where nobody reads them.
+        goal: another one that is asked for, as predicates with their arguments; () where none is any more.
     """
 
     joints: Joints
@@ -35,6 +38,8 @@ class State(Value, kw_only=True):
     wrench: Six | None = None
     stop: str = ""
     say: str = ""
+    poses: dict[str, Seven] | None = None
+    goal: tuple[tuple[str, ...], ...] | None = None
 
 
 class Hello(State, kw_only=True):

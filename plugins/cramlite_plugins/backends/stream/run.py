@@ -17,13 +17,16 @@ from cramlite.model import (
     Message,
     Monitor,
     MoveUntilContact,
+    Notice,
     Pose,
     Program,
     ProgramText,
+    Readings,
     Robot,
     RobotMount,
     Rollout,
     SpiralSearch,
+    Watch,
     World,
     walk,
 )
@@ -31,7 +34,7 @@ from cramlite.plugin import UserError
 
 from ...simulation.controller.halted import Halted
 from ...simulation.controller.protective_stop import ProtectiveStop
-from ...simulation.typed_program.machine import ProgramMachine, load_program
+from ...simulation.typed_program.machine import HALT, ProgramMachine, load_program
 from .arm import StreamedArm
 from .messages import Action, Hello, State
 from .process import PATIENCE, LineProcess, RobotProcess
@@ -54,6 +57,8 @@ class RobotConnection(Protocol):
 FEELING = MoveUntilContact | ForceMove | SpiralSearch | ForceInsert | ForceExtract | CompliantSlide
 """Steps that end by what is felt."""
 PAGE = "docs/how-to/drive_a_robot.md"
+REST = 0.5
+"""An arm that brakes has come to rest after so long [s]."""
 LONGEST = 600.0
 """A program that still runs then is stopped [s]."""
 
@@ -81,14 +86,26 @@ def drive(text: str, robot: Robot, command: Sequence[str], patience: float = PAT
         return stream(loaded, robot, process)
 
 
-def stream(loaded: ProgramText, robot: Robot, process: RobotConnection) -> Rollout:
-    """Stream a typed program to a robot that is connected already; see ``drive``."""
+def stream(
+    loaded: ProgramText, robot: Robot, process: RobotConnection, watch: Watch | None = None, mount: RobotMount | None = None
+) -> Rollout:
+    """Stream a typed program to a robot that is connected already; see ``drive``.
+
+    Args:
+        watch: is shown readings after each action; the arm brakes when it notices something, and the outcome is "noticed".
+        mount: where the robot stands in the world of the poses that are read, and what it holds.
+    """
     hello = process.hello()
     _refuse(loaded.program, hello, process.name)
     arm = StreamedArm(robot, hello, process.step)
+    mount = mount or RobotMount(loaded.program.robot, robot.type)
+    if mount.holds is not None:
+        arm.grip(mount.holds.force)
     record = _Record(arm)
     record.machine = machine = ProgramMachine(loaded, arm, record.say)
-    outcome, reason = _play(machine, arm, record)
+    outcome, reason = _play(machine, arm, record, _Watched(watch, mount) if watch else None)
+    if watch is not None:
+        watch.rest(readings(arm, machine.main_line, mount))
     return record.rollout(loaded.program, outcome, reason)
 
 
@@ -105,7 +122,7 @@ def _refuse(program: Program, hello: Hello, name: str) -> None:
             )
 
 
-def _play(machine: ProgramMachine, arm: StreamedArm, record: _Record) -> tuple[str, str]:
+def _play(machine: ProgramMachine, arm: StreamedArm, record: _Record, watched: _Watched | None) -> tuple[str, str]:
     """Cycle the program and the robot until either ends; the outcome and its reason."""
     try:
         while arm.clock < LONGEST:
@@ -115,6 +132,9 @@ def _play(machine: ProgramMachine, arm: StreamedArm, record: _Record) -> tuple[s
                 return "finished", ""
             arm.cycle()
             record.observe()
+            if watched is not None and (notice := watched.see(arm, machine.main_line)):
+                _brake(arm, record)
+                return "noticed", str(notice)
         return "timeout", f"line {machine.main_line}: the program still ran after {LONGEST:g} s"
     except Halted:
         return "halted", record.messages[-1].text.removeprefix("cramlite abort: ")
@@ -122,6 +142,34 @@ def _play(machine: ProgramMachine, arm: StreamedArm, record: _Record) -> tuple[s
         return "protective stop", f"line {machine.main_line}: {stop}"
     finally:
         machine.close()
+
+
+def _brake(arm: StreamedArm, record: _Record) -> None:
+    """Bring the arm to rest on its path, and let it settle."""
+    arm.end_force_mode()
+    arm.stop(HALT)
+    for _ in range(round(REST / arm.period)):
+        arm.cycle()
+        record.observe()
+
+
+def readings(arm: StreamedArm, line: int, mount: RobotMount) -> Readings:
+    """Return what is read of the robot and its surroundings now; the fingers close along the tool's y axis."""
+    state, tool = arm.state, mount.base * arm.actual_tcp()
+    x, y, z = tool.rotation[:, 1].tolist()
+    poses = None if state.poses is None else {n: Pose((p[0], p[1], p[2]), (p[3], p[4], p[5], p[6])) for n, p in state.poses.items()}
+    goal = None if state.goal is None else tuple(" ".join(literal) for literal in state.goal)
+    return Readings(arm.clock, line, state.joints, state.opening, arm.force(), arm.gripper.pressing, tool, (x, y, z), poses, goal)
+
+
+class _Watched(Struct):
+    """A watcher, and where the robot stands in the world that it is shown."""
+
+    watch: Watch
+    mount: RobotMount
+
+    def see(self, arm: StreamedArm, line: int) -> Notice | None:
+        return self.watch.see(readings(arm, line, self.mount))
 
 
 class _Record(Struct):

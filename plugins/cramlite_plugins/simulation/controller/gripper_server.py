@@ -36,6 +36,13 @@ class GripperServer(GripperDrive):
         super().begin_as(data)
         self.set["POS"] = self.echo = round(COUNTS * (self.widest - self.opening) / self.stroke)
 
+    def grip(self, force: float) -> None:
+        """Press on what is between the fingers before the first cycle, with a force of each pad [N]."""
+        super().grip(force)
+        weak, strong = self.gripper.force
+        self.set["POS"] = self.echo = COUNTS
+        self.set["FOR"] = round(COUNTS * min(max((force - weak) / (strong - weak), 0.0), 1.0))
+
     def order(self, name: str, value: int) -> bool:
         """Execute ``SET name value``; return False for an unknown register or value."""
         if name not in SETTABLE or not 0 <= value <= COUNTS:

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from operator import gt, lt, sub, truediv
 
 import numpy as np
 
-from cramlite.model import Fault, FaultKind, Floats, Robot, Value
+from cramlite.model import Floats, Robot, Value
 
 
 class Safety(Value):
@@ -28,26 +27,6 @@ class Safety(Value):
 
 class ProtectiveStop(Exception):
     """The arm was stopped by the controller; the message is a clause with numbers."""
-
-
-class StopsToCome:
-    """Protective stops that faults of a world ask for, each at its time from the program's start on."""
-
-    def __init__(self, faults: Iterable[Fault]) -> None:
-        self.times = sorted(f.after for f in faults if f.kind is FaultKind.STOP)
-
-    def due(self, now: float) -> None:
-        """Stop the arm if it is time.
-
-        Args:
-            now: since the start [s].
-
-        Raises:
-            ProtectiveStop: it is.
-        """
-        if self.times and now >= self.times[0]:
-            self.times.pop(0)
-            raise ProtectiveStop(f"a fault that the world declares, at {now:.2f} s")
 
 
 class SafetyWatch:

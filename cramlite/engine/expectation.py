@@ -1,0 +1,324 @@
+"""What is expected while a program runs: what its proof showed, line by line, and how far a run may be from that."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+from msgspec import field
+from msgspec.structs import replace
+
+from ..base.value import Value
+from ..model.entity_name import thing_of
+from ..model.geometry import Floats, Pose
+from ..model.readings import Deviation, Notice, Readings
+
+if TYPE_CHECKING:
+    from ..model.rollout import Rollout
+
+PLACE = 0.015
+"""How far a thing may be from where its proof had it [m]: judges let nothing slip by more than 12 mm, or slide by more than 15 mm."""
+LEAN = math.radians(15.0)
+"""How far it may lean from that: 10 deg from the vertical is upright."""
+LOST = 0.05
+"""What is further from its place in the hand has left it [m]; what is nearer has slipped."""
+WIDTH = 0.002
+"""How far the fingers may be from where they were [m]."""
+PUSH, SHARE = 10.0, 1.5
+"""What may be felt beyond the proof [N], and as a share of it: free motion of an arm shows 3 to 9 N of inertia."""
+SLOWER, LATER = 1.5, 2.0
+"""A line may take so many times as long as in the proof, and so much longer [s]."""
+SIGMAS = 5.0
+"""Deviations of the noise of readings that are added to every limit."""
+SLACK = 0.2
+"""Of a line of the program, what its proof showed so long before and after may be read, too [s]."""
+AGAIN = 2
+"""Readings in a row that must say the same."""
+SAME = 0.5
+"""Readings that were the same for so long while the arm should move are frozen [s]."""
+MOVING = 0.02
+"""An arm moves if a joint goes so far in that time [rad]."""
+
+
+class Noise(Value):
+    """Noise of readings: standard deviations of positions [m], turns [rad] and forces [N]."""
+
+    position: float = 0.0
+    turn: float = 0.0
+    force: float = 0.0
+
+
+EXACT = Noise()
+
+
+class Limits(Value):
+    """Limits of how far a run may be from its proof; see the constants.
+
+    Args:
+        place: of things [m].
+        lean: of things [rad].
+        width: of the fingers [m].
+        push: beyond what the proof felt [N].
+        slower, later: of a line of the program: a factor, and a time [s].
+    """
+
+    place: float = PLACE
+    lean: float = LEAN
+    width: float = WIDTH
+    push: float = PUSH
+    slower: float = SLOWER
+    later: float = LATER
+
+
+USUAL = Limits()
+
+
+class Expectation(Value, eq=False):
+    """Expectation of a run, from the run that proved its program.
+
+    Args:
+        lines: (N,) under execution at each sample.
+        times: (N,) [s].
+        poses: thing -> (N, 7) in the world; "effector" is the tool centre point.
+        in_hand: thing -> (N, 3) its origin in the tool's frame.
+        held: what both pads press at each sample; "" for nothing.
+        opening: (N,) of the fingers [m].
+        force: (N,) felt [N].
+        joints: (N, J) [rad].
+        loose: things whose poses are compared.
+        known: all things of the world that was believed.
+        steps: line -> designator.
+    """
+
+    lines: Floats
+    times: Floats
+    poses: Mapping[str, Floats]
+    in_hand: Mapping[str, Floats]
+    held: tuple[str, ...]
+    opening: Floats
+    force: Floats
+    joints: Floats
+    loose: tuple[str, ...]
+    known: frozenset[str]
+    steps: Mapping[int, str] = field(default_factory=dict)
+
+    def step(self, line: int) -> str:
+        """Return the designator of the step that a line belongs to; "" before the first."""
+        before = [k for k in self.steps if k <= line]
+        return self.steps[max(before)] if before else ""
+
+    def rows(self, line: int) -> list[int]:
+        """Return the samples in which a line ran, and those shortly before and after; all of them for a line that none shows."""
+        own = np.flatnonzero(self.lines == line)
+        if not len(own):
+            return list(range(len(self.lines)))
+        begin, end = self.times[own[0]] - SLACK, self.times[own[-1]] + SLACK
+        return [int(k) for k in np.flatnonzero((self.times >= begin) & (self.times <= end))]
+
+    def own(self, line: int) -> list[int]:
+        """Return the samples in which a line itself ran."""
+        return [int(k) for k in np.flatnonzero(self.lines == line)]
+
+
+def expectation(proof: Rollout, steps: Mapping[int, str]) -> Expectation:
+    """Return what a proof's run lets expect.
+
+    Args:
+        steps: line -> designator, as ``Code.origins``.
+    """
+    loose = tuple(t.name for t in proof.world.things if t.movable and t.joint is None)
+    tool = proof.poses["effector"]
+    return Expectation(
+        proof.lines, proof.times, {n: proof.poses[n] for n in (*loose, "effector")}, {n: _in(tool, proof.poses[n]) for n in loose},
+        tuple(_held(proof, k) for k in range(len(proof.times))), proof.opening, proof.contact_force(), proof.joints, loose,
+        frozenset(t.name for t in proof.world.things), steps,
+    )  # fmt: skip
+
+
+def _in(tool: Floats, track: Floats) -> Floats:
+    """Positions of a track (N, 7) in the frames of another one (N, 3)."""
+    from scipy.spatial.transform import Rotation
+
+    return np.asarray(Rotation.from_quat(tool[:, 3:], scalar_first=True).inv().apply(track[:, :3] - tool[:, :3]))
+
+
+def _held(proof: Rollout, sample: int) -> str:
+    sides: dict[str, set[str]] = {"effector/left": set(), "effector/right": set()}
+    for touch in proof.awake_touches[sample]:
+        for pad, other in ((touch.a, touch.b), (touch.b, touch.a)):
+            if pad in sides:
+                sides[pad].add(thing_of(other))
+    loose = {t.name for t in proof.world.things if t.movable}
+    return min((sides["effector/left"] & sides["effector/right"]) & loose, default="")
+
+
+class RunWatch:
+    """Watcher of a run by what its proof lets expect; see ``cramlite.model.readings.Watch``.
+
+    Args:
+        expected: of the program.
+        noise: of the readings, by which limits are wider; it is drawn here for readings of a simulation, which have none.
+        seed: of that.
+        period: between readings [s].
+        limits: of deviations.
+        asked: what was asked for last in place of the first goal, which the program follows; None for nothing.
+    """
+
+    def __init__(
+        self, expected: Expectation, noise: Noise = EXACT, seed: int = 0, period: float = 0.04, limits: Limits = USUAL,
+        asked: tuple[str, ...] | None = None,
+    ) -> None:  # fmt: skip
+        self.asked = asked
+        self.expected, self.noise, self.period, self.limits = expected, noise, period, limits
+        self._seen: set[str] = set()
+        self.notice: Notice | None = None
+        self.last: Readings | None = None
+        self._draw = np.random.default_rng([seed, 79])
+        self._before: tuple[Deviation, str] | None = None
+        self._times = 0
+        self._line, self._since = -1, 0.0
+        self._same_since = 0.0
+        self._raw: Readings | None = None
+
+    def see(self, readings: Readings) -> Notice | None:
+        """Return why the arm must stop; None while all is as expected."""
+        frozen = self._frozen(readings)
+        readings = self._noisy(readings) if readings.poses is not None else readings
+        found = frozen or next(self._deviations(readings), None)
+        self._seen |= (readings.poses or {}).keys()
+        key = (found.kind, found.thing) if found else None
+        self._times = self._times + 1 if key is not None and key == self._before else 1
+        self._before = key
+        self.notice = found if found is not None and self._times >= AGAIN else None
+        return self.notice
+
+    def rest(self, readings: Readings) -> None:
+        """Take what is read once the arm stands."""
+        self.last = self._noisy(readings) if readings.poses is not None else readings
+
+    def _noisy(self, readings: Readings) -> Readings:
+        if not (self.noise.position or self.noise.turn or self.noise.force):
+            return readings
+        assert readings.poses is not None
+        poses = {n: self._off(p) for n, p in sorted(readings.poses.items())}
+        return replace(readings, poses=poses, force=readings.force + float(self._draw.normal(0.0, self.noise.force)))
+
+    def _off(self, pose: Pose) -> Pose:
+        way, turn = self._draw.normal(0.0, self.noise.position, 3), self._draw.normal(0.0, self.noise.turn, 3)
+        turned = Pose.from_rotvec((0, 0, 0), tuple(turn.tolist())) * Pose((0, 0, 0), pose.quaternion)
+        return Pose(tuple(np.add(pose.position, way).tolist()), turned.quaternion)
+
+    def _frozen(self, readings: Readings) -> Notice | None:
+        """Whether the very same was read for a while in which the arm moves in the proof."""
+        before, expected = self._raw, self.expected
+        self._raw = readings
+        if before is None or readings.joints != before.joints or readings.poses is None:
+            self._same_since = readings.time
+            return None
+        own = expected.own(readings.line)
+        moves = len(own) and float(np.ptp(expected.joints[own], axis=0).max()) > MOVING
+        still = readings.time - self._same_since
+        if not moves or still < SAME:
+            return None
+        said = f"encoders have said the same for {still:.2f} s, and the arm should move"
+        return self._said(Deviation.READINGS_FROZEN, readings, said, "", still, SAME, "s")
+
+    def _deviations(self, now: Readings) -> Iterator[Notice]:
+        """What is not as expected, what matters most first."""
+        if now.goal is not None and now.goal != self.asked:
+            kind = Deviation.GOAL_CHANGED if now.goal else Deviation.CANCELLED
+            yield self._said(kind, now, " and ".join(now.goal) or "the task was cancelled")
+        if now.poses is None:
+            yield self._said(Deviation.READINGS_LOST, now, "no poses can be read")
+            return
+        yield from self._hand(now)
+        for name in self.expected.loose:
+            yield from self._thing(name, now)
+        for name in sorted(now.poses.keys() - self.expected.known):
+            yield self._said(Deviation.ADDED, now, f"'{name}' is there, and was not when this was planned", name)
+        yield from self._felt(now)
+        yield from self._late(now)
+
+    def _hand(self, now: Readings) -> Iterator[Notice]:
+        rows = self.expected.rows(now.line)
+        if not now.line:
+            return
+        off = float(np.min(np.abs(self.expected.opening[rows] - now.opening)))
+        if off <= self.limits.width:
+            return
+        near = self.expected.opening[rows][np.argmin(np.abs(self.expected.opening[rows] - now.opening))]
+        held = {self.expected.held[k] for k in rows}
+        always = {self.expected.held[k] for k in self.expected.own(now.line)} or {""}
+        kind = Deviation.NO_GRASP if now.opening < near and any(held) else Deviation.GRIPPER
+        thing = max(held) if kind is Deviation.NO_GRASP else ""
+        if "" not in always:
+            kind, thing = Deviation.GRASP_LOST, max(always)
+        said = f"the fingers are {1000 * now.opening:.1f} mm apart, {1000 * near:.1f} mm in the proof"
+        yield self._said(kind, now, said, thing, off, self.limits.width, "m")
+
+    def _thing(self, name: str, now: Readings) -> Iterator[Notice]:
+        expected, rows = self.expected, self.expected.rows(now.line)
+        assert now.poses is not None
+        pose = now.poses.get(name)
+        if pose is None and name not in self._seen:
+            return  # what was never read is not missed
+        if pose is None:
+            yield self._said(Deviation.MISSING, now, f"'{name}' can no longer be seen", name)
+            return
+        held = [k for k in rows if expected.held[k] == name]
+        own = expected.own(now.line)
+        always = len(own) > 0 and all(expected.held[k] == name for k in own)
+        local = (now.tool.inverse() * pose).position
+        hand = float(np.min(np.linalg.norm(expected.in_hand[name][held] - local, axis=1))) if held else math.inf
+        world = _distance(expected.poses[name][rows, :3], np.array(pose.position))
+        off, limit = hand if always else min(hand, world), self.limits.place + SIGMAS * self.noise.position
+        lean, most = self._lean(name, pose, held if always else rows), self.limits.lean + SIGMAS * self.noise.turn
+        if lean > most and not always:
+            said = f"'{name}' leans {math.degrees(lean):.0f} deg from how it stood"
+            yield self._said(Deviation.FALLEN, now, said, name, lean, most, "rad")
+        if off > limit:
+            yield self._displaced(name, now, off, limit, always)
+
+    def _displaced(self, name: str, now: Readings, off: float, limit: float, always: bool) -> Notice:
+        kind = Deviation.MOVED if not always else Deviation.GRASP_LOST if off > LOST else Deviation.SLIP
+        what = "from its place in the hand" if always else "from where it should be"
+        return self._said(kind, now, f"'{name}' is {1000 * off:.0f} mm {what}, more than {1000 * limit:.0f} mm", name, off, limit, "m")
+
+    def _lean(self, name: str, pose: Pose, rows: list[int]) -> float:
+        """Angle between its axis and the nearest of those in the proof [rad]."""
+        w, x, y, z = self.expected.poses[name][rows, 3:].T
+        axes = np.stack([2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)], axis=1)
+        return float(np.arccos(np.clip(axes @ pose.rotation[:, 2], -1.0, 1.0)).min())
+
+    def _felt(self, now: Readings) -> Iterator[Notice]:
+        most = float(self.expected.force[self.expected.rows(now.line)].max())
+        limit = max(SHARE * most, most + self.limits.push) + SIGMAS * self.noise.force
+        if now.force > limit:
+            said = f"{now.force:.1f} N are felt, at most {most:.1f} N in the proof"
+            yield self._said(Deviation.CONTACT, now, said, "", now.force, limit, "N")
+
+    def _late(self, now: Readings) -> Iterator[Notice]:
+        if now.line != self._line:
+            self._line, self._since = now.line, now.time
+        own = self.expected.own(now.line)
+        usual = float(np.ptp(self.expected.times[own])) if len(own) else 0.0
+        lasted, limit = now.time - self._since, self.limits.slower * usual + self.limits.later
+        if lasted > limit and now.line:
+            yield self._said(Deviation.STUCK, now, f"it has run for {lasted:.1f} s, {usual:.1f} s in the proof", "", lasted, limit, "s")
+
+    def _said(
+        self, kind: Deviation, now: Readings, reason: str, thing: str = "", measured: float | None = None, limit: float | None = None,
+        unit: str = "",
+    ) -> Notice:  # fmt: skip
+        return Notice(kind, now.time, reason, self.expected.step(now.line), thing, measured, limit, unit)
+
+
+def _distance(path: Floats, point: Floats) -> float:
+    """Distance from a point (3,) to a path (N, 3) of straight pieces [m]."""
+    starts, ways = path[:-1], np.diff(path, axis=0)
+    if not len(ways):
+        return float(np.linalg.norm(path[0] - point))
+    share = np.clip(((point - starts) * ways).sum(axis=1) / np.maximum((ways * ways).sum(axis=1), 1e-12), 0.0, 1.0)
+    return float(np.linalg.norm(starts + share[:, None] * ways - point, axis=1).min())

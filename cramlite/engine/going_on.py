@@ -1,0 +1,262 @@
+"""Going on when the world changes, for ``cramlite execute --replan`` where poses are readings.
+
+A program runs while a watcher compares what is read with what its proof showed. Where that deviates the arm brakes, belief takes what
+was read, with what is in the hand, and the rest is resolved from there and proven. Nothing moves that was not proven from what is
+believed, but the braking.
+"""
+
+from __future__ import annotations
+
+import time
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING
+
+from msgspec.structs import replace
+
+from ..base.errors import NoSolution, UserError
+from ..base.value import Value
+from ..model.readings import Deviation, Notice
+from ..model.steps import MoveJoints
+from ..planning.budget import budget_of
+from ..planning.failure import failure_text
+from ..planning.planning_problem import planning_problem
+from ..planning.task_goals import Goal
+from ..planning.trace import Trace
+from ..scenario.faults import foreseen
+from .candidates import attempts
+from .expectation import EXACT, Noise, RunWatch, expectation
+from .read_belief import real_after, world_as_read
+from .replanning import SLOW, Attempt, Round, Say, way_back
+from .search_in_setting import search_in
+
+if TYPE_CHECKING:
+    from ..model.plan import Plan
+    from ..model.rollout import Rollout
+    from ..model.world import World
+    from ..plugin.protocols import Candidate
+    from ..scenario.scenario import Scenario
+    from .engine import Engine
+
+STILL = 0.005
+"""What nobody means to move gets no further on the way back [m]; as bystanders by default."""
+BACK = "0.Back"
+"""Designator of the way back."""
+STOPS = {"halted": Deviation.REFUSED, "protective stop": Deviation.STOPPED, "killed": Deviation.KILLED}
+"""Outcome -> what it is, of runs that can be gone on from."""
+
+
+REACHED = "the goal holds as things are"
+SAME = 2
+"""So many times the same may be noticed in the same step and be planned around."""
+TO_DO: Mapping[Deviation, str] = {
+    Deviation.NO_GRASP: "look whether the fingers close and the thing is between them",
+    Deviation.GRASP_LOST: "look at pads, air and grip force, and where the thing fell",
+    Deviation.SLIP: "look at pads and grip force; a smoother or heavier thing needs more of it",
+    Deviation.GRIPPER: "look whether something is between the fingers, or the gripper is stuck",
+    Deviation.MOVED: "put the thing where the arm reaches it, and keep it there",
+    Deviation.FALLEN: "set the thing upright",
+    Deviation.MISSING: "put the thing back, or ask for another goal",
+    Deviation.ADDED: "take it out of the way",
+    Deviation.CONTACT: "look what the arm met, and take it out of the way",
+    Deviation.STUCK: "look what holds the arm or what it moves",
+    Deviation.READINGS_LOST: "look at the camera and its connection",
+    Deviation.READINGS_FROZEN: "look at the camera and its connection",
+    Deviation.STOPPED: "look why the controller stopped the arm, and release the stop",
+    Deviation.KILLED: "find out who ended the program",
+    Deviation.REFUSED: "mend what the program's last message says",
+    Deviation.GOAL_CHANGED: "ask for a goal that can be reached from there",
+    Deviation.CANCELLED: "take what is in the hand",
+    Deviation.GOAL_MISSED: "look what keeps the goal from holding",
+}
+"""What a person could do where nothing more can be proven."""
+
+
+class Stretch(Value):
+    """Executed stretch: a run, what was noticed, and what was decided.
+
+    Args:
+        round: the run.
+        notice: None where the program came to its end and the goal holds.
+        decision: as a clause; "" where nothing was to be decided.
+        thought: CPU time that it took [s].
+    """
+
+    round: Round
+    notice: Notice | None
+    decision: str = ""
+    thought: float = 0.0
+
+
+class GoingOn:
+    """Execution that goes on when the world changes.
+
+    Args:
+        scenario: that the first program was made from.
+        noise: of the readings.
+        say: is told what happens, in lines.
+    """
+
+    def __init__(self, scenario: Scenario, engine: Engine, seed: int, say: Say, noise: Noise = EXACT) -> None:
+        self.scenario, self.engine, self.seed, self.say, self.noise = scenario, engine, seed, say, noise
+        self.setting = engine.setting(scenario, seed=seed, twins=0)
+        self.goal = tuple(map(str, scenario.spec.goal)) if scenario.spec.goal else None
+        self.at = 0  # the action of the plan that was under way
+        self.trace = Trace()
+        self.noticed: Counter[tuple[Deviation, str, str]] = Counter()
+
+    def stretches(self, first: Attempt, most: int) -> Iterator[Stretch]:
+        """Run a program, and go on from where it was stopped, with at most ``most`` programs.
+
+        Yields:
+            Each stretch when it has ended; the last one reached the goal, or was cancelled.
+
+        Raises:
+            NoSolution: it cannot go on; says why. The arm stands still.
+        """
+        attempt = first
+        self.setting = replace(self.setting, world=foreseen(first.world.faults, self.setting.world))
+        for number in range(1, most + 1):
+            watch, done = self._run(attempt)
+            notice = self._noticed(watch, done)
+            self.say(f"round {number}: {notice or done.said}")
+            if notice is None or notice.kind is Deviation.CANCELLED:
+                yield Stretch(done, notice, "the arm stands still" if notice else "")
+                return
+            began = time.process_time()
+            following, decision = self._decided(done, watch, notice, given_up=number == most)
+            self.say(f"round {number}: {decision}")
+            yield Stretch(done, notice, decision, time.process_time() - began)
+            if decision == REACHED:
+                return
+            if following is None:
+                raise NoSolution(f"Round {number} was stopped by {notice}. The arm stands still: {decision}. To do: {TO_DO[notice.kind]}.")
+            attempt = following
+
+    def _run(self, attempt: Attempt) -> tuple[RunWatch, Round]:
+        simulator, mount = self.engine.knowledge.simulator, attempt.world.robots[0].name
+        robots, text = self.engine.knowledge.robots_of(attempt.world), attempt.code.text
+        proof = simulator.execute(text, self.setting.world, robots, mount=mount, seed=self.seed)
+        watch = RunWatch(expectation(proof, attempt.code.origins), self.noise, self.seed)
+        return watch, Round(attempt, simulator.execute(text, attempt.world, robots, mount=mount, seed=self.seed, watch=watch))
+
+    def _noticed(self, watch: RunWatch, done: Round) -> Notice | None:
+        """What ended a stretch otherwise than by its goal."""
+        outcome, ran = done.rollout.outcome, [k for k, line in enumerate(done.rollout.lines) if line > 0]
+        at = float(done.rollout.times[min(ran[-1] + 1, len(done.rollout.times) - 1) if ran else -1])
+        if outcome == "noticed":
+            return watch.notice
+        if outcome != "finished":
+            return Notice(STOPS.get(outcome, Deviation.REFUSED), at, done.rollout.reason, done.step)
+        if done.step == BACK:
+            return Notice(Deviation.GOAL_MISSED, at, "the arm went back, and the goal is still to be reached", BACK)
+        if self.goal is None or self._holds(watch):
+            return None
+        return Notice(Deviation.GOAL_MISSED, at, f"'{' and '.join(self.goal)}' does not hold by what is read", done.step)
+
+    def _holds(self, watch: RunWatch) -> bool:
+        """Whether the goal holds in the world as it is read; what is not read is taken for what it was."""
+        assert watch.last is not None and self.goal is not None
+        knowledge = self.engine.knowledge
+        world = world_as_read(self.setting.world, watch.last, self.setting.world, self._closed)
+        setting = replace(self.setting, world=world, relations=())
+        try:
+            problem = planning_problem(Goal(self.goal), setting.symbolic(knowledge.taxonomy), knowledge)
+        except UserError:
+            return False
+        return problem.wanted.met(problem.facts)
+
+    @property
+    def _closed(self) -> float:
+        return self.setting.robot.gripper.opening[0]
+
+    def _decided(self, done: Round, watch: RunWatch, notice: Notice, *, given_up: bool) -> tuple[Attempt | None, str]:
+        """The next program and what it does; None with the reason where there is none."""
+        key = notice.kind, notice.thing, notice.step.partition(".")[2]
+        self.noticed[key] += 1
+        if given_up:
+            return None, "so many programs were allowed"
+        if self.noticed[key] > SAME and done.step != BACK:
+            return None, f"the same was noticed {self.noticed[key]} times, and trying again has not helped"
+        return self._next(done, watch, notice)
+
+    def _next(self, done: Round, watch: RunWatch, notice: Notice) -> tuple[Attempt | None, str]:
+        """The next program, proven from what is read, and what it does; None with the reason where there is none."""
+        assert watch.last is not None
+        if watch.last.poses is None:
+            return None, "there are no readings; when they are back, execute again with --replan"
+        if notice.kind is Deviation.GOAL_CHANGED and watch.last.goal:
+            self.goal = watch.last.goal
+        self._believe(done, watch)
+        self.trace = Trace()
+        holds = self.setting.world.robots[0].holds
+        world = real_after(done.rollout, done.attempt.world, holds)
+        if self.goal is not None and holds is None and self._holds(watch):
+            return None, REACHED
+        hand = f", with '{holds.thing}' in the hand" if holds else ""
+        for candidate in self._candidates(done):
+            assert candidate.code is not None
+            return Attempt(candidate.plan, candidate.program, candidate.code, world), f"goes on from here{hand}: {candidate.plan}"
+        back = self._back(done, world) if done.step != BACK else None
+        if back is not None:
+            return back, f"goes back the way it came{hand}: nothing was proven from here"
+        return None, f"nothing was proven from here{hand}. {failure_text(self.trace, self.engine.registry.faults)}"
+
+    def _believe(self, done: Round, watch: RunWatch) -> None:
+        """Take what was read for the setting in which the rest is resolved."""
+        before, attempt = self.setting, done.attempt
+        assert watch.last is not None
+        world = world_as_read(before.world, watch.last, attempt.world, self._closed)
+        where = {t.name: t.pose for t in before.world.things}
+        stayed = {t.name for t in world.things if t.name in where and _apart(where[t.name].position, t.pose.position) <= STILL}
+        relations = tuple(r for r in before.relations if r[1] in stayed)
+        self.setting = replace(before, world=world, relations=relations, real=None)
+        names = [a.name for a in attempt.plan.actions]
+        self.at = next((k for k, n in enumerate(names) if n == done.step.split("/")[0]), self.at if done.step == BACK else 0)
+
+    def _candidates(self, done: Round) -> Iterator[Candidate]:
+        """Programs for the rest that were proven from what is believed, best first."""
+        setting, engine, budget = self.setting, self.engine, budget_of(self.scenario)
+        if self.goal is not None:
+            try:
+                found = engine.resolve(Goal(self.goal), setting=setting, seed=self.seed, budget=budget, trace=self.trace)
+                yield from (one.candidate for one in found)
+            except UserError as error:
+                self.trace.add(0, "goal", " and ".join(self.goal), "impossible", "engine", str(error), kind="goal")
+            return
+        for plan in self._rests(done.attempt.plan):
+            search = search_in(setting, engine.knowledge, budget, self.trace)
+            yield from (c for c, verdict in attempts(search, plan, setting, engine.knowledge, engine.executors) if verdict.passed)
+
+    def _rests(self, plan: Plan) -> Iterator[Plan]:
+        """What may be left of a list of tasks, least first: with something in the hand the task under way and what follows; else
+        that, or what begins with an earlier task."""
+        held = self.setting.world.robots[0].holds is not None
+        starts = (self.at, self.at + 1) if held else range(self.at, -1, -1)
+        yield from (replace(plan, actions=plan.actions[k:]) for k in starts if k < len(plan.actions))
+
+    def _back(self, done: Round, world: World) -> Attempt | None:
+        """The way back that the program came, if its run in what is believed disturbs nothing."""
+        path = way_back(done.rollout.joints)
+        setting, knowledge = self.setting, self.engine.knowledge
+        if not path:
+            return None
+        program = replace(
+            done.attempt.program, steps=(MoveJoints(path, SLOW, 1.0, origin=BACK, comment="the way it came"),), sections=(),
+            snapshots=(), late=(), start=setting.world.robots[0].joints,
+        )  # fmt: skip
+        code = setting.backend.emit(program, setting.robot)
+        robots, mount = knowledge.robots_of(setting.world), setting.world.robots[0]
+        proof = knowledge.simulator.execute(code.text, setting.world, robots, mount=mount.name, seed=self.seed)
+        held = mount.holds.thing if mount.holds else ""
+        still = all(_moved(proof, t.name) <= STILL for t in setting.world.things if t.movable and t.name != held)
+        return Attempt(done.attempt.plan, program, code, world) if proof.outcome == "finished" and still else None
+
+
+def _apart(one: tuple[float, ...], other: tuple[float, ...]) -> float:
+    return float(sum((a - b) ** 2 for a, b in zip(one, other, strict=True)) ** 0.5)
+
+
+def _moved(rollout: Rollout, name: str) -> float:
+    track = rollout.poses[name]
+    return max(_apart(tuple(row[:3]), tuple(track[0][:3])) for row in track)

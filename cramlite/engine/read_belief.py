@@ -1,0 +1,95 @@
+"""What is believed of the world after a run was stopped, by what was read then."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
+import numpy as np
+from msgspec.structs import replace
+
+from ..model.fault import FaultKind
+from ..model.rollout import world_after_run
+from ..model.thing_boxes import Box, boxes
+from ..model.world import InHand, RobotMount, Thing
+from ..scenario.faults import left_over
+
+if TYPE_CHECKING:
+    from ..model.geometry import Floats, Pose
+    from ..model.readings import Readings
+    from ..model.rollout import Rollout
+    from ..model.world import World
+
+REACH = 0.02
+"""A thing is in the hand if a box of it, grown by so much, has the tool centre point [m]: it may have slipped."""
+LOOSE = 0.002
+"""Fingers that are further apart than a thing is wide there by so much do not hold it [m]."""
+SHUT = 0.003
+"""Fingers that press and are wider apart than closed by so much have something between them [m]."""
+
+
+def world_as_read(before: World, readings: Readings, models: World, closed: float) -> World:
+    """Return the believed world by what was read: things where they are, without those that are not to be seen.
+
+    Args:
+        before: as it was believed.
+        models: of what came meanwhile: who reads poses knows what it reads them of.
+        closed: opening of the closed fingers [m].
+    """
+    read = readings.poses or {}
+    known = {t.name for t in before.things}
+    come = [t for t in models.things if t.name in read and t.name not in known]
+    things = [t.moved_to(read[t.name]) if t.name in read else t for t in (*before.things, *come)]
+    seen = tuple(t for t in things if t.name in read or not _is_read(t))
+    mount = replace(before.robots[0], joints=readings.joints, opening=readings.opening, holds=in_hand(seen, readings, closed))
+    return replace(before, things=seen, robots=(mount, *before.robots[1:]))
+
+
+def in_hand(things: Iterable[Thing], readings: Readings, closed: float) -> InHand | None:
+    """Return what is in the hand, by the fingers and by what is read to be between them; None for nothing."""
+    if not readings.pressing or readings.opening <= closed + SHUT:
+        return None
+    near = {t.name: _gap(t, readings.tool) for t in things if t.movable}
+    name = min(near, key=lambda n: near[n], default="")
+    if not name or near[name] > REACH:
+        return None
+    thing = next(t for t in things if t.name == name)
+    if readings.opening > _width(thing, readings) + LOOSE:
+        return None
+    return InHand(name, readings.tool.inverse() * thing.pose, readings.pressing)
+
+
+def real_after(rollout: Rollout, world: World, holds: InHand | None) -> World:
+    """Return the real world as a run left it, with what is still to go wrong in it; fingers that pressed go on pressing."""
+    left = world_after_run(rollout, world)
+    faults = left_over(world.faults, (m.text for m in rollout.faults), float(rollout.times[-1]))
+    gone = {f.thing for f in world.faults if f.kind is FaultKind.MISSING and f not in faults}
+    left = replace(left, things=tuple(t for t in left.things if t.name not in gone))
+    left = left.moved({f.thing: world.thing(f.thing).pose for f in faults if f.kind is FaultKind.ADDED})
+    mount: RobotMount = replace(left.robots[0], holds=holds)
+    return replace(left, faults=faults, robots=(mount, *left.robots[1:]))
+
+
+def _is_read(thing: Thing) -> bool:
+    """Whether readings tell where a thing is: what cannot be moved, or is on a joint, they leave out."""
+    return thing.movable and thing.joint is None
+
+
+def _width(thing: Thing, readings: Readings) -> float:
+    """How wide a thing is between the fingers, by its boxes that have the tool centre point near them [m]."""
+    along, point = np.array(readings.across), np.array(readings.tool.position)
+    near = [g for g, box in zip(thing.geoms, boxes(thing), strict=True) if _off(point, box) <= REACH]
+    placed = [(thing.pose * g.pose, np.array(g.half_extents)) for g in near]
+    middles = [(float(np.dot(p.position, along)), float(abs(along @ p.rotation) @ half)) for p, half in placed]
+    return max(m + h for m, h in middles) - min(m - h for m, h in middles)
+
+
+def _off(point: Floats, box: Box) -> float:
+    low, high = map(np.array, box)
+    return float(np.linalg.norm(np.maximum(np.maximum(low - point, point - high), 0.0)))
+
+
+def _gap(thing: Thing, tool: Pose) -> float:
+    """How far the tool centre point is from the nearest box of a thing [m]."""
+    point = np.array(tool.position)
+    return min(_off(point, box) for box in boxes(thing))

@@ -1,0 +1,137 @@
+"""What would have to change for a scenario that nothing was proven for: the smallest of declared changes that makes it solvable.
+
+The changes are: the robot's base nearer to a thing that the goal or the tasks name, and another thing further away from such a one, each in
+steps of 20 mm. A change is told only if a program was proven with it, and if with one step less none was.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING
+
+import numpy as np
+from msgspec.structs import replace
+
+from ..base.errors import UserError
+from ..base.value import Value
+from ..model.geometry import Pose, Vector3
+from ..planning.budget import Budget, budget_of
+from ..planning.trace import Trace
+
+if TYPE_CHECKING:
+    from ..scenario.scenario import Scenario
+    from .engine import Engine
+    from .setting import Setting
+
+STEP = 0.02
+"""[m]"""
+MOST = 32
+"""Steps that are tried at most: 0.64 m."""
+CLOSE = 0.35
+"""Things no farther from one that is named may be in its way [m]."""
+
+
+class Change(Value):
+    """Declared change of a setting.
+
+    Args:
+        says: what is changed, without how much: "the base of 'arm' nearer to 'cup'".
+        way: direction in which it is, a unit vector in the world.
+        thing: that is moved; "" for the robot's base.
+    """
+
+    says: str
+    way: Vector3
+    thing: str = ""
+
+    def of(self, setting: Setting, steps: int) -> Setting:
+        """Return the setting with so many steps of the change."""
+        x, y, z = (STEP * steps * v for v in self.way)
+        off = Pose((x, y, z))
+        world = setting.world
+        if self.thing:
+            return replace(setting, world=world.moved({self.thing: off * world.thing(self.thing).pose}))
+        mount = replace(world.robots[0], base=off * world.robots[0].base)
+        return replace(setting, world=replace(world, robots=(mount, *world.robots[1:])))
+
+
+class Relaxation(Value):
+    """Smallest amount of a change that makes a scenario solvable.
+
+    Args:
+        change: what is changed.
+        steps: of ``STEP``.
+    """
+
+    change: Change
+    steps: int
+
+    def __str__(self) -> str:
+        """Return it as a clause, with its amount."""
+        return f"{self.change.says} by {1000 * STEP * self.steps:.0f} mm; by {1000 * STEP * (self.steps - 1):.0f} mm nothing was proven"
+
+
+def relaxations(scenario: Scenario, setting: Setting, engine: Engine, say: Callable[[str], None] = lambda _: None) -> list[Relaxation]:
+    """Return what would have to change, least first; each was verified by resolving, and so was that a step less does not do.
+
+    Args:
+        say: is told each attempt.
+    """
+    setting, budget = replace(setting, doubts=replace(setting.doubts, twins=0)), budget_of(scenario)
+    found = list[Relaxation]()
+    for change in changes(scenario, setting):
+        most = min((r.steps for r in found), default=MOST)
+        steps = _smallest(lambda k, c=change: _solves(c, k, scenario, setting, engine, budget, say), most)  # type: ignore[misc]
+        found += [Relaxation(change, steps)] if steps else []
+    return sorted(found, key=lambda r: r.steps)
+
+
+def changes(scenario: Scenario, setting: Setting) -> Iterator[Change]:
+    """Generate the declared changes of a scenario: bases first."""
+    world, base = setting.world, setting.world.robots[0].base
+    said = " ".join(map(str, (*(scenario.spec.goal or ()), *(scenario.spec.tasks or ()), scenario.spec.designator or "")))
+    named = [t for t in world.things if t.name in said.replace("/", " ").replace("'", " ").replace(",", " ").split()]
+    for thing in named:
+        if way := _level(np.subtract(thing.pose.position, base.position)):
+            yield Change(f"the base of '{world.robots[0].name}' nearer to '{thing.name}'", way)
+    for other in (t for t in world.things if t.movable and t.joint is None and t not in named):
+        near = min(named, key=lambda t: math.dist(t.pose.position, other.pose.position), default=None)
+        close = near is not None and math.dist(near.pose.position, other.pose.position) <= CLOSE
+        way = _level(np.subtract(other.pose.position, near.pose.position)) if near is not None and close else None
+        if near is not None and way:
+            yield Change(f"'{other.name}' further from '{near.name}'", way, other.name)
+
+
+def _smallest(solves: Callable[[int], bool], most: int) -> int:
+    """The smallest number of steps that solves, where one less does not, found by doubling and halving; 0 for none up to ``most``."""
+    low, high = 0, 1
+    while high <= most and not solves(high):
+        low, high = high, 2 * high
+    if high > most:
+        return 0
+    while high - low > 1:
+        middle = (low + high) // 2
+        low, high = (low, middle) if solves(middle) else (middle, high)
+    return high
+
+
+def _solves(
+    change: Change, steps: int, scenario: Scenario, setting: Setting, engine: Engine, budget: Budget, say: Callable[[str], None]
+) -> bool:
+    """Whether a program is proven with a change."""
+    try:
+        changed = change.of(setting, steps)
+        engine.knowledge.simulator.check(changed.world, engine.knowledge.robots_of(changed.world))
+        solved = next(engine.resolve(scenario, setting=changed, budget=budget, trace=Trace()), None) is not None
+    except UserError:  # it reaches into something there
+        solved = False
+    say(f"{change.says} by {1000 * STEP * steps:.0f} mm: {'solved' if solved else 'nothing was proven'}")
+    return solved
+
+
+def _level(way: object) -> Vector3 | None:
+    """The level part of a way as a unit vector; None where there is none."""
+    x, y, _ = np.asarray(way, dtype=float).tolist()
+    length = math.hypot(x, y)
+    return (x / length, y / length, 0.0) if length > 1e-6 else None

@@ -1,0 +1,81 @@
+"""Time line of an execution that went on: fault, notice, decision and resumption, for people and programs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal
+
+from msgspec import DecodeError, json
+
+from ..base.errors import UserError
+from ..base.value import Value
+from ..model.readings import Notice
+
+if TYPE_CHECKING:
+    from .going_on import Stretch
+
+FILE = "time_line.json"
+What = Literal["fault", "notice", "decision", "resumption", "end"]
+
+
+class Moment(Value):
+    """Moment of an execution.
+
+    Args:
+        time: since the first program's start, while programs ran [s]: thinking takes none of it.
+        round: the program that ran, from 1.
+        what: kind of the moment.
+        said: in a clause.
+        notice: of a "notice", with its class and numbers.
+        thought: CPU time that a "decision" took [s].
+    """
+
+    time: float
+    round: int
+    what: What
+    said: str
+    notice: Notice | None = None
+    thought: float = 0.0
+
+    def __str__(self) -> str:
+        """Return it as a line."""
+        spent = f" ({self.thought:.1f} s of CPU time)" if self.what == "decision" else ""
+        return f"{self.time:8.2f} s  round {self.round}  {self.what:<10} {self.said}{spent}"
+
+
+def time_line(stretches: Iterable[Stretch]) -> Iterator[Moment]:
+    """Generate the moments of an execution in order."""
+    begun = 0.0
+    for number, stretch in enumerate(stretches, 1):
+        rollout = stretch.round.rollout
+        ended = begun + float(rollout.times[-1])
+        if number > 1:
+            origins = stretch.round.attempt.code.origins
+            yield Moment(begun, number, "resumption", origins[min(origins)] if origins else "")
+        yield from (Moment(begun + f.time, number, "fault", f.text) for f in rollout.faults)
+        if stretch.notice is None:
+            yield Moment(ended, number, "end", stretch.round.said)
+        else:
+            yield Moment(begun + stretch.notice.time, number, "notice", str(stretch.notice), stretch.notice)
+            yield Moment(ended, number, "decision", stretch.decision, thought=stretch.thought)
+        begun = ended
+
+
+def write_time_line(moments: Iterable[Moment], folder: Path) -> None:
+    """Write a time line into a folder of a run."""
+    (folder / FILE).write_bytes(json.format(json.encode(list(moments)), indent=1))
+
+
+def read_time_line(folder: Path) -> Sequence[Moment]:
+    """Read the time line of a run.
+
+    Raises:
+        UserError: it has none.
+    """
+    try:
+        return json.decode((folder / FILE).read_bytes(), type=list[Moment])
+    except OSError:
+        raise UserError(f"'{folder}' has no {FILE}: 'cramlite execute PROGRAM --replan SCENARIO --out {folder}' writes one.") from None
+    except DecodeError as error:
+        raise UserError(f"'{folder / FILE}' is no time line: {error}.") from None

@@ -1,0 +1,104 @@
+"""Attempts that go on in a judge's simulator when the world changes there: readings come from the judge, plans from what it then says."""
+
+from __future__ import annotations
+
+import math
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from msgspec.structs import replace
+
+from ...base.errors import UserError
+from ...base.run_directory import write_whole
+from ...base.value import Value
+from ...engine.expectation import Limits, RunWatch, expectation
+from ...engine.read_belief import in_hand
+from ...model.readings import Deviation, Notice
+from ...planning.trace import Trace
+from ...scenario.scenario import read_scenario
+
+if TYPE_CHECKING:
+    from ...engine.engine import Engine
+    from ...engine.setting import Setting
+    from ...engine.solution import Solution
+    from ...model.rollout import Rollout
+    from .judge import Judge
+
+ROUNDS = 6
+"""Programs of an attempt, the first one included."""
+ANOTHER = Limits(place=0.03, lean=0.4, width=math.inf, push=math.inf, slower=3.0, later=4.0)
+"""Of runs in another simulator than that of the proof: what is grasped settles otherwise there, fingers creep, forces differ."""
+STOPS = {"halted": Deviation.REFUSED, "protective stop": Deviation.STOPPED}
+
+
+class Played(Value):
+    """Attempt that was played to its end.
+
+    Args:
+        rollout: of the last program.
+        notices: what was noticed in each but the last, in order.
+        thought: CPU time from each notice to the next program [s].
+        reason: why it was not gone on with; "" where it was not stopped.
+    """
+
+    rollout: Rollout
+    notices: tuple[Notice, ...]
+    thought: tuple[float, ...]
+    reason: str = ""
+
+
+def play_on(judge: Judge, engine: Engine, solution: Solution, folder: Path, twins: int) -> Played:
+    """Play a program, and go on with what is proven from there wherever it is stopped.
+
+    Args:
+        folder: for the scenes and scenarios of later rounds.
+        twins: in how many their programs are tried.
+    """
+    notices, thought, asked = list[Notice](), list[float](), None
+    for number in range(1, ROUNDS + 1):
+        code, proof = solution.candidate.code, solution.candidate.rollout
+        assert code is not None and proof is not None
+        if number > 1:
+            write_whole(folder / f"round_{number}" / f"program{code.suffix}", code.text)
+        watch = RunWatch(expectation(proof, code.origins), limits=ANOTHER, asked=asked)
+        rollout = judge.play(code.text, solution.setting, watch)
+        notice = watch.notice if rollout.outcome == "noticed" else None
+        if rollout.outcome in STOPS:
+            notice = Notice(STOPS[rollout.outcome], float(rollout.times[-1]), rollout.reason)
+        if notice is None:
+            return Played(rollout, tuple(notices), tuple(thought))
+        notices.append(notice)
+        asked = watch.last.goal if watch.last is not None else asked
+        if notice.kind is Deviation.CANCELLED or number == ROUNDS:
+            return Played(rollout, tuple(notices), tuple(thought), str(notice))
+        began = time.process_time()
+        following, why = _following(judge, engine, watch, folder / f"round_{number + 1}", twins)
+        thought.append(time.process_time() - began)
+        if following is None:
+            return Played(rollout, tuple(notices), tuple(thought), f"{notice}; {why}")
+        solution = following
+    raise AssertionError("the last round returns")
+
+
+def _following(judge: Judge, engine: Engine, watch: RunWatch, folder: Path, twins: int) -> tuple[Solution | None, str]:
+    """The first program that is proven from what the judge says of its world now; None with the reason."""
+    trace = Trace()
+    try:
+        path, setting = judge.setting(engine, folder, twins)
+        setting = _holding(setting, watch)
+        found = engine.resolve(read_scenario(path), setting=setting, trace=trace)
+        solution = next(found, None)
+    except UserError as error:
+        return None, str(error)
+    from ...planning.failure import failure_text
+
+    return solution, "" if solution else failure_text(trace, engine.registry.faults)
+
+
+def _holding(setting: Setting, watch: RunWatch) -> Setting:
+    """The setting with what is in the hand, by what was read last."""
+    mount, read = setting.world.robots[0], watch.last
+    assert read is not None
+    holds = in_hand(setting.world.things, read, setting.robot.gripper.opening[0])
+    return replace(setting, world=replace(setting.world, robots=(replace(mount, holds=holds),)))

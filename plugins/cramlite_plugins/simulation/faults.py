@@ -1,0 +1,229 @@
+"""Faults that happen in a simulation while a program runs, each when its trigger holds."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Collection, Mapping
+
+import numpy as np
+
+from cramlite.model import Fault, FaultKind, Message, Pose, Thing, is_program_text
+from cramlite.plugin import UserError
+
+from .controller.controller import Controller
+from .controller.gripper_drive import GripperDrive
+from .controller.protective_stop import ProtectiveStop
+from .model.compile import Compiled
+from .model.index import Data
+from .model.sleep import SLEEP
+
+AWAY = -50.0
+"""Height at which waits what is not there [m]: below anything."""
+OVER = 2e-3
+"""How far above where it lay a thing that fell over is put down [m]."""
+READINGS = frozenset({FaultKind.FROZEN, FaultKind.LOST})
+ORDERS = frozenset({FaultKind.GOAL, FaultKind.CANCELLED})
+
+
+class Killed(Exception):
+    """The program was ended from outside, and did nothing about it."""
+
+
+class FaultsToCome:
+    """Faults of a world that wait for their triggers, and those that are under way.
+
+    Args:
+        compiled, data: the simulation.
+        arm: the controller of the robot whose program they happen to.
+        text: of the program; "" where programs come and go.
+
+    Raises:
+        UserError: a trigger waits for a line that the text does not have.
+    """
+
+    def __init__(self, compiled: Compiled, data: Data, arm: Controller, text: str = "") -> None:
+        self.compiled, self.data, self.arm = compiled, data, arm
+        self.waiting = list(compiled.world.faults)
+        self.since: dict[int, float] = {}
+        self.away = {f.thing for f in self.waiting if f.kind is FaultKind.ADDED}
+        self.until: list[tuple[float, Callable[[], None]]] = []
+        self.happened: list[Message] = []
+        self.frozen_until = self.lost_until = -math.inf
+        self.goal: tuple[str, ...] | None = None
+        self.lines = {f.trigger.line: _lines_with(f.trigger.line, text) for f in self.waiting if f.trigger and f.trigger.line}
+        self.keep_away()
+
+    def keep_away(self) -> None:
+        """Keep what is not there out of the way."""
+        for name in self.away:
+            x, y, _ = self.compiled.world.thing(name).pose.position
+            self.compiled.place(self.data, name, Pose((x, y, AWAY)))
+
+    def due(self, now: float, line: int, force: float) -> None:
+        """Let happen what it is time for, and end what is over.
+
+        Args:
+            now: since the program's start [s].
+            line: that is under execution.
+            force: that the program feels [N].
+
+        Raises:
+            ProtectiveStop, Killed: a fault does that.
+        """
+        self.keep_away()
+        for end, undo in [u for u in self.until if now >= u[0]]:
+            self.until.remove((end, undo))
+            undo()
+        for fault in tuple(self.waiting):
+            if id(fault) not in self.since and self._triggered(fault, line, force):
+                self.since[id(fault)] = now if fault.trigger else 0.0
+            if now >= self.since.get(id(fault), math.inf) + fault.after:
+                self.waiting.remove(fault)
+                self.happened.append(Message(now, str(fault), line))
+                _HAPPENS[fault.kind](self, fault, now)
+
+    def _triggered(self, fault: Fault, line: int, force: float) -> bool:
+        if (asked := fault.trigger) is None:
+            return True
+        if asked.line and line not in self.lines[asked.line]:
+            return False
+        if asked.force and force < asked.force:
+            return False
+        if not asked.near:
+            return True
+        place = self.data.xpos[self.compiled.things[asked.near].body]
+        return float(np.linalg.norm(self.arm.index.pose(self.data).position - place)) <= asked.within
+
+    def awake(self) -> None:
+        """Let nothing sleep any more: what is put elsewhere may have carried what rests."""
+        self.arm.sleep = None
+        self.arm.model.opt.enableflags &= ~SLEEP
+
+    def put(self, name: str, pose: Pose) -> None:
+        """Put a thing elsewhere, at rest."""
+        self.awake()
+        self.compiled.place(self.data, name, pose)
+
+    def ends(self, now: float, fault: Fault, undo: Callable[[], None]) -> None:
+        """Undo a fault when it is over."""
+        if fault.lasts:
+            self.until.append((now + fault.lasts, undo))
+
+
+def _lines_with(wanted: str, text: str) -> Collection[int]:
+    """Numbers of the lines that have a text themselves, or in the comment right above them."""
+    rows, found = text.splitlines(), set[int]()
+    for number, row in enumerate(rows, 1):
+        comment = rows[number - 2].strip() if number > 1 and not is_program_text(text) else ""
+        if wanted in row or (comment.startswith("#") and wanted in comment):
+            found.add(number)
+    if not found:
+        raise UserError(f"A fault happens at '{wanted}', and no line of the program has that text; name a task, such as 'PickingUp'.")
+    return found
+
+
+def _moved(run: FaultsToCome, fault: Fault, now: float) -> None:
+    run.put(fault.thing, Pose(fault.by) * run.compiled.pose(run.data, fault.thing))
+
+
+def _missing(run: FaultsToCome, fault: Fault, now: float) -> None:
+    run.awake()
+    run.away.add(fault.thing)
+    run.keep_away()
+
+
+def _added(run: FaultsToCome, fault: Fault, now: float) -> None:
+    run.away.discard(fault.thing)
+    run.put(fault.thing, Pose(fault.by) * run.compiled.world.thing(fault.thing).pose)
+
+
+def _fallen(run: FaultsToCome, fault: Fault, now: float) -> None:
+    """It is turned by a quarter about the axis of its side, away from the robot, and put down where it stood."""
+    pose, thing = run.compiled.pose(run.data, fault.thing), run.compiled.world.thing(fault.thing)
+    away = np.subtract(pose.position, run.arm.base.position)
+    angle = math.atan2(away[1], away[0]) + math.pi / 2
+    turn = Pose.from_rotvec((0, 0, 0), (math.pi / 2 * math.cos(angle), math.pi / 2 * math.sin(angle), 0.0))
+    lies = Pose(pose.position, (turn * Pose((0, 0, 0), pose.quaternion)).quaternion)
+    up = _lowest(thing, pose) - _lowest(thing, lies) + OVER
+    run.put(fault.thing, Pose((0.0, 0.0, up)) * lies)
+
+
+def _lowest(thing: Thing, pose: Pose) -> float:
+    """Height of the lowest corner of the boxes around a thing's geoms [m]."""
+    placed = [(pose * g.pose, g.half_extents) for g in thing.geoms]
+    return min(float(p.position[2] - abs(p.rotation[2]) @ half) for p, half in placed)
+
+
+def _payload(run: FaultsToCome, fault: Fault, now: float) -> None:
+    import mujoco
+
+    model, body = run.arm.model, min(run.arm.index.bodies)
+    model.body_mass[body] += fault.mass
+    mujoco.mj_setConst(model, mujoco.MjData(model))
+
+
+def _grip_lost(run: FaultsToCome, fault: Fault, now: float) -> None:
+    run.arm.gripper.forced = run.arm.gripper.widest
+    run.ends(now, fault, lambda: _let(run.arm.gripper))
+
+
+def _let(gripper: GripperDrive) -> None:
+    gripper.forced = None
+
+
+def _slip(run: FaultsToCome, fault: Fault, now: float) -> None:
+    before = run.arm.gripper.strength
+    run.arm.gripper.strength = before * fault.share
+
+    def undo() -> None:
+        run.arm.gripper.strength = before
+
+    run.ends(now, fault, undo)
+
+
+def _short(run: FaultsToCome, fault: Fault, now: float) -> None:
+    run.arm.gripper.nearest = fault.most
+
+
+def _sticking(run: FaultsToCome, fault: Fault, now: float) -> None:
+    model = run.arm.model
+    model.dof_frictionloss[model.joint(model.body(fault.thing).jntadr[0]).dofadr[0]] = fault.most
+
+
+def _friction(run: FaultsToCome, fault: Fault, now: float) -> None:
+    model = run.arm.model
+    model.pair_friction[:, :2] *= fault.share
+    model.geom_friction[:, 0] *= fault.share
+
+
+def _frozen(run: FaultsToCome, fault: Fault, now: float) -> None:
+    run.frozen_until = now + fault.lasts
+
+
+def _lost(run: FaultsToCome, fault: Fault, now: float) -> None:
+    run.lost_until = now + fault.lasts
+
+
+def _stop(run: FaultsToCome, fault: Fault, now: float) -> None:
+    raise ProtectiveStop(f"a fault that the world declares, at {now:.2f} s")
+
+
+def _killed(run: FaultsToCome, fault: Fault, now: float) -> None:
+    raise Killed
+
+
+def _goal(run: FaultsToCome, fault: Fault, now: float) -> None:
+    run.goal = fault.goal
+
+
+def _nothing(run: FaultsToCome, fault: Fault, now: float) -> None:
+    """Done elsewhere: before the start, or by who lets clients in."""
+
+
+_HAPPENS: Mapping[FaultKind, Callable[[FaultsToCome, Fault, float], None]] = {
+    FaultKind.MISSING: _missing, FaultKind.MOVED: _moved, FaultKind.ADDED: _added, FaultKind.FALLEN: _fallen,
+    FaultKind.PAYLOAD: _payload, FaultKind.TOOL: _nothing, FaultKind.SENSOR: _nothing, FaultKind.GRIP_LOST: _grip_lost,
+    FaultKind.SLIP: _slip, FaultKind.CLOSES_SHORT: _short, FaultKind.STICKING: _sticking, FaultKind.FRICTION: _friction,
+    FaultKind.FROZEN: _frozen, FaultKind.LOST: _lost, FaultKind.STOP: _stop, FaultKind.CONNECTION: _nothing,
+    FaultKind.KILLED: _killed, FaultKind.GOAL: _goal, FaultKind.CANCELLED: _goal,
+}  # fmt: skip

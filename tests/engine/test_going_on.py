@@ -1,0 +1,205 @@
+"""``cramlite execute --replan`` where poses are readings: it notices, understands and goes on, and is silent where all is well."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from conftest import Run
+
+from cramlite import Engine
+from cramlite.cli.main import main
+from cramlite.engine.expectation import Expectation, Noise, RunWatch
+from cramlite.engine.time_line import read_time_line
+from cramlite.model import Deviation, Notice, Pose, Readings
+
+GOAL = """scenario: block_onto_shelf
+goal: [block on shelf]
+robot: {type: ur5e}
+things:
+  - {name: floor, model: table, at: {position: [0.2, 0, -5 mm]}, with: {size: [1.6 m, 1.6 m, 20 mm]}}
+  - {name: block, model: block, at: {position: [0.5, 0.2, 51 mm]}, with: {size: [50 mm, 50 mm, 100 mm]}}
+  - {name: can, model: block, at: {position: [0.35, 0.35, 51 mm]}, with: {size: [40 mm, 40 mm, 100 mm]}}
+  - {name: shelf, model: table, at: {position: [0.45, -0.35, 0.15]}, with: {size: [0.25 m, 0.25 m, 20 mm]}}
+"""
+TASKS = """tasks:
+  - {task: Grasping, Patient: block}
+  - {task: PickingUp, Locatum: block, Relatum: floor}
+  - {task: Placing, Locatum: block, Relatum: shelf}
+"""
+
+
+@pytest.fixture(scope="module")
+def of_goal(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
+    return resolved(tmp_path_factory.mktemp("goal"), GOAL)
+
+
+def resolved(folder: Path, text: str) -> tuple[Path, Path]:
+    scenario = folder / "scenario.yaml"
+    scenario.write_text(text)
+    assert main(["resolve", str(scenario), "--out", str(folder / "run"), "--no-report", "--json"]) == 0
+    return folder / "run" / "program.script", scenario
+
+
+def gone_on(run: Run, place: tuple[Path, Path], *faults: str, out: Path | None = None) -> tuple[int, dict[str, object]]:
+    program, scenario = place
+    said = [w for f in faults for w in ("--fault", f)] + (["--out", str(out)] if out else [])
+    done = run("execute", program, "--world", scenario, "--replan", scenario, "--rounds", 6, "--json", *said)
+    return done.code, json.loads(done.out[done.out.index('{\n "said"') :])
+
+
+def kinds(told: dict[str, object]) -> list[str]:
+    return [m["notice"]["kind"] for m in told["time_line"] if m["notice"]]  # type: ignore[attr-defined, index]
+
+
+def at(told: dict[str, object], thing: str) -> list[float]:
+    return told["rounds"][-1]["poses"][thing][:3]  # type: ignore[index]
+
+
+@pytest.mark.heavy
+def test_where_nothing_goes_wrong_nothing_is_noticed(of_goal: tuple[Path, Path], run: Run) -> None:
+    code, told = gone_on(run, of_goal)
+    assert code == 0 and told["executions"] == 1 and kinds(told) == []
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize(
+    ("fault", "kind"),
+    [
+        ("moved: block, by: [0, 60 mm, 0], near: block, within: 0.18 m", "ObjectMoved"),
+        ("grip_lost: 0.5 s, line: PickingUp/lift, after: 0.8 s", "GraspLost"),
+        ("killed: true, line: PuttingDown/transfer, after: 0.8 s", "ProgramKilled"),
+        ("readings: lost, lasts: 1 s, line: PuttingDown/transfer", "ReadingsLost"),
+        ("added: can, by: [120 mm, -400 mm, 0], line: PuttingDown/transfer, after: 0.5 s", "ObjectAppeared"),
+    ],
+)
+def test_it_goes_on_with_an_empty_hand_and_with_a_full_one(
+    fault: str, kind: str, of_goal: tuple[Path, Path], run: Run, tmp_path: Path
+) -> None:
+    code, told = gone_on(run, of_goal, fault, out=tmp_path / "out")
+    assert code == 0 and kinds(told) == [kind], told["said"]
+    assert np.allclose(at(told, "block"), (0.45, -0.35, 0.20), atol=0.12), "on the shelf"
+    fault_at, notice_at = (next(m["time"] for m in told["time_line"] if m["what"] == w) for w in ("fault", "notice"))  # type: ignore[attr-defined]
+    assert 0 <= notice_at - fault_at < 0.3
+    shown = run("explain", tmp_path / "out", "--failures").out
+    assert all(w in shown for w in ("fault", "notice", "decision", "resumption", "end", kind))
+
+
+@pytest.mark.heavy
+def test_another_goal_is_followed_when_what_is_held_has_been_set_down(of_goal: tuple[Path, Path], run: Run) -> None:
+    code, told = gone_on(run, of_goal, "goal: [can on shelf], line: PuttingDown/transfer, after: 0.3 s")
+    assert code == 0 and kinds(told) == ["GoalChanged"]
+    assert at(told, "can")[2] > 0.15 and at(told, "block")[2] < 0.1
+
+
+@pytest.mark.heavy
+def test_a_cancelled_task_ends_at_rest(of_goal: tuple[Path, Path], run: Run) -> None:
+    code, told = gone_on(run, of_goal, "cancelled: true, line: Grasping/transfer")
+    assert code == 0 and kinds(told) == ["Cancelled"] and at(told, "block")[2] < 0.06
+
+
+@pytest.mark.heavy
+def test_what_cannot_be_mended_is_told(of_goal: tuple[Path, Path], run: Run) -> None:
+    program, scenario = of_goal
+    done = run("execute", program, "--world", scenario, "--replan", scenario, "--fault", "missing: block, line: Grasping/transfer")
+    assert done.code == 1 and "ObjectMissing" in done.err and "To do: put the thing back, or ask for another goal" in done.err
+    done = run("execute", program, "--world", scenario, "--replan", scenario, "--rounds", 6, "--fault", "closes_short: 60 mm")
+    assert done.code == 1 and "was noticed 3 times" in done.err
+
+
+@pytest.mark.heavy
+def test_a_list_of_tasks_goes_on_from_the_task_under_way(tmp_path: Path, run: Run) -> None:
+    place = resolved(tmp_path, GOAL.replace("goal: [block on shelf]\n", TASKS))
+    code, told = gone_on(run, place, "killed: true, line: PuttingDown/transfer, after: 0.8 s")
+    assert code == 0 and "with 'block' in the hand: Placing" in told["said"][1]  # type: ignore[index]
+    code, told = gone_on(run, place, "moved: block, by: [0, 60 mm, 0], near: block, within: 0.18 m")
+    assert code == 0 and "goes on from here: Grasping -> PickingUp -> Placing" in told["said"][1]  # type: ignore[index]
+
+
+def readings(time: float, **changed: object) -> Readings:
+    pose = changed.pop("block", Pose((0.5, 0.0, 0.05)))
+    poses = {"block": pose} if pose is not None else {}
+    usual = {"line": 1, "joints": (time,), "opening": 0.08, "force": 0.0, "pressing": 0.0, "tool": Pose((0, 0, 1)), "across": (1, 0, 0)}
+    return Readings(time, poses=poses, **(usual | changed))  # type: ignore[arg-type]
+
+
+@pytest.fixture
+def expected() -> Expectation:
+    """A second in which a block stands about, and the only joint moves."""
+    count = 51
+    track = np.tile([0.5, 0.0, 0.05, 1.0, 0.0, 0.0, 0.0], (count, 1))
+    return Expectation(
+        np.ones(count), np.linspace(0, 1, count), {"block": track}, {"block": track[:, :3]}, ("",) * count, np.full(count, 0.08),
+        np.zeros(count), np.linspace(0, 1, count)[:, None], ("block",), frozenset({"block"}), {1: "1.Reaching/move"},
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("changed", "kind"),
+    [
+        ({}, None),
+        ({"block": Pose((0.514, 0.0, 0.05))}, None),
+        ({"block": Pose((0.516, 0.0, 0.05))}, Deviation.MOVED),
+        ({"block": Pose.from_rotvec((0.5, 0.0, 0.05), (0.3, 0, 0))}, Deviation.FALLEN),
+        ({"block": None}, Deviation.MISSING),
+        ({"opening": 0.0775}, Deviation.GRIPPER),
+        ({"force": 9.9}, None),
+        ({"force": 10.1}, Deviation.CONTACT),
+        ({"goal": ()}, Deviation.CANCELLED),
+        ({"goal": ("x on y",)}, Deviation.GOAL_CHANGED),
+    ],
+)
+def test_limits_are_where_the_docs_say(changed: dict[str, object], kind: Deviation | None, expected: Expectation) -> None:
+    watch = RunWatch(expected)
+    assert watch.see(readings(0.0)) is None
+    found: list[Notice | None] = [watch.see(readings(0.04 * k, **changed)) for k in range(1, 4)]
+    assert found[0] is None, "one reading is none"
+    assert (found[1].kind if found[1] else None) is kind
+    assert kind is None or (found[1] is not None and found[1].step == "1.Reaching/move")
+
+
+def test_a_goal_that_is_followed_already_is_no_other(expected: Expectation) -> None:
+    followed = RunWatch(expected, asked=("x on y",))
+    assert not any(followed.see(readings(0.04 * k, goal=("x on y",))) for k in range(3))
+    assert [followed.see(readings(0.2 + 0.04 * k, goal=())) for k in range(2)][1].kind is Deviation.CANCELLED  # type: ignore[union-attr]
+
+
+def test_noise_widens_limits_and_raises_no_alarm(expected: Expectation) -> None:
+    watch = RunWatch(expected, Noise(0.004, 0.03, 2.0), seed=3)
+    assert not any(watch.see(readings(0.04 * k)) for k in range(25))
+
+
+def test_frozen_readings_and_steps_that_last_too_long(expected: Expectation) -> None:
+    frozen = RunWatch(expected)
+    found = next(n for k in range(100) if (n := frozen.see(readings(0.04 * k, joints=(0.3,)))))
+    assert found.kind is Deviation.READINGS_FROZEN and found.time < 0.7
+    slow = RunWatch(expected)
+    found = next(n for k in range(200) if (n := slow.see(readings(0.04 * k))))
+    assert found.kind is Deviation.STUCK and 3.5 < found.time < 3.7
+
+
+def test_deviations_are_classes_of_the_ontology() -> None:
+    taxonomy = Engine().knowledge.taxonomy
+    assert all(taxonomy.is_a(f"cram:{d}", "cram:Deviation") for d in Deviation)
+
+
+@pytest.mark.heavy
+def test_what_was_recorded_survives_a_kill_and_a_second_start_says_why_not(of_goal: tuple[Path, Path], tmp_path: Path) -> None:
+    program, scenario = of_goal
+    out, fault = tmp_path / "out", "moved: block, by: [0, 60 mm, 0], near: block, within: 0.18 m"
+    command = [sys.executable, "-m", "cramlite", "execute", program, "--world", scenario, "--replan", scenario, "--fault", fault]
+    command += ["--out", out]
+    running = subprocess.Popen(command, stdout=subprocess.PIPE)
+    while not (out / "time_line.json").is_file() and running.poll() is None:
+        time.sleep(0.01)
+    running.kill()
+    running.wait()
+    assert [m.what for m in read_time_line(out)][:3] == ["fault", "notice", "decision"]
+    assert (out / "round_1" / "rollout.npz").is_file()
+    again = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert again.returncode == 2 and "is not an empty folder; nothing was run" in again.stderr

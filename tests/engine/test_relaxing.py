@@ -1,0 +1,43 @@
+"""What would have to change: the smallest declared change is found, and a step less does not do."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from conftest import Run
+
+from cramlite.engine.relaxing import _smallest
+
+SCENE = """scenario: unsolvable
+goal: [block on shelf]
+robot: {type: ur5e}
+things:
+  - {name: floor, model: table, at: {position: [0.6, 0, -5 mm]}, with: {size: [2.4 m, 1.6 m, 20 mm]}}
+  - {name: block, model: block, at: {position: [BLOCK, 0.0, 51 mm]}, with: {size: [50 mm, 50 mm, 100 mm]}}
+  - {name: shelf, model: table, at: {position: [0.45, -0.35, 0.15]}, with: {size: [0.25 m, 0.25 m, 20 mm]}}
+"""
+CRATE = "  - {name: crate, model: block, at: {position: [0.45, -0.35, 0.211]}, with: {size: [200 mm, 200 mm, 100 mm], mass: 30 kg}}\n"
+
+
+@pytest.mark.parametrize("least", [1, 2, 3, 7, 8, 20, 32])
+def test_the_smallest_is_found_and_the_one_before_was_tried(least: int) -> None:
+    tried: list[int] = []
+    assert _smallest(lambda k: tried.append(k) or k >= least, 32) == least  # type: ignore[func-returns-value]
+    assert least == 1 or least - 1 in tried
+    assert _smallest(lambda k: False, 32) == 0
+
+
+@pytest.mark.heavy
+def test_what_is_out_of_reach_asks_for_the_base(tmp_path: Path, run: Run) -> None:
+    (tmp_path / "far.yaml").write_text(SCENE.replace("BLOCK", "1.15"))
+    done = run("resolve", tmp_path / "far.yaml", "--relax", "--no-report", "--out", tmp_path / "out")
+    assert done.code == 1
+    assert "It would do to bring the base of 'arm' nearer to 'block' by 100 mm; by 80 mm nothing was proven." in done.err
+
+
+@pytest.mark.heavy
+def test_what_is_too_heavy_to_move_is_told_to_go_away(tmp_path: Path, run: Run) -> None:
+    (tmp_path / "full.yaml").write_text(SCENE.replace("BLOCK", "0.5") + CRATE)
+    done = run("resolve", tmp_path / "full.yaml", "--relax", "--no-report", "--out", tmp_path / "out")
+    assert (done.code == 1 and "No declared change" in done.err) or "'crate' further from" in done.err
