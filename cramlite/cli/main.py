@@ -18,6 +18,7 @@ COMMANDS: Mapping[str, tuple[str, str]] = {
     "record": ("record", "let a simulated person demonstrate a scenario"),
     "goal": ("goal", "plan the tasks for a scenario's goal; write it as PDDL, check a planner's plan"),
     "interpret": ("inspect", "say which tasks the actions of an episode may execute"),
+    "learn": ("learn", "learn a task from demonstrations, and write it as a package"),
     "tasks": ("inspect", "list the task types"),
     "plugins": ("inspect", "list the plugins, with their faults"),
     "explain": ("inspect", "print the decisions of a run"),

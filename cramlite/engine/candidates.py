@@ -17,12 +17,13 @@ from ..planning.budget import Budget
 from ..planning.heartbeat import Heartbeat
 from ..planning.refutation import refutation
 from ..planning.search import Effort, Search
+from .executor_group import group_of
 from .late_poses import parametric
 from .program_time import about
 from .proof import assemble, conflict_of, prove
 from .search_in_setting import search_in
 from .solution import Solution
-from .twin_proof import doubt, executors
+from .twin_proof import doubt
 
 if TYPE_CHECKING:
     from ..interpretation.matching import Match
@@ -51,6 +52,7 @@ class CandidateSequence(Value, eq=False):
         trace, progress, stop: as ``Engine.resolve`` has them.
         answers: of plugins, from all sequences of the goal.
         effort: that was spent on this sequence; a wider round of it begins with what the one before was left with.
+        group: the engine's processes that run programs in twins; None for others, made when they are needed.
     """
 
     number: int
@@ -65,12 +67,13 @@ class CandidateSequence(Value, eq=False):
     stop: Stop
     answers: Answers = field(default_factory=Answers)
     effort: Effort = field(default_factory=Effort)
+    group: ExecutorGroup | None = None
 
     def attempts(self, group: ExecutorGroup | None = None) -> Iterator[Solution]:
         """Generate complete programs with what the judges found, lazily; refused ones are among them.
 
         Args:
-            group: runs them in twins, and is left open; None for processes of this machine.
+            group: runs them in twins; None for the engine's own processes.
         """
         beat = Heartbeat(self.trace, self.progress, self.stop, len(self.plan.actions))
         yield from beat.over(self._attempts(group))
@@ -84,7 +87,7 @@ class CandidateSequence(Value, eq=False):
         search = search_in(
             self.setting, self.knowledge, self.budget, self.trace, self.progress, self.answers, self.effort
         )
-        made = attempts(search, self.plan, self.setting, self.knowledge, group)
+        made = attempts(search, self.plan, self.setting, self.knowledge, group or self.group or group_of(self.knowledge))
         for candidate, verdict in made:
             yield Solution(
                 self.number, candidate, verdict, self.trace, self.setting, self.reading.interpretation, self.reading.episode,
@@ -144,26 +147,24 @@ def doubted_last(
 
 
 def attempts(
-    search: Search, plan: Plan, setting: Setting, knowledge: Knowledge, group: ExecutorGroup | None = None
+    search: Search, plan: Plan, setting: Setting, knowledge: Knowledge, group: ExecutorGroup
 ) -> Iterator[tuple[Candidate, Verdict]]:
     """Generate complete programs for a plan with what the judges found, lazily; refused ones are among them.
 
     Args:
-        group: runs them in twins, and is left open; None for processes of this machine.
+        group: runs them in twins; a stop or an error ends its processes.
     """
-    if group is not None:
-        yield from _attempts(search, plan, setting, knowledge, group if setting.doubts.twins else None)
-        return
-    own = executors(knowledge, setting)
     try:
-        yield from _attempts(search, plan, setting, knowledge, own)
-    finally:
-        if own is not None:
-            own.close()
+        yield from _attempts(search, plan, setting, knowledge, group)
+    except GeneratorExit:
+        raise
+    except BaseException:
+        group.stop()
+        raise
 
 
 def _attempts(
-    search: Search, plan: Plan, setting: Setting, knowledge: Knowledge, group: ExecutorGroup | None
+    search: Search, plan: Plan, setting: Setting, knowledge: Knowledge, group: ExecutorGroup
 ) -> Iterator[tuple[Candidate, Verdict]]:
     budget, trace, progress = search.budget, search.trace, search.progress
     states, conflict, unproven, proven = search.solve(setting.start(plan)), None, set[object](), False
@@ -196,7 +197,7 @@ def _attempts(
 
 
 def _judged(
-    candidate: Candidate, search: Search, setting: Setting, knowledge: Knowledge, group: ExecutorGroup | None
+    candidate: Candidate, search: Search, setting: Setting, knowledge: Knowledge, group: ExecutorGroup
 ) -> tuple[Candidate, Verdict]:
     """A complete program that ran in the believed world, then in twins of it, and what the judges found.
 
@@ -205,13 +206,13 @@ def _judged(
     trace, name = search.trace, f"program {search.effort.proofs}"
     if trace.first_program is None:
         trace.first_program = trace.seconds["planning"]
-    if group is not None:
-        group.start()  # they load their plugins while the nominal run is under way
+    if setting.doubts.twins:
+        group.start(setting.doubts.twins)  # they load their plugins while the nominal run is under way
     length, began = about(candidate.program, setting.robot), time.monotonic()
     search.progress(f"{name}: {len(candidate.program.steps)} steps run for about {length:.0f} s")
     with trace.watch("proof"), working(f"{name} runs", length):
         candidate, verdict = prove(candidate, knowledge, setting.backend, setting.seed)
-    if group is None or not verdict.passed:
+    if not setting.doubts.twins or not verdict.passed:
         return candidate, verdict
     before = group.seconds
     with trace.watch("twins"):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Never
 
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
     from ..scenario.scenario import Scenario
     from .candidates import CandidateSequence, Progress
     from .executor import Executor
+    from .executor_group import ExecutorGroup
     from .reading import AnyGoal
     from .setting import Setting
 
@@ -72,6 +74,14 @@ class Engine:
         self.registry = Registry(self.plugins.files, self.plugins.blocked, self.plugins.preferred)
         self.knowledge = Knowledge(self.registry, self.ontologies, rules)
         self._suited: dict[object, Engine] = {}
+
+    @cached_property
+    def executors(self) -> ExecutorGroup:
+        """Return the processes that run programs in twins, one for each core; they are started when they are first needed, kept for
+        what is resolved next, and end with this engine."""
+        from .executor_group import group_of
+
+        return group_of(self.knowledge)
 
     @classmethod
     def with_plugins(cls, plugins: PluginChoice, ontologies: tuple[Path, ...] = (), rules: Path | None = None) -> Engine:
@@ -285,7 +295,8 @@ class Engine:
         planned = trace.watch.over("planning", plans)
         for number, plan, sequence in _to_try(doubted_last(planned, tried, trace), budget.sequences, trace):
             tried.append(CandidateSequence(
-                number, plan, sequence, reading, setting, engine.knowledge, budget, trace, progress, stop, answers
+                number, plan, sequence, reading, setting, engine.knowledge, budget, trace, progress, stop, answers,
+                group=engine.executors,
             ))  # fmt: skip
             yield tried[-1]
         while tried:

@@ -13,6 +13,7 @@ import signal
 import subprocess
 import sys
 import time
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any, BinaryIO
 
 from msgspec import Struct
@@ -25,6 +26,10 @@ if TYPE_CHECKING:
     from ..model.rollout import Rollout
     from ..model.world import World
     from ..plugin.catalogue import Knowledge
+
+
+ENDS_RUN: int | None = getattr(signal, "SIGUSR1", None)
+"""The signal after which the other process ends the run that is under way; None where there is none."""
 
 
 class ExecutorDied(Exception):
@@ -77,6 +82,12 @@ class Executor(Struct):
         seconds, self._spent = now - self._spent, now
         return rollout, seconds
 
+    def interrupt(self) -> None:
+        """End the run that is under way, whose answer is then a refusal, and leave the process as it is; where there are no such
+        signals, it goes on to its end."""
+        if self._process is not None and ENDS_RUN is not None:
+            self._process.send_signal(ENDS_RUN)
+
     def close(self) -> None:
         """End the process when it has done what it was asked; the next run starts another one."""
         if self._process is not None:
@@ -88,38 +99,65 @@ class Executor(Struct):
         if self._process is not None:
             self._process.kill()
 
+    def end(self) -> None:
+        """End the process at once, and wait until it has; from any thread, also while another one waits for its answer."""
+        process, self._process, self._spent = self._process, None, 0.0
+        if process is not None:
+            with suppress(OSError), process:
+                process.kill()
+
     def _say(self, what: object) -> None:
-        assert self._process is not None and self._process.stdin is not None
-        try:
-            pickle.dump(what, self._process.stdin)
-            self._process.stdin.flush()
-        except OSError:  # it died: seen when it does not answer
-            pass
+        process = self._process
+        if process is None or process.stdin is None:
+            return
+        with suppress(OSError, ValueError):  # it died, or was ended: seen when it does not answer
+            pickle.dump(what, process.stdin)
+            process.stdin.flush()
 
     def _hear(self) -> Any:
         process = self._process
-        assert process is not None and process.stdout is not None
+        if process is None or process.stdout is None:
+            raise ExecutorDied("the process that executes programs was ended")
         try:
             return pickle.load(process.stdout)
-        except (EOFError, pickle.UnpicklingError) as error:
+        except (EOFError, pickle.UnpicklingError, ValueError) as error:
             process.kill()
             process.wait()
             self._process, self._spent = None, 0.0
             raise ExecutorDied("the process that executes programs ended") from error
 
 
+class _Interrupted:
+    """Whether a signal came to end the run that is under way."""
+
+    def __init__(self) -> None:
+        self.came = False
+        if ENDS_RUN is not None:
+            signal.signal(ENDS_RUN, self._heard)
+
+    def _heard(self, *_: object) -> None:
+        self.came = True
+
+
 def _serve(asked: BinaryIO, answers: BinaryIO) -> None:
     """In the other process: answer until nobody asks any more, or whoever asked has ended."""
-    parent = os.getppid()
+    parent, interrupted = os.getppid(), _Interrupted()
     try:
         knowledge = _loaded(pickle.load(asked))
         while True:
             text, world, seed = pickle.load(asked)
-            with pulse(lambda: os.getppid() != parent):
-                answer = _execute(knowledge, text, world, seed)
+            interrupted.came = False
+            answer: object
+            try:
+                with pulse(lambda: interrupted.came or os.getppid() != parent):
+                    answer = _execute(knowledge, text, world, seed)
+            except Stopped:
+                if not interrupted.came:  # whoever asked is gone
+                    return
+                answer = UserError("nobody needs the run any more")
             pickle.dump(answer, answers)
             answers.flush()
-    except (EOFError, OSError, Stopped):  # whoever asked is gone
+    except (EOFError, OSError):  # whoever asked is gone
         return
 
 

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import os
+import threading
+import weakref
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
-from queue import SimpleQueue
+from contextlib import contextmanager, suppress
+from queue import Empty, LifoQueue
 from typing import TYPE_CHECKING, TypeVar
 
 from ..base.errors import UserError
@@ -17,6 +20,7 @@ from .executor import Executor, ExecutorDied
 if TYPE_CHECKING:
     from ..model.rollout import Rollout
     from ..model.world import World
+    from ..plugin.catalogue import Knowledge
 
 DEATHS = 2
 """A run whose process died this often is given up."""
@@ -49,7 +53,9 @@ def in_order(submit: Callable[[World, int], Future[T]], places: Iterator[tuple[W
 
 
 class ExecutorGroup:
-    """Group of executing processes, started when they are first needed.
+    """Group of executing processes, started when they are first needed, and kept until nobody has the group any more.
+
+    Several lists of runs may be under way at once; each has the runs that are its own.
 
     Args:
         plugins: of the engine.
@@ -58,52 +64,71 @@ class ExecutorGroup:
 
     def __init__(self, plugins: PluginChoice, count: int) -> None:
         self._all = [Executor(plugins) for _ in range(count)]
-        self._idle: SimpleQueue[Executor] = SimpleQueue()
-        for one in self._all:
+        self._idle: LifoQueue[Executor] = LifoQueue()  # the one that ran last is the first to run again
+        for one in reversed(self._all):
             self._idle.put(one)
         self._threads = ThreadPoolExecutor(count, thread_name_prefix="executor")
-        self._closed = False
         self._spent: list[float] = []
+        self._end = weakref.finalize(self, _ended, self._all, self._threads, os.getpid())
 
     @property
     def seconds(self) -> float:
         """CPU time of the runs so far [s], with the start of their processes."""
         return sum(self._spent)
 
-    def start(self) -> None:
-        """Start the processes before there is anything to do."""
-        for one in self._all:
-            one.start()
+    def start(self, count: int) -> None:
+        """Start so many processes at most before there is anything to do."""
+        with self._idle_ones(count) as idle:
+            for one in idle:
+                one.start()
 
-    def runs(self, text: str, places: Iterator[tuple[World, int]]) -> Iterator[Rollout | str]:
-        """Run a text in one world with its seed after another, lazily.
+    def runs(self, text: str, places: Iterator[tuple[World, int]]) -> Generator[Rollout | str]:
+        """Run a text in one world with its seed after another, lazily; of a list that is left, what is under way is ended.
 
         Yields:
             What happened in each, in order; or why nothing did, as a clause.
         """
-        for run in in_order(lambda world, seed: self._threads.submit(self._run, text, world, seed), places, len(self._all)):
-            yield awaited(run)
+        mine = _List()
+        try:
+            for run in in_order(lambda world, seed: self._threads.submit(self._run, mine, text, world, seed), places, len(self._all)):
+                yield awaited(run)
+        finally:
+            mine.leave()
+
+    def stop(self) -> None:
+        """End all processes: what they are asked next starts others. A run of another list is run again."""
+        for one in self._all:
+            one.end()
 
     def close(self) -> None:
         """End the processes, whatever they are at: nobody asks any more."""
-        self._closed = True
-        for one in self._all:
-            one.kill()
-        self._threads.shutdown(cancel_futures=True)
-        for one in self._all:
-            one.close()
+        self._end()
 
-    def _run(self, text: str, world: World, seed: int) -> Rollout | str:
+    @contextmanager
+    def _idle_ones(self, count: int) -> Iterator[list[Executor]]:
+        """So many processes at most that run nothing, nor begin to in this block."""
+        idle: list[Executor] = []
+        with suppress(Empty):
+            while len(idle) < count:
+                idle.append(self._idle.get_nowait())
+        try:
+            yield idle
+        finally:
+            for one in reversed(idle):
+                self._idle.put(one)
+
+    def _run(self, mine: _List, text: str, world: World, seed: int) -> Rollout | str:
         executor = self._idle.get()
         try:
-            return self._survived(lambda: executor.run(text, world, seed))
+            with mine.running(executor):
+                return self._survived(mine, lambda: executor.run(text, world, seed))
         finally:
             self._idle.put(executor)
 
-    def _survived(self, run: Callable[[], tuple[Rollout, float]]) -> Rollout | str:
+    def _survived(self, mine: _List, run: Callable[[], tuple[Rollout, float]]) -> Rollout | str:
         """What a run gives; tried again where its process died."""
         for _ in range(DEATHS):
-            if self._closed:
+            if mine.left or not self._end.alive:
                 break
             try:
                 rollout, seconds = run()
@@ -114,3 +139,44 @@ class ExecutorGroup:
             self._spent.append(seconds)
             return rollout
         return f"the process that executes it died {DEATHS} times (out of memory, or killed)"
+
+
+def group_of(knowledge: Knowledge) -> ExecutorGroup:
+    """Make processes with the plugins of an engine, one for each core."""
+    registry = knowledge.registry
+    plugins = PluginChoice(tuple(registry.files), tuple(registry.blocked), tuple(registry.preferred))
+    return ExecutorGroup(plugins, processes_here())
+
+
+class _List:
+    """The processes that run what one list asked for."""
+
+    def __init__(self) -> None:
+        self._lock, self._running, self.left = threading.Lock(), list[Executor](), False
+
+    @contextmanager
+    def running(self, executor: Executor) -> Iterator[None]:
+        """A process runs something of the list in this block."""
+        with self._lock:
+            self._running.append(executor)
+        try:
+            yield
+        finally:
+            with self._lock:
+                self._running.remove(executor)
+
+    def leave(self) -> None:
+        """Nobody asks for anything any more: what is under way is ended."""
+        with self._lock:
+            self.left = True
+            for one in self._running:
+                one.interrupt()
+
+
+def _ended(processes: Sequence[Executor], threads: ThreadPoolExecutor, owner: int) -> None:
+    """Nobody has the group any more: its processes end. A fork of the process that owns them leaves them alone."""
+    if os.getpid() != owner:
+        return
+    threads.shutdown(wait=False, cancel_futures=True)  # this may be one of them
+    for one in processes:
+        one.end()

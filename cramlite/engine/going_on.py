@@ -226,7 +226,7 @@ class GoingOn:
             return
         for plan in self._rests(done.attempt.plan):
             search = search_in(setting, engine.knowledge, budget, self.trace)
-            yield from (c for c, verdict in attempts(search, plan, setting, engine.knowledge) if verdict.passed)
+            yield from (c for c, verdict in attempts(search, plan, setting, engine.knowledge, engine.executors) if verdict.passed)
 
     def _rests(self, plan: Plan) -> Iterator[Plan]:
         """What may be left of a list of tasks, least first: with something in the hand the task under way and what follows; else

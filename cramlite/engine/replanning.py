@@ -124,7 +124,7 @@ def _next(done: Round, scenario: Scenario, engine: Engine, seed: int, number: in
     from .search_in_setting import search_in
 
     search = search_in(setting, engine.knowledge, budget_of(scenario), trace)
-    found = attempts(search, plan, setting, engine.knowledge)
+    found = attempts(search, plan, setting, engine.knowledge, engine.executors)
     candidate = next((c for c, verdict in found if verdict.passed), None)
     if candidate is None or candidate.code is None:
         raise NoSolution(f"Round {number}: the rest cannot be done.\n{failure_text(trace, engine.registry.faults)}")

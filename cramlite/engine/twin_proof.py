@@ -10,7 +10,8 @@ from __future__ import annotations
 
 import hashlib
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator, Iterator
+from contextlib import closing
 from typing import TYPE_CHECKING
 
 from msgspec.structs import replace
@@ -23,7 +24,6 @@ from ..model.geometry import Pose
 from ..model.run_peaks import RunPeaks, peaks_of
 from ..model.twin_verdict import TwinRun, TwinVerdict
 from ..model.verdict import Finding, Verdict
-from ..plugin.selection import PluginChoice
 from ..scenario.twin import Twin, draw_twin
 from ..scenario.twin_places import Sight
 from .executor_group import ExecutorGroup, processes_here
@@ -61,25 +61,17 @@ class Doubtful(Value):
         setting = self.setting
         return draw_twin(setting.world, setting.relations, setting.robot, errors, seed, sight_of(setting))
 
-    def runs(self, places: Iterator[tuple[World, int]]) -> Iterator[tuple[Finding | None, RunPeaks | None]]:
+    def runs(self, places: Iterator[tuple[World, int]]) -> Generator[tuple[Finding | None, RunPeaks | None]]:
         """Run the program in worlds, lazily; yield the first objection to each run, or None, and its peaks."""
-        for rollout in self.group.runs(self.text.text, places):
-            yield self._objection(rollout), None if isinstance(rollout, str) else peaks_of(rollout)
+        with closing(self.group.runs(self.text.text, places)) as runs:
+            for rollout in runs:
+                yield self._objection(rollout), None if isinstance(rollout, str) else peaks_of(rollout)
 
     def _objection(self, rollout: Rollout | str) -> Finding | None:
         if isinstance(rollout, str):
             return Finding("execution", False, rollout, stopped=True)
         _, findings = judge_run(self.candidate, self.text, rollout, self.knowledge)
         return next((f for f in findings if not f.passed), None)
-
-
-def executors(knowledge: Knowledge, setting: Setting) -> ExecutorGroup | None:
-    """Make the processes that runs in twins take; None where there are no twins."""
-    registry = knowledge.registry
-    if not setting.doubts.twins:
-        return None
-    plugins = PluginChoice(tuple(registry.files), tuple(registry.blocked), tuple(registry.preferred))
-    return ExecutorGroup(plugins, min(processes_here(), setting.doubts.twins))
 
 
 def doubt(
@@ -134,17 +126,18 @@ def _in_twins(doubtful: Doubtful, progress: Progress, seconds: float) -> TwinVer
     seeds = [twin_seed(doubtful.setting.seed, doubtful.text.text, k) for k in range(1, doubts.twins + 1)]
     twins: list[Twin] = []
     found = TwinVerdict(doubts, ())
-    runs, began = doubtful.runs(_places(doubtful, seeds, twins)), time.monotonic()
-    while not doubts.decided(found.succeeded, found.ran):
-        number, done = found.ran, len(found.twins)
-        with working(f"twin {number} of {doubts.twins}", ends=over(doubts.twins, done, began, seconds)):
-            checkpoint()
-            said, peaks = next(runs)
-        run = TwinRun(number, seeds[number - 1], twins[number - 1].draws, said is None, peaks=peaks)
-        if said is not None:
-            run = replace(run, reason=f"{said.validator}: {said.reason}", origin=said.origin, remedy=said.remedy)
-        found = replace(found, twins=(*found.twins, run))
-        progress(f"twin {number} of {doubts.twins}: {run.reason or 'succeeded'}")
+    began = time.monotonic()
+    with closing(doubtful.runs(_places(doubtful, seeds, twins))) as runs:
+        while not doubts.decided(found.succeeded, found.ran):
+            number, done = found.ran, len(found.twins)
+            with working(f"twin {number} of {doubts.twins}", ends=over(doubts.twins, done, began, seconds)):
+                checkpoint()
+                said, peaks = next(runs)
+            run = TwinRun(number, seeds[number - 1], twins[number - 1].draws, said is None, peaks=peaks)
+            if said is not None:
+                run = replace(run, reason=f"{said.validator}: {said.reason}", origin=said.origin, remedy=said.remedy)
+            found = replace(found, twins=(*found.twins, run))
+            progress(f"twin {number} of {doubts.twins}: {run.reason or 'succeeded'}")
     return found if found.passed else _explained(found, doubtful, progress)
 
 

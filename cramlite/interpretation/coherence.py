@@ -97,7 +97,7 @@ def claims(rule: Rule, match: Match) -> Claims:
     begins = frozenset(f for f in after if any(d[0] == f[0] for d in denies))
     ends = frozenset(f for f in needs if any(g[0] == f[0] for g in gone))
     changes = begins | ends | _implied(needs, denies, after, gone, fluents)
-    return Claims(needs, denies, begins, ends, _passive(rule), changes)
+    return Claims(needs, denies, begins, ends, passive(rule), changes)
 
 
 def _implied(
@@ -127,8 +127,8 @@ def _fact(atom: Atom, match: Match) -> Fact:
     return (atom.predicate.name, *terms)
 
 
-def _passive(rule: Rule) -> bool:
-    """Whether a rule only denies events during the action, and asserts none.
+def passive(rule: Rule) -> bool:
+    """Check whether a rule only denies events during the action, and asserts none.
 
     What happens is said by predicates without arguments: that the arm moves, that the gripper does.
     """

@@ -56,6 +56,7 @@ class Predicate(Value):
         cost: rough cost, 1 for a look at the states; cheaper conditions are checked first.
         unknown: ``unknown(phase, *arguments)`` gives the reason why nobody can tell whether it holds of the arguments, such as
             "no pose of 'cup'"; None where it can be told: then what does not hold is false. Without it, it can always be told.
+        classes: places of the arguments that are classes, counted from 0.
         doc: one sentence for people.
     """
 
@@ -73,6 +74,7 @@ class Predicate(Value):
     static: Callable[..., bool | float] | None = None
     fluent: Fluent = PLAIN
     unknown: Callable[..., str | None] | None = None
+    classes: tuple[int, ...] = ()
 
 
 class Segment(Value):

@@ -105,7 +105,7 @@ class Robot(Value):
             is the tool that it leads, and not the joints; None where programs command the joints.
         conditioning: the smallest singular value of the Jacobian at the TCP, lengths in units of ``reach``, that it keeps where it stops
             and on straight lines. More than 0 for an arm whose controller leads the tool: it comes through a singularity, as with the arm
-            stretched, with another posture than it was planned with.
+            stretched, with another posture than it was planned with. One with a self-motion keeps it along that, too.
         root: frame 0 of ``dh`` in the base frame, which is level: not at its origin, or leaning, where the first axis is or does.
 
     Raises:

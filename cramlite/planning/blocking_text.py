@@ -83,19 +83,21 @@ class BlockingText:
         for term, how in handled(change.needs, change.adds, change.removes, fluents, change.moves).items():
             for track in self.tracks if term.startswith("?") else ():
                 if track.thing in self.entities:
-                    yield from (e for stage in track.stages() for e in self._step(schema, term, how, track, stage))
+                    yield from (e for stage in (*track.stages(), None) for e in self._step(schema, term, how, track, stage))
 
-    def _step(self, schema: ActionSchema, term: str, how: Handling, track: Track, stage: Stage) -> Iterator[str]:
-        """From one stage of a track to the next: with the fillers of its tasks, and with all others."""
+    def _step(self, schema: ActionSchema, term: str, how: Handling, track: Track, stage: Stage | None) -> Iterator[str]:
+        """From one stage of a track, or from another history, to the next: with the fillers of its tasks, and with all others."""
         here, otherwise = f"(= {term.rpartition(BETWEEN)[2]} {self.object_of(track.thing)})", track.after(stage, how, None)
         own = {self._fillers(schema, t): track.after(stage, how, t) for t in track.past if t[0] == schema.doing}
         own = {same: after for same, after in own.items() if same and after != otherwise}
         rest = {} if here in own else {" ".join([here, *(f"(not (and {same}))" for same in own)]): otherwise}
         cases = {**own, **rest}
+        before = f" {self._at(track, stage)}" if stage is not None else ""
         for case, after in cases.items():
             if after != stage:
-                more = f" {self._at(track, after)}" if after is not None else ""
-                yield f"(when (and {case} {self._at(track, stage)}) (and (not {self._at(track, stage)}){more}))"
+                ends = [f"(not{before})"] if before else []
+                begins = [self._at(track, after)] if after is not None else []
+                yield f"(when (and {case}{before}) (and {' '.join([*ends, *begins])}))"
 
     def _fillers(self, schema: ActionSchema, task: Done) -> str:
         """That an action is a task that was done; "" where it cannot be in this problem."""

@@ -1,8 +1,9 @@
 """Handling of things by tasks: the tasks that brought a thing to its place and into the hand, by their
 rules.
 
-How the hand holds a thing is settled when it is taken, where it lies when it is let go of, and how far a joint is open by the task
-that changes it. What happens in between, while it is in the hand, makes no difference; nor does a grasp that ends where it began.
+How the hand holds a thing is settled when it is taken, where it lies when it is let go of, and how far a joint is open by
+the last task that changes it, whatever was before. What happens in between, while it is in the hand, makes no difference;
+nor does a grasp that ends where it began.
 """
 
 from __future__ import annotations
@@ -28,12 +29,14 @@ class Handling(Value):
         takes, lets_go: whether it begins, or ends, to be held.
         displaces: whether it is elsewhere, or its joint at another value, afterwards.
         holds: whether it is in the hand at some time of the task.
+        settles: whether it is displaced in a way of its own, as a joint is, so that it no longer matters how it was before.
     """
 
     takes: bool
     lets_go: bool
     displaces: bool
     holds: bool
+    settles: bool = False
 
 
 def handled(
@@ -51,9 +54,11 @@ def handled(
     ends = {f[-1] for f in grips & removes}
     lets_go = (holds - takes) & {h for h in holds if h in ends or None in ends}
     new = [p for p in removes | (adds - fluents.implied(needs, holds)) if p not in grips and EFFECTOR not in p]
-    alone = {str(p[1]) for p in new if len(p) == 2 and p[1] is not None and (p in removes or fluents[p[0]].excludes)} | set(moves)
+    settled = {str(p[1]) for p in new if len(p) == 2 and p[1] is not None and (p in removes or fluents[p[0]].excludes)}
+    alone = settled | set(moves)
     moved = alone | {str(e) for p in new for e in p[1:] if e in holds}
-    return {e: Handling(e in takes, e in lets_go, e in moved, e in holds) for e in sorted(holds | alone)}
+    settled -= holds
+    return {e: Handling(e in takes, e in lets_go, e in moved, e in holds, e in settled) for e in sorted(holds | alone)}
 
 
 def done(step: Operator) -> Done:
@@ -74,7 +79,9 @@ def history(steps: Iterable[Operator], thing: str) -> tuple[Done, ...]:
         if how is None:
             continue
         taken = [done(step)] if how.takes else taken
-        if how.displaces:
+        if how.settles:
+            past, taken = [done(step)], []
+        elif how.displaces:
             past, taken = past + (taken if how.holds else [done(step)]), []
         if how.lets_go:
             past, taken = past + ([] if taken else [done(step)]), []
@@ -99,12 +106,17 @@ class Track(Value):
         """Return all that a thing may be at while it can still come to this history."""
         return [(k, how) for k in range(len(self.past) + 1) for how in ("", "taken", "other")]
 
-    def after(self, stage: Stage, how: Handling, task: Done | None) -> Stage | None:
+    def after(self, stage: Stage | None, how: Handling, task: Done | None) -> Stage | None:
         """Return the stage after a task; None where the thing has another history then.
 
         Args:
+            stage: before it; None for another history, which may be forgotten.
             task: None for any that is not of this track.
         """
+        if how.settles:
+            return (1, "") if self.past[:1] == (task,) else None
+        if stage is None:
+            return None
         number, taken = stage
         if how.takes:
             taken = "taken" if self.past[number : number + 1] == (task,) else "other"

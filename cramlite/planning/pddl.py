@@ -2,7 +2,7 @@
 
 Typed, with negative preconditions, quantifiers, conditional effects and action costs (Haslum et al. 2019, "An introduction to
 the Planning Domain Definition Language"). What follows from a change is compiled into effects; only what geometry refuses
-(``blocking``) becomes derived predicates.
+(``blocking``), and plans that were tried, become derived predicates.
 """
 
 from __future__ import annotations
@@ -104,6 +104,7 @@ class _Writer:
         self.kinds = kinds_of(schemas, facts)
         self.ends = {action: endings(s, fluents, self.kinds) for action, s in self.actions.items()}
         self.used: dict[str, tuple[str, int]] = {}
+        self.done = frozenset[str]()
         self.blocked = BlockingText(blocked, self._atom, self.of_entities, frozenset(self.entities))
 
     def text(
@@ -111,11 +112,13 @@ class _Writer:
         earlier: Sequence[Sequence[PlanStep]], refused: Sequence[PlanStep],
     ) -> PddlText:  # fmt: skip
         """Return both texts; the problem is made first, as the domain declares what both use."""
+        self.done = frozenset(e for steps in earlier for s in steps for e in s.key[1:])
         marks = {s.key[0] for steps in earlier for s in steps}, {s.key[0] for s in refused}
         attainable = _attainable(self.schemas, facts)
         actions = [self._action(name, schema, *marks) for name, schema in self.actions.items() if schema in attainable]
         goal = [self._fact(f) for f in sorted(needs)] + [self._forbidden(p) for p in sorted(without, key=str)]
-        goal += [self._not_again(steps) for steps in earlier]
+        again = [(self._atom(f"again {k}", []), self._whole(steps)) for k, steps in enumerate(earlier)]
+        goal += [f"(not {atom})" for atom, _ in again]
         init = ["(= (total-cost) 0)", *self._initial(facts), *(self._mark("refused", s) for s in refused), *self.blocked.initial()]
         problem = [
             f"(define (problem {self.of_entities(self.name)})", f"  (:domain {self._domain_name()})",
@@ -123,17 +126,18 @@ class _Writer:
             "  (:init", *(f"    {line}" for line in dict.fromkeys(init)), "  )",
             "  (:goal (and", *(f"    {line}" for line in goal), "  ))", "  (:metric minimize (total-cost))", ")",
         ]  # fmt: skip
-        return PddlText(self._domain(actions), "\n".join(problem) + "\n", self.actions, self.objects)
+        derived = [*(f"(:derived {atom} {whole})" for atom, whole in again), *self.blocked.derived()]
+        return PddlText(self._domain(actions, derived), "\n".join(problem) + "\n", self.actions, self.objects)
 
     def _constants(self) -> list[str]:
         """Entities that actions are written about."""
-        return [e for e in self.entities if e == EFFECTOR or e in self.blocked.named]
+        return [e for e in self.entities if e == EFFECTOR or e in self.blocked.named | self.done]
 
     def _domain_name(self) -> str:
         return "cramlite"
 
-    def _domain(self, actions: Iterable[str]) -> str:
-        derived = [f"  {line}" for line in self.blocked.derived()]
+    def _domain(self, actions: Iterable[str], lines: Iterable[str]) -> str:
+        derived = [f"  {line}" for line in lines]
         constants = " ".join(f"{self.of_entities(e)} - {_type(e)}" for e in self._constants())
         declared = [
             f"    ({' '.join([plain, *(f'?{k} - {self._type_at(name, k)}' for k in range(1, arity + 1))])})".replace("?", "?e")
@@ -221,8 +225,9 @@ class _Writer:
     def _mark(self, mark: str, step: PlanStep) -> str:
         return self._atom(f"{mark} {step.schema.task}", step.key[1:])
 
-    def _not_again(self, steps: Sequence[PlanStep]) -> str:
-        return "(or " + " ".join(sorted({f"(not {self._mark('done', s)})" for s in steps})) + ")"
+    def _whole(self, steps: Sequence[PlanStep]) -> str:
+        """All of a plan. In the goal itself, planners would multiply the ways to leave one step out of each plan."""
+        return "(and " + " ".join(sorted({self._mark("done", s) for s in steps})) + ")"
 
     def _initial(self, facts: Iterable[Fact]) -> Iterator[str]:
         here = set(self.entities)

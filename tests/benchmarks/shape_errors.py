@@ -16,7 +16,7 @@ from msgspec.structs import replace
 
 from cramlite import Engine, find_scenario, read_scenario
 from cramlite.engine.proof import text_that_runs
-from cramlite.engine.twin_proof import Doubtful, executors, twin_seed
+from cramlite.engine.twin_proof import Doubtful, twin_seed
 from cramlite.experiment.figure import Number
 from cramlite.model import ErrorModel, ProofDoubts
 
@@ -37,14 +37,10 @@ def outcomes(engine: Engine, name: str, twins: int, seed: int) -> tuple[list[boo
     text = text_that_runs(solution.candidate, nominal.backend)
     full = nominal.doubts.errors
     setting = replace(nominal, doubts=ProofDoubts(twins, 1.0, full))
-    group = executors(engine.knowledge, setting)
-    assert text is not None and group is not None
+    assert text is not None
     seeds = [twin_seed(seed, text.text, k, "shape errors") for k in range(1, twins + 1)]
-    doubtful = Doubtful(solution.candidate, text, setting, engine.knowledge, group)
-    try:
-        return tuple(list(_passed(doubtful, seeds, e)) for e in (full, replace(full, size=0.0, centre=0.0, lean=0.0)))  # type: ignore[return-value]
-    finally:
-        group.close()
+    doubtful = Doubtful(solution.candidate, text, setting, engine.knowledge, engine.executors)
+    return tuple(list(_passed(doubtful, seeds, e)) for e in (full, replace(full, size=0.0, centre=0.0, lean=0.0)))  # type: ignore[return-value]
 
 
 def _passed(doubtful: Doubtful, seeds: list[int], errors: ErrorModel) -> Iterator[bool]:

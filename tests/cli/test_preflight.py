@@ -100,7 +100,7 @@ def test_a_text_that_stops_is_not_ready(run: Run, tmp_path: Path) -> None:
         (("TAKEN/program.script", "--world", "grasp_one_thing", "--speed", "0.2"), "only a typed program can be written anew"),
         (("TAKEN", "--speed", "0"), "above 0 and up to 1"),
         (("TAKEN", "--speed", "nan"), "above 0 and up to 1"),
-        (("TAKEN", "--out", "x"), "say its speed"),
+        (("TAKEN", "--out", "x"), "give its speed"),
         (("TAKEN", "--limit", "power=80"), "there is no limit 'power'"),
         (("TAKEN", "--limit", "tool_speed=fast"), "is no number above 0"),
         (("TAKEN/..",), "does not say what its program is for"),

@@ -95,6 +95,9 @@ class Halves:
     def line_free(self, a: Sequence[float], b: Sequence[float]) -> bool:
         return self.free(a) and self.free(b) and a[0] * b[0] > 0
 
+    def line_probed(self, a: Sequence[float], b: Sequence[float]) -> bool:
+        return self.line_free(a, b)
+
     def blocked(self, a: Sequence[float], b: Sequence[float]) -> float | None:
         return None if self.line_free(a, b) else 0.5
 

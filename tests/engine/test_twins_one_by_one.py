@@ -6,7 +6,8 @@ The processes are replaced by a list of what they would answer; what succeeded i
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
+from contextlib import closing
 from typing import Any
 
 import pytest
@@ -15,9 +16,9 @@ from msgspec.structs import replace
 
 from cramlite import find_scenario, read_scenario
 from cramlite.base.pulse import ASKED, Stopped, pulse
-from cramlite.engine.executor_group import ExecutorGroup, processes_here
+from cramlite.engine.executor_group import ExecutorGroup, group_of, processes_here
 from cramlite.engine.setting import Setting
-from cramlite.engine.twin_proof import doubt, executors, over, sight_of, twin_seed
+from cramlite.engine.twin_proof import doubt, over, sight_of, twin_seed
 from cramlite.model import (
     Camera,
     ErrorModel,
@@ -54,7 +55,7 @@ class Answers(ExecutorGroup):
         super().__init__(INSTALLED, 1)
         self.candidate, self.ends, self.asked = candidate, list(ends), list[tuple[World, int]]()
 
-    def runs(self, text: str, places: Iterator[tuple[World, int]]) -> Iterator[Rollout | str]:
+    def runs(self, text: str, places: Iterator[tuple[World, int]]) -> Generator[Rollout | str]:
         """Answer for one place after another."""
         assert self.candidate.rollout is not None
         for place in places:
@@ -172,7 +173,7 @@ def test_whoever_waits_is_told_when_the_runs_will_be_over() -> None:
     class Watched(Answers):
         """Group that notes what is told before each run."""
 
-        def runs(self, text: str, places: Iterator[tuple[World, int]]) -> Iterator[Rollout | str]:
+        def runs(self, text: str, places: Iterator[tuple[World, int]]) -> Generator[Rollout | str]:
             """Note it, then answer."""
             for answer in super().runs(text, places):
                 assert its.work is not None and its.work.ends is not None
@@ -190,12 +191,13 @@ def test_what_does_not_run_here_is_judged_as_it_was() -> None:
         assert doubt(unproven, NOMINAL, setting(ProofDoubts()), engine().knowledge, group, lambda _: None, 0.0) is NOMINAL
 
 
-def test_without_twins_nothing_is_needed_that_runs_them() -> None:
-    assert executors(engine().knowledge, setting(ProofDoubts(0))) is None
-    for twins in (1, 1000):
-        group = executors(engine().knowledge, setting(ProofDoubts(twins)))
-        assert group is not None and len(group._all) == min(twins, processes_here())
-        group.close()
+def test_processes_are_started_when_they_are_needed_and_no_more_than_there_are_twins() -> None:
+    with closing(group_of(engine().knowledge)) as group:
+        assert len(group._all) == processes_here() and all(one.pid is None for one in group._all)
+        group.start(1)
+        assert sum(one.pid is not None for one in group._all) == 1
+        group.start(1000)
+        assert all(one.pid is not None for one in group._all)
 
 
 def looked(camera: Camera | None) -> Look:
@@ -210,7 +212,7 @@ def test_no_more_worlds_are_drawn_than_there_are_twins() -> None:
     class Ahead(Answers):
         """Group that asks for every place before the first run."""
 
-        def runs(self, text: str, places: Iterator[tuple[World, int]]) -> Iterator[Rollout | str]:
+        def runs(self, text: str, places: Iterator[tuple[World, int]]) -> Generator[Rollout | str]:
             """Count the places, then answer."""
             every = list(places)
             drawn.append(len(every))

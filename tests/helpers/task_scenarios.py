@@ -104,7 +104,7 @@ def attempt(
         return None, None, str(nowhere)
     plan = next(plan for plan, _ in engine.plans(scenario, setting, trace))
     search = search_in(setting, engine.knowledge, replace(budget_of(scenario), proofs=1), trace)
-    for candidate, verdict in islice(attempts(search, plan, setting, engine.knowledge), 1):
+    for candidate, verdict in islice(attempts(search, plan, setting, engine.knowledge, engine.executors), 1):
         if verdict.passed and setting.real is not None:
             done = execute(candidate, setting, engine.knowledge)
             candidate, verdict = done.candidate, done.verdict

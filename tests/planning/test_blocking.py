@@ -323,7 +323,9 @@ TASKS: dict[str, Handling] = {
     "drop": Handling(takes=False, lets_go=True, displaces=False, holds=True),
     "place a": Handling(takes=False, lets_go=True, displaces=True, holds=True),
     "place b": Handling(takes=False, lets_go=True, displaces=True, holds=True),
-    "open": Handling(takes=False, lets_go=False, displaces=True, holds=False),
+    "push": Handling(takes=False, lets_go=False, displaces=True, holds=False),
+    "open": Handling(takes=False, lets_go=False, displaces=True, holds=False, settles=True),
+    "shut": Handling(takes=False, lets_go=False, displaces=True, holds=False, settles=True),
 }
 
 
@@ -345,7 +347,9 @@ def past_of(names: Sequence[str]) -> tuple[Done, ...]:
         how = TASKS[name]
         if how.takes:
             taken = name
-        if how.displaces:
+        if how.settles:
+            past, taken = [name], ""
+        elif how.displaces:
             past += [taken] if taken else [] if how.holds else [name]
             taken = ""
         if how.lets_go:
@@ -361,7 +365,7 @@ def test_a_track_ends_where_the_history_is_its_own(one: list[str], other: list[s
     for names in (legal(one), legal(other)):
         stage = (0, "")
         for name in names:
-            stage = track.after(stage, TASKS[name], (name, ())) if stage is not None else None  # type: ignore[assignment,arg-type]
+            stage = track.after(stage, TASKS[name], (name, ()))  # type: ignore[assignment,arg-type]
         assert (stage in track.at_its_end()) == (past_of(names) == track.past)
 
 

@@ -92,6 +92,7 @@ EVERY_COMMAND = {
     "ontology": ("check",),
     "perceive": ("fetch_from_hanger_camera",),
     "query": ("SELECT ?a WHERE { ?a ?b ?c }",),
+    "learn": ("shown", "--task", "shelving"),
     "record": ("fetch_from_hanger", "--out", "recorded"),
     "resolve": ("fetch_from_hanger", "--out", "run"),
     "schema": ("rule",),

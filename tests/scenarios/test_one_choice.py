@@ -66,7 +66,7 @@ def _scenario(folder: Path, asked: str, type_: str = "cram:Tin") -> Path:
 
 def _command(path: Path, files: list[Path], out: Path, capsys: pytest.CaptureFixture[str]) -> str:
     named = [word for file in files for word in ("--plugin", str(file))]
-    code = main(["resolve", str(path), "--no-report", "--out", str(out), *named])
+    code = main(["resolve", str(path), "--verbose", "--no-report", "--out", str(out), *named])
     said = capsys.readouterr().err.rsplit("cramlite: ", 1)[-1]
     return (out / "program.script").read_text() if code == 0 else said
 

@@ -37,6 +37,8 @@ SETTLING, SETTLED, FURTHEST = 40, 1e-3, 0.15
 """Steps of a self-motion, a step that is small enough to end it, and the largest [rad]."""
 BEYOND = -0.5
 """Cosine of a turn that is looked at as a quaternion, which takes three times as long."""
+ASTRAY = 0.13
+"""How far a joint of a led arm may be from where it settles [rad]: in LIBERO's judge the worst tenth was."""
 LEADING = (0.1, 0.4)
 """Between poses on the way of a tool that is led [m, rad]."""
 STEPS = (0.48, 0.06)
@@ -122,9 +124,19 @@ def smallest_singular_value(robot: Robot, q: Sequence[float]) -> float:
     return float(np.linalg.svd(scaled, compute_uv=False)[-1])
 
 
+def conditioning(robot: Robot, q: Sequence[float]) -> float:
+    """Return the smallest singular value of the Jacobian: of an arm that is led by its tool and can move beside that, wherever
+    ``ASTRAY`` leaves it."""
+    if robot.posture is None or len(q) < 7:
+        return smallest_singular_value(robot, q)
+    beside = np.linalg.svd(jacobian(robot, q))[2][6]
+    beside *= ASTRAY / np.abs(beside).max()
+    return min(smallest_singular_value(robot, near) for near in (q, q + beside, q - beside))
+
+
 def well_conditioned(robot: Robot, q: Sequence[float]) -> bool:
     """Check whether joint positions are as far from a singularity as the robot keeps."""
-    return not robot.conditioning or smallest_singular_value(robot, q) >= robot.conditioning
+    return not robot.conditioning or conditioning(robot, q) >= robot.conditioning
 
 
 def refine(
@@ -341,7 +353,7 @@ def why_no_inverse(robot: Robot, target: Pose) -> str:
     found = inverse(replace(robot, conditioning=0.0), target) if robot.conditioning else ()
     if not found:
         return "no inverse solution: the wrist cannot be turned that way there"
-    best = max(smallest_singular_value(robot, q) for q in found)
+    best = max(conditioning(robot, q) for q in found)
     return f"all {len(found)} inverse solutions are near a singularity (smallest singular value {best:.3f}, {robot.conditioning} is kept)"
 
 

@@ -40,8 +40,8 @@ from . import antipodal, pinched
 from .from_aside import slants
 from .grips import AGAIN, SLACK, Grip, ranked, too_wide, varied, why_none
 from .hand_room import HandRoom
-from .placing.access import goes_in_tilted, goes_under_a_roof
-from .pushing.contacts import STEEP
+from .placing.access import goes_in_tilted
+from .placing.sideways import comes_in
 from .reached import Arm, Leg
 
 STANDOFF = 0.10  # pre-grasp distance [m]: the longest finger pad and the tab of a product fit in between
@@ -162,8 +162,8 @@ def _in_order(
     grips: Sequence[Grip], thing: Thing, belief: Belief, context: Context, room: HandRoom
 ) -> list[tuple[float, Grasp]]:
     """All grasps with their cost [m], those without room for the hand last, and after all others the late kinds of grips; those at
-    which it would be in the thing itself are left out. Of what goes under a roof those at which the hand points inwards come before, of
-    what is let down leaning those of a hand that leans."""
+    which it would be in the thing itself are left out. Of what goes under a roof those at which it gets in there come before, of what is
+    let down leaning those of a hand that leans."""
     pose, here, most = belief.pose(thing.name), tcp(belief, context), context.robot.gripper.opening[1]
     loads, found = _loads(grips, thing, belief, context), []
     for grip, load in zip(grips, loads.tolist(), strict=True):
@@ -178,14 +178,14 @@ def _in_order(
     others |= room.blocked(hands.moved(-STANDOFF), openings, CLEARANCE)[1] | room.blocked(up, openings, CLEARANCE)[1]
     others |= room.in_a_hole(hands, most)  # when it opens around what is threaded
     kinds = (1, 0, 2) if goes_in_tilted(thing.name, belief, context) else (0, 1, 2)
-    steep = (hands.approach[:, 2] < -STEEP) & goes_under_a_roof(thing.name, belief, context)
+    shut_out = ~comes_in(thing, belief, context, hands, openings, ~own & ~others)
     return [
         (cost, replace(grasp, tight=blocked))
-        for down, late, blocked in itertools.product((False, True), kinds, (False, True))
+        for out, late, blocked in itertools.product((False, True), kinds, (False, True))
         for cost, grasp in varied(
             f
-            for f, no, it, points_down in zip(found, others, own, steep, strict=True)
-            if points_down == down and no == blocked and f[1].late == late and not it
+            for f, no, it, stays_out in zip(found, others, own, shut_out, strict=True)
+            if stays_out == out and no == blocked and f[1].late == late and not it
         )
     ]
 

@@ -57,17 +57,19 @@ class HandRoom(Value, dict=True):
     @classmethod
     def about(cls, thing: Thing, belief: Belief, scene: PlanningScene) -> HandRoom:
         """Return the room about a thing where it is believed to be."""
-        pose, base = belief.pose(thing.name), belief.base().inverse()
-        low, high = box_around(thing.geoms)
-        centre, reach = pose.apply((low + high) / 2), float(np.linalg.norm(high - low)) / 2 + AROUND
-        every = []
-        for other in belief.world.things:
-            at = belief.pose(other.name) if other.name in belief.poses else base * other.pose
-            every += [replace(g, pose=at * g.pose) for g in other.geoms if other.name != thing.name]
-        near = [g for g in every if np.linalg.norm(np.asarray(g.pose.position) - centre) < reach + g.bounding_radius]
+        pose, (low, high) = belief.pose(thing.name), box_around(thing.geoms)
+        near = _around(pose.apply((low + high) / 2), float(np.linalg.norm(high - low)) / 2 + AROUND, thing.name, belief)
         own = [replace(g, pose=pose * g.pose) for g in thing.geoms]
         columns = [replace(g, pose=pose * g.pose) for g in map(_column, thing.features) if g is not None]
         return cls(scene, rays.body(own), rays.body(near), rays.body(columns))
+
+    @classmethod
+    def amid(cls, whole: str, payload: str, belief: Belief, scene: PlanningScene) -> HandRoom:
+        """Return the room in and before a thing, for hands with a payload."""
+        thing, pose = belief.world.thing(whole), belief.pose(whole)
+        low, high = box_around(thing.geoms)
+        near = _around(pose.apply((low + high) / 2), float(np.linalg.norm(high - low)) + AROUND, payload, belief)
+        return cls(scene, rays.body([]), rays.body(near), rays.body([]))
 
     def in_a_hole(self, hands: Hands, opening: float) -> NDArray[np.bool_]:
         """Check at which TCP poses (n,) the hand, open so wide [m], is where a peg comes through a hole of the thing."""
@@ -78,14 +80,16 @@ class HandRoom(Value, dict=True):
 
     def blocked(self, hands: Hands, openings: Floats, distance: float) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
         """Check at which TCP poses (n,) the hand, open so wide [m], is in the thing, or nearer to something else than a distance [m]."""
-        own, others = np.zeros(len(openings), bool), np.zeros(len(openings), bool)
+        return self.meets(self.own, hands, openings, 0.0), self.meets(self.others, hands, openings, distance)
+
+    def meets(self, shape: rays.Body, hands: Hands, openings: Floats, distance: float) -> NDArray[np.bool_]:
+        """Check at which TCP poses (n,) the hand, open so wide (n,) [m], is nearer to a shape than a distance [m]."""
+        met = np.zeros(len(openings), bool)
         for opening in np.unique(np.round(openings, 4)).tolist():
             rows = np.flatnonzero(np.round(openings, 4) == opening)
-            some = hands.of(rows)
             for part in self._parts(opening):
-                own[rows] |= _reaches_into(self.own, some, part, 0.0)
-                others[rows] |= _reaches_into(self.others, some, part, distance)
-        return own, others
+                met[rows] |= _reaches_into(shape, hands.of(rows), part, distance)
+        return met
 
     @cached_property
     def _kept(self) -> dict[float, list[Part]]:
@@ -96,6 +100,15 @@ class HandRoom(Value, dict=True):
         if opening not in self._kept:
             self._kept[opening] = _parts_of(self.scene.opened(opening))
         return self._kept[opening]
+
+
+def _around(centre: Floats, reach: float, without: str, belief: Belief) -> list[Geom]:
+    """Geoms in the base frame that are near to a point, but for those of one thing."""
+    base, every = belief.base().inverse(), []
+    for other in belief.world.things:
+        at = belief.pose(other.name) if other.name in belief.poses else base * other.pose
+        every += [replace(g, pose=at * g.pose) for g in other.geoms if other.name != without]
+    return [g for g in every if np.linalg.norm(np.asarray(g.pose.position) - centre) < reach + g.bounding_radius]
 
 
 def _reaches_into(shape: rays.Body, hands: Hands, part: Part, distance: float) -> NDArray[np.bool_]:

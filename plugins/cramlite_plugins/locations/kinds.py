@@ -46,7 +46,11 @@ KINDS: Mapping[str, LocationKind] = {
             Lazy("grasps", "grasps"), THING,
         ),
         LocationKind(
-            "in", "The payload in its opening, or above it; ``via`` leads in what leans, ``path`` back from under what topples.",
+            "in", "The payload in its opening, or above it; ``via`` leads in what leans, or what comes through an open side.",
+            Lazy("placing.driver", "placements"), "a thing with a cavity", Where,
+        ),
+        LocationKind(
+            "toppled", "The payload's foot in its opening, where it topples; ``path`` leads back from under it.",
             Lazy("placing.driver", "placements"), "a thing with a cavity", Where,
         ),
         LocationKind(

@@ -15,6 +15,7 @@ from msgspec.structs import replace
 from cramlite.model import Belief, Joints, Pose, Stage, Value
 from cramlite.plugin import Context, Grounding, Refused
 
+from ..kinematics.kinematics import reach_shortfall
 from ..motion_planning.cartesian import plan_straight_line
 from ..motion_planning.planning_scene import PlanningScene
 from ..motion_planning.reach import collision_free_ik, make_scene, shift
@@ -109,11 +110,21 @@ class Arm:
     def at(self, leg: Leg, seed: Joints | None = None) -> Joints | Refused:
         """Return the free joint position of a leg that is nearest to a seed, the believed one by default; or
         why there is none."""
+        if (no := self._hand_met(leg)) is not None:
+            return leg.refused(no)
         there = collision_free_ik(self.of(leg), self.context, leg.pose, self.belief.joints if seed is None else seed)
         if not isinstance(there, Refused) and leg.along:
             line = plan_straight_line(self.of(leg), self.context.robot, there, leg.along)
             there = line if isinstance(line, Refused) else there
         return leg.refused(there) if isinstance(there, Refused) else there
+
+    def _hand_met(self, leg: Leg) -> Refused | None:
+        """What the hand would meet there, wherever the arm is: asked first of arms whose inverse kinematics has no closed
+        form, which takes a hundred times as long."""
+        robot = self.context.robot
+        if len(robot.joints) < 7 or reach_shortfall(robot, leg.pose):
+            return None
+        return self.of(leg).met(self.belief.base() * leg.pose)
 
     def led(self, legs: Iterable[Leg]) -> tuple[Joints, ...] | Refused:
         """Return the joint positions of legs, each the nearest to the one before; or why the first of them

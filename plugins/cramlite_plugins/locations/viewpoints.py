@@ -14,7 +14,7 @@ from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 from ..motion_planning.reach import bound
 from ..shapes.bounds import box_around
 from .parameters import Sight, asked
-from .placing.checks import hidden_by
+from .placing.visibility import hidden_by
 from .reached import Arm, Candidate, Leg, reached
 
 

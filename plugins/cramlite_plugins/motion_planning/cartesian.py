@@ -31,11 +31,11 @@ from cramlite.plugin import Context, Refused, Unresolvable, checkpoint
 
 from ..kinematics.kinematics import (
     Joints,
+    conditioning,
     forward,
     nearest_branch,
     out_of_limits,
     reach_shortfall,
-    smallest_singular_value,
 )
 from ..kinematics.timing import joint_speed_excess, leading
 from .space import refusal
@@ -210,7 +210,7 @@ def _follow(robot: Robot, origin: Joints, goals: Sequence[Pose]) -> tuple[list[J
             return points, f"a joint would turn {turn:.2f} rad within one step, {_singular(robot, found)}"
         if reason := out_of_limits(robot, found):
             return points, reason
-        if smallest_singular_value(robot, found) < _least(robot):
+        if conditioning(robot, found) < _least(robot):
             return points, _singular(robot, found)
         points.append(found)
     return points, ""
@@ -221,7 +221,7 @@ def _least(robot: Robot) -> float:
 
 
 def _singular(robot: Robot, q: Joints) -> str:
-    return f"near a singularity (smallest singular value {smallest_singular_value(robot, q):.4f}, {_least(robot)} is kept)"
+    return f"near a singularity (smallest singular value {conditioning(robot, q):.4f}, {_least(robot)} is kept)"
 
 
 def _stopped(scene: PlanningScene, points: Sequence[Joints]) -> tuple[int, Refused] | None:

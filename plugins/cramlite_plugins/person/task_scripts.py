@@ -98,6 +98,8 @@ TASK_SCRIPTS: Mapping[str, Prepare] = {
     "artm:Ungrasping": _script(acts.drop_into, "Locatum", "Relatum", missed=_inside),
     "cram:PickAndPlace": _script(acts.place, "Locatum", "Relatum", missed=_stands),
     "cram:Shaking": _script(acts.shake, "Patient", missed=_held, also=("swings",)),
+    "cram:TurningOff": _script(partial(acts.move_joint, share=0.0), "Patient", missed=_moved(0.0)),
+    "cram:TurningOn": _script(partial(acts.move_joint, share=acts.OPEN), "Patient", missed=_moved(acts.OPEN)),
     "soma:AssumingArmPose": _script(acts.roam),
     "soma:Closing": _script(partial(acts.move_joint, share=0.0), "Patient", missed=_moved(0.0)),
     "soma:Grasping": _script(acts.grasp, "Patient", missed=_held),

@@ -29,7 +29,7 @@ EXACT = 0.05
 """Share of a joint's range by which what was opened by an amount may be off: 10 mm of a drawer's 200."""
 CONTROL = "cram:Control"
 """What can be turned on and off."""
-SHIFTS = 0.01
+SHIFTS = 0.005
 """By how much less things are put beside one another than they may be [m]: what is let go shifts by a few millimetres."""
 STANDS = ("is", "hangs", "stands", "lies")
 

@@ -29,7 +29,9 @@ def all_predicates() -> tuple[Predicate, ...]:
             "effector", 1, effector, doc="The hand or gripper that acts.", cost=0, timeless=True, complete=True,
             static=fluents.is_effector, unknown=unknowns.no_effector,
         ),
-        Predicate("isa", 2, isa, doc="Thing is of a class.", cost=3, timeless=True, static=fluents.is_a, unknown=unknowns.no_class),
+        Predicate(
+            "isa", 2, isa, doc="Thing is of a class.", cost=3, timeless=True, static=fluents.is_a, unknown=unknowns.no_class, classes=(1,)
+        ),
         Predicate(
             "has",
             2,
@@ -39,6 +41,7 @@ def all_predicates() -> tuple[Predicate, ...]:
             timeless=True,
             static=fluents.has,
             unknown=unknowns.no_class,
+            classes=(1,),
         ),
         Predicate(
             "part", 2, part, doc="Thing has part.", cost=3, timeless=True, complete=True, static=fluents.is_part
@@ -51,6 +54,7 @@ def all_predicates() -> tuple[Predicate, ...]:
             phases=frozenset({"run"}),
             complete=True,
             possible=lambda timeline: bool(timeline.labelled),
+            classes=(0,),
         ),
         *motion_predicates.all_predicates(),
         *place_predicates.all_predicates(),

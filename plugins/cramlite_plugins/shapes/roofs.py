@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from cramlite.model import Floats, Pose, Thing
+from cramlite.model import Floats, Pose, Thing, Vector3
 
 from . import ray_casting as rays
 from .surfaces import FLAT, Surface, surfaces
@@ -54,6 +54,15 @@ def has_own_roof(thing: Thing, pose: Pose, part: str = "") -> bool:
     low = -cavity.size["height"] / 2
     points = (pose * cavity.pose).apply(np.array([(x * half[0], y * half[1], low) for x, y in COVERED]))
     return all(_first(thing, pose, point, UP) < np.inf for point in points)
+
+
+def roof_over(thing: Thing, pose: Pose, point: Vector3) -> float:
+    """Return how far over a point the first shape of a thing is [m]; inf where there is none.
+
+    Args:
+        pose: of the thing in a frame whose z is up.
+    """
+    return _first(thing, pose, np.asarray(point), UP)
 
 
 def open_sides(thing: Thing, pose: Pose, surface: Surface, height: float) -> list[Floats]:

@@ -67,7 +67,7 @@ def let_down(thing: Thing, start: Pose, below: Thing, at: Pose) -> Pose | None:
     return _let_down(compiled, compiled.data(), thing, start, corners(below, at))
 
 
-def rests(thing: Thing, start: Pose, below: Thing, at: Pose, aside: float) -> Iterator[Pose | None]:
+def rests(thing: Thing, start: Pose, below: Thing, at: Pose, aside: float, there: bool = False) -> Iterator[Pose | None]:
     """Generate where a thing may come to rest that is let go of where it first touches another, near a pose.
 
     Let go of there and to each side, each with little friction and with the friction of the two; None where it falls off.
@@ -75,10 +75,11 @@ def rests(thing: Thing, start: Pose, below: Thing, at: Pose, aside: float) -> It
     Args:
         start: as for ``let_down``.
         aside: how far off it may be on either axis [m].
+        there: whether it is let go of at the pose itself, such as under a roof.
     """
     for (x, y), friction in product(((0.0, 0.0), *product((-aside, aside), repeat=2)), (FRICTION, math.inf)):
-        there = Pose(tuple(np.add(start.position, (x, y, 0.0)).tolist()), start.quaternion)
-        yield _dropped(Itself(thing), there, Itself(below), at, friction)
+        near = Pose(tuple(np.add(start.position, (x, y, 0.0)).tolist()), start.quaternion)
+        yield _dropped(Itself(thing), near, Itself(below), at, friction, there)
 
 
 @lru_cache(maxsize=2048)
@@ -103,11 +104,15 @@ def _same(one: Pose, other: Pose) -> bool:
     return way <= AGAIN[0] and turn <= AGAIN[1]
 
 
-def _dropped(thing: Itself[Thing], start: Pose, below: Itself[Thing], at: Pose, friction: float = FRICTION) -> Pose | None:
-    """Where a thing comes to rest that is let go of where it first touches; None where it falls off."""
+def _dropped(
+    thing: Itself[Thing], start: Pose, below: Itself[Thing], at: Pose, friction: float = FRICTION, there: bool = False
+) -> Pose | None:
+    """Where a thing comes to rest that is let go of where it first touches, or there; None where it falls off."""
     compiled = _alone(thing, below, at, friction)
     data = compiled.data()
-    if _let_down(compiled, data, thing.it, start, corners(below.it, at)) is None:
+    if there:
+        compiled.place(data, thing.it.name, start)
+    elif _let_down(compiled, data, thing.it, start, corners(below.it, at)) is None:
         return None
     bottom, quiet = float(corners(below.it, at)[:, 2].min()), 0
     for _ in range(round(SECONDS / LOOK)):

@@ -37,9 +37,6 @@ class Ungrasping(TaskType):
 
     def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
         held_payload(belief, "let go")
-        if _has_a_roof(action, belief):
-            yield self._tip_over(action)
-            return
         container, place = action.roles["Relatum"].entity, self.begins_at(action)
         steps = (
             place,
@@ -48,11 +45,13 @@ class Ungrasping(TaskType):
             *_let_go(action, place),
         )
         yield Decomposition(steps, f"move above {container}, lower, open")
+        if _has_a_roof(action, belief):
+            yield self._tip_over(action)
 
     def _tip_over(self, action: Action) -> Decomposition:
         """What has a roof over it: the foot of what is held in, level, and let go of leaning out; it tips over, and is pushed in again."""
         relatum, what = action.roles["Relatum"], action.roles["Locatum"].name
-        place = self.begins_at(action)
+        place = spot("toppled", action)
         there = Location(_way_in(action.roles["Locatum"]), "pushed_in", what, {"begin": place.name})
         apart = {"to": Fingers.PLACE, "expect": ExpectedGrip.NONE}
         push, touch = {"stage": Stage.END, "speed_m_s": SPEED}, (what,)
@@ -68,7 +67,7 @@ class Ungrasping(TaskType):
             Motion(action.inside("down"), "linear", there, {"stage": Stage.POSE}, touch, f"behind {what}"),
             Motion(action.inside("push"), "linear", there, push, touch, "in again, by what it came out with the hand"),
         )
-        return Decomposition(steps, f"under the roof of {relatum.entity} with its foot, where it tips over, and push it in")
+        return Decomposition(steps, f"under the roof of {relatum.entity} with its foot, where it tips over, and push it in", 1.0)
 
     def allowance(self, action: Action, bindings: Mapping[str, Any]) -> Allowance:
         """Return the allowance, with the thing that it pushes in after it tipped over."""

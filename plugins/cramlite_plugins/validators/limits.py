@@ -51,14 +51,14 @@ class Singularities(Value):
     cost: Cost = "rollout"
 
     def check(self, candidate: Candidate) -> Iterator[Finding]:
-        from ..kinematics.kinematics import smallest_singular_value
+        from ..kinematics.kinematics import conditioning
 
         rollout, robot = candidate.rollout, candidate.robot
         if rollout is None or not robot.conditioning:
             return
         count = 1 + round((rollout.times[-1] - rollout.times[0]) / LOOK)
         samples = np.unique(np.linspace(0, len(rollout.times) - 1, count).round().astype(int))
-        values = [smallest_singular_value(robot, rollout.joints[k]) for k in samples]
+        values = [conditioning(robot, rollout.joints[k]) for k in samples]
         worst = int(np.argmin(values))
         least, at = values[worst], int(samples[worst])
         reason = f"smallest singular value {least:.3f} at {rollout.times[at]:.1f} s, {robot.conditioning} is kept"

@@ -146,7 +146,7 @@ class Steps(Value):
             return
         planned = float(np.linalg.norm((target - _hand(candidate, ran.first))[:3, 3]))
         pushed = _pushes(candidate, stage.origin)
-        held = held_at(candidate.rollout)[ran.first : ran.end + 1] if pushed else ()
+        held = held_at(candidate.rollout)[ran.first : ran.end] if pushed else ()
         for thing in sorted(pushed - {*held}):
             first, end = (candidate.rollout.poses[thing][k, :3] for k in ran)
             far = float(np.linalg.norm(end - first))

@@ -167,13 +167,19 @@ def _returned(candidate: Candidate, found: Iterable[ExplainedGrip]) -> Iterator[
     """Things that a task moved along, and that came back before it ended."""
     rollout, tasks = _rollout(candidate), inner_tasks(candidate)
     for task, rows in _stretches(tasks):
-        own = {grip.thing for grip, wrong, *_ in found if not wrong and grip.last in rows}  # their place says where they end
-        for name in sorted((candidate.allowances.get(task, Allowance()).moves & rollout.poses.keys()) - own):
+        carried = _carried(rollout, found, rows)
+        for name in sorted((candidate.allowances.get(task, Allowance()).moves & rollout.poses.keys()) - carried):
             ways, limit, unit = _ways(rollout, name, rows)
             back = float(ways.max() - ways[-1])
             if back > limit:
                 said = f"'{name}' was moved by {_said(ways.max(), unit)} and came back by {_said(back, unit)}"
                 yield Finding("tracks", False, f"{said}, limit {_said(limit, unit)}", back, limit, unit, task, things=True)
+
+
+def _carried(rollout: Rollout, found: Iterable[ExplainedGrip], rows: range) -> set[str]:
+    """Loose things that are let go of at some samples, of which their place says where they end; what is on a joint is led by the hand."""
+    let_go = {grip.thing for grip, wrong, *_ in found if not wrong and grip.last in rows}
+    return {name for name in let_go if rollout.world.thing(name).joint is None}
 
 
 def _ways(rollout: Rollout, name: str, rows: range) -> tuple[Floats, float, str]:

@@ -90,12 +90,10 @@ def _unguarded(ready: Ready, draw: Random) -> str:
     tares = [s for s in steps if s["step"] == "ZeroSensor"]
     guards = [s for k, s in enumerate(steps) if s["step"] == "MoveUntilContact" and steps[k - 1]["origin"] == s["origin"]]
     one = draw.choice([*asking, *tares, *guards])
-    if one in guards and draw.random() < 0.5:
-        steps.remove(one)
-    elif one in asking:
-        one["expect"] = "any"
-    elif one in tares:
+    if one in tares:
         steps[steps.index(one)] = {"step": "Wait", "duration": 0.3, "origin": one["origin"]}
+    elif one in asking and not (one in guards and draw.random() < 0.5):
+        one["expect"] = "any"
     else:
         steps.remove(one)
     return json.dumps(program, indent=1)

@@ -71,12 +71,14 @@ def test_each_of_several_sites_keeps_its_name(tmp_path: Path) -> None:
     assert [f.name for f in tray.features if f.type == "cram:Cavity"] == ["left_region", "right_region"]
 
 
-def test_a_site_upon_a_table_holds_nothing_and_is_an_area_of_its_surface(tmp_path: Path) -> None:
-    site = '<site name="table_front_region" type="box" size=".05 .05 .007" pos=".1 0 .03"/>'
+@pytest.mark.parametrize("half", [0.05, 0.01])
+def test_a_site_upon_a_table_holds_nothing_and_is_an_area_of_its_surface(half: float, tmp_path: Path) -> None:
+    """However small it is: a goal that names it is about it."""
+    site = f'<site name="table_front_region" type="box" size="{half} {half} .007" pos=".1 0 .03"/>'
     table = _thing(_scene(tmp_path, f'<body name="table"><geom type="box" size=".3 .3 .02"/>{site}</body>'), "table")
     areas = [f for f in table.features if f.type == "vrps:SurfaceFeature"]
     assert table.feature("cram:Cavity") is None and [f.name for f in areas] == ["surface", "front_region"]
-    assert areas[1].pose.position == pytest.approx((0.1, 0, 0.02)) and areas[1].size == {"width": 0.1, "depth": 0.1}
+    assert areas[1].pose.position == pytest.approx((0.1, 0, 0.02)) and areas[1].size == {"width": 2 * half, "depth": 2 * half}
 
 
 def test_a_site_that_reaches_out_below_a_tables_top_is_an_area_of_its_surface(tmp_path: Path) -> None:

@@ -6,12 +6,14 @@ import itertools
 
 import numpy as np
 import pytest
+import shapely
 from msgspec.structs import replace
 
 from cramlite import Engine
 from cramlite.model import (
     Action,
     Belief,
+    Estimate,
     GripFacts,
     Held,
     Location,
@@ -25,9 +27,10 @@ from cramlite.model import (
 )
 from cramlite.plugin import Context, Grounding, Unresolvable
 from cramlite_plugins.kinematics.kinematics import inverse
+from cramlite_plugins.locations.antipodal import Hands
 from cramlite_plugins.locations.kinds import ground
-from cramlite_plugins.locations.placing.access import goes_under_a_roof
 from cramlite_plugins.locations.placing.query import queries
+from cramlite_plugins.locations.placing.sideways import comes_in
 from cramlite_plugins.locations.placing.ways_out import WAYS
 from cramlite_plugins.objects.furniture import cabinet, door
 from cramlite_plugins.objects.products_and_fixtures import block, table
@@ -73,15 +76,30 @@ def test_positions_come_from_the_middle_outwards() -> None:
     assert gone == sorted(gone) and gone[0] < 100
 
 
-def test_a_hand_that_points_down_is_higher_than_what_it_brings() -> None:
-    no = _refused(DOWN, cabinet("cabinet", AT))
-    assert "; the hand points down by 90 deg" in no.reason and no.because == ("cabinet", "grasp(it)")
+def test_a_hand_that_points_down_turns_inwards_and_lays_it_down() -> None:
+    belief, context = _asked(DOWN, cabinet("cabinet", AT))
+    place = next(a for a in ground(INSIDE, belief, context) if isinstance(a, Grounding)).value
+    assert place.approach == pytest.approx(LEVEL, abs=1e-6) and place.reorients
+    lies = place.pose * belief.held.tcp_to_thing  # type: ignore[union-attr]
+    assert abs(lies.rotate((0.0, 0.0, 1.0))[2]) == pytest.approx(0.0, abs=1e-6)
 
 
-def test_what_is_too_high_is_brought_in_by_no_hand() -> None:
-    no = _refused(LEVEL, cabinet("cabinet", AT, (0.3, 0.3, 0.17)))
-    assert no.reason.startswith("the room under the roof of 'cabinet' is 10 mm higher than 'it', 20 mm is needed; ")
-    assert no.because == ("cabinet",)
+def test_what_leans_is_let_go_of_where_it_comes_to_lie_within() -> None:
+    belief, context = _asked(DOWN, cabinet("cabinet", AT))
+    (query,) = queries(INSIDE, belief, context)
+    found = [a for a in ground(INSIDE, belief, context) if isinstance(a, Grounding) and "points down by 20 deg" in a.key]
+    release = found[0].value.release
+    rests = found[0].value.pose * belief.held.tcp_to_thing * release.settles  # type: ignore[union-attr]
+    assert abs(rests.rotate((0.0, 0.0, 1.0))[2]) == pytest.approx(0.0, abs=0.02)
+    assert query.target.area.covers(shapely.Point(*query.target.pose.inverse().apply(rests.position)[:2]))
+
+
+@pytest.mark.parametrize(("high", "lies"), [(0.17, True), (0.08, False)])
+def test_what_is_too_high_may_be_brought_in_lying_by_another_grasp(high: float, lies: bool) -> None:
+    no = _refused(LEVEL, cabinet("cabinet", AT, (0.3, 0.3, high)))
+    more = 1000 * (high - 0.03 - 0.13)
+    assert no.reason == f"the room under the roof of 'cabinet' is {more:.0f} mm higher than 'it', 20 mm is needed"
+    assert no.because == (("cabinet", "grasp(it)") if lies else ("cabinet",))
 
 
 def test_a_shut_door_is_in_the_way_of_every_hand() -> None:
@@ -116,8 +134,18 @@ def test_grasps_know_what_comes_later(region: str, under: bool) -> None:
     belief, context = _asked(LEVEL, cabinet("cabinet", AT))
     roles = {"Locatum": Object("it", entity="it"), "Relatum": Object("cabinet", entity="cabinet")}
     placing = Action("3.Placing", "soma:Placing", roles, parameters={"where": {"region": region}})
-    assert goes_under_a_roof("it", belief, Context(UR5E, MOUNT, context.bindings, context.taxonomy, (placing,))) == under
-    assert not goes_under_a_roof("it", belief, context)
+    later = Context(UR5E, MOUNT, context.bindings, context.taxonomy, (placing,))
+    assert _comes_in(belief, later) == [True, not under]
+    assert _comes_in(belief, context) == [True, True]
+
+
+def _comes_in(belief: Belief, context: Context) -> list[bool]:
+    """Of hands that hold a block at its end, level and from above."""
+    it, at = belief.world.thing("it"), belief.world.thing("it").pose
+    level, down = (Pose.from_axes(at.apply(tip), way, (0, 1, 0)) for tip, way in (((-0.03, 0, 0), LEVEL), ((0, 0, 0.04), DOWN)))
+    there = replace(belief, held=None, poses={**belief.poses, "it": Estimate(at, 0.0, "seen")})
+    found: list[bool] = comes_in(it, there, context, Hands.at([level, down]), np.full(2, 0.05), np.ones(2, bool)).tolist()
+    return found
 
 
 def test_picked_up_off_a_table_with_a_board_below_it_goes_under_no_roof() -> None:
@@ -129,7 +157,7 @@ def test_picked_up_off_a_table_with_a_board_below_it_goes_under_no_roof() -> Non
     assert any(roofed(desk, belief.pose("cabinet"), ""))
     roles = {"Locatum": Object("it", entity="it"), "Relatum": Object("cabinet", entity="cabinet")}
     picking = Action("1.PickingUp", "soma:PickingUp", roles)
-    assert not goes_under_a_roof("it", belief, Context(UR5E, MOUNT, context.bindings, context.taxonomy, (picking,)))
+    assert _comes_in(belief, Context(UR5E, MOUNT, context.bindings, context.taxonomy, (picking,))) == [True, True]
 
 
 def test_nothing_is_put_from_above_under_a_roof_that_is_shut_in_all_around() -> None:
@@ -140,8 +168,10 @@ def test_nothing_is_put_from_above_under_a_roof_that_is_shut_in_all_around() -> 
     assert no.value.because == ("cabinet",) and no.value.blocking == ("cabinet", "door")
 
 
-def test_where_the_door_is_open_the_roof_alone_is_in_the_way() -> None:
+def test_where_the_door_is_open_a_hand_comes_in_that_points_inwards_alone() -> None:
     belief, context = _asked(DOWN, cabinet("cabinet", AT), door("door", AT, "cabinet", opened=1.2))
     on = Location("on(cabinet)", "on", "cabinet", {"region": "inside"})
-    found = list(itertools.islice(ground(on, belief, context), 5))
-    assert found and not any(isinstance(a, Grounding) for a in found)
+    found = list(itertools.islice(ground(on, belief, context), 20))
+    approaches = [a.value.approach for a in found if isinstance(a, Grounding)]
+    assert not isinstance(found[0], Grounding) and approaches
+    assert all(abs(z) < 0.5 for _, _, z in approaches)

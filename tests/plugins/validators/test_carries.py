@@ -129,6 +129,20 @@ def test_what_was_let_go_is_not_taken_along(limit: float, passes: bool) -> None:
         assert one.origin == "3.Placing/Releasing"
 
 
+def test_what_is_taken_along_to_the_end_is_measured_there() -> None:
+    (one,) = (f for f in Tracks().check(taken_along(0.5, OPENED - 1, COUNT - 1)) if "taken along" in f.reason)
+    assert one.value == pytest.approx(0.5)
+
+
+def test_what_is_held_may_jump() -> None:
+    """The finger that closes on it touches it before both do."""
+    made = taken_along(0.03, TAKEN, TAKEN + 1).rollout
+    assert made is not None
+    touch = Touch(LEFT, "block", 5.0, 0.0)
+    rows = tuple((*row, touch) if k in (TAKEN - 1, TAKEN, TAKEN + 1) else row for k, row in enumerate(made.touches))
+    assert objections(good(poses=made.poses, touches=rows)) == []
+
+
 def test_what_rolls_away_from_open_fingers_is_not_taken_along() -> None:
     assert objections(taken_along(0.1, OPENED - 1, 80, hand_too=False)) == []
 

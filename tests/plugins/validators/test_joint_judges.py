@@ -13,6 +13,7 @@ from msgspec.structs import replace
 from cramlite.model import AnyStep, Fallback, Joints, MoveJoints, MoveLinear, Pose, SetGripper, Wait
 from cramlite.plugin import Candidate
 from cramlite_plugins.kinematics.kinematics import smallest_singular_value
+from cramlite_plugins.robots.fr3 import FR3
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.validators import speeds
 from cramlite_plugins.validators.limits import JointLimits, Singularities, validators
@@ -155,6 +156,16 @@ def test_an_arm_that_is_led_by_its_tool_keeps_away_from_being_stretched(elbow: f
     found = only(Singularities(), led)
     assert found.passed is passes and "0.08 is kept" in found.reason
     assert list(Singularities().check(good(joints=joints))) == []  # one whose joints are commanded may
+
+
+@pytest.mark.parametrize(("joints", "passes"), [
+    ((-0.186, 0.074, -0.245, -2.928, 0.045, 3.0, 0.312), False), ((-0.229, -0.053, -0.245, -2.931, -0.078, 2.876, 0.387), True),
+])  # fmt: skip
+def test_an_arm_that_may_move_beside_its_tool_keeps_away_wherever_that_leaves_it(joints: tuple[float, ...], passes: bool) -> None:
+    """Near the base, where LIBERO's Panda went astray on a way down, and 30 mm higher; commanded by its joints it may be there."""
+    for posture, found in ((FR3.home, passes), (None, True)):
+        robot = replace(FR3, conditioning=0.08, posture=posture)
+        assert only(Singularities(), replace(good(joints=np.tile(joints, (COUNT, 1))), robot=robot)).passed is found
 
 
 @pytest.mark.parametrize("start", [0.0, 3.0])

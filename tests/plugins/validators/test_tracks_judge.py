@@ -311,6 +311,18 @@ def test_what_a_task_carries_and_pushes_may_go_to_and_fro_in_the_hand() -> None:
         assert (found == []) is passes
 
 
+def test_what_is_on_a_joint_and_led_by_the_hand_does_not_come_back() -> None:
+    base = good().rollout
+    assert base is not None
+    things = tuple(replace(t, joint=Joint("hinge", Pose(), 0.0, 2.0)) if t.name == "block" else t for t in base.world.things)
+    for back, passes in ((0.19, True), (0.3, False)):
+        values = np.interp(range(COUNT), [50, 58, 66], [0.0, 1.0, 1.0 - back])
+        turned = good(world=replace(base.world, things=things), values={"block": values})
+        moving = {**turned.allowances, "3.Placing/PuttingDown": Allowance(moves=frozenset({"block"}))}
+        found = [w for w in said(JUDGE, replace(turned, allowances=moving)) if "came back" in w]
+        assert (found == []) is passes
+
+
 def pushed(*knots: tuple[int, tuple[float, float, float]], **changes: Any) -> Candidate:
     """The candidate, in whose run a task moves the cup while the arm parks, at samples 80 to 99."""
     made = posed(cup=track(*knots))

@@ -99,8 +99,6 @@ def _place(thing: Thing, site: tuple[Pose, Floats] | None, name: str) -> Feature
         roof, floor = _next(thing, pose)
         if roof is None or floor is not None or roof >= z:
             return _cavity_of_site(pose, float(z), name, size, roof, floor)
-    if 4 * x * y < LARGE or 2 * min(x, y) < NARROW:
-        return None
     return _upon(thing, pose, float(z), name, size)
 
 

@@ -16,8 +16,6 @@ from cramlite.plugin import Context, Unresolvable
 from ...motion_planning.reach import shift
 from ...shapes import ray_casting as rays
 from ...shapes.bounds import corners
-from ...shapes.roofs import has_a_roof, roofed
-from ...shapes.surfaces import surfaces
 from ..from_aside import slants
 from ..later import brings
 from ..parameters import Where
@@ -142,18 +140,5 @@ def _too_narrow(thing: str, into: str, belief: Belief, context: Context) -> bool
     for target, depth in openings(belief.thing(into), belief.pose(into)):
         core, bare = target.area.buffer(-half), Query(held, into, target, Arm(belief, context), Where(), depth=depth)
         if not core.is_empty and free_area(core, [o.area for o in covers(bare, COVERS)], half).is_empty:
-            return True
-    return False
-
-
-def goes_under_a_roof(thing: str, belief: Belief, context: Context) -> bool:
-    """Check whether a later task brings a thing onto a surface that nothing is put on from above: a named
-    one, or of what has no other. A table's board near the floor is not meant by the table, off which a thing
-    is picked up."""
-    if not any(has_a_roof(belief.thing(other), belief.pose(other)) for other in belief.poses if other != thing):
-        return False  # later tasks are not looked at, so that what follows from this holds whatever they are
-    for onto, region in brings(thing, belief, context):
-        there, at = belief.thing(onto.thing), belief.pose(onto.thing)
-        if (region or not surfaces(there, at)) and any(roofed(there, at, region)):
             return True
     return False

@@ -6,27 +6,26 @@ Those of the shapes alone are asked before the arm is; all work in the robot's b
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping
-from typing import Any
+from collections.abc import Callable, Mapping
 
 import numpy as np
 import shapely
 from msgspec.structs import replace
 
-from cramlite.model import Belief, Floats, Pose, Remedy, Stage, Thing, thing_of
+from cramlite.model import Pose, Remedy, Stage, thing_of
 from cramlite.plugin import Refused, checkpoint
 
 from ...kinematics.kinematics import inverse, reach_shortfall, why_no_inverse
 from ...motion_planning.reach import shift
 from ...motion_planning.space import refusal
 from ...motion_planning.too_far import no_inverse
-from ...shapes import ray_casting as rays
-from ...shapes.bounds import box_around, centre_of_mass, support
+from ...shapes.bounds import centre_of_mass, support
 from ...shapes.standing_up import stood_up
 from ...shapes.surfaces import FLAT, footprint, inset, standing
 from ...simulation.resting import rests
 from ..reached import Leg
 from .query import Placement, Query
+from .visibility import visible
 
 ASIDE = 0.02  # what is left of a thing is so by at least this [m]
 SIDES: Mapping[str, tuple[int, float]] = {
@@ -35,10 +34,9 @@ SIDES: Mapping[str, tuple[int, float]] = {
 """Axis of the robot's base and the sign of what lies on that side: x leads forwards, y to the left."""
 OFF_WALLS = 0.008
 """Of an outline from the walls that it is let down between [m]: a streamed arm is up to 5 mm off its path."""
-WELL_IN = 0.01  # of an origin from the edge of its region [m]: a thing that is let go shifts by a few millimetres
+WELL_IN = 0.008  # of an origin from the edge of its region [m]: a thing that is let go shifts by a few millimetres
 BELOW_TOP = 0.002  # of an origin at rest from the upper end of its region [m]: the judge of goals asks for half of that
 LEVEL = 45.0  # of closing or approach direction from level, up to which something falls out of a hand [deg]: friction of 1 holds on less
-SEEN = 0.5  # share of a thing that others may not hide
 STANDS = math.radians(3.0)  # what leans by no more has come to stand
 OFF_PATH = 0.004  # how far beside its place what is let go may be [m]: where an arm has arrived
 
@@ -148,16 +146,19 @@ def falls_in(placement: Placement, query: Query) -> str | Refused:
 def in_region(placement: Placement, query: Query) -> str | Refused:
     """Check that its origin is over the region that is asked for, a little inside, since what is let go may
     shift, and no higher than that reaches."""
-    if not (region := query.where.region):
-        return ""
-    x, y, z = (query.target.pose.inverse() * placement.thing).position
+    return _region_missed(placement.thing, placement.height, query) if query.where.region else ""
+
+
+def _region_missed(thing: Pose, height: float, query: Query) -> str | Refused:
+    """How far an origin at a pose, to be lowered by a height [m], would be outside its region; "" where it is in it."""
+    region, (x, y, z) = query.where.region, (query.target.pose.inverse() * thing).position
     at, area = shapely.Point(x, y), query.target.area
     by = float(area.boundary.distance(at)) if area.covers(at) else -float(area.distance(at))
     if by < WELL_IN:
         said = f"{-1000 * by:.0f} mm beside" if by < 0 else f"only {1000 * by:.0f} mm from the edge of"
         return f"its origin would be {said} '{region}'; {1000 * WELL_IN:.0f} mm inside is needed"
     feature = next(f for f in query.belief.thing(thing_of(query.entity)).features if f.name == region)
-    over = 0.0 if query.depth else z - placement.height - feature.size.get("height", math.inf) + BELOW_TOP
+    over = 0.0 if query.depth else z - height - feature.size.get("height", math.inf) + BELOW_TOP
     if over <= 0:
         return ""
     what, reaches = f"'{thing_of(query.entity)}/{region}'", f"reaches {1000 * feature.size['height']:.0f} mm above the face in it"
@@ -285,15 +286,41 @@ def hand_off(placement: Placement, query: Query) -> str | Refused:
 
 
 def rests_there(placement: Placement, query: Query) -> str | Refused:
-    """Check in simulation that a payload that is let go of leaning comes to stand in the opening, wherever
-    near its place."""
-    if placement.kind != "in" or placement.lies is None:
+    """Check in simulation where a payload comes to rest that is let go of leaning, wherever near its place: standing in
+    the opening, or where it shall be."""
+    there = placement.kind == "dropped"
+    if placement.lies is None or placement.kind not in ("in", "dropped"):
         return ""
-    for end in rests(query.thing, placement.thing, query.whole, query.at, OFF_PATH):
-        stands = end is not None and end.distance(stood_up(query.thing, end))[1] <= STANDS
-        if end is None or not stands or not query.target.area.covers(footprint(query.thing, query.target.pose.inverse() * end)):
-            return refusal(f"'{query.thing.name}' may come to lie otherwise than it stands when it is let go of")
+    below = query.around if there else query.whole
+    for end in rests(query.thing, placement.thing, below, query.at, OFF_PATH, there):
+        if no := (_astray(end, query) if there else _leaning(end, query)):
+            return no
     return ""
+
+
+def _leaning(end: Pose | None, query: Query) -> str:
+    """Why a payload at rest does not stand in an opening; "" where it does."""
+    stands = end is not None and end.distance(stood_up(query.thing, end))[1] <= STANDS
+    if end and stands and query.target.area.covers(footprint(query.thing, query.target.pose.inverse() * end)):
+        return ""
+    return f"'{query.thing.name}' may come to lie otherwise than it stands when it is let go of"
+
+
+def dropped(placement: Placement, query: Query) -> str | Refused:
+    """Check that a payload which is let go of otherwise than it stands comes to rest where it shall be."""
+    return "" if placement.lies is None and room(placement, query) else _astray(placement.lies, query)
+
+
+def _astray(end: Pose | None, query: Query) -> str | Refused:
+    """Why a payload at rest is not where it shall be, its origin in its region or its middle over its target."""
+    if end is None:
+        return "it may come to rest nowhere near"
+    to = query.target.pose.inverse() * end
+    if query.where.region:
+        sunk = query.depth and not -query.depth <= to.position[2] <= 0.0
+        return "its origin comes to rest above or below its region" if sunk else _region_missed(end, 0.0, query)
+    centre = shapely.Point(*to.apply(centre_of_mass(query.thing))[:2])
+    return "" if query.target.area.covers(centre) else f"it comes to rest beside '{query.entity}'"
 
 
 def lying_there(placement: Placement, query: Query) -> str | Refused:
@@ -303,64 +330,11 @@ def lying_there(placement: Placement, query: Query) -> str | Refused:
     return no or ""
 
 
-def visible(placement: Placement, query: Query) -> str:
-    """Check that other things hide no more than half of it, and a camera looks its way."""
-    asked = query.where.visible_from
-    if asked is None:
-        return ""
-    eye, axis, field = _eye(asked, query)
-    if eye is None:
-        return "it cannot be said whether a camera sees it: none is fixed in the world; give 'visible_from' a point"
-    points = placement.thing.apply(_grid(query.thing))
-    middle = points.mean(axis=0) - eye
-    off = math.acos(float(np.clip(middle @ axis / np.linalg.norm(middle), -1, 1))) if axis is not None else 0.0
-    if off > field:
-        return f"{math.degrees(off):.0f} deg off the camera's axis, it sees {math.degrees(field):.0f} deg to each side"
-    others = (t for t in query.belief.world.things if t.name != query.thing.name)
-    hidden, by = hidden_by(points, eye, query.belief, others)
-    share = 1.0 - float(hidden.mean())
-    if share >= SEEN:
-        return ""
-    return f"{100 * share:.0f} % of it is seen, {100 * SEEN:.0f} % is needed; '{by}' hides most"
-
-
-def _grid(thing: Thing) -> Floats:
-    """27 points in the box around a thing."""
-    low, high = box_around(thing.geoms)
-    shares = np.array([(x, y, z) for x in (0.1, 0.5, 0.9) for y in (0.1, 0.5, 0.9) for z in (0.1, 0.5, 0.9)])
-    found: Floats = low + shares * (high - low)
-    return found
-
-
-def _eye(asked: Any, query: Query) -> tuple[Floats | None, Floats | None, float]:
-    """Where the camera is and the way that it looks, if that is known, and how far to each side it sees
-    [rad]."""
-    base = query.belief.base().inverse()
-    if asked != "camera":
-        return base.apply(np.asarray(asked, dtype=float)), None, math.pi
-    camera = query.context.camera
-    if camera is None or camera.mount is not None:
-        return None, None, 0.0
-    pose = base * camera.pose
-    return np.asarray(pose.position), pose.rotate((0.0, 0.0, 1.0)), camera.intrinsics.min_half_field_of_view
-
-
-def hidden_by(points: Floats, eye: Floats, belief: Belief, others: Iterable[Thing]) -> tuple[Floats, str]:
-    """Return the occlusion (n,) of points (n, 3) in the base frame from an eye (1 is hidden), and the main
-    occluder."""
-    hidden, counts = np.zeros(len(points)), dict[str, int]()
-    for other in others:
-        to = belief.pose(other.name).inverse()
-        shape, start = rays.body(other.geoms), to.apply(eye)
-        stopped = [rays.crossed(shape, start[None], to.apply(p)[None]) for p in points]
-        counts[other.name] = sum(stopped)
-        hidden = np.maximum(hidden, np.array(stopped, dtype=float))
-    return hidden, max(counts, key=lambda n: counts[n], default="")
-
-
 SHAPES: Mapping[str, Mapping[str, Check]] = {
     "on": {"supported": supported, "clear": clear, "near": near, "beside": beside, "in its region": in_region, "let in": let_in},
     "in": {"inside": inside, "falls": falls, "near": near, "beside": beside, "in its region": in_region},
+    "within": {"near": near, "beside": beside, "in its region": in_region, "let in": let_in},
+    "dropped": {"near": near, "beside": beside, "let in": let_in, "at rest": dropped},
     "at rest": {"near": near, "beside": beside, "over its region": over_region},
     "toppled": {"lying there": lying_there, "near": near, "beside": beside},
 }

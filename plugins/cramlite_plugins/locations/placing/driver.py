@@ -11,12 +11,12 @@ from msgspec.structs import replace
 from cramlite.model import Belief, Location, Place, Pose, Stage
 from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 
-from ...motion_planning.reach import taken_at
+from ...motion_planning.reach import led_by, taken_at
 from ..laying_down import laid_down
 from .access import check_open
 from .checks import REACHED, SHAPES, SIDES, first_objection, lowered, opened
 from .demands import DEMANDS, TIGHT, is_tight
-from .query import AS_LET_GO, Found, Placement, Query, queries
+from .query import AS_LET_GO, Found, Placement, Query, is_roofed, queries
 from .ways_out import WAYS, WayOut
 
 SAME = 1e-6  # stand-offs that are one [m]
@@ -47,6 +47,7 @@ def placements(location: Location, belief: Belief, context: Context) -> Answers:
         check_open(asked)
     except Unresolvable as shut:
         raise _merged([shut], location) from None
+    tasks = led_by(location, context) if is_roofed(asked[0]) else ()  # these have another way in there: toppling
     ranked = [(rank, way) for way in WAYS[location.relation] if (rank := way.rank(asked)) is not None]
     for rank, way in sorted(ranked, key=lambda one: one[0]):
         try:
@@ -54,13 +55,13 @@ def placements(location: Location, belief: Belief, context: Context) -> Answers:
         except Unresolvable as no:
             stuck.append((way.name, no))
     if len(stuck) == len(ranked):
-        raise _merged([no for _, no in stuck], location)
-    yield from (Refused(n, no.reason, because=no.because, blocking=no.blocking) for n, no in stuck)
+        raise _merged([no for _, no in stuck], location, tasks)
+    yield from (Refused(n, no.reason, because=(*no.because, *tasks), blocking=no.blocking) for n, no in stuck)
 
 
-def _merged(stuck: list[Unresolvable], location: Location) -> Unresolvable:
+def _merged(stuck: list[Unresolvable], location: Location, tasks: tuple[str, ...] = ()) -> Unresolvable:
     """What to say where no way leads out: all reasons, and all choices that one of them depends on."""
-    because = dict.fromkeys(name for no in stuck for name in (location.of or "", *no.because))
+    because = dict.fromkeys(name for no in stuck for name in (location.of or "", *no.because, *tasks))
     blocking = dict.fromkeys(name for no in stuck for name in no.blocking or ())
     remedy = next((no.remedy for no in stuck if no.remedy is not None), None)
     return Unresolvable("; ".join(no.reason for no in stuck), tuple(because), blocking=tuple(blocking), remedy=remedy)
@@ -140,7 +141,8 @@ def place_at(placement: Placement, query: Query) -> Place:
     if placement.led and not query.depth:
         via, pose, height = (*via, pose), lowered(placement, query), 0.0
     opening = opened(placement, query) if placement.opens and len(query.openings) > 1 else query.openings[0]
-    settles = placement.thing.inverse() * placement.lies if placement.lies else AS_LET_GO
+    let_go = pose * query.held.tcp_to_thing
+    settles = let_go.inverse() * placement.lies if placement.lies else AS_LET_GO
     release = query.release(height, opening if placement.opens and not isinstance(opening, Refused) else None, settles)
     way = np.subtract(placement.begins.position, placement.before.position)
     x, y, z = (way / np.linalg.norm(way)).tolist() if placement.led else (0.0, 0.0, -1.0)

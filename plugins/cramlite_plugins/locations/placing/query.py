@@ -20,7 +20,7 @@ from ...motion_planning.cartesian import interpolate
 from ...motion_planning.planning_scene import PlanningScene
 from ...motion_planning.reach import bound, held_pose, reference_pose, shift, uncertainty_margins
 from ...motions.gripping import DROPPED, LET_GO, release_opening
-from ...shapes.bounds import corners, height, near
+from ...shapes.bounds import box_around, corners, height, near
 from ...shapes.roofs import has_own_roof, roofed
 from ...shapes.surfaces import FLAT, Surface, footprint, outline, stated_surface, surfaces
 from ..grips import SLACK, WIDE
@@ -110,6 +110,22 @@ class Query(Value, dict=True):
     def now(self) -> Pose:
         """Return the pose of the payload in the base frame."""
         return held_pose(self.belief, self.context)
+
+    @cached_property
+    def around(self) -> Thing:
+        """Return that thing with all that is near it as one, in its frame."""
+        back, (low, high) = self.at.inverse(), box_around(self.whole.geoms)
+        reach, geoms = float(np.linalg.norm(high - low)), list(self.whole.geoms)
+        for name in self.belief.poses.keys() - {self.whole.name, self.thing.name}:
+            to = back * self.belief.pose(name)
+            near_it = ((g, to * g.pose) for g in self.belief.thing(name).geoms)
+            geoms += [replace(g, pose=p) for g, p in near_it if math.dist(p.position, (low + high) / 2) < reach + g.bounding_radius]
+        return replace(self.whole, geoms=tuple(geoms), features=())
+
+    @property
+    def region(self) -> str:
+        """Return the feature of that which is meant, or ""."""
+        return self.where.region or EntityName.parse(self.entity).part
 
     @property
     def scene(self) -> PlanningScene:
@@ -214,7 +230,7 @@ def queries(location: Location, belief: Belief, context: Context) -> list[Query]
     Raises:
         Unresolvable: there is none, or nothing is held.
     """
-    entity, into = bound(context, location.of), location.relation == "in"
+    entity, into = bound(context, location.of), location.relation != "on"
     if belief.held is None:
         raise Unresolvable("nothing is held that could be brought there")
     thing, pose, where = belief.thing(entity), reference_pose(belief, location, context), asked(location, Where)
@@ -237,8 +253,7 @@ def queries(location: Location, belief: Belief, context: Context) -> list[Query]
 
 def is_roofed(query: Query) -> bool:
     """Check whether all of a cavity is under a roof of its own thing."""
-    region = query.where.region or EntityName.parse(query.entity).part
-    return query.depth > 0 and has_own_roof(query.whole, query.at, region)
+    return query.depth > 0 and has_own_roof(query.whole, query.at, query.region)
 
 
 def openings(thing: Thing, pose: Pose, region: str = "") -> list[tuple[Surface, float]]:

@@ -16,7 +16,7 @@ import numpy as np
 import shapely
 from msgspec.structs import replace
 
-from cramlite.model import Floats, Pose, Value
+from cramlite.model import Belief, Floats, Pose, Thing, Value, Vector3
 from cramlite.plugin import Refused, Unresolvable
 
 from ...motion_planning.reach import shift, taken_at, tcp
@@ -28,7 +28,7 @@ from ...shapes.surfaces import footprint, resting_height
 from ...shapes.tipping_over import tipped_over
 from ..parameters import Where
 from .at_rest import CLOSE, DROPS, PALM_UP, is_uneven, leaning, must_lean, resting_poses
-from .checks import OFF_WALLS, WELL_IN, clear, supported
+from .checks import OFF_WALLS, WELL_IN, clear, near, supported
 from .positions import Offset, free_for, middle, positions_on, rectangle
 from .query import Placement, Query
 
@@ -94,13 +94,13 @@ def stable_poses(queries: list[Query], now: Pose) -> Iterator[Rest | Refused]:
         if first.under and not any(_stands(rest) for rest in _upright(queries[:1], now)):
             none = f"nor would it come to rest on '{first.entity}', let go of in any of {DROPS} ways"
             yield from _upright(queries[:1], now)
-            yield from _simulated(first, resting_poses(first, now), now, ONTO, none)
+            yield from _simulated(first, resting_poses(first, now), now, NESTED, none)
             queries = queries[1:]
         yield from _upright(queries, now)
         return
-    near = replace(first, clearance=CLOSE)
+    close = replace(first, clearance=CLOSE)
     none = f"{why}; nor would it be, leaning against a wall"
-    yield from _simulated(near, leaning(near, now), now, ((LET_GO, near.depth + ABOVE),), none)
+    yield from _simulated(close, leaning(close, now), now, ((LET_GO, close.depth + ABOVE),), none)
 
 
 def _simulated(
@@ -128,8 +128,9 @@ def _upright(queries: list[Query], now: Pose) -> Iterator[Rest]:
 
 
 def _stands(rest: Rest) -> bool:
-    """Whether what is below carries it there."""
-    return not supported(Placement(rest.name, rest.thing, rest.thing, rest.thing, 0.0), rest.query)
+    """Whether what is below carries it there, where it shall be."""
+    here = Placement(rest.name, rest.thing, rest.thing, rest.thing, 0.0)
+    return not (supported(here, rest.query) or near(here, rest.query))
 
 
 def standing_at(query: Query, now: Pose, offset: Offset, yaw: float = 0.0, cost: float = 0.0) -> Rest:
@@ -142,17 +143,20 @@ def standing_at(query: Query, now: Pose, offset: Offset, yaw: float = 0.0, cost:
 
 
 def _turns(query: Query, now: Pose, offset: Offset, few: tuple[float, ...]) -> tuple[float, ...]:
-    """Turns [deg], and between the walls of an opening those by which the sides of what is held are along
-    them: first of all where it would else be near a wall."""
+    """Turns [deg], first those by which straight sides are along those of the area or the opening that is meant, as
+    people put things; between walls also of what would else be near one."""
     area = query.target.area
-    if not query.depth or area.area < STRAIGHT * shapely.box(*area.bounds).area:
-        return few  # nothing is let down, or the opening is round
+    if not (query.depth or query.where.region) or area.area < STRAIGHT * shapely.box(*area.bounds).area:
+        return few  # nothing marks its sides, or its opening is round
     there, axis = stood(query, now, offset, 0.0), query.target.pose.rotate((1.0, 0.0, 0.0))
     side = np.subtract(*rectangle(query, there)[:2])
     apart = math.degrees(math.atan2(axis[1], axis[0]) - math.atan2(side[1], side[0]))
     along = sorted((round(math.remainder(apart + quarter, 360.0), 2) for quarter in (0.0, 90.0, 180.0, 270.0)), key=abs)
     seen = footprint(query.thing, query.target.pose.inverse() * there)
-    narrow = not area.buffer(-OFF_WALLS).covers(seen) or seen.area > STRAIGHT * shapely.minimum_rotated_rectangle(seen).area
+    straight = seen.area > STRAIGHT * shapely.minimum_rotated_rectangle(seen).area
+    if not query.depth:
+        return tuple(dict.fromkeys((*along[:1], *few))) if straight else few
+    narrow = straight or not area.buffer(-OFF_WALLS).covers(seen)
     return (*along, *few) if narrow else (*few[:1], *along, *few[1:])
 
 
@@ -285,12 +289,18 @@ def toppled(query: Query, upright: Pose, out: Floats, lean: float) -> Iterator[t
 
 
 def _floor(query: Query, lying: Pose) -> float | None:
-    """Height of what carries a thing that lies turned so, with its middle in the opening's [m]; None for
-    nothing."""
-    points = corners(query.thing, lying)
-    middle = query.target.pose.apply((0.0, 0.0, -query.depth / 2)) - (points.min(axis=0) + points.max(axis=0)) / 2
-    there = Pose(tuple((np.asarray(lying.position) + middle).tolist()), lying.quaternion)
-    height, _ = resting_height(query.thing, there, [(query.belief.thing(n), query.belief.pose(n)) for n in query.belief.poses])
+    x, y, z = map(float, query.target.pose.apply((0.0, 0.0, -query.depth / 2)))
+    return carried_at(query.thing, lying, (x, y, z), query.belief)
+
+
+def carried_at(thing: Thing, turned: Pose, point: Vector3, belief: Belief) -> float | None:
+    """Return the height of what carries a thing, turned as at a pose, with its middle over or under a point of the base frame
+    [m]; None for nothing."""
+    points = corners(thing, turned)
+    middle = np.asarray(point) - (points.min(axis=0) + points.max(axis=0)) / 2
+    there = Pose(tuple((np.asarray(turned.position) + middle).tolist()), turned.quaternion)
+    others = [(belief.thing(n), belief.pose(n)) for n in belief.poses if n != thing.name]
+    height, _ = resting_height(thing, there, others)
     return height if math.isfinite(height) else None
 
 

@@ -9,28 +9,23 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from itertools import product
 
-import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import Floats, Pose, Remedy, Value
+from cramlite.model import Pose, Value
 from cramlite.plugin import Refused, Unresolvable
 
 from ...kinematics.kinematics import inverse
-from ...motion_planning.reach import shift, taken_at, tcp
-from ...shapes.bounds import centre_of_mass, height, support
-from ...shapes.roofs import open_sides
+from ...motion_planning.reach import shift
 from ..from_aside import slants
 from ..parameters import Where
-from ..pushing.contacts import STEEP
 from .access import COVERS, covered, goes_in_upright
 from .checks import SHAPES, first_objection
 from .positions import free_for, positions_on, radius
 from .query import Found, Groups, Placement, Query, covers, is_roofed, lying_in, standing_on
+from .sideways import sideways
 from .stable_poses import (
     Rest,
-    about_vertical,
     check_turn,
     put_down,
     stable_poses,
@@ -139,73 +134,12 @@ def _check_way_in(query: Query, now: Pose) -> None:
         raise Unresolvable(said, blocking=tuple(over))
 
 
-def sideways(asked: list[Query]) -> Groups:
-    """Generate placements under a roof, such as in a microwave or on a level of a shelf: carried in level
-    through a side that is open.
-
-    The hand points inwards, so that it stays before the opening or is no higher than what it holds; of the
-    positions those come first that are farthest in.
-
-    Raises:
-        Unresolvable: the hand points down, the payload is too high, or no side is open.
-    """
-    first = asked[0]
-    if (down := _down(first)) > STEEP:
-        said = f"the hand points down by {math.degrees(math.asin(min(down, 1.0))):.0f} deg, and would be higher than what it brings"
-        raise Unresolvable(said, taken_at(first.belief, first.context), blocking=())
-    under, tall = [q for q in asked if math.isfinite(q.room)], height(first.thing, first.now) + 2 * HIGH
-    ways = [(q, out) for q in under if tall <= q.room for out in open_sides(q.whole, q.at, q.target, tall / 2 - HIGH)]
-    if not ways:
-        raise _too_high(max(under, key=lambda q: q.room), tall)
-    for query, out in ways:
-        yield from (iter([(query, placement)]) for placement in _level(query, out))
-
-
-def _down(query: Query) -> float:
-    return -float(tcp(query.belief, query.context).rotate((0.0, 0.0, 1.0))[2])
-
-
-def _too_high(query: Query, needed: float) -> Unresolvable:
-    """What to say where a payload is too high for the room under a roof, or no side is open."""
-    low = query.room - needed + 2 * HIGH
-    if low >= 2 * HIGH:
-        return Unresolvable(f"no side of '{query.entity}' is open", blocking=())
-    more = f"{1000 * low:.0f} mm higher than '{query.thing.name}', {2000 * HIGH:.0f} mm is needed"
-    says = (
-        f"the opening of '{query.entity}' is {1000 * query.room:.0f} mm high, '{query.thing.name}' needs {1000 * needed:.0f} mm with "
-        "the gap around it: take a lower thing, lay it down, or name another place"
-    )
-    remedy = Remedy(f"room {query.entity}", says, needed - query.room)
-    return Unresolvable(f"the room under the roof of '{query.entity}' is {more}", blocking=(), remedy=remedy)
-
-
-def _level(query: Query, out: Floats) -> Iterator[Placement]:
-    """Positions from the middle outwards, at each the turns at which the hand points inwards."""
-    ahead = tcp(query.belief, query.context).rotate((0.0, 0.0, 1.0))
-    facing = math.atan2(-out[1], -out[0]) - math.atan2(ahead[1], ahead[0])
-    low, high = np.reshape(query.target.area.bounds, (2, 2))
-    way = query.target.pose.inverse().rotate(out)[:2]
-    across, half = np.array([-way[1], way[0]]), (high - low) / 2
-    deep, wide = float(np.abs(way) @ half), float(np.abs(across) @ half)
-    for gone, share, yaw in product(np.arange(0.0, deep, STEP).tolist(), ASIDE, TURNS):
-        turned = about_vertical(query.now, facing + math.radians(yaw))
-        x, y = gone * way + share * wide * across
-        over = query.target.pose.apply((float(x), float(y), 0.0)) - turned.apply(centre_of_mass(query.thing)) * (1.0, 1.0, 0.0)
-        thing = shift(shift(turned, over), (0.0, 0.0, HIGH + support(query.thing, turned, (0, 0, -1))))
-        far = support(query.whole, query.at, out) + support(query.thing, thing, -out) + BEFORE_IT
-        pose, aside = query.hand(thing), f"{1000 * share * wide:+.0f} mm aside, turned {yaw:+.0f} deg"
-        name = f"{1000 * gone:.0f} mm out from its middle, {aside}, through its side"
-        yield Placement(name, thing, pose, shift(pose, far * out), HIGH, led=True)
-
-
 def _rank_up(asked: Sequence[Query]) -> int | None:
-    return None if is_roofed(asked[0]) else 0
+    return None if is_roofed(asked[0]) or all(math.isfinite(q.room) for q in asked) else 0
 
 
 def _rank_sideways(asked: Sequence[Query]) -> int | None:
-    """Of what is all under a roof first, with a hand that points inwards."""
-    under = [math.isfinite(q.room) for q in asked]
-    return (-1 if all(under) and _down(asked[0]) <= STEEP else 1) if any(under) else None
+    return 1 if is_roofed(asked[0]) or any(math.isfinite(q.room) for q in asked) else None
 
 
 def _rank_tilted(asked: Sequence[Query]) -> int | None:
@@ -216,11 +150,10 @@ def _rank_toppling(asked: Sequence[Query]) -> int | None:
     return 0 if is_roofed(asked[0]) else None
 
 
+SIDEWAYS = WayOut("through its sides", _rank_sideways, sideways, by_hand=True)
 WAYS: Mapping[str, tuple[WayOut, ...]] = {
-    "on": (WayOut("from above", _rank_up, up, endless=True), WayOut("through its sides", _rank_sideways, sideways)),
-    "in": (
-        WayOut("from above", _rank_up, up, endless=True), WayOut("tilted", _rank_tilted, tilted, by_hand=True),
-        WayOut("toppling", _rank_toppling, toppling),
-    ),
+    "on": (WayOut("from above", _rank_up, up, endless=True), SIDEWAYS),
+    "in": (WayOut("from above", _rank_up, up, endless=True), WayOut("tilted", _rank_tilted, tilted, by_hand=True), SIDEWAYS),
+    "toppled": (WayOut("toppling", _rank_toppling, toppling),),
 }  # fmt: skip
 """Ways out by relation."""

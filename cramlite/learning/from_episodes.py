@@ -1,0 +1,66 @@
+"""Learning of a task from episodes: what a person showed becomes a proposal."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from ..base.errors import UserError
+from ..testing.skeleton import camel
+from .example import Library, Marked, example
+from .learner import covers, learn
+from .procedure import Deviation, deviations
+from .proposal import Proposal, propose, steps_of
+
+if TYPE_CHECKING:
+    from ..model.episode import Episode
+    from ..plugin.catalogue import Knowledge
+
+Shown = tuple["Episode", float | None, float | None]
+"""An episode, and when the task began and ended in it [s]; None for the ends of the episode."""
+
+
+def learn_task(
+    name: str, shown: Sequence[Shown], knowledge: Knowledge, *, refused: Sequence[Episode] = (), known: Sequence[Episode] = ()
+) -> Proposal:
+    """Learn a task from demonstrations.
+
+    Args:
+        name: of the task, in small letters, e.g. "stirring".
+        shown: demonstrations, at least one.
+        knowledge: tasks, rules, predicates and classes that are known.
+        refused: episodes in which the task was not done.
+        known: episodes of other tasks; what known tasks explain in them is no example.
+
+    Raises:
+        UserError: an interval is empty, the examples have nothing in common, or they contradict those that were refused.
+    """
+    rules, taxonomy = knowledge.rules, knowledge.taxonomy
+    examples = [example(Marked(*one), rules, taxonomy) for one in shown]
+    others = [*Library(refused, taxonomy, strict=True).known(rules), *Library(known, taxonomy).known(rules)]
+    learned = learn(examples, others, knowledge.predicates, taxonomy)
+    wrong = [examples[k].span for k in learned.refused]
+    proposal = propose(f"cram:{camel(name)}", learned, rules, taxonomy, wrong)
+    said = {str(k.span) for k in learned.others if k.strict}
+    contradicted = [c for c in proposal.covered if c in said]
+    if contradicted:
+        first = ", ".join(str(e.span) for e in examples)
+        raise UserError(
+            f"The examples are contradictory: no condition tells {first} from {'; '.join(contradicted)}, of which it was said that it is "
+            "not the task. Mark intervals that differ (--interval), leave one of them out, or write a predicate for what differs."
+        )
+    return proposal
+
+
+def compared(proposal: Proposal, shown: Shown, knowledge: Knowledge) -> tuple[Deviation, ...]:
+    """Return in what another demonstration, or an execution, differs from how a learned task is done.
+
+    Raises:
+        UserError: an interval is empty, the demonstration is not of the task, or no known tasks explain the examples.
+    """
+    one = example(Marked(*shown), knowledge.rules, knowledge.taxonomy)
+    fillers = covers(proposal.learned, one.span)
+    if proposal.procedure is None or not fillers:
+        why = "known tasks do not explain every example" if proposal.procedure is None else f"the learned rule does not hold of {one.span}"
+        raise UserError(f"'{shown[0].name}' cannot be compared: {why}.")
+    return tuple(deviations(proposal.procedure, steps_of(one, fillers[0], proposal.roles)))

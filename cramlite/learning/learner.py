@@ -1,0 +1,264 @@
+"""Learner of rules: from stretches in which a task was done to the shortest rule that tells them from all that is known."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+
+import numpy as np
+
+from ..base.errors import UserError
+from ..base.value import Value
+from ..interpretation.timeline import Predicate
+from ..ontology.taxonomy import Taxonomy
+from .example import Example, Known
+from .literal import PHASES, Language, Literal
+from .roles import MOST_ROLES, Cast, casts, follows
+from .shortest import Group, Problem, Wish, masks, minimal, shortest, widened
+from .span import Span
+from .tables import Tables
+
+EXCEPTION, SAID = 20.0, 40.0
+"""Bits of an exception: a stretch that a rule tells wrongly; and one of which somebody said that it is not the task. More than the longest
+condition, which is about a class (18), or two of them."""
+NARROW = 1.0
+"""Bits of a stretch that is told from the examples by one condition alone: a rule has a margin, as its bounds have."""
+UNTOLD = 17.0
+"""Bits of a change that all examples show and a rule does not tell, and of a thing that moves in all and is in no role: three names of one
+among fifty, as in readings (ranking.py)."""
+UNSEEN = 2.0
+"""Bits, shared among the examples, for those in which no single action fulfils the rule, so that it is seen in the marked stretch alone."""
+ROLE = 1.0
+"""Bits of a role: that there is one more."""
+WRONG_OF = 5
+"""One example in so many may be wrong."""
+BOUNDS = 3
+"""Bounds that are tried for each value."""
+
+
+class Learned(Value, eq=False):
+    """Rule that was learned.
+
+    Args:
+        literals: its conditions.
+        cast: who fills the roles in each example.
+        examples: it was learned from.
+        refused: examples that it does not cover, by their numbers: taken to be wrong.
+        others: stretches that are not the task.
+        language: of its conditions.
+        bits: its length, with all that it leaves untold.
+    """
+
+    literals: tuple[Literal, ...]
+    cast: Cast
+    examples: tuple[Example, ...]
+    refused: tuple[int, ...]
+    others: tuple[Known, ...]
+    language: Language
+    bits: float
+
+
+def language_of(predicates: Sequence[Predicate], taxonomy: Taxonomy, spans: Sequence[Span]) -> Language:
+    """Return the language in which rules about some spans are written."""
+    unary = [p for p in predicates if p.timeless and p.complete and p.arity == 1 and not p.value]
+
+    def named(which: str) -> str | None:
+        for p in unary:
+            if all({str(r[0]) for r in s.phases["pre"].rows(p, (None,))} == _meant(which, s) for s in spans):
+                return p.name
+        return None
+
+    usable = [p for p in predicates if not p.classes or (p.timeless and p.arity == 2 and len(p.classes) == 1)]
+    return Language({p.name: p for p in usable}, named("hand"), named("thing"), len(taxonomy.classes))
+
+
+def _meant(which: str, span: Span) -> set[str]:
+    return {span.effector or ""} if which == "hand" else set(span.things)
+
+
+def learn(examples: Sequence[Example], others: Sequence[Known], predicates: Sequence[Predicate], taxonomy: Taxonomy) -> Learned:
+    """Learn the shortest rule that covers the examples, and of the rest nothing that known tasks explain.
+
+    Raises:
+        UserError: the examples have nothing in common that changes or happens, or cannot be told from what is no example.
+    """
+    spans = [e.span for e in examples]
+    language = language_of(predicates, taxonomy, spans)
+    rest = (*others, *(k for e in examples for k in e.around))
+    tables = Tables(language, [k.span for k in rest]) if rest else None
+    found = [_learned(language, examples, rest, tables, taxonomy, left_out) for left_out in _left_out(len(examples))]
+    best = min((f for f in found if f is not None), key=lambda f: f.bits, default=None)
+    if best is None:
+        raise UserError(_nothing(examples))
+    return best
+
+
+def _left_out(count: int) -> list[tuple[int, ...]]:
+    """Sets of examples that may be wrong: none first, then one each."""
+    return [(), *((k,) for k in range(count) if count >= WRONG_OF)]
+
+
+def _learned(
+    language: Language, examples: Sequence[Example], rest: Sequence[Known], tables: Tables | None, taxonomy: Taxonomy,
+    left_out: tuple[int, ...],
+) -> Learned | None:
+    kept = [e for k, e in enumerate(examples) if k not in left_out]
+    shown = Tables(language, [e.span for e in kept])
+    choices = [c for roles in range(MOST_ROLES + 1) for c in casts(shown, roles)]
+    told = max((len(c.changes) + c.movers for c in choices), default=0)
+    best: Learned | None = None
+    for cast in choices:
+        sure = _sure(rest, tables, cast, frozenset.intersection(*(e.idle for e in kept)))
+        others = [k.span for k, s in zip(rest, sure, strict=True) if s]
+        literals = (*cast.common, *_classes(taxonomy, shown, cast), *_bounds(shown, cast, others))
+        problem = _problem(shown, tables, literals, cast, kept, [(k, r) for k, (r, s) in enumerate(zip(rest, sure, strict=True)) if s])
+        if not all(problem.needed):
+            continue
+        found = shortest(problem)
+        bits = found.bits + ROLE * cast.roles + EXCEPTION * len(left_out) + UNTOLD * (told - len(cast.changes) - cast.movers)
+        if best is None or bits < best.bits - 1e-3:
+            known = tuple(k for k, s in zip(rest, sure, strict=True) if s)
+            best = Learned(tuple(literals[k] for k in widened(problem, found.chosen)), cast, tuple(kept), left_out, known, language, bits)
+    return best
+
+
+def _sure(rest: Sequence[Known], tables: Tables | None, cast: Cast, idle: frozenset[str]) -> list[bool]:
+    """Whether a known task explains an action, also what changes in it as in the examples: else it may be the task that is learned. What
+    is read as idle is explained, unless the examples are idle in the same way."""
+    if tables is None:
+        return []
+    alike = tables.truths(cast.changes, cast.roles).all(axis=0) & tables.valid(cast.roles)
+    changes = {c.predicate for c in cast.changes}
+    return [
+        k.strict or k.named or (k.claim is not None and k.task not in idle and (not changes or bool(changes & k.explained) or not same))
+        for k, same in zip(rest, np.asarray(alike.any(axis=1)), strict=True)
+    ]
+
+
+def _problem(
+    shown: Tables, tables: Tables | None, literals: Sequence[Literal], cast: Cast, examples: Sequence[Example],
+    known: Sequence[tuple[int, Known]],
+) -> Problem:
+    language, roles = shown.language, cast.roles
+    groups = _groups(shown, literals, cast)
+    if tables is not None:
+        refuted, valid = ~tables.truths(literals, roles), tables.valid(roles)
+        groups += [Group(minimal(masks(refuted[:, k, valid[k]])), SAID if one.strict else EXCEPTION, NARROW) for k, one in known]
+    wishes = []
+    for one, fillers in zip(examples, cast.fillers, strict=True):
+        if one.actions:
+            inside = Tables(language, one.actions)
+            false = ~inside.truths(literals, roles)
+            each = (masks(false[:, k, [inside.place(k, fillers)]])[0] for k in range(len(one.actions)))
+            wishes.append(Wish(tuple(each), UNSEEN / len(examples)))
+    telling = 0
+    for group in groups:
+        for mask in group.refuted:
+            telling |= mask
+    needed = [[k for k, one in enumerate(literals) if _happens(one) and (telling >> k & 1 or not groups)]]
+    needed += [[k for k, one in enumerate(literals) if role in one.binds] for role in range(1, roles + 1)]
+    changes = [
+        ([k for k, one in enumerate(literals) if one == change or _tells(language, one, change)], UNTOLD) for change in cast.changes
+    ]
+    return Problem(np.array([language.bits(one, roles) for one in literals]), groups, wishes, needed, changes)
+
+
+def _groups(shown: Tables, literals: Sequence[Literal], cast: Cast) -> list[Group]:
+    """Of each example the other fillings of the roles, which are no example."""
+    refuted, valid = ~shown.truths(literals, cast.roles), shown.valid(cast.roles)
+    found = []
+    for k, place in enumerate(cast.places):
+        others = valid[k].copy()
+        others[place] = False
+        found.append(Group(minimal(masks(refuted[:, k, others])), EXCEPTION))
+    return found
+
+
+def _happens(literal: Literal) -> bool:
+    """Whether a condition says that something begins, ends, or goes on meanwhile: a task is no state."""
+    return literal.kind in ("begins", "ends") or (literal.phase == "run" and not literal.denied)
+
+
+def _tells(language: Language, one: Literal, change: Literal) -> bool:
+    return one.kind == change.kind and follows(language, change, one)
+
+
+def _classes(taxonomy: Taxonomy, shown: Tables, cast: Cast) -> Iterator[Literal]:
+    """Classes that the fillers of a role have in common, or their parts."""
+    for predicate in shown.language.predicates.values():
+        for role in range(cast.roles if predicate.classes else 0):
+            shared: set[str] | None = None
+            for span, fillers in zip(shown.spans, cast.fillers, strict=True):
+                parts = [n for n, wholes in span.timeline.wholes.items() if fillers[role] in wholes]
+                above = {c for n in parts for t in span.timeline.types(n) for c in taxonomy.ancestors(t)}
+                known = {c for c in above if c in taxonomy.classes and span.of_class(predicate, c)[span.things.index(fillers[role])]}
+                shared = known if shared is None else shared & known
+            yield from (Literal(predicate.name, "class", "pre", (role + 1,), class_=c) for c in sorted(shared or ()))
+
+
+def _bounds(tables: Tables, cast: Cast, others: Sequence[Span]) -> Iterator[Literal]:
+    """Bounds between what examples show of a value and the next values of what is no example: in the middle between them."""
+    for predicate in tables.language.predicates.values():
+        if not predicate.value or predicate.arity > cast.roles:
+            continue
+        for slots in [s for s in np.ndindex(*(cast.roles,) * predicate.arity) if len(set(s)) == len(s)]:
+            for phase in (p for p in PHASES if p in predicate.phases):
+                shown = [
+                    float(s.values(predicate, phase)[tuple(s.things.index(f[k]) for k in slots)])
+                    for s, f in zip(tables.spans, cast.fillers, strict=True)
+                ]
+                else_ = sorted({float(v) for s in others for v in s.values(predicate, phase).reshape(-1) if not math.isnan(v)})
+                if not any(math.isnan(v) for v in shown):
+                    for kind, bound in _between(min(shown), max(shown), else_):
+                        yield Literal(predicate.name, kind, phase, tuple(k + 1 for k in slots), bound=bound)
+
+
+def _between(low: float, high: float, others: Sequence[float]) -> Iterator[tuple]:  # type: ignore[type-arg]
+    below, above = [v for v in others if v < low][-BOUNDS:], [v for v in others if v > high][:BOUNDS]
+    yield from (("at_least", _rounded(v, low)) for v in below)
+    yield from (("at_most", _rounded(high, v)) for v in above)
+
+
+def _rounded(low: float, high: float) -> float:
+    """The middle of two numbers with as few digits as lie between them."""
+    middle = (low + high) / 2
+    for digits in range(1, 16):
+        short = float(f"{middle:.{digits}g}")
+        if low < short < high:
+            return short
+    return middle
+
+
+def _nothing(examples: Sequence[Example]) -> str:
+    names = ", ".join(str(e.span) for e in examples)
+    return (
+        f"The examples have nothing in common that begins, ends or happens: {names}. Either one of them shows another task, or what makes "
+        "the task is in no predicate; 'cramlite new predicate' writes one of your own."
+    )
+
+
+def covers(learned: Learned, span: Span, literals: Sequence[Literal] | None = None) -> tuple[tuple[str, ...], ...]:
+    """Return the fillings of the roles under which a rule holds in a span.
+
+    Args:
+        literals: instead of the rule's own.
+    """
+    asked = learned.literals if literals is None else tuple(literals)
+    roles, tables = learned.cast.roles, Tables(learned.language, [span])
+    holds = (tables.truths(asked, roles).all(axis=0) & tables.valid(roles))[0]
+    return tuple(tables.names(0, int(p), roles) for p in np.flatnonzero(holds))
+
+
+def conditions(learned: Learned, names: Sequence[str]) -> Mapping[str, list[str]]:
+    """Return the conditions as a rule file writes them: phase -> texts; ``names`` are of who acts and of the roles."""
+    found: dict[str, list[str]] = {phase: [] for phase in PHASES}
+    language = learned.language
+    if language.hand and any(0 in one.slots for one in learned.literals):
+        found["pre"].append(f"{language.hand}({names[0]})")
+    if language.thing:
+        found["pre"] += [f"{language.thing}({name})" for name in names[1:]]
+    for one in learned.literals:
+        for phase, text in one.texts(names):
+            if text not in found[phase]:
+                found[phase].append(text)
+    return found

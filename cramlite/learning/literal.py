@@ -1,0 +1,127 @@
+"""Conditions that a learned rule may have: their text, their length in bits, and the language that they are from."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from itertools import product
+from typing import Literal as OneOf
+
+from ..base.value import Value
+from ..interpretation.timeline import PhaseName, Predicate
+
+Kind = OneOf["holds", "begins", "ends", "at_least", "at_most", "class"]
+"""How a condition asks its predicate: a state, a change over the span, a bound of a value, or a class of a thing."""
+
+ANY, HAND = -1, 0
+"""Slots of arguments: anything, and who acts; roles are counted from 1."""
+PHASES: tuple[PhaseName, ...] = ("pre", "run", "post")
+CHANGED, NUMBER, NEGATED, LOOK, OPEN = 1.0, 4.0, 1.0, 1.0, 3.0
+"""Bits: which way something changes; a threshold (one of 16 places between two values); that it is denied; each unit of a predicate's cost,
+so that what was recorded is asked before what must be measured; an argument that is left open, where a role could be named.
+A denial leaves one open for nothing: that nothing supports a thing is about the thing."""
+
+
+class Literal(Value, order=True):
+    """Condition on the roles of a task.
+
+    Args:
+        predicate: its name.
+        kind: how it is asked.
+        phase: in which; "" of a change, which has two.
+        slots: of its arguments.
+        denied: whether it must not hold.
+        bound: of a value, in the predicate's unit.
+        class_: that a thing is of; "" of other kinds.
+    """
+
+    predicate: str
+    kind: Kind
+    phase: str
+    slots: tuple[int, ...]
+    denied: bool = False
+    bound: float = 0.0
+    class_: str = ""
+
+    @property
+    def roles(self) -> frozenset[int]:
+        """Roles that it mentions."""
+        return frozenset(s for s in self.slots if s > 0)
+
+    @property
+    def binds(self) -> frozenset[int]:
+        """Roles of which it says who fills them; a denial and a bound only test."""
+        return frozenset() if self.denied or self.kind in ("at_least", "at_most") else self.roles
+
+    def texts(self, names: Sequence[str]) -> Iterator[tuple[PhaseName, str]]:
+        """Yield the conditions of a rule file that it stands for, each with its phase; ``names`` are of hand and roles."""
+        arguments = ["_" if s == ANY else names[s] for s in self.slots]
+        if self.kind == "class":
+            arguments.append(self.class_)
+        atom = f"{self.predicate}({', '.join(arguments)})"
+        if self.kind in ("begins", "ends"):
+            before, after = ("not ", "") if self.kind == "begins" else ("", "not ")
+            yield "pre", before + atom
+            yield "post", after + atom
+        else:
+            compared = {"at_least": f" >= {self.bound:g}", "at_most": f" <= {self.bound:g}"}.get(self.kind, "")
+            yield self.phase, ("not " if self.denied else "") + atom + compared  # type: ignore[misc]
+
+
+class Language(Value):
+    """Predicates in which conditions are written, and how many classes there are.
+
+    Args:
+        predicates: by name; those that hold of classes among them.
+        hand: the predicate by which a rule names who acts; None where no plugin declares one.
+        thing: the predicate by which a rule says that something is a thing of its own, and no part; None likewise.
+        classes: how many classes an ontology offers.
+    """
+
+    predicates: dict[str, Predicate]
+    hand: str | None
+    thing: str | None
+    classes: int
+
+    def bits(self, literal: Literal, roles: int) -> float:
+        """Return the description length of a condition in a rule with so many roles."""
+        predicate = self.predicates[literal.predicate]
+        bits = math.log2(len(self.predicates)) + math.log2(roles + 2) * len(literal.slots) + LOOK * predicate.cost
+        bits += OPEN * max(literal.slots.count(ANY) - literal.denied, 0)
+        if literal.kind in ("begins", "ends"):
+            return bits + CHANGED
+        bits += 0.0 if predicate.timeless else math.log2(len(PHASES))
+        bits += {"at_least": NUMBER, "at_most": NUMBER, "class": math.log2(max(self.classes, 2))}.get(literal.kind, 0.0)
+        return bits + (NEGATED if literal.denied else 0.0)
+
+    def literals(self, roles: int) -> Iterator[Literal]:
+        """Yield the conditions without numbers and classes that a rule with so many roles may have."""
+        slots = (ANY, *([HAND] if self.hand else []), *range(1, roles + 1))
+        for predicate in self.predicates.values():
+            if predicate.value or predicate.classes or predicate.name == self.hand:
+                continue
+            for arguments in product(slots, repeat=predicate.arity):
+                if _sensible(predicate, arguments):
+                    yield from _asked(predicate, arguments)
+
+
+def _sensible(predicate: Predicate, slots: tuple[int, ...]) -> bool:
+    """Whether a condition is about who acts or a role, rather than the whole scene; nothing is related to itself; and of two ways to write
+    a symmetric relation it is the first."""
+    named = [s for s in slots if s != ANY]
+    if len(set(named)) < len(named) or (slots and not named):
+        return False
+    return not (predicate.fluent.symmetric and slots != tuple(sorted(slots)))
+
+
+def _asked(predicate: Predicate, slots: tuple[int, ...]) -> Iterator[Literal]:
+    if predicate.timeless:
+        phases: tuple[PhaseName, ...] = ("pre",)
+    else:
+        phases = tuple(p for p in PHASES if p in predicate.phases)
+        if {"pre", "post"} <= set(phases):
+            yield Literal(predicate.name, "begins", "", slots)
+            yield Literal(predicate.name, "ends", "", slots)
+    for phase in phases:
+        yield Literal(predicate.name, "holds", phase, slots)
+        yield Literal(predicate.name, "holds", phase, slots, denied=True)

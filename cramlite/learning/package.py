@@ -1,0 +1,74 @@
+"""Package of a learned task: installable, with class, rule, decomposition where one was shown, tests, and a page with the evidence."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from importlib.resources import files
+from pathlib import Path
+
+from ..base.html_template import html_template, write_html
+from ..testing.skeleton import fill
+from .procedure import plan_text
+from .proposal import Proposal
+
+PAGE = "learned.html"
+
+
+def write_package(proposal: Proposal, name: str, out: Path | None = None) -> tuple[Path, ...]:
+    """Write a learned task as a package.
+
+    Args:
+        name: of the plugin, in small letters; the task is called after it.
+        out: folder; ``cramlite-NAME`` in the current one if nothing is said.
+
+    Returns:
+        the files, the folder first.
+
+    Raises:
+        UserError: the name is taken or cannot be used, or the folder is not empty.
+    """
+    folder, *written = fill("learned", "task", name, out, _words(proposal, name))
+    page = folder / PAGE
+    write_html(page, page_text(proposal))
+    return (folder, *written, page)
+
+
+def page_text(proposal: Proposal) -> str:
+    """Return the page about a learned task as HTML: the rule, the evidence for each condition, what was dropped, what is open."""
+    return html_template((files(__package__) / "learned.html.j2").read_text(encoding="utf-8")).render(
+        found=proposal, plan=plan_text(proposal.procedure) if proposal.procedure else ""
+    )
+
+
+def _words(proposal: Proposal, name: str) -> Mapping[str, str]:
+    spoken = name.replace("_", " ")
+    steps = proposal.steps
+    classes = sorted({c for s in steps for _, c in s.fillers if c not in proposal.roles})
+    model = "Action, Belief" + (", Object" if classes else "")
+    plugin = "Decomposition, Role, TaskType, " + ("hookimpl" if steps else "Unresolvable, hookimpl")
+    count = sum(len(texts) for texts in proposal.rule.values())
+    said = [f"{phase}:\n" + "\n".join(f"  - {text}" for text in texts) for phase, texts in proposal.rule.items() if texts]
+    examples = len(proposal.learned.examples)
+    return {
+        "task": proposal.task, "above": proposal.above, "summary": f"{spoken}, as it was shown", "count": str(count),
+        "roles": "roles:" + "".join(f"\n  {r}: {c}" for r, c in proposal.roles.items()) if proposal.roles else "roles: {}",
+        "role_list": "".join(f'Role("{r}"), ' for r in proposal.roles).rstrip() if proposal.roles else "",
+        "conditions": "\n".join(said), "examples": f"{examples} demonstration{'s' if examples > 1 else ''}",
+        "explain": f"{spoken}: {' and '.join(f'{{{r}}}' for r in proposal.roles)}" if proposal.roles else spoken,
+        "model_names": model, "plugin_names": plugin, "decompose": _decompose(proposal, classes),
+    }  # fmt: skip
+
+
+def _decompose(proposal: Proposal, classes: list[str]) -> str:
+    if not proposal.steps:
+        return (
+            f'        raise Unresolvable("how {proposal.task} is done was not learned: no sequence of known tasks explains what "\n'
+            '                           "was shown; write it here")'
+        )
+    lines = [f'        some_{k} = Object("some_{k}", ("{class_}",))' for k, class_ in enumerate(classes)]
+    lines.append("        steps = (")
+    for k, step in enumerate(proposal.steps, 1):
+        fillers = {r: f'action.roles["{c}"]' if c in proposal.roles else f"some_{classes.index(c)}" for r, c in step.fillers}
+        roles = ", ".join(f'"{r}": {f}' for r, f in fillers.items())
+        lines.append(f'            Action(action.inside("{k}_{step.task.split(":")[-1]}"), "{step.task}", {{{roles}}}),')
+    return "\n".join([*lines, "        )", '        yield Decomposition(steps, "as it was shown")'])

@@ -1,0 +1,226 @@
+"""Proposal of a task: what was learned in the words of a rule file, with names of its roles, the class above it, and the evidence."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from ..base.value import Value
+from ..interpretation.conditions import atoms
+from ..interpretation.rules import Rule
+from ..ontology.foundation import ROLE, TASK
+from ..ontology.taxonomy import Taxonomy
+from .example import Example, solutions
+from .learner import Learned, conditions
+from .literal import Literal
+from .procedure import Procedure, Step, procedure
+from .span import Span
+from .tables import Tables
+
+HAND = "Gripper"
+"""Variable of who acts."""
+ACCIDENTAL = 12
+"""Conditions that are listed as dropped."""
+
+
+class Evidence(Value):
+    """Evidence for one condition of a rule.
+
+    Args:
+        texts: as the rule file has it, each with its phase.
+        holds_in: examples, those also that were left out as wrong.
+        excludes: stretches that no other condition tells from the examples.
+        without: what the rule would be without it, a sentence.
+    """
+
+    texts: tuple[tuple[str, str], ...]
+    holds_in: tuple[str, ...]
+    excludes: tuple[str, ...]
+    without: str
+
+
+class Proposal(Value, eq=False):
+    """Task that was learned, to be read and changed by a knowledge engineer.
+
+    Args:
+        task: its class.
+        above: class above it.
+        roles: name -> class.
+        fillers: of the roles in each example.
+        rule: conditions by phase.
+        evidence: for each condition.
+        dropped: conditions that hold in all examples and that nothing needs.
+        undecided: what one more demonstration could decide.
+        covered: stretches that are no examples and that the rule covers all the same.
+        wrong: examples that it does not cover.
+        procedure: the known tasks that explain the examples, as a partial order; None where they explain none of one.
+        learned: what it was made of.
+    """
+
+    task: str
+    above: str
+    roles: Mapping[str, str]
+    fillers: tuple[tuple[str, ...], ...]
+    rule: Mapping[str, Sequence[str]]
+    evidence: tuple[Evidence, ...]
+    dropped: tuple[str, ...]
+    undecided: tuple[str, ...]
+    covered: tuple[str, ...]
+    wrong: tuple[str, ...]
+    procedure: Procedure | None
+    learned: Learned
+
+    @property
+    def steps(self) -> tuple[Step, ...]:
+        """The known tasks that no example does without, in an order that contradicts none."""
+        return tuple(s for s in self.procedure.steps if s not in self.procedure.optional) if self.procedure else ()
+
+
+def propose(task: str, learned: Learned, rules: Sequence[Rule], taxonomy: Taxonomy, wrong: Sequence[Span] = ()) -> Proposal:
+    """Return what was learned as a proposal of a task.
+
+    Args:
+        task: its class, such as "cram:Stirring".
+        rules: of the known tasks.
+        wrong: the examples that were left out.
+    """
+    roles = _called(learned, _names(rules))
+    names = [HAND, *roles]
+    evidence = _evidence(learned, names, wrong)
+    return Proposal(
+        task, _above(learned, rules, taxonomy), roles, learned.cast.fillers, conditions(learned, names), evidence,
+        _dropped(learned, names), _undecided(learned, evidence, names), tuple(_covered(learned)), tuple(map(str, wrong)),
+        _procedure(learned, roles), learned,
+    )  # fmt: skip
+
+
+def _called(learned: Learned, names: Sequence[tuple[str, str]]) -> dict[str, str]:
+    """Roles in the order of the rule's variables: the first name is for what is moved farthest, and so on."""
+    shown = list(zip(learned.examples, learned.cast.fillers, strict=True))
+    order = sorted(range(learned.cast.roles), key=lambda k: (-max(_moved(e.span, f[k]) for e, f in shown), k))
+    called = dict(zip(order, names, strict=False))
+    return dict(called[k] for k in range(learned.cast.roles))
+
+
+def _moved(span: Span, thing: str) -> float:
+    """How far a thing is from where it was at the start of a span [m], to the millimetre."""
+    before, after = (span.timeline.episode.pose_at(thing, t) for t in (span.start, span.end))
+    return 0.0 if before is None or after is None else round(math.dist(before.position, after.position), 3)
+
+
+def _names(rules: Sequence[Rule]) -> list[tuple[str, str]]:
+    """Names of roles with their classes, the first as most known tasks call their first role, and so on."""
+    found: list[tuple[str, str]] = []
+    for place in range(max((len(r.roles) for r in rules), default=0)):
+        asked = Counter(pair for r in rules for pair in list(r.roles.items())[place : place + 1] if pair[0] not in dict(found))
+        found += [pair for pair, _ in asked.most_common(1)]
+    spare = Counter(pair for r in rules for pair in list(r.roles.items())[1:] if pair[0] not in dict(found))
+    found += [pair for pair, _ in sorted(spare.items(), key=lambda p: (-p[1], p[0]))]
+    return [*dict(found).items(), *((f"Other_{k}", ROLE) for k in range(1, 4))]
+
+
+def _above(learned: Learned, rules: Sequence[Rule], taxonomy: Taxonomy) -> str:
+    """The most special task whose rule holds of all examples and speaks of all that changes in them; else a task."""
+    changes = {c.predicate for c in learned.cast.changes}
+    spoken = [r for r in rules if r.roles and changes <= {a.predicate.name for c in r.clauses for a in atoms(c.condition)}]
+    found = [r.task for r in spoken if all(_recognised(r, e.span, f) for e, f in zip(learned.examples, learned.cast.fillers, strict=True))]
+    return max(found, key=lambda t: (taxonomy.depth(t), t), default=TASK)
+
+
+def _recognised(rule: Rule, span: Span, fillers: Sequence[str]) -> bool:
+    role = next(iter(rule.roles))
+    return any(span.timeline.episode.whole(str(b[role])) in fillers for b in solutions(rule, span))
+
+
+def _evidence(learned: Learned, names: Sequence[str], wrong: Sequence[Span]) -> tuple[Evidence, ...]:
+    """For each condition, the examples that it holds in, and what it alone tells from them."""
+    roles, rest = learned.cast.roles, [k.span for k in learned.others]
+    shown = [e.span for e in learned.examples]
+    tables = Tables(learned.language, [*rest, *shown])
+    holds = tables.truths(learned.literals, roles)
+    usable = tables.valid(roles).copy()
+    for k, place in enumerate(learned.cast.fillers):
+        usable[len(rest) + k, tables.place(len(rest) + k, place)] = False
+    found = []
+    for k, one in enumerate(learned.literals):
+        others = [i for i in range(len(learned.literals)) if i != k]
+        passed = (holds[others].all(axis=0) & usable & ~holds[k]).any(axis=1)
+        excludes = tuple(str(s) for s, p in zip(tables.spans, passed[: len(rest)], strict=False) if p)
+        fillers = tuple(str(s) for s, p in zip(shown, passed[len(rest) :], strict=True) if p)
+        found.append(Evidence(tuple(one.texts(names)), tuple(map(str, shown)), (*excludes, *(f"other things in {f}" for f in fillers)),
+                              _without(excludes, fillers, one, roles)))  # fmt: skip
+    return tuple(found)
+
+
+def _without(excludes: Sequence[str], fillers: Sequence[str], literal: Literal, roles: int) -> str:
+    if excludes:
+        also = f", such as {excludes[0]}" if excludes else ""
+        return f"{len(excludes)} stretch{'es' if len(excludes) > 1 else ''} that are no examples would be recognised{also}"
+    if fillers:
+        return "it would be open who fills the roles"
+    if literal.kind in ("begins", "ends"):
+        return "nothing else would be recognised, but what the task brings about would not be said"
+    return "nothing else would be recognised now: it keeps a distance from what is no example"
+
+
+def _dropped(learned: Learned, names: Sequence[str]) -> tuple[str, ...]:
+    """Conditions that hold in all examples, say something about a role, and tell nothing that the rule does not tell."""
+    bits = learned.language.bits
+    left = sorted((one for one in learned.cast.common if one not in learned.literals and one.binds and "_" not in _said(one, names)),
+                  key=lambda one: (one.kind == "holds", bits(one, learned.cast.roles), one))  # fmt: skip
+    return tuple(_said(one, names) for one in left[:ACCIDENTAL])
+
+
+def _said(literal: Literal, names: Sequence[str]) -> str:
+    return " and ".join(f"{phase}: {text}" for phase, text in literal.texts(names))
+
+
+def _undecided(learned: Learned, evidence: Sequence[Evidence], names: Sequence[str]) -> tuple[str, ...]:
+    """What one more demonstration could decide: conditions on little evidence, and bounds."""
+    found = []
+    for one, known in zip(learned.literals, evidence, strict=True):
+        said = _said(one, names)
+        if one.kind in ("at_least", "at_most"):
+            found.append(f"where the bound of '{said}' lies: show one with a value nearer to {one.bound:g}")
+        elif len(known.excludes) <= 1 and one not in learned.cast.changes:
+            found.append(f"whether '{said}' belongs to the task: show one in which it does not hold")
+    for k, name in enumerate(names[1:]):
+        if len({f[k] for f in learned.cast.fillers}) == 1:
+            found.append(f"whether {name} may be anything but '{learned.cast.fillers[0][k]}': show it with another thing")
+    return tuple(found)
+
+
+def _covered(learned: Learned) -> list[str]:
+    roles = learned.cast.roles
+    if not learned.others:
+        return []
+    tables = Tables(learned.language, [k.span for k in learned.others])
+    holds = np.asarray((tables.truths(learned.literals, roles).all(axis=0) & tables.valid(roles)).any(axis=1))
+    return [str(k.span) for k, true in zip(learned.others, holds, strict=True) if true]
+
+
+def _procedure(learned: Learned, roles: Mapping[str, str]) -> Procedure | None:
+    """The known tasks that explain the examples: who fills their roles is a role of ours, or a thing's class."""
+    shown = [steps_of(e, f, roles) for e, f in zip(learned.examples, learned.cast.fillers, strict=True)]
+    return procedure(shown) if all(shown) else None
+
+
+def steps_of(one: Example, fillers: Sequence[str], roles: Mapping[str, str]) -> tuple[Step, ...]:
+    """Return the known tasks that explain an example, in order, in the words of a proposal.
+
+    Args:
+        fillers: of the roles in the example.
+    """
+    said = [(task, [(role, _ours(one.span, fillers, name, roles)) for role, name in known.items()]) for task, known in one.tasks]
+    return tuple(Step(task, tuple((role, filler) for role, filler in who if filler)) for task, who in said)
+
+
+def _ours(span: Span, fillers: Sequence[str], name: str, roles: Mapping[str, str]) -> str:
+    """The role that a thing fills; else the class of the thing; "" for who acts."""
+    whole = span.timeline.episode.whole(name)
+    if whole in fillers:
+        return list(roles)[fillers.index(whole)]
+    return "" if whole == span.effector else next(iter(span.timeline.types(name)), "")

@@ -1,0 +1,140 @@
+"""Roles of a task that is learned: the things that change in an example, and which things of the other examples are in the same roles."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from itertools import combinations
+
+import numpy as np
+
+from ..base.value import Value
+from .literal import ANY, HAND, Language, Literal
+from .span import Truths
+from .tables import Tables
+
+MOST_ROLES = 3
+"""Roles of a task: no task that is shipped has more."""
+WHO = 4
+"""Things of an example that may fill a role: those that change most."""
+TRIED = 2
+"""Choices of things that are tried for each number of roles: those that the examples agree upon most."""
+
+
+class Cast(Value, eq=False):
+    """Choice of who fills the roles in each example, with the conditions on them that hold in all.
+
+    Args:
+        fillers: for each example the things in the roles.
+        places: for each example the same as one index into the fillings of the roles.
+        common: conditions that hold in all examples.
+        changes: those of them that say that a recorded state begins or ends, with nothing left open, and that follow from no other.
+        movers: how many roles are filled by things that are elsewhere in the end in all examples.
+        agreement: how much the examples agree upon.
+    """
+
+    fillers: tuple[tuple[str, ...], ...]
+    places: tuple[int, ...]
+    common: tuple[Literal, ...]
+    changes: tuple[Literal, ...]
+    movers: int
+    agreement: float
+
+    @property
+    def roles(self) -> int:
+        """Number of roles."""
+        return len(self.fillers[0])
+
+
+def casts(tables: Tables, roles: int) -> list[Cast]:
+    """Return the choices of who fills so many roles that the examples agree upon most, the best first; none where they have too few things.
+
+    Args:
+        tables: of the examples.
+    """
+    literals = list(tables.language.literals(roles))
+    weights = np.array([_weight(tables.language, one) for one in literals])
+    holds = tables.truths(literals, roles)
+    usable = tables.valid(roles) & _distinct(tables.size, roles)
+    found = []
+    for chosen in combinations(_who_changes(tables), roles):
+        cast = _cast(tables, literals, weights, holds, usable, chosen)
+        if cast is not None:
+            found.append(cast)
+    return sorted(found, key=lambda c: -c.agreement)[:TRIED]
+
+
+def _who_changes(tables: Tables) -> list[int]:
+    """The things of the first span of which something changes, or that who acts is at, those of which most does first."""
+    language = tables.language
+    literals = [one for one in language.literals(1) if one.roles and (_moving(language, one) or _with_hand(language, one))]
+    weights = np.array([_weight(tables.language, one) for one in literals])
+    score = weights @ tables.truths(literals, 1)[:, 0] if tables.size else np.zeros(0)
+    score = np.where(tables.valid(1)[0], score, 0.0) if tables.size else score
+    return [k for k in sorted(range(tables.size), key=lambda k: (-score[k], k)) if score[k] > 0][:WHO]
+
+
+def _with_hand(language: Language, literal: Literal) -> bool:
+    """Whether a condition says that a recorded state holds between who acts and a role all through."""
+    return literal.phase == "run" and HAND in literal.slots and not literal.denied and recorded(language, literal)
+
+
+def _moving(language: Language, literal: Literal) -> bool:
+    """Whether a condition says that something changes, or happens while the task is done."""
+    return literal.kind in ("begins", "ends") or (not literal.denied and language.predicates[literal.predicate].phases == {"run"})
+
+
+def _weight(language: Language, literal: Literal) -> float:
+    """How much it says of the roles that examples have a condition in common: of changes more than of what stays."""
+    if not literal.roles:
+        return 0.0
+    if literal.kind in ("begins", "ends"):
+        return 8.0 if recorded(language, literal) else 2.0
+    return 0.05 if literal.denied else 2.0 if _moving(language, literal) else 1.0
+
+
+def recorded(language: Language, literal: Literal) -> bool:
+    """Check whether a condition is about states that are recorded, rather than measured: who says so declares how tasks change them."""
+    predicate = language.predicates[literal.predicate]
+    return predicate.steady and (predicate.fluent.initial is not None or predicate.fluent.in_hand)
+
+
+def _cast(
+    tables: Tables, literals: Sequence[Literal], weights: np.ndarray, holds: Truths, usable: Truths, chosen: tuple[int, ...]
+) -> Cast | None:
+    roles = len(chosen)
+    places = [int(np.ravel_multi_index(chosen, (tables.size,) * roles)) if roles else 0]
+    common = holds[:, 0, places[0]]
+    for k in range(1, len(tables.spans)):
+        agreed = np.where(usable[k], (weights * common) @ holds[:, k], -1.0)
+        if not len(agreed) or agreed.max() < 0:
+            return None
+        places.append(int(np.argmax(agreed)))
+        common = common & holds[:, k, places[-1]]
+    kept = tuple(one for one, true in zip(literals, common, strict=True) if true)
+    names = tuple(tables.names(k, p, roles) for k, p in enumerate(places))
+    movers = sum(all(s.elsewhere(f[role]) for s, f in zip(tables.spans, names, strict=True)) for role in range(roles))
+    return Cast(names, tuple(places), kept, tuple(_changes(tables.language, kept)), movers, float(weights @ common))
+
+
+def _distinct(things: int, roles: int) -> Truths:
+    """Which fillings of the roles have a thing of its own in each."""
+    found = np.array([len(set(k)) == roles for k in np.ndindex(*(things,) * roles)], dtype=np.bool_)
+    return found.reshape(1, -1)
+
+
+def _changes(language: Language, common: Sequence[Literal]) -> Iterator[Literal]:
+    """Recorded states that begin or end between who acts and the roles, and that no other such change brings about."""
+    changes = [one for one in common if one.kind in ("begins", "ends") and ANY not in one.slots and recorded(language, one)]
+    for one in changes:
+        if not any(follows(language, one, other) for other in changes if other != one):
+            yield one
+
+
+def follows(language: Language, literal: Literal, other: Literal) -> bool:
+    """Check whether a change comes about with another one, by what their predicates declare."""
+    fluent = language.predicates[other.predicate].fluent
+    if set(literal.slots) != set(other.slots) or literal.kind != other.kind:
+        return False
+    if other.kind == "begins":
+        return literal.predicate in fluent.implies
+    return literal.predicate in fluent.undoes

@@ -1,0 +1,95 @@
+"""Tables of facts of many spans at once: for each predicate and phase, for which things of each span it holds.
+
+Spans have few things each, so all are padded to the same number; who acts has the last place.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from .literal import ANY, HAND, Language, Literal
+from .span import Span, Truths
+
+
+class Tables:
+    """Facts of some spans, computed when they are first asked for.
+
+    Args:
+        language: whose predicates are asked.
+        spans: at least one.
+    """
+
+    def __init__(self, language: Language, spans: Sequence[Span]) -> None:
+        self.language, self.spans = language, tuple(spans)
+        self.size = max((len(s.things) for s in spans), default=0)
+        self._known: dict[tuple[str, str], npt.NDArray] = {}  # type: ignore[type-arg]
+
+    def valid(self, roles: int) -> Truths:
+        """Return (spans, fillings) which fillings of the roles are things of a span, and not padding."""
+        one = np.arange(self.size)[None, :] < np.array([len(s.things) for s in self.spans])[:, None]
+        found = np.ones((len(self.spans), *(1,) * roles), dtype=np.bool_)
+        for role in range(roles):
+            found = found & one.reshape(-1, *(self.size if k == role else 1 for k in range(roles)))
+        return found.reshape(len(self.spans), -1)
+
+    def truths(self, literals: Sequence[Literal], roles: int) -> Truths:
+        """Return (conditions, spans, fillings) which conditions hold."""
+        shape = (len(self.spans), *(self.size,) * roles)
+        found = np.empty((len(literals), *shape), dtype=np.bool_)
+        for k, literal in enumerate(literals):
+            found[k] = self.truth(literal, roles)
+        return found.reshape(len(literals), len(self.spans), self.size**roles)
+
+    def truth(self, literal: Literal, roles: int) -> Truths:
+        """Return for which spans and fillings a condition holds; an axis along which nothing changes has length 1."""
+        if literal.kind in ("begins", "ends"):
+            before, after = (self._of_slots(self._holds(literal, p), literal.slots, roles) for p in ("pre", "post"))
+            return ~before & after if literal.kind == "begins" else before & ~after
+        if literal.kind in ("at_least", "at_most"):
+            values = self._holds(literal, literal.phase)
+            with np.errstate(invalid="ignore"):
+                found = values >= literal.bound if literal.kind == "at_least" else values <= literal.bound
+        else:
+            found = self._holds(literal, literal.phase)
+        found = self._of_slots(found, literal.slots, roles)
+        return ~found if literal.denied else found
+
+    def _holds(self, literal: Literal, phase: str) -> npt.NDArray:  # type: ignore[type-arg]
+        key = (literal.predicate, literal.class_ or phase)
+        if key not in self._known:
+            tables = [self._of_span(s, literal, phase) for s in self.spans]
+            padded = np.zeros((len(tables), *(self.size + 1,) * tables[0].ndim), dtype=tables[0].dtype)
+            for k, (span, one) in enumerate(zip(self.spans, tables, strict=True)):
+                places = [*range(len(span.things)), self.size]
+                padded[(k, *np.ix_(*[places] * one.ndim))] = one
+            self._known[key] = padded
+        return self._known[key]
+
+    def _of_span(self, span: Span, literal: Literal, phase: str) -> npt.NDArray:  # type: ignore[type-arg]
+        predicate = self.language.predicates[literal.predicate]
+        if literal.class_:
+            return span.of_class(predicate, literal.class_)
+        return span.values(predicate, phase) if predicate.value else span.holds(predicate, phase)  # type: ignore[arg-type]
+
+    def _of_slots(self, table: Truths, slots: tuple[int, ...], roles: int) -> Truths:
+        """The table of a predicate as one over roles: anything is quantified, who acts is fixed."""
+        places = (self.size if s == HAND else slice(None) if s == ANY else slice(self.size) for s in slots)
+        picked = table[(slice(None), *places)]
+        left = [s for s in slots if s != HAND]
+        picked = np.asarray(picked.any(axis=tuple(k + 1 for k, s in enumerate(left) if s == ANY))) if ANY in left else picked
+        named = [s for s in left if s > 0]
+        picked = np.transpose(picked, (0, *(np.argsort(named) + 1))) if len(named) > 1 else picked
+        return np.asarray(picked).reshape([len(self.spans), *(self.size if r in named else 1 for r in range(1, roles + 1))])
+
+    def place(self, span: int, fillers: Sequence[str]) -> int:
+        """Return the place of a filling by names."""
+        things = self.spans[span].things
+        return int(np.ravel_multi_index([things.index(f) for f in fillers], (self.size,) * len(fillers))) if fillers else 0
+
+    def names(self, span: int, place: int, roles: int) -> tuple[str, ...]:
+        """Return the names of a filling by its place."""
+        things = self.spans[span].things
+        return tuple(things[int(k)] for k in np.unravel_index(place, (self.size,) * roles)) if roles else ()

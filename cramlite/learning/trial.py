@@ -1,0 +1,89 @@
+"""Trials of a learned task: a robot does it in worlds in which nobody showed it, and the learned rule reads what became of it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ..base.errors import UserError
+from ..base.value import Value
+from ..engine.engine import Engine
+from ..interpretation.timeline import Timeline
+from ..planning.diagnosis import nearest_miss
+from ..planning.trace import Trace
+from ..scenario.task_specs import TaskSpec
+from .learner import covers
+from .proposal import Proposal
+from .span import Span
+
+if TYPE_CHECKING:
+    from ..model.world import World
+    from ..ontology.taxonomy import Taxonomy
+    from ..scenario.scenario import Scenario
+
+
+class Trial(Value):
+    """Trial of a learned task in one world.
+
+    Args:
+        seed: of the world.
+        passed: whether a program was proven, and the learned rule recognises its run with the same things in the roles.
+        reason: what came of it, a clause.
+    """
+
+    seed: int
+    passed: bool
+    reason: str
+
+
+def trials(proposal: Proposal, module: Path, scenario: Scenario, seeds: range) -> Iterator[Trial]:
+    """Yield what came of a learned task in worlds of a scenario, one for each seed; its own tasks and goal do not count.
+
+    Args:
+        module: the plugin that was written.
+
+    Raises:
+        UserError: the world has nothing for a role.
+    """
+    engine = Engine(files=[module])
+    for seed in seeds:
+        setting = engine.setting(scenario, seed=seed, twins=0)
+        task = TaskSpec(task=proposal.task, roles=dict(_fillers(proposal, setting.world, engine.knowledge.taxonomy)))
+        trace = Trace()
+        solution = next(engine.resolve([task], setting=setting, seed=seed, trace=trace), None)
+        if solution is None or solution.candidate.rollout is None:
+            miss = nearest_miss(trace.entries)
+            yield Trial(seed, False, f"no program was proven: {miss.reason if miss else 'nothing was tried'}")
+            continue
+        episode = engine.knowledge.episodes.detect(solution.candidate.rollout, f"run_{seed}")
+        span = Span(Timeline(episode, engine.knowledge.taxonomy), *episode.span)
+        found = covers(proposal.learned, span)
+        right = tuple(task.roles.values()) in found
+        yield Trial(seed, right, "proven, and recognised by the learned rule" if right else _unread(proposal, span, task, len(found)))
+
+
+def _fillers(proposal: Proposal, world: World, taxonomy: Taxonomy) -> Iterator[tuple[str, str]]:
+    """For each role a thing of the world: of the name that it had in an example, else of its class."""
+    taken: set[str] = set()
+    for k, role in enumerate(proposal.roles):
+        names = [f[k] for f in proposal.fillers]
+        types = [t for e, n in zip(proposal.learned.examples, names, strict=True) for t in e.span.timeline.types(n)[:1]]
+        alike = [t.name for t in world.things if any(taxonomy.is_a(t.type, c) for c in types)]
+        free = [n for n in (*(t.name for t in world.things if t.name in names), *alike) if n not in taken]
+        if not free:
+            wanted = types[0] if types else "such thing"
+            raise UserError(f"The world has nothing for the role {role}: neither '{names[0]}' nor any {wanted}.")
+        taken.add(free[0])
+        yield role, free[0]
+
+
+def _unread(proposal: Proposal, span: Span, task: TaskSpec, found: int) -> str:
+    """Which condition of the rule the run does not fulfil; show next what differs there."""
+    if found:
+        return "proven, but the learned rule finds other things in the roles; show what tells them apart"
+    for evidence, literal in zip(proposal.evidence, proposal.learned.literals, strict=True):
+        if tuple(task.roles.values()) not in covers(proposal.learned, span, [literal]):
+            said = " and ".join(f"{phase}: {text}" for phase, text in evidence.texts)
+            return f"proven, but '{said}' does not hold of the run: show one in which it does not hold, if it does not belong to the task"
+    return "proven, but no condition alone fails: the run is none of this task"

@@ -1,0 +1,305 @@
+"""Way out through an open side from under a roof, such as out of a microwave or off a level of a shelf, and where
+hand and payload have room there, whatever arm leads them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from itertools import product
+
+import numpy as np
+from msgspec.structs import replace
+from numpy.typing import NDArray
+
+from cramlite.model import Belief, Floats, Pose, Remedy, Thing, Value
+from cramlite.plugin import Context, Unresolvable
+
+from ...kinematics.kinematics import inverse, reach_gap, reach_shortfall
+from ...motion_planning.planning_scene import CLEARANCE
+from ...motion_planning.reach import shift, taken_at
+from ...shapes.bounds import box_around, centre_of_mass, corners, height, lowest, support
+from ...shapes.box_overlaps import overlaps
+from ...shapes.roofs import has_a_roof, has_own_roof, open_sides, roof_over, roofed
+from ...shapes.standing_up import stood_up
+from ...shapes.surfaces import Surface, surfaces
+from ...simulation.resting import rests
+from ..antipodal import Hands
+from ..hand_room import HandRoom
+from ..later import brings
+from ..pushing.contacts import STEEP
+from ..reached import Arm
+from .checks import OFF_PATH, room
+from .query import Groups, Placement, Query, openings
+from .stable_poses import TURNLESS, about_vertical, as_asked, carried_at, check_turn
+
+HIGH = 0.010  # lowest point above a floor on a level way [m]
+BEFORE_IT = 0.02  # between the payload and the thing that it goes into, where a level way begins [m]
+STEP = 0.01  # between positions, from the middle of a floor outwards [m]
+ASIDE = (0.0, 0.3, -0.3, 0.1, -0.1, 0.2, -0.2)
+"""Positions across the way in, as shares of half the width: in a microwave beside its open door a hand had
+room on 15 mm of it."""
+TURNS = (0.0, 10.0, -10.0, 20.0, -20.0, 5.0, -5.0)  # of the hand from pointing straight inwards [deg]
+PARTS = (0.0, 0.15, 0.4, 1.0)  # of a way out at which boxes about hand and payload have to be free
+PITCHES = (0.0, 20.0)  # of a hand that points inwards, downwards [deg]
+FEW = 2  # steps of one, where all grips of a thing are looked at
+COARSE = 0.01  # between openings of hands that are looked at together [m]
+HAND = 0.25  # room that a hand needs along itself [m]
+MANY = 6  # placements of each step outwards that are looked at, of what is not simulated
+BEYOND = 0.05  # by so much a way may begin out of reach and another one still in reach [m]
+SOME = 8  # placements at which the hand itself is looked at, where boxes about it have no room at any
+
+
+class Floor(Value):
+    """Floor under a roof, with a side that is open.
+
+    Args:
+        whole: thing whose roof that is.
+        at: its pose in the base frame.
+        surface: in the base frame.
+        room: up to the roof [m].
+        out: level unit vector (3,) through the open side.
+    """
+
+    whole: Thing
+    at: Pose
+    surface: Surface
+    room: float
+    out: Floats
+
+    def spots(self, few: int = 1) -> list[tuple[Floats, str]]:
+        """Return points (3,) from the middle outwards, each with words for it; of steps one in so many."""
+        low, high = np.reshape(self.surface.area.bounds, (2, 2))
+        way = self.surface.pose.inverse().rotate(self.out)[:2]
+        across, half = np.array([-way[1], way[0]]), (high - low) / 2
+        deep, wide = float(np.abs(way) @ half), float(np.abs(across) @ half)
+        found = []
+        steps = np.arange(0.0, deep, few * STEP).tolist()
+        for gone, share in product(steps, ASIDE if few == 1 else ASIDE[:3]):
+            x, y = gone * way + share * wide * across
+            name = f"{1000 * gone:.0f} mm out from its middle, {1000 * share * wide:+.0f} mm aside"
+            found.append((self.surface.pose.apply((float(x), float(y), 0.0)), name))
+        return found
+
+
+def sideways(asked: list[Query]) -> Groups:
+    """Generate placements under a roof: carried in level through a side that is open, the farthest in first; as
+    the payload stands, and turned with a hand that points inwards, as it comes to rest from there.
+
+    Those at which boxes about hand and payload have room come first; others, upright, only where there are none.
+
+    Raises:
+        Unresolvable: the payload is too high, or no side is open.
+    """
+    first, low, found = asked[0], list[float](), False
+    upright = first.now
+    if first.thing.filling is None:
+        upright = as_asked(stood_up(first.thing, first.now), first.where)
+    if first.where.attitude:
+        check_turn(first, upright)
+    for kind, now in _attitudes(first, upright):
+        tall = height(first.thing, now) + 2 * HIGH
+        for query, floor in _floors(asked, now, tall, low):
+            found = True
+            yield from (iter([(query, placement)]) for placement in _level(query, floor, now, kind))
+    if not found:
+        raise _too_high(first, max(low, default=0.0), height(first.thing, upright) + 2 * HIGH)
+
+
+def _attitudes(query: Query, upright: Pose) -> Iterator[tuple[str, Pose]]:
+    """Attitudes of a payload, each with a kind of stable pose: as it stands, and as a hand holds it that points
+    inwards."""
+    turned = not query.where.attitude and query.thing.filling is None and not query.held.carries
+    stands = "within" if query.depth else "on"
+    yield stands, upright
+    for pitch, side in product(PITCHES if turned else (), (1.0, -1.0)):
+        ahead = (math.cos(math.radians(pitch)), 0.0, -math.sin(math.radians(pitch)))
+        hand = Pose.from_axes(query.hand(query.now).position, ahead, np.cross((0.0, side, 0.0), ahead))
+        now = hand * query.held.tcp_to_thing
+        yield stands if stood_up(query.thing, now).distance(now)[1] <= TURNLESS else "dropped", now
+
+
+def _floors(asked: Sequence[Query], now: Pose, tall: float, low: list[float]) -> Iterator[tuple[Query, Floor]]:
+    """Floors with enough room for a payload, turned as at a pose; the room of each is noted [m]."""
+    for query in asked:
+        whole, at = query.whole, query.at
+        for surface, over in _levels(query.thing, now, whole, at, query.region, query.belief, query.depth > 0):
+            low.append(over)
+            for out in open_sides(whole, at, surface, tall / 2 - HIGH) if tall <= over else ():
+                yield query, Floor(whole, at, surface, over, out)
+
+
+def _levels(
+    thing: Thing, now: Pose, whole: Thing, at: Pose, region: str, belief: Belief, within: bool
+) -> Iterator[tuple[Surface, float]]:
+    """Floors under a roof with the room over them [m]: a thing's own surfaces, or what carries a payload in its
+    cavity."""
+    if not within:
+        yield from roofed(whole, at, region)
+        return
+    for target, depth in openings(whole, at, region) if has_own_roof(whole, at, region) else ():
+        x, y, z = map(float, target.pose.apply((0.0, 0.0, -depth / 2)))
+        low = carried_at(thing, now, (x, y, z), belief)
+        if low is not None:
+            floor = Surface(Pose((x, y, low), target.pose.quaternion), target.area)
+            yield floor, roof_over(whole, at, (x, y, low))
+
+
+def _too_high(query: Query, room: float, needed: float) -> Unresolvable:
+    """What to say where a payload is too high for the room under a roof, or no side is open; where it is not too high
+    on each of its sides, another grasp may bring it in lying."""
+    low = room - needed + 2 * HIGH
+    if low >= 2 * HIGH:
+        return Unresolvable(f"no side of '{query.entity}' is open", blocking=())
+    more = f"{1000 * low:.0f} mm higher than '{query.thing.name}', {2000 * HIGH:.0f} mm is needed"
+    says = (
+        f"the opening of '{query.entity}' is {1000 * room:.0f} mm high, '{query.thing.name}' needs "
+        f"{1000 * needed:.0f} mm with the gap around it: take a lower thing, lay it down, or name another place"
+    )
+    remedy = Remedy(f"room {query.entity}", says, needed - room)
+    said = f"the room under the roof of '{query.entity}' is {more}"
+    low_side = float(np.min(np.ptp(corners(query.thing, Pose()), axis=0)))
+    lies = low_side + 2 * HIGH <= room and not query.where.attitude and query.thing.filling is None
+    grasps = taken_at(query.belief, query.context) if lies else ()
+    return Unresolvable(said, grasps, blocking=(), remedy=remedy)
+
+
+def _level(query: Query, floor: Floor, now: Pose, kind: str) -> Iterator[Placement]:
+    """Positions from the middle outwards, at each the turns at which the hand points inwards; what is let go of
+    otherwise than it stands, where it comes to rest. Of what is out of reach one, which says so."""
+    few = 1 if kind != "dropped" else FEW
+    first = _at(query, floor, now, kind, floor.spots()[0], 0.0)
+    if reach_gap(query.context.robot, first.before)[0] > BEYOND:
+        yield first
+        return
+    turns, spots = TURNS if few == 1 else TURNS[:3], floor.spots(few)
+    around = HandRoom.amid(floor.whole.name, query.thing.name, query.belief, query.arm.scene())
+    hands, opening = Hands.at([query.hand(now)]), np.array([query.held.opening])
+    free = _free(floor, around, query.thing, now, hands, opening, np.radians(turns), few)[0]
+    rows = np.argwhere(free) if free.any() or few > 1 else np.argwhere(~free)[:SOME]
+    found = [_at(query, floor, now, kind, spots[k], turns[turn]) for k, turn in _of_each_step(rows, few)]
+    short, robot = reach_shortfall, query.context.robot
+    near = [one for one in found if not short(robot, one.pose) and not short(robot, one.before)]
+    for placement in near or found[:1]:
+        yield placement if kind != "dropped" else _let_go(placement, query)
+
+
+def _of_each_step(rows: NDArray[np.intp], few: int) -> list[list[int]]:
+    """Of (spot, turn) in order the first of each step outwards: one of what is let go of to come to rest, which is
+    simulated some ten times."""
+    steps = rows[:, 0] // (len(ASIDE) if few == 1 else len(ASIDE[:3]))
+    before = np.arange(len(rows)) - np.searchsorted(steps, steps)
+    found: list[list[int]] = rows[before < (MANY if few == 1 else 1)].tolist()
+    return found
+
+
+def _at(
+    query: Query, floor: Floor, now: Pose, kind: str, spot: tuple[Floats, str], turn: float
+) -> Placement:
+    """The placement at a spot of a payload, turned from where its hand points straight inwards [deg]."""
+    ahead, (point, name) = query.hand(now).rotate((0.0, 0.0, 1.0)), spot
+    spin = math.atan2(-floor.out[1], -floor.out[0]) - math.atan2(ahead[1], ahead[0]) + math.radians(turn)
+    turned = about_vertical(now, spin)
+    over = point - turned.apply(centre_of_mass(query.thing)) * (1.0, 1.0, 0.0)
+    thing = shift(shift(turned, over), (0.0, 0.0, HIGH + support(query.thing, turned, (0, 0, -1))))
+    far = support(floor.whole, floor.at, floor.out) + support(query.thing, thing, -floor.out) + BEFORE_IT
+    pose, said = query.hand(thing), f"{name}, turned {turn:+.0f} deg, through its side"
+    reorients = turned.distance(about_vertical(query.now, spin))[1] > TURNLESS
+    said += f", as a hand holds it that points down by {_down(pose):.0f} deg" if reorients else ""
+    before = shift(pose, far * floor.out)
+    return Placement(said, thing, pose, before, HIGH, kind, led=True, reorients=reorients)
+
+
+def _down(hand: Pose) -> float:
+    """How far a hand points down [deg]."""
+    down = -float(hand.rotate((0.0, 0.0, 1.0))[2])
+    return round(math.degrees(math.asin(max(-1.0, min(1.0, down)))), 3) + 0.0
+
+
+def _let_go(level: Placement, query: Query) -> Placement:
+    """A placement of what is let go of otherwise than it stands, with where it comes to rest as simulated, if that is
+    anywhere."""
+    if room(level, query) or not inverse(query.context.robot, level.pose, seed=query.belief.joints):
+        return level  # checks say so
+    ends = rests(query.thing, level.thing, query.around, query.at, OFF_PATH, there=True)
+    return replace(level, lies=next(ends))
+
+
+def _free(
+    floor: Floor, around: HandRoom, thing: Thing, now: Pose, hands: Hands, openings: Floats, turns: Floats, few: int
+) -> NDArray[np.bool_]:
+    """Whether boxes about hands and payload have room on the level way out from spots (n, spots, turns).
+
+    Args:
+        now: of the payload in the base frame, with the hands (n) at it.
+        openings: of the fingers (n,) [m].
+        turns: of the hands from pointing straight inwards [rad].
+    """
+    points = np.array([point for point, _ in floor.spots(few)])
+    facing = math.atan2(-floor.out[1], -floor.out[0]) - np.arctan2(hands.approach[:, 1], hands.approach[:, 0])
+    angles, zero = facing[:, None] + turns, np.zeros((len(openings), len(turns)))
+    c, s = np.cos(angles), np.sin(angles)
+    spin = np.stack([c, -s, zero, s, c, zero, zero, zero, zero + 1.0], -1).reshape(*angles.shape, 3, 3)
+    x, y, _ = centre_of_mass(thing) @ now.rotation.T + now.position
+    foot, (low, high) = np.array([x, y, now.position[2] + lowest(thing, now) - HIGH]), box_around(thing.geoms)
+    half, shape = (high - low) / 2, (len(openings), len(points), len(turns))
+
+    def spread(vectors: Floats) -> Floats:
+        """At all spots, what is (n, 3) from the foot."""
+        found: Floats = np.einsum("ntij,nj->nti", spin, vectors)[:, None] + points[:, None, :]
+        return found.reshape(-1, 3)
+
+    def turned(axes: Floats) -> Floats:
+        found = np.einsum("ntij,njk->ntik", spin, axes)[:, None]
+        return np.broadcast_to(found, (*shape, 3, 3)).reshape(-1, 3, 3)
+
+    middles = np.tile(now.apply((low + high) / 2) - foot, (len(openings), 1))
+    things = spread(middles), turned(np.tile(now.rotation, (len(openings), 1, 1)))
+    reached = Hands(spread(hands.positions - foot), turned(hands.turns))
+    ahead = np.abs(np.einsum("nij,i->nj", things[1], floor.out)) @ half
+    far = support(floor.whole, floor.at, floor.out) + BEFORE_IT - things[0] @ floor.out + ahead
+    rows, wide = np.arange(len(far)), np.repeat(openings, len(points) * len(turns))
+    for part in PARTS:
+        by = part * far[rows, None] * floor.out
+        met = overlaps(around.others, things[0][rows] + by, things[1][rows], half + CLEARANCE)
+        rows = rows[~met.any(axis=1)]
+        some = reached.of(rows)
+        some = Hands(some.positions + part * far[rows, None] * floor.out, some.turns)
+        rows = rows[~around.meets(around.others, some, wide[rows], CLEARANCE)]
+    free = np.zeros(len(far), bool)
+    free[rows] = True
+    return free.reshape(shape)
+
+
+def comes_in(
+    thing: Thing, belief: Belief, context: Context, hands: Hands, openings: Floats, free: NDArray[np.bool_]
+) -> NDArray[np.bool_]:
+    """Check at which of its free grasps (n) a thing gets in where a later task brings it under a roof, as it stands
+    now; all of them where none does.
+
+    Later tasks are looked at only where there is a roof, so that what follows elsewhere holds whatever they are.
+    A table's board near the floor is not meant by the table, off which a thing is picked up.
+    """
+    every, now = np.ones(len(openings), bool), belief.pose(thing.name)
+    others = (name for name in belief.poses if name != thing.name)
+    if not any(has_a_roof(belief.thing(other), belief.pose(other)) for other in others):
+        return every
+    floors, scene = list(_floors_later(thing, now, belief, context)), Arm(belief, context).scene()
+    found = ~every if floors else every
+    for floor in floors:
+        around = HandRoom.amid(floor.whole.name, thing.name, belief, scene)
+        level = np.flatnonzero(free & ((hands.approach[:, 2] > -STEEP) | (floor.room > HAND)))
+        wide, turns = np.ceil(openings[level] / COARSE) * COARSE, np.radians(TURNS[:3])
+        found[level] |= _free(floor, around, thing, now, hands.of(level), wide, turns, FEW).any(axis=(1, 2))
+    return found if found.any() else every
+
+
+def _floors_later(thing: Thing, now: Pose, belief: Belief, context: Context) -> Iterator[Floor]:
+    """Floors under a roof to which later tasks bring a thing."""
+    for onto, region in brings(thing.name, belief, context):
+        whole, at = belief.thing(onto.thing), belief.pose(onto.thing)
+        if not region and surfaces(whole, at):
+            continue
+        for within in (False, True):
+            for surface, over in _levels(thing, now, whole, at, region, belief, within):
+                for out in open_sides(whole, at, surface, height(thing, now) / 2):
+                    yield Floor(whole, at, surface, over, out)
