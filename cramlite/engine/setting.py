@@ -78,8 +78,8 @@ class Setting(Value):
 
     def symbolic(self, taxonomy: Taxonomy) -> SymbolicWorld:
         """Return the symbolic world at the start, as task planning takes it."""
-        holds = self.world.robots[0].holds
-        return replace(symbolic_world(self.now, taxonomy, self.relations), in_hand=holds.thing if holds else "")
+        holds = next((robot.holds.thing for robot in self.world.robots if robot.holds), "")
+        return replace(symbolic_world(self.now, taxonomy, self.relations), in_hand=holds)
 
     @property
     def now(self) -> World:

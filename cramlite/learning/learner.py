@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 
 import numpy as np
 
@@ -62,18 +62,15 @@ def language_of(predicates: Sequence[Predicate], taxonomy: Taxonomy, spans: Sequ
     """Return the language in which rules about some spans are written."""
     unary = [p for p in predicates if p.timeless and p.complete and p.arity == 1 and not p.value]
 
-    def named(which: str) -> str | None:
+    def of_all(meant: Callable[[Span], set[str]]) -> str | None:
         for p in unary:
-            if all({str(r[0]) for r in s.phases["pre"].rows(p, (None,))} == _meant(which, s) for s in spans):
+            if all({str(r[0]) for r in s.phases["pre"].rows(p, (None,))} == meant(s) for s in spans):
                 return p.name
         return None
 
+    hand, whole = of_all(lambda s: {s.effector or ""}), of_all(lambda s: set(s.things))
     usable = [p for p in predicates if not p.classes or (p.timeless and p.arity == 2 and len(p.classes) == 1)]
-    return Language({p.name: p for p in usable}, named("hand"), named("thing"), len(taxonomy.classes))
-
-
-def _meant(which: str, span: Span) -> set[str]:
-    return {span.effector or ""} if which == "hand" else set(span.things)
+    return Language({p.name: p for p in usable}, hand, whole, len(taxonomy.classes))
 
 
 def learn(examples: Sequence[Example], others: Sequence[Known], predicates: Sequence[Predicate], taxonomy: Taxonomy) -> Learned:

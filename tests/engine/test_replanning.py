@@ -133,8 +133,8 @@ def test_with_something_in_the_hand_it_says_that_it_does_not_go_on(snapshot: tup
 
 def test_what_cannot_be_planned_anew_is_refused(parametric: Path, tmp_path: Path, run: Run) -> None:
     world, program = parametric / "world.json", parametric / "program.script"
-    blind = run("execute", program, "--world", world, "--replan", "late_pose")
-    assert blind.code == 2 and "needs 'poses: camera'" in blind.err
+    known = run("execute", program, "--world", world, "--replan", "late_pose")
+    assert known.code == 2 and "is no plan of" in known.err
     none = run("execute", program, "--world", world, "--replan", SCENARIO, "--rounds", 0)
     assert none.code == 2 and "at least one program" in none.err
     other = run("execute", program, "--world", world, "--replan", "fetch_from_hanger_camera")

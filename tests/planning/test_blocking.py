@@ -13,7 +13,7 @@ from msgspec.structs import replace
 
 from cramlite import Budget, Engine, Goal, Trace, find_scenario, planning_problem, read_scenario
 from cramlite.planning.blocking import Blocking
-from cramlite.planning.handling import Done, Handling, Track
+from cramlite.planning.handling import Done, Handling, Stage, Track
 from cramlite.planning.plan_stream import few_things, task_plans
 from cramlite.planning.planning_problem import PlanningProblem, Scope
 from cramlite.planning.refutation import InTask, Part, Refutation, Unfit, as_they_are, refutation
@@ -367,6 +367,16 @@ def test_a_track_ends_where_the_history_is_its_own(one: list[str], other: list[s
         for name in names:
             stage = track.after(stage, TASKS[name], (name, ()))  # type: ignore[assignment,arg-type]
         assert (stage in track.at_its_end()) == (past_of(names) == track.past)
+
+
+def test_of_what_moved_a_joint_the_last_task_counts_alone() -> None:
+    """Closing, opening and closing anew makes no other place of what is closed."""
+    stage: Stage | None = (0, "")
+    shut = Track("door", past_of(["shut"]))
+    for name, same in (("shut", True), ("open", False), ("shut", True), ("open", False)):
+        stage = shut.after(stage, TASKS[name], (name, ()))
+        assert (stage in shut.at_its_end()) == same
+    assert past_of(["shut", "open", "shut"]) == shut.past
 
 
 def test_a_blocking_is_said_with_what_was_done() -> None:
