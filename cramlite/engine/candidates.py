@@ -1,4 +1,4 @@
-"""Candidate task sequences, and complete programs for each with what the judges found when its text had run."""
+"""Candidate task sequences, and complete programs for each with its verdict."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ class CandidateSequence(Value, eq=False):
     group: ExecutorGroup | None = None
 
     def attempts(self, group: ExecutorGroup | None = None) -> Iterator[Solution]:
-        """Generate complete programs with what the judges found, lazily; refused ones are among them.
+        """Generate complete programs with their verdicts, lazily; refused ones are among them.
 
         Args:
             group: runs them in twins; None for the engine's own processes.
@@ -108,13 +108,13 @@ class CandidateSequence(Value, eq=False):
 
     @property
     def spent(self) -> dict[str, Any]:
-        """What was spent on this sequence in all rounds, and learnt, for ``resume``."""
+        """Work spent on this sequence in all rounds, and its no-goods, for ``resume``."""
         effort = self.effort
         counted = {"breadth": effort.breadth, "expanded": effort.expanded, "proofs": effort.proofs, "capped": int(effort.capped)}
         return counted | {"objected": sorted(effort.objected or ())}
 
     def resume(self, spent: Mapping[str, Any] | None) -> bool:
-        """Take over what an earlier run had spent when it ended this round, or a wider one; return whether one did."""
+        """Take over the work of an earlier run that ended in this round or a wider one; return whether one did."""
         if spent is None or spent["breadth"] < self.effort.breadth:
             return False
         self.effort.expanded, self.effort.proofs = spent["expanded"], spent["proofs"]
@@ -149,7 +149,7 @@ def doubted_last(
 def attempts(
     search: Search, plan: Plan, setting: Setting, knowledge: Knowledge, group: ExecutorGroup
 ) -> Iterator[tuple[Candidate, Verdict]]:
-    """Generate complete programs for a plan with what the judges found, lazily; refused ones are among them.
+    """Generate complete programs for a plan with their verdicts, lazily; refused ones are among them.
 
     Args:
         group: runs them in twins; a stop or an error ends its processes.
@@ -199,7 +199,7 @@ def _attempts(
 def _judged(
     candidate: Candidate, search: Search, setting: Setting, knowledge: Knowledge, group: ExecutorGroup
 ) -> tuple[Candidate, Verdict]:
-    """A complete program that ran in the believed world, then in twins of it, and what the judges found.
+    """Complete program with its verdict, from a run in the believed world and then from its twins.
 
     The time of each goes to the trace.
     """
@@ -231,7 +231,7 @@ def _told(verdict: Verdict) -> str:
 
 
 def _trace_twins(trace: Trace, verdict: Verdict) -> None:
-    """An entry for each run in a twin: why it failed, or what it was off by at most."""
+    """Entry for each run in a twin: why it failed, or its largest error."""
     for twin in verdict.twins.twins if verdict.twins else ():
         said = twin.text if not twin.succeeded else f"succeeded ({twin.largest()})"
         trace.add(0, f"twin {twin.number}", "", "survived" if twin.succeeded else "failed", "engine", said, kind="twin")

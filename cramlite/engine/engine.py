@@ -77,8 +77,8 @@ class Engine:
 
     @cached_property
     def executors(self) -> ExecutorGroup:
-        """Return the processes that run programs in twins, one for each core; they are started when they are first needed, kept for
-        what is resolved next, and end with this engine."""
+        """Return the processes that run programs in twins, one for each core. They start when first needed,
+        stay for later goals, and end with this engine."""
         from .executor_group import group_of
 
         return group_of(self.knowledge)
@@ -208,8 +208,8 @@ class Engine:
         stop: Stop = lambda: False,
         **unknown: Never,
     ) -> Iterator[Solution]:
-        """Generate programs for a goal that were proven in what is believed and in twins of it (``Setting.doubts``), one after another;
-        nothing is computed before the first is asked for. How one fares in the world as it really is, ``execute`` says.
+        """Generate programs for a goal that were proven in the belief and its twins (``Setting.doubts``),
+        lazily. ``execute`` tells how one fares in the real world.
 
         They are the attempts that passed, of all ``candidates``: that gives those that were refused, too.
 
@@ -236,7 +236,7 @@ class Engine:
             yield from (one for one in candidate.attempts() if one.verdict.passed)
 
     def execute(self, solution: Solution, executor: Executor | None = None) -> Solution:
-        """Execute a proven program once in the world as it really is, and let the judges of its proof look at what happened.
+        """Execute a proven program once in the real world, and have it judged there.
 
         The iterator that gave the solution learns nothing of it.
 
@@ -310,7 +310,7 @@ class Engine:
         return self.suited(goal) if isinstance(goal, Scenario) else self
 
     def _setting(self, reading: Reading, setting: Setting | None, seed: int) -> Setting:
-        """Where a goal is to be achieved, with what it is in words."""
+        """Setting of a goal, with the goal in words."""
         from ..scenario.asked_text import asked_text
         from ..scenario.scenario import Scenario
 
@@ -397,7 +397,7 @@ def make_engine(scenario: Scenario, plugins: PluginChoice = INSTALLED) -> Engine
 
 
 def _asked(goal: object) -> str:
-    """What is no scenario, in words."""
+    """Goal that is no scenario, in words."""
     from ..planning.task_goals import Goal
     from ..scenario.asked_text import SHOWN, tasks_text
     from ..scenario.task_specs import RuleSpec, TaskSpec

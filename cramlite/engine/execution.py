@@ -1,4 +1,4 @@
-"""The one execution of a proven program in the world as it really is: what the search never sees.
+"""Execution of a proven program, once, in the real world, which the search never sees.
 
 A search plans and proves in what is believed. Only here is ``Setting.real`` entered, after a program was accepted, and what
 comes of it goes to people: an execution that failed is a failure, and no reason to go on searching until one succeeds.
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 class Execution(Value):
-    """Execution: a run of a proven program in the world as it really is, and what the judges of its proof found in it.
+    """Execution: a run of a proven program in the real world, and its verdict there.
 
     Args:
         candidate: the program, with rollout and episode of this run; ``candidate.world`` is what was believed.

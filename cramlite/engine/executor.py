@@ -63,7 +63,7 @@ class Executor(Struct):
             self._say(self.plugins)
 
     def run(self, text: str, world: World, seed: int) -> tuple[Rollout, float]:
-        """Run a text in a world; return what happened, and the CPU time it took [s].
+        """Run a text in a world; return the rollout, and its CPU time [s].
 
         The first run's time includes the start of the process.
 
@@ -89,7 +89,7 @@ class Executor(Struct):
             self._process.send_signal(ENDS_RUN)
 
     def close(self) -> None:
-        """End the process when it has done what it was asked; the next run starts another one."""
+        """End the process after its present request; the next run starts another one."""
         if self._process is not None:
             self._process.communicate()
         self._process, self._spent = None, 0.0
@@ -140,7 +140,7 @@ class _Interrupted:
 
 
 def _serve(asked: BinaryIO, answers: BinaryIO) -> None:
-    """In the other process: answer until nobody asks any more, or whoever asked has ended."""
+    """Serve in the other process, until the caller has no further request, or has ended."""
     parent, interrupted = os.getppid(), _Interrupted()
     try:
         knowledge = _loaded(pickle.load(asked))
@@ -162,7 +162,7 @@ def _serve(asked: BinaryIO, answers: BinaryIO) -> None:
 
 
 def _loaded(plugins: PluginChoice) -> Knowledge | Exception:
-    """The plugins, and what the simulator imports when it is first asked."""
+    """Knowledge of the plugins, once the simulator's libraries are imported; or the error."""
     from ..model.world import World
     from ..plugin.catalogue import Knowledge
 
@@ -175,7 +175,7 @@ def _loaded(plugins: PluginChoice) -> Knowledge | Exception:
 
 
 def _execute(knowledge: Knowledge | Exception, text: str, world: World, seed: int) -> object:
-    """The rollout, and all CPU seconds of the process so far; or what went wrong."""
+    """Rollout, and all CPU seconds of the process so far; or the error."""
     try:
         if isinstance(knowledge, Exception):
             raise knowledge
@@ -188,7 +188,7 @@ def _execute(knowledge: Knowledge | Exception, text: str, world: World, seed: in
 
 
 def _main() -> None:
-    """Ctrl-C is left to whoever asks; what plugins print is no answer."""
+    """Leave Ctrl-C to the caller, and keep prints of plugins out of the answers."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     with os.fdopen(os.dup(0), "rb") as asked, os.fdopen(os.dup(1), "wb") as answers:
         os.dup2(2, 1)

@@ -83,7 +83,7 @@ class ExecutorGroup:
                 one.start()
 
     def runs(self, text: str, places: Iterator[tuple[World, int]]) -> Generator[Rollout | str]:
-        """Run a text in one world with its seed after another, lazily; of a list that is left, what is under way is ended.
+        """Run a text in one world with its seed after another, lazily; runs under way end with their list.
 
         Yields:
             What happened in each, in order; or why nothing did, as a clause.
@@ -96,7 +96,7 @@ class ExecutorGroup:
             mine.leave()
 
     def stop(self) -> None:
-        """End all processes: what they are asked next starts others. A run of another list is run again."""
+        """End all processes; the next request starts others. A run of another list is run again."""
         for one in self._all:
             one.end()
 
@@ -126,7 +126,7 @@ class ExecutorGroup:
             self._idle.put(executor)
 
     def _survived(self, mine: _List, run: Callable[[], tuple[Rollout, float]]) -> Rollout | str:
-        """What a run gives; tried again where its process died."""
+        """Outcome of a run; a run whose process died is tried again."""
         for _ in range(DEATHS):
             if mine.left or not self._end.alive:
                 break
@@ -149,7 +149,7 @@ def group_of(knowledge: Knowledge) -> ExecutorGroup:
 
 
 class _List:
-    """The processes that run what one list asked for."""
+    """Processes that run the requests of one list."""
 
     def __init__(self) -> None:
         self._lock, self._running, self.left = threading.Lock(), list[Executor](), False
@@ -166,7 +166,7 @@ class _List:
                 self._running.remove(executor)
 
     def leave(self) -> None:
-        """Nobody asks for anything any more: what is under way is ended."""
+        """End the runs under way, which have no caller any more."""
         with self._lock:
             self.left = True
             for one in self._running:

@@ -1,4 +1,4 @@
-"""What is expected while a program runs: what its proof showed, line by line, and how far a run may be from that."""
+"""Expectation of a run: the readings of its proof, line by line, and how far a run may differ."""
 
 from __future__ import annotations
 
@@ -123,7 +123,7 @@ class Expectation(Value, eq=False):
 
 
 def expectation(proof: Rollout, steps: Mapping[int, str]) -> Expectation:
-    """Return what a proof's run lets expect.
+    """Return the expectation that a proof's run gives.
 
     Args:
         steps: line -> designator, as ``Code.origins``.
@@ -155,7 +155,7 @@ def _held(proof: Rollout, sample: int) -> str:
 
 
 class RunWatch:
-    """Watcher of a run by what its proof lets expect; see ``cramlite.model.readings.Watch``.
+    """Watcher of a run by the expectation of its proof; see ``cramlite.model.readings.Watch``.
 
     Args:
         expected: of the program.
@@ -195,7 +195,7 @@ class RunWatch:
         return self.notice
 
     def rest(self, readings: Readings) -> None:
-        """Take what is read once the arm stands."""
+        """Take the readings of the arm at rest."""
         self.last = self._noisy(readings) if readings.poses is not None else readings
 
     def _noisy(self, readings: Readings) -> Readings:
@@ -226,7 +226,7 @@ class RunWatch:
         return self._said(Deviation.READINGS_FROZEN, readings, said, "", still, SAME, "s")
 
     def _deviations(self, now: Readings) -> Iterator[Notice]:
-        """What is not as expected, what matters most first."""
+        """Differences from the expectation, the most important first."""
         if now.goal is not None and now.goal != self.asked:
             kind = Deviation.GOAL_CHANGED if now.goal else Deviation.CANCELLED
             yield self._said(kind, now, " and ".join(now.goal) or "the task was cancelled")

@@ -1,4 +1,5 @@
-"""Exploration before a plan: what hides things is opened or put aside, and the camera looks there, until all that is asked for was seen.
+"""Exploration before a plan: occluders are opened or put aside, and the camera looks there, until all wanted
+things were seen.
 
 Opening, putting aside and looking become the first steps of every program. The picture is taken of the real world as these steps
 leave it, once they were proven in what is believed.
@@ -42,7 +43,7 @@ LEAST, ENOUGH = 4, 0.5
 
 
 class Reveal(Value, eq=False):
-    """Way to see what is hidden.
+    """Way to see a hidden place.
 
     Args:
         name: of the thing that hides it.
@@ -59,8 +60,8 @@ class Reveal(Value, eq=False):
 
 
 def explored(setting: Setting, scenario: Scenario, plan: Plan | None, knowledge: Knowledge) -> Setting:
-    """Return the setting with what the camera saw behind and in what was opened for it, one after another, the nearest first, and then
-    behind what was put aside, what hides most first.
+    """Return the setting with views of hidden places: in and behind things that were opened, the nearest
+    first, then behind occluders that were put aside, the largest first.
 
     What cannot be laid open, or looked at, is left as it is, and the look says why (``Look.shut``). It ends when all that is asked
     for was seen.
@@ -84,7 +85,7 @@ def explored(setting: Setting, scenario: Scenario, plan: Plan | None, knowledge:
 
 
 def closed(setting: Setting, knowledge: Knowledge) -> Iterator[Thing]:
-    """Generate what hides something: what a task can lay open as it stands, by its rule, and no camera could look into."""
+    """Generate things that hide a place and that a task can lay open, by its rule, where no camera could look in."""
     from ..planning.operators import Grounder
 
     assert setting.look is not None
@@ -99,7 +100,8 @@ def closed(setting: Setting, knowledge: Knowledge) -> Iterator[Thing]:
 
 
 def _opening(container: Thing, setting: Setting, knowledge: Knowledge) -> Reveal:
-    """What it hides is in itself, such as a drawer, or in what it closes, such as the cupboard of a door."""
+    """Way to see inside a closed thing: into itself, such as a drawer, or into the one that it closes, such as
+    the cupboard of a door."""
     assert container.joint is not None
     place = container.name if bears(container, knowledge.taxonomy, INSIDE) else container.joint.parent
     task, role = next((n, t.lays_open) for n, t in knowledge.tasks.items() if t.lays_open)
@@ -108,7 +110,7 @@ def _opening(container: Thing, setting: Setting, knowledge: Knowledge) -> Reveal
 
 
 def _asides(setting: Setting, knowledge: Knowledge) -> list[Reveal]:
-    """Things that stand before places of which nobody knows what is there, what hides most first."""
+    """Occluders before unknown places, those that hide most first."""
     from ..perception.unseen import hidden_behind, places_above
 
     found: list[Reveal] = []
@@ -152,7 +154,7 @@ def is_meant(setting: Setting, scenario: Scenario, plan: Plan | None, knowledge:
 
 
 def _revealed(setting: Setting, reveal: Reveal, knowledge: Knowledge) -> Setting:
-    """With what is seen then; or why not, where no way to lay it open and look is proven, or does what it should."""
+    """Setting with the new view; or the reason, if no proven way lays the place open and shows it."""
     from ..perception.active_perception import look_into
 
     seen, trace = setting.look, Trace()
@@ -178,8 +180,8 @@ def _shut(setting: Setting, container: str, why: str) -> Setting:
 
 
 def _proven(setting: Setting, reveal: Reveal, knowledge: Knowledge, trace: Trace) -> Iterator[tuple[State, Candidate]]:
-    """Ways to lay something open and to bring the camera to a view that shows it, each proven in what is believed; where nobody has
-    seen what is there, something may be."""
+    """Ways to lay a place open and to bring the camera to a view of it, each proven in the belief. An unseen
+    place may hold something."""
     from ..perception.unseen import unknown_body
 
     if reveal.points is not None:
@@ -205,7 +207,7 @@ def _proven(setting: Setting, reveal: Reveal, knowledge: Knowledge, trace: Trace
 
 
 def _would_show(state: State, reveal: Reveal, setting: Setting, knowledge: Knowledge) -> float:
-    """The share of what is hidden that the camera would see in the end, as far as it is known what stands where."""
+    """Share of a hidden place that the camera would see in the end, by the known things."""
     from ..perception.unseen import share_shown
 
     camera = setting.look.camera if setting.look else None

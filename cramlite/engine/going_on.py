@@ -73,7 +73,7 @@ TO_DO: Mapping[Deviation, str] = {
 
 
 class Stretch(Value):
-    """Executed stretch: a run, what was noticed, and what was decided.
+    """Executed stretch: a run, its notices, and the decision.
 
     Args:
         round: the run.
@@ -141,7 +141,7 @@ class GoingOn:
         return watch, Round(attempt, simulator.execute(text, attempt.world, robots, mount=mount, seed=self.seed, watch=watch))
 
     def _noticed(self, watch: RunWatch, done: Round) -> Notice | None:
-        """What ended a stretch otherwise than by its goal."""
+        """Reason why a stretch ended, if not by its goal."""
         outcome, ran = done.rollout.outcome, [k for k, line in enumerate(done.rollout.lines) if line > 0]
         at = float(done.rollout.times[min(ran[-1] + 1, len(done.rollout.times) - 1) if ran else -1])
         if outcome == "noticed":
@@ -155,7 +155,7 @@ class GoingOn:
         return Notice(Deviation.GOAL_MISSED, at, f"'{' and '.join(self.goal)}' does not hold by what is read", done.step)
 
     def _holds(self, watch: RunWatch) -> bool:
-        """Whether the goal holds in the world as it is read; what is not read is taken for what it was."""
+        """Whether the goal holds in the world as read; things without a reading keep their last pose."""
         assert watch.last is not None and self.goal is not None
         knowledge = self.engine.knowledge
         world = world_as_read(self.setting.world, watch.last, self.setting.world, self._closed)
@@ -171,7 +171,7 @@ class GoingOn:
         return self.setting.robot.gripper.opening[0]
 
     def _decided(self, done: Round, watch: RunWatch, notice: Notice, *, given_up: bool) -> tuple[Attempt | None, str]:
-        """The next program and what it does; None with the reason where there is none."""
+        """Next program, with words for it; None with the reason where there is none."""
         key = notice.kind, notice.thing, notice.step.partition(".")[2]
         self.noticed[key] += 1
         if given_up:
@@ -181,7 +181,7 @@ class GoingOn:
         return self._next(done, watch, notice)
 
     def _next(self, done: Round, watch: RunWatch, notice: Notice) -> tuple[Attempt | None, str]:
-        """The next program, proven from what is read, and what it does; None with the reason where there is none."""
+        """Next program, proven from the readings, with words for it; None with the reason where there is none."""
         assert watch.last is not None
         if watch.last.poses is None:
             return None, "there are no readings; when they are back, execute again with --replan"
@@ -203,7 +203,7 @@ class GoingOn:
         return None, f"nothing was proven from here{hand}. {failure_text(self.trace, self.engine.registry.faults)}"
 
     def _believe(self, done: Round, watch: RunWatch) -> None:
-        """Take what was read for the setting in which the rest is resolved."""
+        """Take the readings for the setting in which the rest is resolved."""
         before, attempt = self.setting, done.attempt
         assert watch.last is not None
         world = world_as_read(before.world, watch.last, attempt.world, self._closed)
@@ -215,7 +215,7 @@ class GoingOn:
         self.at = next((k for k, n in enumerate(names) if n == done.step.split("/")[0]), self.at if done.step == BACK else 0)
 
     def _candidates(self, done: Round) -> Iterator[Candidate]:
-        """Programs for the rest that were proven from what is believed, best first."""
+        """Programs for the rest that were proven in the belief, best first."""
         setting, engine, budget = self.setting, self.engine, budget_of(self.scenario)
         if self.goal is not None:
             try:
@@ -229,14 +229,14 @@ class GoingOn:
             yield from (c for c, verdict in attempts(search, plan, setting, engine.knowledge, engine.executors) if verdict.passed)
 
     def _rests(self, plan: Plan) -> Iterator[Plan]:
-        """What may be left of a list of tasks, least first: with something in the hand the task under way and what follows; else
-        that, or what begins with an earlier task."""
+        """Possible rests of a list of tasks, shortest first: with a payload the task under way and all later
+        ones; else that, or a rest from an earlier task on."""
         held = self.setting.world.robots[0].holds is not None
         starts = (self.at, self.at + 1) if held else range(self.at, -1, -1)
         yield from (replace(plan, actions=plan.actions[k:]) for k in starts if k < len(plan.actions))
 
     def _back(self, done: Round, world: World) -> Attempt | None:
-        """The way back that the program came, if its run in what is believed disturbs nothing."""
+        """Way back along the executed program, if its run in the belief disturbs nothing."""
         path = way_back(done.rollout.joints)
         setting, knowledge = self.setting, self.engine.knowledge
         if not path:

@@ -1,4 +1,4 @@
-"""What a program was made for: what judges must know of it beside its text, kept in its run directory as ``intent.json``."""
+"""Intent of a program: all that judges must know beside its text, kept in its run directory as ``intent.json``."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ def write_intent(candidate: Candidate) -> bytes:
 
 
 def read_intent(run: Path) -> Intent:
-    """Read what the program of a run directory is for.
+    """Read the intent of the program of a run directory.
 
     Raises:
         UserError: the folder holds no such run, or it is damaged.

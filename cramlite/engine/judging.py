@@ -33,7 +33,7 @@ LISTED = 6
 
 
 class Purpose(Value):
-    """Purpose of a text: what it is judged by.
+    """Purpose of a text, by which it is judged.
 
     Args:
         intent: of a run directory: the plan with everything that it was grounded to; None where the text is of no run.
@@ -50,7 +50,7 @@ class Purpose(Value):
 
 
 class Judged(Value):
-    """Outcome of judging: the run of a text, and what the judges found.
+    """Outcome of judging: the run of a text, and its findings.
 
     Args:
         remarks: what was not judged, or could not be told for sure; for people.
@@ -92,7 +92,7 @@ def judge_rollout(text: str, rollout: Rollout, purpose: Purpose, knowledge: Know
 
 
 def _judged(text: str, candidate: Candidate, remarks: tuple[str, ...], purpose: Purpose, knowledge: Knowledge) -> Judged:
-    """What the judges find in a candidate's run."""
+    """Findings of the judges on a candidate's run."""
     rollout = candidate.rollout
     assert rollout is not None
     episode = knowledge.episodes.detect(rollout, candidate.program.name)
@@ -106,7 +106,7 @@ def _judged(text: str, candidate: Candidate, remarks: tuple[str, ...], purpose: 
 
 
 def _laid_out(text: str) -> tuple[str, tuple[str, ...]]:
-    """A text whose lines tell its steps apart, and what is to be said where it had to be written anew for that."""
+    """Text whose lines tell its steps apart, and a remark where it had to be written anew for that."""
     if not is_program_text(text) or (anew := laid_out(text)) == text:
         return text, ()
     old, new = (read_program(t) for t in (text, anew))
@@ -120,7 +120,7 @@ def _laid_out(text: str) -> tuple[str, tuple[str, ...]]:
 
 
 def _candidate(text: str, world: World, purpose: Purpose, knowledge: Knowledge) -> tuple[Candidate, tuple[str, ...]]:
-    """The text as a candidate of its plan, or of none, and what is to be said of its lines."""
+    """The text as a candidate of its plan, or of none, and a remark on its lines."""
     intent = purpose.intent
     scene = symbolic_world(world, knowledge.taxonomy)
     plan = intent.kept.plan if intent else purpose.plan or Plan("goal", (), ())
@@ -148,7 +148,7 @@ def _candidate(text: str, world: World, purpose: Purpose, knowledge: Knowledge) 
 
 
 def _bare(world: World, knowledge: Knowledge) -> Program:
-    """A program without steps, of a text that was written from none: what judges read of it is the robot's own."""
+    """Program without steps, of a text that was written from none: its settings are the robot's own."""
     mount = world.robots[0]
     robot = pick("robot", knowledge.robots_of(world), mount.type)
     return Program("text", mount.name, robot.type, robot.gripper.tcp, robot.start(mount)[0], (), (), force_limit=robot.force_limit)
@@ -170,7 +170,7 @@ def _remarks(origins: Origins, by_labels: bool) -> tuple[str, ...]:
 
 
 def _typed(text: str, ran: Candidate, purpose: Purpose, knowledge: Knowledge) -> tuple[list[Finding], tuple[str, ...]]:
-    """What those find that look at the typed program, where there is one that the text is."""
+    """Findings of judges of the typed program, if the text is one."""
     if is_program_text(text):
         return judge(replace(ran, program=read_program(text).program), knowledge, rollout=False), ()
     if purpose.intent is not None and text == purpose.intent.kept.code.text:
@@ -180,7 +180,7 @@ def _typed(text: str, ran: Candidate, purpose: Purpose, knowledge: Knowledge) ->
 
 
 def _by_goal(candidate: Candidate, knowledge: Knowledge) -> list[Finding]:
-    """What those find that judge a text by its goal alone."""
+    """Findings of judges that judge a text by its goal alone."""
     names = [v.name for v in knowledge.validators if isinstance(v, GoalJudge) and v.by_goal]
     return judge(candidate, knowledge, rollout=True, only=names)
 

@@ -1,4 +1,4 @@
-"""Which task a line of a program's text belongs to, also where somebody has edited the text since it was written."""
+"""Task of each line of a program's text, also of a text that was edited after it was written."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Origins(Value):
 
 
 class _Line(NamedTuple):
-    """A line of code: its number, its code, and what comments say of it, the nearest last."""
+    """Line of code: its number, its code, and its comments, the nearest last."""
 
     number: int
     code: str
@@ -124,8 +124,8 @@ def _gone(old: Sequence[_Line], own: Sequence[str], changes: Sequence[Change]) -
 
 
 def _of_new(line: _Line, old: Sequence[_Line], own: Sequence[str], moved: Mapping[str, str], known: Collection[str]) -> str | None:
-    """The origin of a line that was not there before: what its code names or was, that of the line that it replaces, or what
-    the nearest comment names; None where nothing says it."""
+    """Origin of a new line: the one that its code names, that of the line it replaces, or the one that the
+    nearest comment names; None without any."""
     if by_code := named(line.code, known):
         return by_code
     replaced = moved[line.code] if line.code in moved else _replaced(line, old, own)

@@ -1,4 +1,5 @@
-"""Preflight: what a program will do to a real arm, measured where it ran, beside what the arm and its controller are to allow."""
+"""Preflight: effects of a program on a real arm, measured in its runs, beside the limits to set on arm and
+controller."""
 
 from __future__ import annotations
 
@@ -78,7 +79,7 @@ class Flight(Value):
 
 
 class Check(Value):
-    """What a program reaches of something that a controller limits.
+    """Value that a program reaches of a quantity that a controller limits.
 
     Args:
         name: of the limit.
@@ -111,7 +112,7 @@ class Check(Value):
 
     @property
     def setting(self) -> float | None:
-        """What to set on the controller: some more than any run reaches, and no more than the limit; None for nothing."""
+        """Value to set on the controller: above any run's, and no more than the limit; None for nothing."""
         if not self.safety:
             return None
         wanted = MARGIN * self.most
@@ -143,7 +144,7 @@ def flight_of_run(run: Path, knowledge: Knowledge) -> Flight:
 
 
 def _require_unaltered(run: Path, intent: Intent) -> None:
-    """The text beside the record is the one that was proven: it is what a robot would be given."""
+    """Check that the text beside the record is the proven one, which a robot would be given."""
     path = run / f"program{intent.kept.suffix}"
     try:
         same = path.read_text(encoding="utf-8") == intent.kept.text
@@ -169,7 +170,7 @@ def flight_of_text(text: str, world: World, knowledge: Knowledge, seed: int) -> 
 
 
 def dry_run(flight: Flight, share: float, world: World, knowledge: Knowledge, seed: int) -> Flight:
-    """Write a program anew at a share of its speed, run that text and judge it by what the program is for.
+    """Write a program anew at a share of its speed, run that text and judge it by the program's intent.
 
     Args:
         share: above 0 and up to 1.
@@ -202,7 +203,7 @@ def _written(program: Program, flight: Flight, knowledge: Knowledge) -> Code:
 
 
 def checks(flight: Flight, own: Mapping[str, float]) -> Iterator[Check]:
-    """Yield what a program reaches of each limit.
+    """Yield the program's value for each limit.
 
     Args:
         own: limits of the user, by a name of ``OWN``; in place of the robot's and the program's.
@@ -218,7 +219,7 @@ def checks(flight: Flight, own: Mapping[str, float]) -> Iterator[Check]:
 
 
 def _reached(flight: Flight, peaks: RunPeaks) -> list[Reached]:
-    """What a run of the program reached, as its proof judges it."""
+    """Values that a run of the program reached, as its proof judges them."""
     program, robot = flight.program, flight.robot
     force = program.force_limit if program is not None else robot.force_limit
     source = program.force_limit_source if program is not None else f"of robot '{robot.type}'"

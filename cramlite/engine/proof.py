@@ -68,7 +68,7 @@ def assemble(plan: Plan, end: State, setting: Setting, knowledge: Knowledge) -> 
 
 
 def _on_the_flange(belief: Belief, gripper: Gripper) -> tuple[float, Vector3]:
-    """What hangs on the flange at the start: the mass [kg], and its centre in the flange's frame [m]."""
+    """Load of the flange at the start: the mass [kg], and its centre in the flange's frame [m]."""
     mass, moment = gripper.mass, gripper.mass * np.array([0.0, 0.0, gripper.tcp.position[2] / 2])
     for name, pose in belief.in_hand().items():
         own = belief.world.thing(name).mass or 0.0
@@ -78,7 +78,7 @@ def _on_the_flange(belief: Belief, gripper: Gripper) -> tuple[float, Vector3]:
 
 
 def allowances(actions: Iterable[Action], bindings: Mapping[str, Any], knowledge: Knowledge) -> dict[str, Allowance]:
-    """Return what each action may touch and move, by its name."""
+    """Return the things that each action may touch and move, by the action's name."""
     return {a.name: knowledge.tasks[a.task].allowance(a, bindings) for a in actions}
 
 
@@ -118,7 +118,7 @@ def _prove(
 
 
 def _code(answer: object) -> Code:
-    """What a backend answered, if it is what backends answer.
+    """Answer of a backend, if it is of the right kind.
 
     Raises:
         WrongAnswer: it is not; names what it is.
@@ -151,7 +151,7 @@ def judge_run(candidate: Candidate, text: Code, rollout: Rollout, knowledge: Kno
 
 
 def _at_the_edges(candidate: Candidate, text: Code, knowledge: Knowledge, seed: int) -> list[Finding]:
-    """The same text where late things are as far off as is declared: it must do what it does where they were planned."""
+    """Same text with late things as far off as declared: it must do the same as at their planned places."""
     findings = []
     for said, moved in worlds_at_tolerance(candidate.world, candidate.program):
         with working(f"the program runs with {said}"):
@@ -165,7 +165,7 @@ def _at_the_edges(candidate: Candidate, text: Code, knowledge: Knowledge, seed: 
 
 
 def text_that_runs(candidate: Candidate, backend: Backend) -> Code | None:
-    """Return what of a candidate runs here: its own text, the typed program in its place, or None for nothing."""
+    """Return the runnable code of a candidate: its own text, the typed program in its place, or None."""
     if backend.executable or candidate.code is None:
         return candidate.code
     return typed_code(candidate.program) if _stands_in(backend) else None
@@ -177,7 +177,7 @@ def _stands_in(backend: Backend) -> bool:
 
 
 def _remark(backend: Backend) -> str:
-    """What a result says of a text: whether it ran, and what the backend has to say of it."""
+    """Remarks of a result on its text: whether it ran, and the backend's own."""
     own = backend.remark if isinstance(backend, Remarking) else ""
     if backend.executable:
         return own
@@ -221,7 +221,7 @@ def _ask(validator: Validator, candidate: Candidate, knowledge: Knowledge) -> It
 
 
 def _findings(answer: object) -> list[Finding]:
-    """What a validator answered, if it is what validators answer.
+    """Answer of a validator, if it is of the right kind.
 
     Raises:
         WrongAnswer: it is not; names what it is.

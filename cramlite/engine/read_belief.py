@@ -1,4 +1,4 @@
-"""What is believed of the world after a run was stopped, by what was read then."""
+"""Belief after a stopped run, from its last readings."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ SHUT = 0.003
 
 
 def world_as_read(before: World, readings: Readings, models: World, closed: float) -> World:
-    """Return the believed world by what was read: things where they are, without those that are not to be seen.
+    """Return the believed world by readings: things at their read poses, without those that are not seen.
 
     Args:
         before: as it was believed.
@@ -46,7 +46,7 @@ def world_as_read(before: World, readings: Readings, models: World, closed: floa
 
 
 def in_hand(things: Iterable[Thing], readings: Readings, closed: float) -> InHand | None:
-    """Return what is in the hand, by the fingers and by what is read to be between them; None for nothing."""
+    """Return the payload, by the fingers and the readings of things between them; None for none."""
     if not readings.pressing or readings.opening <= closed + SHUT:
         return None
     near = {t.name: _gap(t, readings.tool) for t in things if t.movable}
@@ -60,7 +60,7 @@ def in_hand(things: Iterable[Thing], readings: Readings, closed: float) -> InHan
 
 
 def real_after(rollout: Rollout, world: World, holds: InHand | None) -> World:
-    """Return the real world as a run left it, with what is still to go wrong in it; fingers that pressed go on pressing."""
+    """Return the real world as a run left it, with its pending faults; fingers that pressed go on pressing."""
     left = world_after_run(rollout, world)
     faults = left_over(world.faults, (m.text for m in rollout.faults), float(rollout.times[-1]))
     gone = {f.thing for f in world.faults if f.kind is FaultKind.MISSING and f not in faults}
@@ -71,7 +71,7 @@ def real_after(rollout: Rollout, world: World, holds: InHand | None) -> World:
 
 
 def _is_read(thing: Thing) -> bool:
-    """Whether readings tell where a thing is: what cannot be moved, or is on a joint, they leave out."""
+    """Whether readings tell a thing's pose: they leave out furniture and things on a joint."""
     return thing.movable and thing.joint is None
 
 

@@ -42,7 +42,8 @@ def record_of(
 
 
 def pictures_of(rollout: Rollout, knowledge: Knowledge, size: tuple[int, int] = PICTURE) -> Callable[[int], Any]:
-    """Return what renders one sample of a run: (height, width, 3) uint8; ``size`` is (width, height) [pixel]."""
+    """Return a function that renders one sample of a run: (height, width, 3) uint8; ``size`` is (width,
+    height) [pixel]."""
     robots = knowledge.robots_of(rollout.world)
     return lambda sample: knowledge.simulator.picture(rollout, sample, robots, size)
 

@@ -1,4 +1,4 @@
-"""Recording of demonstrations: a simulated person acts, and what happened is written as an episode."""
+"""Recording of demonstrations: a simulated person acts, and the run is written as an episode."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def record_episode(
 
 
 def _shown(scenario: Scenario, tasks: Sequence[Entry], knowledge: Knowledge, world: World) -> list[Shown]:
-    """What the person performs, one after the other."""
+    """Performances of the person, one after the other."""
     recipe, scripts = scenario.spec.record, knowledge.record_scripts
     if not tasks and recipe is not None and recipe.script is not None:
         if recipe.script not in scripts:
@@ -80,7 +80,7 @@ def _shown(scenario: Scenario, tasks: Sequence[Entry], knowledge: Knowledge, wor
 
 
 def _shows(action: Action, scripts: Mapping[str, RecordScript]) -> Shown:
-    """The script of a task, with what fills its roles.
+    """Script of a task, with the fillers of its roles.
 
     Raises:
         UserError: it is a rule over tasks, none shows it, or a role is filled by a class.
@@ -98,7 +98,8 @@ def _shows(action: Action, scripts: Mapping[str, RecordScript]) -> Shown:
 
 
 def tasks_in_words(text: str, tasks: Mapping[str, TaskType]) -> list[TaskSpec]:
-    """Parse tasks with commas between, each with what fills its roles in their order, or by name: "PickingUp cup, Pouring cup bowl".
+    """Parse tasks with commas between, each with its roles' fillers in order, or by name: "PickingUp cup,
+    Pouring cup bowl".
 
     Raises:
         UserError: no task, an unknown one, or more fillers than it has roles.

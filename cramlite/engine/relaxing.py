@@ -1,4 +1,4 @@
-"""What would have to change for a scenario that nothing was proven for: the smallest of declared changes that makes it solvable.
+"""Remedies for an unsolvable scenario: the smallest declared changes that make it solvable.
 
 The changes are: the robot's base nearer to a thing that the goal or the tasks name, and another thing further away from such a one, each in
 steps of 20 mm. A change is told only if a program was proven with it, and if with one step less none was.
@@ -73,7 +73,7 @@ class Relaxation(Value):
 
 
 def relaxations(scenario: Scenario, setting: Setting, engine: Engine, say: Callable[[str], None] = lambda _: None) -> list[Relaxation]:
-    """Return what would have to change, least first; each was verified by resolving, and so was that a step less does not do.
+    """Return sufficient changes, least first. Each was verified by resolving, as was that one step less fails.
 
     Args:
         say: is told each attempt.

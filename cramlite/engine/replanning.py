@@ -108,7 +108,7 @@ def _run(attempt: Attempt, engine: Engine, seed: int) -> Round:
 
 
 def _next(done: Round, scenario: Scenario, engine: Engine, seed: int, number: int, say: Say) -> Attempt:
-    """Look, and resolve what is left.
+    """Look, and resolve the rest.
 
     Raises:
         NoSolution: something is in the hand, or what is left cannot be done with what is seen.

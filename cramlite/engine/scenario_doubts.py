@@ -1,4 +1,4 @@
-"""Plausibility check of a scenario before any search: what could be meant so, but seldom is."""
+"""Plausibility check of a scenario before any search: settings that are possible, and seldom meant."""
 
 from __future__ import annotations
 
@@ -34,14 +34,15 @@ def doubts(scenario: Scenario, setting: Setting, knowledge: Knowledge) -> list[s
 
 
 def doubts_of_files(scenario: Scenario, setting: Setting) -> list[str]:
-    """Return what is doubtful about the files that robot and things were read from."""
+    """Return doubts about the files that robot and things were read from."""
     source, read = scenario.where("world" if scenario.spec.world else "robot"), _read(scenario, setting)
     things = (f"thing '{t.name}': {note}" for t in setting.world.things if t.name in read for note in t.notes)
     return [*(f"{source}: {note}" for note in setting.world.notes), *things]
 
 
 def changes_of_things(scenario: Scenario, setting: Setting) -> list[str]:
-    """Return what was changed of things that no scene file describes, such as repairs of their meshes, and what a camera says of them."""
+    """Return changes of things that no scene file describes, such as repairs of their meshes, and a camera's
+    remarks on them."""
     read = _read(scenario, setting)
     return [f"thing '{t.name}': {note}" for t in setting.world.things if t.name not in read for note in t.notes]
 

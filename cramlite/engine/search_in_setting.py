@@ -33,13 +33,13 @@ def search_in(
 
 
 def are_there(plan: Plan, setting: Setting, knowledge: Knowledge, trace: Trace) -> bool:
-    """Check whether there are things for all objects of a plan; the trace says what each was asked of and refused for."""
+    """Check whether there are things for all objects of a plan; the trace says why others were refused."""
     search = search_in(setting, knowledge, Budget(), trace)
     return next(search.solve(replace(setting.start(plan), agenda=plan.objects)), None) is not None
 
 
 def _context(setting: Setting, knowledge: Knowledge, budget: Budget) -> Context:
-    """What plugins may know of the setting."""
+    """Context of plugins: all that they may know of the setting."""
     took = setting.look.camera if setting.look else None
     return Context(
         setting.robot, setting.world.robots[0], {}, knowledge.taxonomy, seed=setting.seed, samples=budget.samples,

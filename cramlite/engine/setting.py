@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 
 class Setting(Value):
-    """Setting of a goal: world, robot, backend and what is believed at the start.
+    """Setting of a goal: world, robot, backend and the belief at the start.
 
     ``Engine.setting`` makes one from a scenario; ``cramlite.model.replace`` changes a field, and ``after`` goes on from where a
     program ended.
@@ -69,7 +69,7 @@ class Setting(Value):
     asked: str = ""
 
     def belief(self) -> Belief:
-        """Return the initial belief: poses, relations, joint values, and what is in the hand."""
+        """Return the initial belief: poses, relations, joint values, and the payload."""
         mount = self.world.robots[0]
         at = self.robot.arm_at(mount.base) if self.robot.platform else None
         belief = initial_belief(self.world, mount.name, *self.robot.start(mount), self.relations, at)
@@ -83,7 +83,7 @@ class Setting(Value):
 
     @property
     def now(self) -> World:
-        """The believed world when the plan begins: with what the robot moved so that it could look."""
+        """Believed world at the start of the plan, with things that the robot moved so as to look."""
         since = self.look.since if self.look else {}
         return replace(self.world, things=tuple(t.moved_to(since[t.name]) if t.name in since else t for t in self.world.things))
 
@@ -104,5 +104,5 @@ class Setting(Value):
 
 
 def held_at_start(holds: InHand, opening: float) -> Held:
-    """Return what is believed of a thing that is in the hand when a plan begins."""
+    """Return the belief about the payload at the start of a plan."""
     return Held(holds.thing, holds.tcp_to_thing, opening)

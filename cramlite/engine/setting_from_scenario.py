@@ -106,7 +106,7 @@ def _seen(
 
 
 def _told(scenario: Scenario, knowledge: Knowledge) -> Queries:
-    """What the scenario's camera is told to look for; checked also where poses are known and nobody looks.
+    """Queries of the scenario's camera; checked also where poses are known and no camera looks.
 
     Raises:
         UserError: a query that is wrong, or asks for what no expert says; with file and line.
@@ -191,7 +191,7 @@ def _doubts(scenario: Scenario, world: World, robot: Robot, twins: int | None) -
 
 
 def _usual_twins() -> int:
-    """How many twins where neither caller nor scenario says it: 8, or what the environment variable says.
+    """Number of twins if neither caller nor scenario gives one: 8, or that of the environment variable.
 
     Raises:
         UserError: the variable holds no whole number.

@@ -1,4 +1,4 @@
-"""Solutions: programs whose text was proven in what is believed, and what came of executing them."""
+"""Solutions: programs whose text was proven in the belief, and the outcome of their execution."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ class Solution(Value):
 
     @property
     def succeeded(self) -> bool:
-        """Whether it was proven in what is believed and, if it was executed, succeeded there, too."""
+        """Whether it was proven in the belief and, if executed, succeeded there, too."""
         return self.verdict.passed and (self.execution is None or self.execution.verdict.passed)
 
     @property
@@ -86,7 +86,8 @@ class Solution(Value):
 
     @property
     def headline(self) -> str:
-        """Outcome in a few words, for people: "Solved", or "Solved, with advice" where somebody objects who only advises."""
+        """Outcome in a few words, for people: "Solved", or "Solved, with advice" after an objection that only
+        advises."""
         if not self.succeeded:
             return "Proven in what is believed, but the first execution failed" if self.verdict.passed else "Refused"
         said = "Solved at the first execution" if self.execution else "Solved"
@@ -137,7 +138,7 @@ class Solution(Value):
         return write_page_of(self, self.knowledge, Path(path))
 
     def _drawn(self) -> tuple[Rollout, Knowledge]:
-        """The run, and who draws it.
+        """The run, and its renderer.
 
         Raises:
             UserError: there is no run, or nobody to draw it.

@@ -1,4 +1,4 @@
-"""A setting before anything ran, as a recorded run of one sample: what draws runs draws it, too."""
+"""Setting before any run, as a recorded run of one sample, so that runs and settings are drawn alike."""
 
 from __future__ import annotations
 

@@ -43,7 +43,7 @@ Progress = Callable[[str], None]
 
 
 class Doubtful(Value):
-    """Program that was accepted in the believed world, and what runs of it in twins take.
+    """Program that was accepted in the believed world, and the means of running it in twins.
 
     Args:
         candidate, text: the program, and what of it runs here.
@@ -57,7 +57,7 @@ class Doubtful(Value):
     group: ExecutorGroup
 
     def twin(self, seed: int, errors: ErrorModel) -> Twin:
-        """Draw a twin of what is believed."""
+        """Draw a twin of the belief."""
         setting = self.setting
         return draw_twin(setting.world, setting.relations, setting.robot, errors, seed, sight_of(setting))
 
@@ -110,7 +110,7 @@ def twin_seed(seed: int, text: str, number: int, family: str = "proof") -> int:
 
 
 def sight_of(setting: Setting) -> Sight | None:
-    """Return where the camera was when it last looked, and what it saw; None where poses are known."""
+    """Return the camera's last pose and view; None where poses are known."""
     look = setting.look
     if look is None or look.camera is None:
         return None

@@ -58,7 +58,8 @@ class Ground(Value):
     checks: list[int]
 
     def hit(self, place: Vector3) -> str:
-        """Return what is nearer than the clearance with the platform at (x, y, yaw) in the world [m, rad]; "" for nothing."""
+        """Return the obstacle nearer than the clearance with the platform at (x, y, yaw) in the world [m,
+        rad]; "" for none."""
         self.index.put(self.data, self.start, level(place))
         mujoco.mj_kinematics(self.compiled.model, self.data)
         mujoco.mj_collision(self.compiled.model, self.data)
@@ -69,7 +70,7 @@ class Ground(Value):
         return f"'{a}' is less than {1000 * self.clearance:.0f} mm from '{b}'"
 
     def leg(self, a: Vector3, b: Vector3) -> str:
-        """Return what a straight leg between two places (x, y, yaw) comes too near to, its end first; "" for nothing."""
+        """Return the obstacle too near to a straight leg between two places (x, y, yaw), its end first; "" for none."""
         way = np.subtract(b, a)
         count = max(1, math.ceil(max(math.hypot(way[0], way[1]) / STEP[0], abs(way[2]) / STEP[1])))
         shares = [1.0, *(k / count for k in range(1, count))]
@@ -105,7 +106,7 @@ def ground(
 
 
 def _grow(model: Any, platform: int, by: float) -> None:
-    """Grow what moves with the platform; only it and things collide from then on."""
+    """Grow the platform with its load; only these and things collide from then on."""
     for g in range(model.ngeom):
         robot = int(model.body_rootid[model.geom_bodyid[g]]) == int(model.body_rootid[platform])
         model.geom_contype[g], model.geom_conaffinity[g] = (ROBOT, THING) if robot else (THING, ROBOT)

@@ -78,8 +78,8 @@ def line(motion: Motion, belief: Belief, context: Context, targets: list[Pose]) 
 
 
 def _refused(said: str, motion: Motion, belief: Belief, context: Context, no: Refused) -> Unresolvable:
-    """What to say where there is no straight line. Where the hand or what it moves meets something, no other position of the arm helps:
-    how the arm was moved there is not to blame; where a door or a drawer does, whatever moves it there, nor is where the hand is on it."""
+    """Refusal where there is no straight line. If hand or payload meets something, the way that
+    the arm came is not to blame; if a door or a drawer does, neither is the hand's place on it."""
     pair = no.collision.pair if no.collision else ()
     if motion.to is None or no.collision is None or any(thing_of(n) == no.collision.robot for n in pair):
         return Unresolvable(said, blocking=no.blocking, collision=no.collision, remedy=no.remedy)

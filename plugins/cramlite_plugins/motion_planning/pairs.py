@@ -1,4 +1,4 @@
-"""Collision pairs: which joints move which geoms, and what distance each pair must keep."""
+"""Collision pairs: the joints that move each geom, and the distance that each pair must keep."""
 
 from __future__ import annotations
 

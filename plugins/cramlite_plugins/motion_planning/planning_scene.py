@@ -109,7 +109,7 @@ class PlanningScene(Value):
         return self._inside(q) and self._keeps(q)
 
     def met(self, tcp: Pose, hand: bool = True) -> Refused | None:
-        """Return what is too near to the hand, or to what it holds, with the tcp at a pose in the world; None if nothing is.
+        """Return the obstacle too near to the hand or its payload, with the tcp at a pose in the world; None for none.
 
         Then no joint position for the pose is free, which is known without one: of the hand there is no state to draw.
 
@@ -153,7 +153,8 @@ class PlanningScene(Value):
         return True
 
     def line_probed(self, a: Position, b: Position) -> bool:
-        """Check the end of a line from a free position, and places on it that lie ``PROBED`` apart: what is free may be blocked between."""
+        """Check the end of a line from a free position, and places on it that lie ``PROBED`` apart; it may be
+        blocked between them."""
         return self.free(b) and all(map(self._keeps, JointLine(a, b).probes()))
 
     def blocked(self, a: Position, b: Position) -> float | None:
@@ -289,7 +290,7 @@ class PlanningScene(Value):
         return tuple(float(v) for v in q), near
 
     def _judge(self, line: JointLine, part: Part) -> list[Part] | None:
-        """Look at the middle of a part of a line: None where it is blocked, else what is not known to be free by that."""
+        """Look at the middle of a part of a line: None where it is blocked, else the parts that are still open."""
         low, high, known = part
         middle, half = (low + high) / 2, (high - low) / 2
         q = line.at(middle)

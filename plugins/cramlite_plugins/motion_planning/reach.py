@@ -106,7 +106,8 @@ def touched(names: Iterable[str], context: Context) -> list[str]:
 
 
 def collision_free_ik(place: PlanningScene, context: Context, pose: Pose, seed: Joints) -> Joints | Refused:
-    """Return the collision-free inverse kinematics solution nearest to ``seed``; or why there is none, and what is in the way.
+    """Return the collision-free inverse kinematics solution nearest to ``seed``; or the reason for none, and
+    the obstacles.
 
     Args:
         pose: of the TCP in the base frame.
@@ -167,7 +168,7 @@ def traverse(
 
 
 def causes(location: Location, context: Context) -> tuple[str, ...]:
-    """Return what a path from where the hand is depends on.
+    """Return the choices that a path from the hand's present pose depends on.
 
     Every place it was led to, the grasp among them, and the reference object.
     """
@@ -175,20 +176,22 @@ def causes(location: Location, context: Context) -> tuple[str, ...]:
 
 
 def taken_at(belief: Belief, context: Context) -> tuple[str, ...]:
-    """Return the names of the grasps of what is held: how it is in the hand depends on these, and on no place that it was led to since."""
+    """Return the names of the payload's grasps: its pose in the hand depends on these, and on no place that
+    it was led to since."""
     held = belief.held.thing if belief.held else ""
     return tuple(n for n, v in context.bindings.items() if isinstance(v, Place) and v.thing == held and v.grip is not None)
 
 
 def led_by(location: Location, context: Context) -> tuple[str, ...]:
-    """Return the names of the tasks whose motions lead to a location: what refuses one way of them may let in another."""
+    """Return the names of the tasks whose motions lead to a location: if one way of them is refused, another
+    may be free."""
     leading = (m for m in context.agenda if isinstance(m, Motion) and m.to is not None and m.to.name == location.name)
     return tuple(dict.fromkeys(whole for m in leading for whole in [*enclosing_names(m.name)][1:2]))
 
 
 def led_here(context: Context) -> tuple[str, ...]:
-    """Return what a short way from where the hand is depends on: the last place that it was led to, and earlier ones of the same thing,
-    such as the grasp of what was put there."""
+    """Return the choices that a short way from the hand's present pose depends on: the last place, and
+    earlier ones of the same thing, such as the grasp of a released payload."""
     places = {name: value.thing for name, value in context.bindings.items() if isinstance(value, Place)}
     last = next(reversed(places.values()), "")
     return tuple(name for name, thing in places.items() if thing == last)

@@ -24,7 +24,7 @@ RANGE = 0.5
 
 
 class Answer(Value):
-    """What a query gave.
+    """Outcome of a query.
 
     Args:
         points: of a path from the start to one of the goals; None where none was found.

@@ -12,7 +12,7 @@ Joints = tuple[float, ...]
 
 
 class FreeLines(Protocol):
-    """Protocol of what a path is shortened and rounded off in."""
+    """Protocol of a space in which a path is shortened and rounded off."""
 
     def line_free(self, a: Sequence[float] | Floats, b: Sequence[float] | Floats) -> bool:
         """Check whether the straight joint-space line from a free position is free."""
@@ -51,7 +51,7 @@ class Space(FreeLines, Protocol):
 
 
 class Probed(Value):
-    """A space whose lines are only probed: what is found in it must be checked in the space itself.
+    """Space whose lines are only probed: a path found in it must be checked in the space itself.
 
     Args:
         space: in which states are looked at.

@@ -1,4 +1,4 @@
-"""Remedies of what is out of an arm's reach."""
+"""Remedies for things out of an arm's reach."""
 
 from __future__ import annotations
 

@@ -89,8 +89,8 @@ class UprightScene(Value):
 
 
 def load(belief: Belief, context: Context) -> Load | None:
-    """Return what is held, if its class limits its tilt, and to as much as it leans by already if that is more; of what is held upside down
-    nothing can be spilled any more."""
+    """Return the payload, if its class limits its tilt, and that limit, or its present lean if that is more;
+    from an upside-down payload nothing can be spilled."""
     if belief.held is None:
         return None
     thing = belief.world.thing(belief.held.thing)

@@ -1,4 +1,4 @@
-"""What no task moves stays where it is, upright and still, however many others are moved around it."""
+"""Bystanders: things that no task moves keep their place, upright and still, whatever is moved around them."""
 
 from __future__ import annotations
 
@@ -38,8 +38,8 @@ class Stay(NamedTuple):
 
 
 class Bystanders(Value):
-    """Everything that can be moved stayed within the limits of motion and tilt while no task moved it, and is at rest at the
-    end. What a task moves is said in ``moved_by``."""
+    """Check that movable things keep within the limits of motion and tilt while no task moves them
+    (``moved_by``), and are at rest at the end."""
 
     name: str = "bystanders"
     cost: Cost = "rollout"
@@ -91,7 +91,7 @@ def _objections(candidate: Candidate, name: str, stay: Stay, tasks: list[str], j
 
 
 def _let(name: str, key: str, value: float, unit: str) -> Remedy:
-    """What to try where a thing moved that nobody was to move.
+    """Remedies where a bystander moved.
 
     Args:
         key, unit: of the limit in a scenario.
@@ -103,8 +103,8 @@ def _let(name: str, key: str, value: float, unit: str) -> Remedy:
 
 
 def stays(rollout: Rollout, thing: Thing, moved: Moved) -> Iterator[Stay]:
-    """Yield for each stretch of a run in which no task moves a thing how far it got from where it was at its beginning. Of what hangs
-    on a peg it is the hole that stays; the rest may swing as far as the limit of tilt lets it."""
+    """Yield for each stretch of a run in which no task moves a thing how far it got from its place at the
+    beginning. Of a hanging thing the hole must stay; the rest may swing up to the limit of tilt."""
     for nobody, stretch in groupby(range(len(rollout.times)), key=lambda k: moved[thing.name][k] is None):
         rows = list(stretch)
         if nobody:
@@ -122,7 +122,8 @@ def _watched(thing: Thing, *, hanging: bool) -> Floats:
 
 
 def _carriers(rollout: Rollout, thing: Thing, sample: int, moved: Moved) -> list[str]:
-    """What tasks move that bears the thing at a sample, itself or through others: a drawer bears what is in a bowl in it."""
+    """Moved things that bear the thing at a sample, directly or through others: a drawer bears the content of
+    a bowl in it."""
     found, new, names = list[str](), [thing.name], {t.name for t in rollout.world.things}  # a hand bears things, too
     while new:
         borne = [o for n in new if rollout.world.thing(n).movable for o in borne_by(rollout, n, sample)]

@@ -1,4 +1,4 @@
-"""Carries: stretches in which the hand takes along what it touches and does not hold."""
+"""Carries: stretches in which the hand takes along a thing that it touches and does not hold."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Who touched whom, during which task, and how hard: every touch is one that the running task lets happen, or an objection."""
+"""Contacts: each is permitted by the running task, or is an objection with its force."""
 
 from __future__ import annotations
 
@@ -37,9 +37,9 @@ class Bump(NamedTuple):
 
 
 class Collision(Value):
-    """Judge of contacts: everything that touched is what the task that ran then lets touch, or the one that let go of what still
-    falls. How hard the arm presses is judged by what it feels; two things that a task presses together without holding them, by
-    its force limit beyond their weight. How hard a thing lands that a task drops is not judged: the shock of a rigid model says little."""
+    """Judge of contacts: the running task permits each, or the task that released a thing that still falls.
+    Force is judged by what the arm feels; of two things pressed together without a grip, by the task's limit
+    beyond their weight. The shock of a dropped thing is not judged, since a rigid model says little of it."""
 
     name: str = "collision"
     cost: Cost = "rollout"
@@ -64,7 +64,8 @@ class Collision(Value):
 
 
 def more_room(worst: Bump) -> Remedy:
-    """What to try against a touch: room, or a limit where what was felt is no more than tasks may press with that declare nothing."""
+    """Remedies against a contact: room, or a limit where the force is one that tasks without a declared limit
+    may press with."""
     meet = f"'{worst.one}' and '{worst.other}' meet with {worst.force:.1f} N where {worst.limit:.0f} N are let"
     harmless = f", or, where that does no harm, 'limits: {{brush: {math.ceil(worst.force)} N}}' in the scenario"
     raised = harmless if not worst.why and worst.force <= LIMIT.default else ""
@@ -118,7 +119,7 @@ def _whole(body: str) -> str:
 
 
 class _Contacts:
-    """What may touch at each sample of a run, which is gone through from its start."""
+    """Permitted contacts at each sample of a run, which is gone through from its start."""
 
     def __init__(self, candidate: Candidate, rollout: Rollout) -> None:
         self.times, self.robot = rollout.times, candidate.program.robot
@@ -158,7 +159,8 @@ class _Contacts:
         return k == 0 or (HAND not in pair and all(self.moved[one][k] == "" for one in pair & self.moved.keys()))
 
     def _declared(self, k: int, pair: Pair) -> bool:
-        """The task that runs lets two touch, or the one that moves one of them: what it let go of still falls while the next runs."""
+        """Whether the running task permits two to touch, or the one that moves one of them: its released
+        thing still falls while the next runs."""
         if self._allows(self.tasks[k], k, pair) or self._among_contents(self.tasks[k], k, pair):
             return True
         return HAND not in pair and any(self._allows(t, k, pair) or self._among_contents(t, k, pair) for t in self._movers(k, pair))
@@ -173,11 +175,11 @@ class _Contacts:
         return allowance.carries_on and held in pair and bool(pair & self.stood.get(held, set())) and not self._left(held, k)
 
     def _left(self, held: str, k: int) -> bool:
-        """What is held has been lifted: nothing of what it stood on has touched it for ``GAP``."""
+        """Whether the payload has been lifted: nothing of its old support has touched it for ``GAP``."""
         return bool(self.times[k] - self.rested[held] > GAP)
 
     def _among_contents(self, task: str, k: int, pair: Pair) -> bool:
-        """A task that brings a thing into a container lets it touch what lies in there."""
+        """Whether a task that brings a payload into a container permits it to touch the container's content."""
         touches = self.allowances.get(task, Allowance()).touches
         return HAND not in pair and any(
             frozenset({one, c}) in touches and any(self._goes_on(k, frozenset({other, c})) for other in pair - {one})

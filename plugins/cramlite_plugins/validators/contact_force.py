@@ -1,4 +1,5 @@
-"""How hard each task may press or pull on something: by what it declares, else by the motions of its program, else by default."""
+"""Contact forces: the most that each task may press or pull with, as declared, else by the motions of its
+program, else by default."""
 
 from __future__ import annotations
 
@@ -43,7 +44,7 @@ Forced = ForceMove | SpiralSearch | ForceInsert | ForceExtract | CompliantSlide
 
 
 class TaskForce(NamedTuple):
-    """The most that a task may press or pull with [N], who says so, and whether a task's own declaration does."""
+    """Largest force of a task [N], its source, and whether it is the task's own declaration."""
 
     most: float
     source: str
@@ -51,7 +52,7 @@ class TaskForce(NamedTuple):
 
 
 def task_forces(candidate: Candidate) -> dict[str, TaskForce]:
-    """Return of each task of a program what it may press with; the program's own limit is above all of them."""
+    """Return the force limit of each task of a program; the program's own limit is above all of them."""
     steps = _steps(candidate)
     names = {"", *(a.name for a in (*candidate.actions, *candidate.parts))}
     return {name: _of(name, candidate, steps.get(name, ())) for name in names}
@@ -68,7 +69,7 @@ def _of(name: str, candidate: Candidate, steps: Iterable[AnyStep]) -> TaskForce:
 
 
 def _force(step: AnyStep) -> float | None:
-    """The most that a step presses with, by what ends it [N]; None where it does not feel."""
+    """Largest force of a step, by its end condition [N]; None for steps that do not feel."""
     if isinstance(step, Forced):
         return step.force_limit
     return _guard_force(step) if isinstance(step, MoveUntilContact) else None
@@ -88,8 +89,8 @@ def _steps(candidate: Candidate) -> Mapping[str, list[AnyStep]]:
 
 
 def guard_forces(candidate: Candidate) -> list[TaskForce | None]:
-    """Return for each sample what the guarded motion of the plan whose code runs then presses with, by the force that ends it; None
-    where none runs, and at its first samples, which have peaks of the code before it."""
+    """Return for each sample the force that the running guarded motion of the plan presses with, by the force
+    that ends it; None where none runs, and at its first samples, which have peaks of the code before it."""
     guards: dict[str, TaskForce] = {}
     for step in walk(candidate.program.steps):
         if isinstance(step, MoveUntilContact):
@@ -100,7 +101,7 @@ def guard_forces(candidate: Candidate) -> list[TaskForce | None]:
 
 
 class ForceLimits(NamedTuple):
-    """What the arm may feel at each sample (N,) [N], whose limit that is, and the task."""
+    """Force limit of the arm at each sample (N,) [N], its source, and the task."""
 
     most: Floats
     source: list[str]
@@ -108,7 +109,7 @@ class ForceLimits(NamedTuple):
 
 
 def force_limits(candidate: Candidate) -> ForceLimits:
-    """Return what the arm may feel at each sample: what its task may press with while something is touched, else the program's limit.
+    """Return the force limit of the arm at each sample: its task's while something is touched, else the program's.
 
     A task that declares a force has that all through. A guarded motion has what its own force and speed lead to, where that is less: a
     text that goes on pressing beyond the force of the plan is refused. What is carried may be heavier than believed; what bears little
@@ -136,13 +137,14 @@ def force_limits(candidate: Candidate) -> ForceLimits:
 
 
 def _fragile(candidate: Candidate) -> dict[str, Known]:
-    """What things bear that bear little, as far as an ontology says so."""
+    """Limits of fragile things, as far as an ontology has them."""
     said = {t.name: lowest([t], "cram:maximumForce", candidate) for t in candidate.world.things}
     return {name: known for name, known in said.items() if known is not None}
 
 
 def touched_at(rollout: Rollout, held: list[str]) -> Iterator[set[str]]:
-    """Yield what meets at each sample, a little before and after it: something, and the hand or what it holds; empty where nothing does."""
+    """Yield the contacts at each sample, a little before and after it: something with the hand or the
+    payload; empty without any."""
     met = [_met(touches, {HAND, one} - {""}) for touches, one in zip(rollout.awake_touches, held, strict=True)]
     for k in range(len(met)):
         checkpoint()

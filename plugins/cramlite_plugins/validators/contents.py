@@ -12,7 +12,7 @@ from ..shapes.contents import SHARE, SPILLED, where
 
 
 class Poured(Value):
-    """Check that enough of what was poured is in the destination at the end."""
+    """Check that enough of the poured content is in the destination at the end."""
 
     name: str = "poured"
     cost: Cost = "rollout"
@@ -31,7 +31,7 @@ class Poured(Value):
 
 
 class Spilled(Value):
-    """Check that what was in a vessel is in a vessel at the end, this one or another."""
+    """Check that a vessel's content is in a vessel at the end, this one or another."""
 
     name: str = "spilled"
     cost: Cost = "rollout"

@@ -1,4 +1,4 @@
-"""Hands from files that closed on nothing: what a run says of it, and which keys of a scenario may be wrong."""
+"""Hands from files that closed on nothing: the finding, and the keys of a scenario that may be wrong."""
 
 from __future__ import annotations
 

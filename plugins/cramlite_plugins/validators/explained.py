@@ -18,7 +18,7 @@ a thing before they have arrived, and contacts of stiff pads chatter (``grips.SH
 
 
 class ExplainedGrip(NamedTuple):
-    """A grip with what explains it.
+    """Grip with its explanation.
 
     Args:
         grip: thing and samples.
@@ -36,14 +36,14 @@ class ExplainedGrip(NamedTuple):
 
 
 def explained_grips(candidate: Candidate) -> list[ExplainedGrip]:
-    """Return every grip of a run, each with what explains it."""
+    """Return every grip of a run, each with its explanation."""
     assert candidate.rollout is not None
     run = _Run(candidate, candidate.rollout)
     return [run.explained(grip) for grip in grips(candidate.rollout)]
 
 
 def explained_at(candidate: Candidate) -> list[str]:
-    """Return what is in the hand at each sample by a grip whose beginning a task explains; "" for nothing."""
+    """Return the payload at each sample, by a grip whose beginning a task explains; "" for none."""
     assert candidate.rollout is not None
     held = [""] * len(candidate.rollout.times)
     for found in explained_grips(candidate):

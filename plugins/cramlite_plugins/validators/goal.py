@@ -43,7 +43,8 @@ SIDES: Mapping[str, tuple[int, float]] = {
 
 
 class Goal(Value):
-    """Judge of the goal: every literal of it, or of what the demonstration ended with, holds at the end of the run, with its thing at rest.
+    """Judge of the goal: every literal of it, or of the demonstration's end, holds at the end of the run,
+    with its thing at rest.
 
     Places are measured where they then are: what was put into a drawer is looked for in the drawer where it was pushed to.
     """
@@ -105,8 +106,8 @@ def _doubtful(literal: GoalLiteral, timeline: Timeline, rollout: Rollout) -> str
 
 
 def _recorded(entity: str, episode: Episode) -> str:
-    """What a recording calls an entity of planning: the hand by its robot's name, a filling by its vessel; a feature without a
-    shape of its own is felt as its thing, unless it is a place."""
+    """Name that a recording gives an entity of planning: its robot's for the hand, its vessel's for a
+    filling; a feature without a shape of its own is felt as its thing, unless it is a place."""
     whole = thing_of(entity)
     if entity == EFFECTOR:
         return episode.effector or entity
@@ -118,7 +119,8 @@ def _recorded(entity: str, episode: Episode) -> str:
 
 
 def _too_few(clause: Clause, literal: GoalLiteral, rollout: Rollout) -> str:
-    """Too small a share of what was loose in a vessel is where it should be; empty where it is enough, or nothing was asked."""
+    """Refusal where too small a share of a vessel's loose content is in place; empty where it is enough, or
+    none was asked."""
     from cramlite.plugin import atoms
 
     for atom in atoms(clause.condition) if not clause.text.startswith("not ") else ():
@@ -148,7 +150,7 @@ def _beside(literal: GoalLiteral, candidate: Candidate) -> str:
 
 
 def _unsettled(literal: GoalLiteral, rollout: Rollout) -> str:
-    """What the literal is about still moves; empty where it rests, or hangs."""
+    """Things of the literal that still move; empty where they rest, or hang."""
     recent = rollout.times >= rollout.times[-1] - LASTS
     for name in dict.fromkeys(thing_of(t) for t in literal.things if thing_of(t) in rollout.poses):
         way = float(np.linalg.norm(np.ptp(rollout.poses[name][recent, :3], axis=0)))
@@ -158,7 +160,7 @@ def _unsettled(literal: GoalLiteral, rollout: Rollout) -> str:
 
 
 def _badly_rests(literal: GoalLiteral, candidate: Candidate) -> str:
-    """What is wrong with how a thing rests on the one that it should be on; empty where nothing is."""
+    """Fault in how a thing rests on its support; empty for none."""
     from cramlite.plugin import atoms
 
     assert candidate.rollout is not None

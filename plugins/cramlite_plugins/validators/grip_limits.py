@@ -1,4 +1,4 @@
-"""How hard a thing may be gripped: what the gripper was told, and what the pads pressed, against what the thing bears."""
+"""Grip limits: the commanded force and the force of the pads, against the force that a thing bears."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ PADS = ("effector/left", "effector/right")
 
 
 class Limit(NamedTuple):
-    """The most that each pad may press a thing with [N], and who says so."""
+    """Largest force of each pad on a thing [N], and its source."""
 
     thing: str
     force: float
@@ -35,7 +35,7 @@ class Limit(NamedTuple):
 
 
 class GripLimits(Value):
-    """Check that no thing is gripped harder than it bears: by what the gripper is told, and by what its pads press."""
+    """Check that no thing is gripped harder than it bears, as commanded and as pressed."""
 
     name: str = "grip_limits"
     cost: Cost = "rollout"
@@ -57,7 +57,7 @@ class GripLimits(Value):
 
 
 def grip_limits(candidate: Candidate) -> Iterator[Limit]:
-    """Yield the lower of what is believed of each thing and of what it is in the run's world."""
+    """Yield the lower of each thing's believed limit and its limit in the run's world."""
     assert candidate.rollout is not None
     for name in sorted({t.name for w in (candidate.world, candidate.rollout.world) for t in w.things}):
         things = [t for w in (candidate.world, candidate.rollout.world) if (t := _thing(w, name)) is not None]
@@ -71,7 +71,7 @@ def _thing(world: World, name: str) -> Thing | None:
 
 
 def told_to_press(rollout: Rollout, thing: str) -> Floats:
-    """Return what the gripper was told to press with at each sample (N,) [N], 0 where the thing is not between both pads."""
+    """Return the commanded grip force at each sample (N,) [N], 0 where the thing is not between both pads."""
     gripped = np.array([one == thing for one in pressed_at(rollout)])
     return np.zeros(len(gripped)) if rollout.grip is None else np.where(gripped, rollout.grip, 0.0)
 
@@ -91,7 +91,7 @@ def _harder(touches: tuple[Touch, ...], thing: str) -> float:
 
 
 def half_a_step(gripper: Gripper) -> float:
-    """Return by how much a register of force rounds what is planned [N]."""
+    """Return by how much a force register rounds a planned force [N]."""
     low, high = gripper.force
     return (high - low) / COUNTS / 2 + 1e-9
 

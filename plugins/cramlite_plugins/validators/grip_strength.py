@@ -1,4 +1,4 @@
-"""Why a thing slipped out of the hand: its weight against what the pads carry, where a grip was too weak for it."""
+"""Grip strength: a slipped thing's weight against the load that the pads carry."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ SOON = 0.5  # after the pads last pressed a thing that was lost, the fingers go 
 
 
 class GripStrength(Value):
-    """What slipped out of the hand, or in it, was gripped strongly enough to be carried; of what was carried nothing is said."""
+    """Check that a thing that slipped was gripped strongly enough for its weight; others are not judged."""
 
     name: str = "grip_strength"
     cost: Cost = "rollout"

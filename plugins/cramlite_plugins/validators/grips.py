@@ -1,4 +1,4 @@
-"""When the hand held what in a run, and how far that moved in it."""
+"""Grips of a run: their times, their payloads, and the slip in the hand."""
 
 from __future__ import annotations
 
@@ -39,15 +39,15 @@ def grips(rollout: Rollout) -> list[Grip]:
 
 
 def pressed_at(rollout: Rollout) -> list[str]:
-    """Return what both pads press at each sample, however short; "" for nothing. Closed fingers hold nothing, nor does anybody
-    hold what is fixed to the world."""
+    """Return the thing that both pads press at each sample, however short; "" for none. Closed fingers hold
+    nothing, and furniture is never held."""
     loose = {t.name for t in rollout.world.things if t.movable or t.joint}
     pressed = zip(map(_pressed, rollout.awake_touches), rollout.opening, strict=True)
     return [thing if thing in loose and wide > SHUT else "" for thing, wide in pressed]
 
 
 def held_at(rollout: Rollout) -> list[str]:
-    """Return what is in the hand at each sample; "" for nothing."""
+    """Return the payload at each sample; "" for none."""
     held = [""] * len(rollout.times)
     for thing, first, last in grips(rollout):
         held[first : last + 1] = [thing] * (last + 1 - first)

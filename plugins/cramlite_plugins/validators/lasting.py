@@ -1,4 +1,4 @@
-"""What lasts: the least of something over a time, so that what was more for a moment only does not count."""
+"""Lasting values: the least over a time, so that a short peak does not count."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which task moves what, at each sample of a run: from when it takes hold until what it let go of has come to rest."""
+"""Moving tasks of each thing, at each sample of a run: from the grip until the released thing has come to rest."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the arm is told that hangs on its flange, against what does: the gripper, and what is believed of a thing in the hand."""
+"""Payload that the arm is told, against the load on its flange: the gripper, and a held thing as believed."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ ALONG = 0.03
 
 
 class Hanging(NamedTuple):
-    """The least and the most that hangs on the flange at each sample (N,) [kg], and what that is."""
+    """Least and largest load of the flange at each sample (N,) [kg], and its parts."""
 
     least: Floats
     most: Floats
@@ -33,7 +33,7 @@ class Hanging(NamedTuple):
 
 
 class Payload(Value):
-    """Check that the arm is told what hangs on its flange, in time."""
+    """Check that the arm is told the load of its flange, in time."""
 
     name: str = "payload"
     cost: Cost = "rollout"
@@ -64,20 +64,20 @@ class Payload(Value):
 
 
 def _slack(mass: Floats | float) -> Floats:
-    """By how much what is told may be off [kg]."""
+    """Tolerance of the told payload [kg]."""
     return np.maximum(LEAST, SHARE * np.asarray(mass))
 
 
 def _share(told: Floats, hanging: Hanging) -> Floats:
-    """How far what is told is off, as a share of what it may be off by; 0 until something is told."""
+    """Error of the told payload, as a share of its tolerance; 0 until something is told."""
     off = np.maximum(np.maximum(hanging.least - told, told - hanging.most), 0.0) / _slack(hanging.most)
     off[: int(np.argmax(told > 0))] = 0.0
     return np.asarray(off)
 
 
 def hanging_on(candidate: Candidate) -> Hanging:
-    """Return what hangs on the flange at each sample. What stands on something hangs there with any part of its weight, and a vessel is
-    full or empty."""
+    """Return the load of the flange at each sample. A thing that stands on something counts with any part of
+    its weight, and a vessel as full or empty."""
     rollout, mass = candidate.rollout, candidate.robot.gripper.mass
     assert rollout is not None
     count, awake = len(rollout.times), rollout.awake_touches
@@ -104,7 +104,8 @@ def _empty(thing: Thing) -> float:
 
 
 def _along(rollout: Rollout, grip: Grip) -> Iterator[str]:
-    """Things that go along with what is in the hand: they touch it, or one another, in the middle of the grip, and keep their place."""
+    """Things that go along with the payload: they touch it, or one another, in the middle of the grip, and
+    keep their place."""
     loose = {t.name for t in rollout.world.things if t.movable and t.joint is None} - {grip.thing}
     pairs = [frozenset({thing_of(t.a), thing_of(t.b)}) for t in rollout.touches[(grip.first + grip.last) // 2]]
     found, new = set[str](), {grip.thing}
@@ -116,7 +117,7 @@ def _along(rollout: Rollout, grip: Grip) -> Iterator[str]:
 
 
 def _shift(rollout: Rollout, grip: Grip, name: str) -> float:
-    """How far a thing got in the frame of what is in the hand, from when that was gripped until it was let go [m]."""
+    """Motion of a thing in the frame of the payload, from its grip to its release [m]."""
     from scipy.spatial.transform import Rotation
 
     rows = [grip.first, grip.last]
@@ -126,7 +127,7 @@ def _shift(rollout: Rollout, grip: Grip, name: str) -> float:
 
 
 def _stands(touches: Iterable[Touch], carried: set[str]) -> bool:
-    """Whether something beside the hand touches what is carried."""
+    """Whether something beside the hand touches the payload."""
     pairs = ({HAND if thing_of(one) == "effector" else thing_of(one) for one in (t.a, t.b)} for t in touches)
     return any(pair & carried and pair - carried - {HAND} for pair in pairs)
 

@@ -84,7 +84,8 @@ class CommandedForce(Value):
 
 
 class GraspSlip(Value):
-    """Check that what was grasped did not move in the hand until it was let go, but for the turns that the program declares."""
+    """Check that the payload did not move in the hand until its release, but for the turns that the program
+    declares."""
 
     name: str = "grasp_slip"
     cost: Cost = "rollout"

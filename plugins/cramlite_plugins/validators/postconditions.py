@@ -130,7 +130,7 @@ def _unsettled(rollout: Rollout, thing: str, *, hanging: bool) -> str:
 
 
 class TaskRules(Value):
-    """Check that what each task's rule asks for before, while and after its code ran holds.
+    """Check that the conditions of each task's rule hold before, while and after its code ran.
 
     The rule is the one that interprets demonstrations.
 
@@ -191,7 +191,8 @@ def _in_order(candidate: Candidate) -> Iterator[tuple[Action, Span | None, float
 
 
 def no_trace(candidate: Candidate, task: str, ran: Span | None) -> str:
-    """Return what a run lacks of a task that has steps in the program; empty where it has none, or all left a trace."""
+    """Return the parts that a run lacks of a task with steps in the program; empty where there are none, or
+    all left a trace."""
     code = candidate.code
     assert code is not None
     steps = [s.origin for s in candidate.program.steps if task in enclosing_names(s.origin)]  # what the run decides about may be left out
@@ -231,7 +232,8 @@ def _ways(timeline: Timeline, start: float, end: float) -> Iterator[Way]:
 
 
 def _opened(timeline: Timeline, start: float) -> float:
-    """When fingers that are open by now let go of what they held [s]: as long ago as the hand has not moved since."""
+    """Time at which fingers that are open now released their payload [s]: as long ago as the hand has not
+    moved since."""
     from ..predicates.phase_poses import pose_of
 
     hand = timeline.episode.effector
@@ -292,7 +294,7 @@ Unmet = tuple["Clause", list[dict[str, Any]]]
 
 
 def _unmet_in(rule: Rule, clauses: list[Clause], action: Action, ways: Iterable[Way]) -> Unmet | None:
-    """None where the rule is met in one of the ways, else what the first of those lacks that meet most of it."""
+    """None where the rule is met in one of the ways, else the lacking condition of the way that meets most of it."""
     furthest: tuple[int, Unmet] | None = None
     for phases in ways:
         unmet = _unmet(clauses, action, rule, phases)
@@ -318,7 +320,7 @@ def _unmet(clauses: Iterable[Clause], action: Action, rule: Rule, phases: Mappin
 
 
 def _binds(clause: Clause) -> bool:
-    """Whether a clause says which entities are meant (the effector, a class), rather than what holds."""
+    """Whether a clause identifies entities (the effector, a class), and states no condition of them."""
     from cramlite.plugin import atoms
 
     return all(a.predicate.timeless for a in atoms(clause.condition))

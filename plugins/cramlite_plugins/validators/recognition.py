@@ -1,4 +1,4 @@
-"""Validator of recognition: was each thing what it was taken for, in the world that the program ran in.
+"""Validator of recognition: each thing is, in the real world, the one that it was recognised as.
 
 A proof runs in the world as it is believed to be, so there each thing is what it is taken for: this can only object to the
 execution of a program that was accepted, and no search learns of it.

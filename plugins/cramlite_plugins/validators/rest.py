@@ -1,4 +1,5 @@
-"""What bears a thing, whether it hangs, and whether it is at rest at the end of a run; what hangs on a peg may swing a little."""
+"""Rest: a thing's support, whether it hangs, and whether it is at rest at the end of a run. A thing on a peg
+may swing a little."""
 
 from __future__ import annotations
 
@@ -48,8 +49,8 @@ def hangs(rollout: Rollout, thing: str, sample: int) -> bool:
 
 
 def restless(rollout: Rollout, thing: str, *, hanging: bool) -> str:
-    """Return what is wrong where a thing still moves or turns at the end; of one that hangs, the hole must be at rest, and the rest
-    may swing. Empty where it is at rest."""
+    """Return the fault of a thing that still moves or turns at the end; of a hanging one the hole must be at
+    rest, and the rest may swing. Empty where it is at rest."""
     hole = rollout.world.thing(thing).feature("vrps:Hole") if hanging else None
     speed = _speed(rollout, thing, hole.pose.position if hole else (0.0, 0.0, 0.0))
     if speed > REST:

@@ -1,4 +1,4 @@
-"""Validator of safeguards: what watches over the tasks of the proven text is still there and on."""
+"""Validator of safeguards: those of the proven text are still there and on."""
 
 from __future__ import annotations
 
@@ -163,7 +163,7 @@ def _new(lines: list[str], proven: list[str]) -> list[int]:
 
 
 def _expected(lines: list[str]) -> dict[str, set[str]]:
-    """What the calls that name a step expect, also "" where one expects nothing."""
+    """Expectations of the calls that name a step, also "" for none."""
     steps: dict[str, set[str]] = {}
     for line in lines:
         if line.startswith(("move_gripper(", "move_until_contact(")):
@@ -177,7 +177,7 @@ def _guarded(lines: Iterable[str]) -> set[str]:
 
 
 def _expected_by(program: Program) -> dict[str, set[str]]:
-    """What the steps of each origin expect, also "" where one expects nothing."""
+    """Expectations of the steps of each origin, also "" for none."""
     steps: dict[str, set[str]] = {}
     for step in walk(program.steps):
         if isinstance(step, SetGripper | MoveUntilContact):
@@ -201,7 +201,7 @@ def _called(code: Code, origins: set[str]) -> dict[str, set[str]]:
 
 
 def _no_longer_watched(program: Program, proven: Program) -> Iterator[str]:
-    """What monitors of the proven program watch, in their order, and those of another do not, or less closely."""
+    """Conditions that monitors of the proven program watch, in order, and those of another do not, or less closely."""
     left = [s for s in walk(program.steps) if isinstance(s, Monitor)]
     for one in (s for s in walk(proven.steps) if isinstance(s, Monitor)):
         same = next((k for k, other in enumerate(left) if _watches(other, one)), None)

@@ -1,4 +1,4 @@
-"""Static safety check: what no program may do, judged before its text is written."""
+"""Static safety check: limits of all programs, judged before a text is written."""
 
 from __future__ import annotations
 

@@ -32,7 +32,7 @@ CONTACT = 0.01
 
 
 def wrongly_rests(candidate: Candidate, thing: Thing, support: Thing) -> str:
-    """Return what is wrong with how a thing rests on another at the end of a run; "" where nothing is.
+    """Return the fault in how a thing rests on another at the end of a run; "" for none.
 
     A lid covers the opening that it lies on. What is stacked on a thing that can be moved has its centre of mass over that; on
     furniture, a thing may stand as it stands.
@@ -56,7 +56,7 @@ def borne(rollout: Rollout, thing: str, support: str) -> float:
 
 
 def uncovered(lid: Thing, vessel: Thing) -> str:
-    """Return what of a vessel's opening a lid leaves open; "" where it covers one, or the vessel has none.
+    """Return the part of a vessel's opening that a lid leaves open; "" where it covers one, or the vessel has none.
 
     Args:
         lid, vessel: where they are, their z upwards.
@@ -98,7 +98,7 @@ def _openings(vessel: Thing) -> Iterator[Any]:
 
 
 def unbalanced(thing: Thing, support: Thing) -> str:
-    """Return by how much too little a thing's centre of mass is inside of what supports it; "" where it is enough.
+    """Return by how much a thing's centre of mass is too little inside of its support; "" where it is enough.
 
     Args:
         thing, support: where they are, their z upwards.

@@ -35,7 +35,7 @@ miss the peak."""
 
 
 def wrong_end(candidate: Candidate, steps: Sequence[AnyStep], samples: Sequence[int]) -> str:
-    """Return what is wrong with where a step ended that feels; "" where nothing is, and for any other step.
+    """Return the fault in where a feeling step ended; "" for none, and for any other step.
 
     Args:
         steps: the step as the last one, after those of the same designator.

@@ -35,8 +35,8 @@ RANGE = 0.1
 
 
 class Tracks(Value):
-    """Every time that a thing is in the hand, falls or is moved along is explained by a task of the plan: by a handover, by the
-    place where it was let go, or by what the task says that it moves or slides."""
+    """Judge of tracks: a task of the plan explains each time that a thing is in the hand, falls or is moved
+    along, by a handover, by its place of release, or as moved or slid by the task."""
 
     name: str = "tracks"
     cost: Cost = "rollout"
@@ -124,7 +124,8 @@ def _topples(rollout: Rollout, grip: Grip) -> float:
 
 
 def _slid(candidate: Candidate, found: Iterable[ExplainedGrip]) -> Iterator[Finding]:
-    """Payloads that were moved along what they touch, in a task that slides nothing; but for declared turns, about a far side."""
+    """Payloads that were dragged along a surface, in a task that slides nothing; but for declared turns,
+    about a far side."""
     rollout, tasks, turns = _rollout(candidate), inner_tasks(candidate), declared(candidate)
     for grip, _, _, _, taken in found:
         for task, rows in () if not taken else _stretches(tasks):
@@ -177,7 +178,8 @@ def _returned(candidate: Candidate, found: Iterable[ExplainedGrip]) -> Iterator[
 
 
 def _carried(rollout: Rollout, found: Iterable[ExplainedGrip], rows: range) -> set[str]:
-    """Loose things that are let go of at some samples, of which their place says where they end; what is on a joint is led by the hand."""
+    """Loose things that are released at some samples, whose place says where they end; a thing on a joint is
+    led by the hand."""
     let_go = {grip.thing for grip, wrong, *_ in found if not wrong and grip.last in rows}
     return {name for name in let_go if rollout.world.thing(name).joint is None}
 
