@@ -1,5 +1,5 @@
-"""Ways from above and aside, at 45 deg or steeper: to and from what something hangs over, such as a thing under the handle of an open
-drawer, or one in a drawer that is half under what it comes out of."""
+"""Ways from above and aside, at 45 deg or steeper, to and from a place under an overhang, such as under the
+handle of an open drawer, or in a drawer that is half shut."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ ANGLES = (180.0, 90.0, -90.0, 0.0)
 
 
 def slants(rise: float, share: float = 1.0) -> Iterator[tuple[str, Floats]]:
-    """Generate ways that lead up by ``rise`` [m] and a share of that aside, with what they are called."""
+    """Generate ways that lead up by ``rise`` [m] and a share of that aside, with their names."""
     for angle in ANGLES:
         way: Floats = rise * np.array([share * math.cos(math.radians(angle)), share * math.sin(math.radians(angle)), 1.0])
         yield f"aside at {angle:.0f} deg", way

@@ -81,7 +81,7 @@ class Grasp(Value):
         return self.at * Pose((0, 0, -STANDOFF))
 
     def legs(self, thing: str, opening: float) -> tuple[Leg, Leg]:
-        """Return what the arm has to reach, with the fingers so far open [m]."""
+        """Return the legs that the arm has to reach, with the fingers so far open [m]."""
         at = Leg(self.at, (thing,), opening, said="at the grasp", where=Stage.POSE)
         return at, Leg(self.before, opening=opening, said="at the pre-grasp", where=Stage.BEFORE)
 
@@ -124,7 +124,7 @@ def _place(grasp: Grasp, before: Pose, opening: float, thing: str) -> Place:
 
 
 def _from_aside(grasp: Grasp, thing: str, cost: float, opening: float, arm: Arm) -> Iterator[Grounding]:
-    """A grasp for which there is no room straight before it: under what hangs over the thing the hand, as open as it can be, comes in
+    """Grasp without room straight before it: under an overhang the hand, open as far as it can be, comes in
     from aside."""
     at, off = grasp.legs(thing, opening)
     if isinstance(there := arm.at(at), Refused):
@@ -161,9 +161,9 @@ def _openings(grasp: Grasp, thing: Thing, belief: Belief, gripper: Gripper) -> I
 def _in_order(
     grips: Sequence[Grip], thing: Thing, belief: Belief, context: Context, room: HandRoom
 ) -> list[tuple[float, Grasp]]:
-    """All grasps with their cost [m], those without room for the hand last, and after all others the late kinds of grips; those at
-    which it would be in the thing itself are left out. Of what goes under a roof those at which it gets in there come before, of what is
-    let down leaning those of a hand that leans."""
+    """All grasps with their cost [m]: those without room for the hand last, after them the late kinds of
+    grips; those with the hand inside the thing are left out. Of a payload that goes under a roof those that
+    fit there come first, of one that is let down leaning those of a hand that leans."""
     pose, here, most = belief.pose(thing.name), tcp(belief, context), context.robot.gripper.opening[1]
     loads, found = _loads(grips, thing, belief, context), []
     for grip, load in zip(grips, loads.tolist(), strict=True):

@@ -115,7 +115,8 @@ def _ranked(
 
 
 def varied(grips: Iterable[tuple[float, Grip, T]]) -> list[tuple[float, T]]:
-    """Return what has a cost and a grip, best first, but each further one of one likeness as if its lever were ``AGAIN`` longer."""
+    """Return items with a cost and a grip, best first, each further one of one likeness as if its lever were
+    ``AGAIN`` longer."""
     seen: dict[tuple[float, ...], int] = {}
     keyed = []
     for k, (cost, grip, what) in enumerate(sorted(grips, key=lambda x: (round(x[0], 4), x[1].name))):
@@ -185,7 +186,7 @@ def _of_geom(geom: Geom, gripper: Gripper) -> Iterator[Grip]:
 
 
 def too_wide(thing: Thing, gripper: Gripper) -> Remedy | None:
-    """Return what to try where a side of a thing is wider than the hand opens; None where each fits."""
+    """Return the remedy where a side of a thing is wider than the hand opens; None where each fits."""
     limit = gripper.opening[1] - LEAST_SLACK
     sides = sorted(float(side) for side in np.ptp(corners(thing, Pose((0, 0, 0))), axis=0)) if thing.geoms else []
     wide = [side for side in sides if side > limit]

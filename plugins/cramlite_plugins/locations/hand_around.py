@@ -1,4 +1,4 @@
-"""The hand around a bar: how wide its fingers open there, so that they touch neither what is beside it nor what is behind."""
+"""Hand around a bar: the opening at which its fingers touch no obstacle beside it or behind."""
 
 from __future__ import annotations
 

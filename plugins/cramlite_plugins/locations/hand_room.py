@@ -1,4 +1,4 @@
-"""Room for a hand at a grasp: boxes around the parts of the hand as its model has them, and what stands around a thing.
+"""Room for a hand at a grasp: boxes around the parts of the hand's model, and the obstacles around a thing.
 
 Exact for hands and surroundings of boxes, on the safe side for others: a mesh is in two boxes, as it lies and along the tool, and where
 one of them is free, the mesh is. Fingers have a flat side to the gap, and meshes lie askew in their own frames. Hundreds of grasps are
@@ -120,7 +120,7 @@ def _reaches_into(shape: rays.Body, hands: Hands, part: Part, distance: float) -
 
 
 def _column(hole: Feature) -> Geom | None:
-    """What may come through a hole, to both sides of it; None for a feature that is none to thread by."""
+    """Column through a hole, to both sides of it, for a peg or bar; None for a feature that nothing is threaded by."""
     if hole.type != HOLE or "diameter" not in hole.size:
         return None
     half = hole.size["diameter"] / 2

@@ -127,7 +127,7 @@ def joint_way(location: Location, belief: Belief, context: Context) -> Iterator[
 
 
 def _driving(led: Grounding, thing: Thing, now: Pose, belief: Belief, context: Context) -> Grounding | Refused:
-    """The same path of a drawer, with how far it drives each loose thing before it; or what is in the way of that."""
+    """Same path of a drawer, with how far it drives each loose thing before it; or the obstacles of that."""
     there, place = Estimate(belief.base() * now), led.value
     free = belief.released(there, belief.opening) if belief.held else belief
     value = joint_value(free, thing.name, there.pose)
@@ -139,8 +139,8 @@ def _driving(led: Grounding, thing: Thing, now: Pose, belief: Belief, context: C
 
 
 def _shares(location: Location, joint: Joint, hand: Pose, held: bool) -> tuple[float, ...]:
-    """How far something is moved by a hand at a pose in its frame, as shares of its joint's range, best first; what is pushed goes on from
-    there to its stop."""
+    """Motion of a thing by a hand at a pose in its frame, as shares of its joint's range, best first; a
+    pushed one goes on from there to its stop."""
     said = asked(location, JointWay)
     if said.share:
         return (said.share,)
@@ -162,7 +162,7 @@ def ajar(joint: Joint, hand: Pose) -> float:
 
 
 def lever(joint: Joint, hand: Pose) -> float:
-    """Return how far from a hinge's axis a hand is, at a pose in the frame of what turns [m]."""
+    """Return the hand's distance from a hinge's axis, at a pose in the frame of the turning part [m]."""
     return float(np.linalg.norm((joint.pose.inverse() * hand).position[:2]))
 
 

@@ -1,4 +1,4 @@
-"""The way of a drawer or a door along its joint: what it meets there, wherever the hand is."""
+"""Way of a drawer or a door along its joint, and its obstacles, wherever the hand is."""
 
 from __future__ import annotations
 
@@ -24,8 +24,9 @@ OVER = 0.002  # what a thing stands on it is while it is driven along: resting c
 
 
 def met_on_its_way(thing: Thing, value: float, goal: float, belief: Belief, context: Context) -> Refused | None:
-    """Return what a thing meets first, with what it takes along, while its joint goes from a value to a goal [m, rad], and all that is in
-    the way; None where it is free, and where something touches it already, of which planned paths know more."""
+    """Return the first obstacle of a thing and its load, while its joint goes from a value to a goal [m,
+    rad], and all obstacles; None where it is free, and where something touches it already, which planned
+    paths judge better."""
     assert thing.joint is not None
     met = _met(thing, value, goal, belief, context)
     if not met:
@@ -37,7 +38,8 @@ def met_on_its_way(thing: Thing, value: float, goal: float, belief: Belief, cont
 
 
 def _met(thing: Thing, value: float, goal: float, belief: Belief, context: Context) -> dict[float, Refused]:
-    """What a thing meets on its way, by how far it has come then [m, rad]; {} where something touches it at the start."""
+    """Obstacles of a thing on its way, by the distance until then [m, rad]; {} where something touches it at
+    the start."""
     assert thing.joint is not None
     joint, now, way, step = thing.joint, belief.pose(thing.name), goal - value, STEPS[thing.joint.kind == "hinge"]
     count = max(1, math.ceil(abs(way) / step))
@@ -47,7 +49,7 @@ def _met(thing: Thing, value: float, goal: float, belief: Belief, context: Conte
 
 
 def _met_at(poses: Sequence[Pose], name: str, belief: Belief, context: Context, touch: Iterable[str] = ()) -> list[Refused | None]:
-    """What a thing meets, with what it takes along, at poses in the world; where it is now does not count."""
+    """Obstacles of a thing and its load at poses in the world; its present pose does not count."""
     held = Held(name, Pose(), 0.0, carries=carried_along(belief, name))
     scene = make_scene(belief.grasped(held), context, touch, clearance=0.0)
 
@@ -59,9 +61,9 @@ def _met_at(poses: Sequence[Pose], name: str, belief: Belief, context: Context, 
 
 
 def driven_along(thing: Thing, value: float, goal: float, belief: Belief, context: Context) -> Mapping[str, float] | Refused:
-    """Return how far each loose thing goes along that a drawer meets on its level way from a joint value to a goal, and drives before it
-    [m]; {} where it meets none. Or what is in the way of the drawer or of them: nothing is driven into what else stands there, nor what
-    would tip over, such as a bottle."""
+    """Return how far a drawer drives each loose thing before it on its level way from a joint value to a goal
+    [m]; {} where it meets none. Or the obstacles of the drawer or of them: nothing is driven into another
+    thing, and none that would tip over, such as a bottle."""
     assert thing.joint is not None
     found, after, line = dict[str, float](), belief, _direction(thing, goal - value, belief)
     while met := _met(thing, value, goal, after, context):
@@ -79,7 +81,7 @@ def driven_along(thing: Thing, value: float, goal: float, belief: Belief, contex
 
 
 def _tips(name: str, driver: Thing, line: Floats, belief: Belief) -> bool:
-    """Whether a thing that is pushed at the lowest point of what drives it turns over about its edge ahead before it slides."""
+    """Whether a thing pushed at the lowest point of a drawer turns over about its edge ahead before it slides."""
     it, pose = belief.world.thing(name), belief.pose(name)
     bottom, at = pose.position[2] + lowest(it, pose), belief.pose(driver.name)
     height = max(at.position[2] + lowest(driver, at) - bottom, 0.0)
@@ -98,7 +100,8 @@ def _direction(thing: Thing, way: float, belief: Belief) -> Floats:
 
 
 def _driven_into(name: str, way: Floats, along: tuple[str, ...], begin: Belief, end: Belief, context: Context) -> Refused | None:
-    """What a thing meets that goes along a way (3,) in the base frame [m], but for what goes the same way; just over what it stands on."""
+    """Obstacles of a thing on a way (3,) in the base frame [m], but for those that go the same way; just over
+    its support."""
     start, line = begin.poses[name].pose, np.asarray(begin.base().rotate(way))
     count = max(1, math.ceil(float(np.linalg.norm(way)) / STEPS[0]))
     ways = (np.asarray(start.position) + (0.0, 0.0, OVER) + line * k / count for k in range(1, count + 1))
@@ -108,7 +111,7 @@ def _driven_into(name: str, way: Floats, along: tuple[str, ...], begin: Belief, 
 
 
 def _all_of(blocking: Sequence[InTheWay]) -> InTheWay:
-    """What has to be changed where something is in the way at several places: all of it; nothing where at one of them no task can."""
+    """Changes that remove the obstacles at several places: all of them; none where at one of them no task can."""
     if not all(blocking):
         return ()
     entries = (entry for entries in blocking for entry in entries or ())

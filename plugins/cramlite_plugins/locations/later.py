@@ -1,4 +1,5 @@
-"""Demands of later tasks on a place: what they close, bring somewhere, put into a container, or retract the hand from."""
+"""Demands of later tasks on a place: things that they close, bring somewhere or put into a container, and
+retractions of the hand."""
 
 from __future__ import annotations
 
@@ -12,7 +13,7 @@ CLOSING, RELEASING, RETRACTING = "soma:Closing", "soma:Releasing", "soma:Retract
 
 
 def closes(name: str, put: str, context: Context) -> bool:
-    """Check whether a later task closes a thing, before another one takes away what is put somewhere."""
+    """Check whether a later task closes a thing, before another one takes the payload away."""
     now = _whole(context.agenda[0].name) if context.agenda else ""
     for task in context.later:
         if name in task.things and context.taxonomy.is_a(task.action.task, CLOSING):
@@ -23,13 +24,13 @@ def closes(name: str, put: str, context: Context) -> bool:
 
 
 def closes_next(put: str, context: Context) -> bool:
-    """Check whether the first of the later tasks that is not about what is put aside closes something."""
+    """Check whether the first of the later tasks that is not about the payload closes something."""
     others = (task for task in context.later if put not in task.things)
     return any(context.taxonomy.is_a(task.action.task, CLOSING) for task in itertools.islice(others, 1))
 
 
 def retracts_from(put: str, context: Context) -> bool:
-    """Check whether the task right after letting go retracts the hand from what is put somewhere."""
+    """Check whether the task right after the release retracts the hand from the payload."""
     for release, after in itertools.pairwise(context.later):
         if context.taxonomy.is_a(release.action.task, RELEASING):
             return put in after.things and context.taxonomy.is_a(after.action.task, RETRACTING)
@@ -37,7 +38,7 @@ def retracts_from(put: str, context: Context) -> bool:
 
 
 def brings(thing: str, belief: Belief, context: Context) -> Iterator[tuple[EntityName, str]]:
-    """Generate what later tasks bring a thing to, of what is believed to be somewhere, each with the region that is meant, or ""."""
+    """Generate supports and containers of known places that later tasks bring a thing to, each with its region, or ""."""
     for task in context.later:
         named = {role: EntityName.parse(entity) for role, entity in task.entities.items()}
         what, onto = named.get("Locatum"), named.get("Relatum")

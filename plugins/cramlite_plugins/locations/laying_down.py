@@ -1,4 +1,5 @@
-"""Laying down what hangs from the fingers that pinch its rim: its far side touches first, and the hand leads the near one down about it.
+"""Laying down a thing that hangs from the fingers at its rim: its far side touches first, and the hand leads
+the near one down about it.
 
 The hand keeps its attitude, in which it took hold of the thing where that lay: as its far side is held up by what it is put onto, the thing
 turns back between the pads as it swung when it was lifted.
@@ -76,7 +77,7 @@ def rolled(thing: Thing, lies: Pose, swing: Swing) -> tuple[list[float], list[Po
 
 
 def _resting(thing: Thing, turned: Pose, before: Pose, floor: float) -> Pose:
-    """The pose that is turned so, in which what touches the floor is where it was before."""
+    """Pose turned so, with the touching point where it was before."""
     points: Floats = corners(thing, turned)
     low = points[:, 2].min()
     edge = points[:, 2] < low + EDGE

@@ -1,4 +1,4 @@
-"""Hand poses near a thing: above it, before it, beside it, for the empty hand or what it holds."""
+"""Hand poses near a thing: above it, before it, beside it, for the empty hand or the payload."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ PER_METRE = 1.0  # cost of the way there: the nearest place that is near is near
 
 
 def near_thing(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
-    """Generate places around the thing, one on each side of it, the shortest way from here first: what fails later fails on all turns
-    and distances of a side alike, and each would be searched below."""
+    """Generate places around the thing, one on each side of it, the shortest way from here first: a later
+    failure holds for all turns and distances of a side, and each would be searched."""
     there, entity, hand = reference_pose(belief, location, context), bound(context, location.of), tcp(belief, context)
     to_body = belief.held.tcp_to_thing if belief.held else Pose()
     options = []
@@ -45,7 +45,7 @@ def near_thing(location: Location, belief: Belief, context: Context) -> Iterator
 
 
 def _around(entity: str, there: Pose, body: Pose, belief: Belief) -> Iterator[tuple[str, str, Floats, float]]:
-    """The side and its name; where the origin of the hand, or of what it holds, would be, in the base frame; how far away [m]."""
+    """Side and its name; position of the origin of hand or payload, in the base frame; distance [m]."""
     thing, held = belief.thing(entity), belief.thing(belief.held.thing) if belief.held else None
     out = np.array([*there.position[:2], 0.0]) / max(math.hypot(*there.position[:2]), 1e-9)
     side, up = np.array([-out[1], out[0], 0.0]), np.array([0.0, 0.0, 1.0])

@@ -18,7 +18,7 @@ EMPTY = 5.0  # cost of what has no contents where contents matter: after every t
 
 @hookimpl
 def resolve_object(designator: Object | Late, belief: Belief, context: Context) -> Answers:
-    """Resolve an object designator among the believed things; what is late is bound now, to what is believed now."""
+    """Resolve an object designator among the believed things; a late one is bound now, to the present belief."""
     return _candidates(designator.query if isinstance(designator, Late) else designator, belief, context)
 
 
@@ -29,7 +29,7 @@ def _candidates(wanted: Object, belief: Belief, context: Context) -> Iterator[Gr
 
 
 def _entities(wanted: Object, belief: Belief, context: Context) -> list[str]:
-    """What could be meant: the named entity, the parts of the whole, or all things."""
+    """Candidates: the named entity, the parts of the whole, or all things."""
     if wanted.entity:
         return [wanted.entity]
     if wanted.part_of:
@@ -75,7 +75,7 @@ def _fit(entity: str, wanted: Object, belief: Belief, context: Context) -> Groun
 
 
 def _too_few(wanted: Object, belief: Belief, context: Context) -> str:
-    """What to add where all things of the wanted kind play other roles; empty where one is free, or the world has none."""
+    """Remark where all things of the wanted kind play other roles; empty where one is free, or the world has none."""
     kinds = wanted.types or wanted.like
     taken = {v for k, v in context.bindings.items() if k != wanted.name and isinstance(v, str)}
     fitting = [t.name for t in belief.world.things if _meets(t, kinds, wanted, context)]
@@ -114,7 +114,8 @@ def _classed(entity: str, own: str, wanted: Object, belief: Belief, context: Con
 
 
 def _classes(wanted: Object, belief: Belief, context: Context) -> tuple[str, ...]:
-    """The classes that are wanted; what a name suggests counts where the world has such a thing that plays no other role."""
+    """Wanted classes; a class suggested by the name counts where the world has such a thing that plays no
+    other role."""
     taken = {v for k, v in context.bindings.items() if k != wanted.name and isinstance(v, str)}  # others stand for places and looks
     free = [t.type for t in belief.world.things if t.name not in taken]
     there = any(context.taxonomy.is_a(t, like) for t in free for like in wanted.like)
@@ -122,7 +123,8 @@ def _classes(wanted: Object, belief: Belief, context: Context) -> tuple[str, ...
 
 
 def _gap(thing: Thing, belief: Belief) -> float:
-    """How far from the arm's base the nearest point of a thing is [m]; 0 for what is held, or where the robot drives."""
+    """Distance from the arm's base to the nearest point of a thing [m]; 0 for the payload, or where the robot
+    drives."""
     if belief.at is not None or (belief.held and belief.held.thing == thing.name):
         return 0.0
     centre = belief.pose(thing.name).position

@@ -117,14 +117,15 @@ def insert(location: Location, belief: Belief, context: Context) -> Iterator[Gro
 
 
 def _held_so(location: Location, belief: Belief, context: Context) -> tuple[str, ...]:
-    """Return what it depends on whether the arm reaches a peg with what is held, where nothing that can be moved is in the way: the peg and
-    the grasp, but not how high the thing was lifted. All places where nobody knows the grasp."""
+    """Return the choices on which it depends whether the arm reaches a peg with the payload, where no movable
+    thing is an obstacle: the peg and the grasp, but not the height of the lift. All places where the grasp is
+    not known."""
     grasps = taken_at(belief, context)
     return (*grasps, location.of or "") if grasps else causes(location, context)
 
 
 def _feet(peg: Peg, owner: str, belief: Belief) -> tuple[str, ...]:
-    """What is at or right below the root of a standing peg, beside its owner and the payload."""
+    """Things at or right below the root of a standing peg, beside its owner and the payload."""
     if not stands(peg.axis):
         return ()
     apart = {owner, belief.held.thing if belief.held else ""}
@@ -177,22 +178,22 @@ def _hand(belief: Belief, hole: Pose) -> Pose:
 
 
 def _legs(location: Location, context: Context, corners: list[Pose]) -> Iterator[Leg]:
-    """What the arm has to reach, one after the other: only the payload may touch the peg, from the tip on."""
+    """Legs of the arm, one after the other: only the payload may touch the peg, from the tip on."""
     near = Leg(corners[0], (bound(context, location.of),), clearance=0.0, hand=False)
     for stage, pose in zip(("before the tip", "at the tip", "past its bend", "on the peg", "let down"), corners, strict=True):
         yield replace(near, pose=pose, said=stage) if pose is not corners[0] else Leg(pose, said=stage)
 
 
 def _unmoved(belief: Belief, context: Context) -> bool:
-    """Whether the held thing is where it was at the very beginning: then that depends on which things were meant, and on what was
-    done, but on no place that the hand was led to, the grasp among them."""
+    """Whether the payload is where it was at the very beginning: then that depends on the chosen things, and
+    on earlier tasks, but on no place that the hand was led to, the grasp among them."""
     assert belief.held is not None
     initial = belief.base().inverse() * belief.world.thing(belief.held.thing).pose
     return held_pose(belief, context).distance(initial)[0] <= SAME
 
 
 def find_peg(location: Location, belief: Belief, context: Context) -> Peg:
-    """Return the peg that a location is about, and the hole of what is held.
+    """Return the peg that a location is about, and the payload's hole.
 
     Raises:
         Unresolvable: one of them is missing, or the peg is too thick for the hole.

@@ -61,7 +61,7 @@ def _cell(point: Floats, way: Floats) -> tuple[float, ...]:
 
 
 def _spread(found: list[PinchLine]) -> list[PinchLine]:
-    """The best half of ``LINES``, then those farthest from all before: what is near the centre may be out of the way."""
+    """Best half of ``LINES``, then those farthest from all before: near the centre something may be in the way."""
     chosen, rest = found[: LINES // 2], found[LINES // 2 :]
     if not rest:
         return chosen

@@ -65,7 +65,7 @@ def lift(location: Location, belief: Belief, context: Context) -> Found:
 
 
 def _until_it_hangs(here: Pose, height: float, belief: Belief, swing: Swing, context: Context) -> Found:
-    """So far up that what swings down in the hand is off what it lay on."""
+    """Ways up by so much that a payload that swings down in the hand is off its support."""
     assert belief.held is not None
     needed = dropped(belief.world.thing(belief.held.thing), here, swing) + OFF
     hanging = replace(belief, held=replace(belief.held, tcp_to_thing=swing.end))

@@ -50,7 +50,7 @@ class Leg(Value):
     where: Stage | None = None
 
     def refused(self, no: Refused) -> Refused:
-        """Return a refusal with what it is about."""
+        """Return a refusal with the thing that it is about."""
         return replace(no, reason=f"{self.said}: {no.reason}" if self.said else no.reason, where=self.where or no.where)
 
 
@@ -119,8 +119,8 @@ class Arm:
         return leg.refused(there) if isinstance(there, Refused) else there
 
     def _hand_met(self, leg: Leg) -> Refused | None:
-        """What the hand would meet there, wherever the arm is: asked first of arms whose inverse kinematics has no closed
-        form, which takes a hundred times as long."""
+        """Obstacles of the hand there, wherever the arm is: asked first of arms whose inverse kinematics has
+        no closed form, which takes a hundred times as long."""
         robot = self.context.robot
         if len(robot.joints) < 7 or reach_shortfall(robot, leg.pose):
             return None

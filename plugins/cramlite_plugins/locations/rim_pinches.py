@@ -1,4 +1,4 @@
-"""Pinches across a slanted rim: how fingers take hold of a flat thing, such as a plate, that lies on what hands cannot go below.
+"""Pinches across a slanted rim: grips of a flat thing, such as a plate, on a support that hands cannot go below.
 
 Hands are broad along their closing direction: over a table one leans by no more than some 20 deg, and no pad comes below a rim that
 slopes by 19 deg. Its upper face then meets the tips of one finger, and its edge the pad of the other one. Fingers that close on a slope
@@ -73,7 +73,8 @@ class Rim(Value):
 
 
 def rim_pinches(thing: Thing, pose: Pose, gripper: Gripper, friction: float) -> list[RimPinch]:
-    """Return the pinches of a thing at a pose whose parent frame's z is up; none of what has no slanted rim, or too smooth a one.
+    """Return the pinches of a thing at a pose whose parent frame's z is up; none if it has no slanted rim, or
+    too smooth a one.
 
     Args:
         friction: of pads and thing.

@@ -1,4 +1,5 @@
-"""Base placements of a mobile robot near a thing, such that the arm reaches what the next tasks are about, and sees it.
+"""Base placements of a mobile robot near a thing, such that the arm reaches the things of the next tasks, and
+sees them.
 
 Places around the target are taken in the order of their cost: the way there, and how far they are from the distance
 at which an arm works best. Each is refused, with the reason, unless the whole robot stands clear of everything
@@ -68,7 +69,7 @@ def stands(location: Location, belief: Belief, context: Context) -> Iterator[Gro
 
 
 def _targets(location: Location, belief: Belief, context: Context) -> list[Target]:
-    """What the tasks up to the next drive are about, where its place is known; else the destination."""
+    """Things of the tasks up to the next drive, where their places are known; else the destination."""
     found: dict[str, Target] = {}
     for task in itertools.takewhile(lambda t: t.action.task != DRIVES, context.later):
         for role, entity in zip(task.action.roles.values(), task.entities.values(), strict=True):
@@ -157,7 +158,8 @@ def _none(answers: Iterable[Grounding | Refused], otherwise: str) -> str:
 
 
 def _middle(belief: Belief, target: Target) -> Pose:
-    """What is to be reached of a thing, in the arm's frame: itself, its peg, opening or handle, or the nearest part of its top."""
+    """Points of a thing that are to be reached, in the arm's frame: itself, its peg, opening or handle, or
+    the nearest part of its top."""
     thing, pose = belief.thing(target.thing), belief.pose(target.thing)
     if thing.movable:
         return pose

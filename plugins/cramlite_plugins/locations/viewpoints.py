@@ -63,7 +63,7 @@ def _candidate(
 
 
 def _points(belief: Belief, entity: str) -> Sequence[Sequence[float]]:
-    """What should be in view of a thing, base frame: along its peg and below, its cavity, or where it is."""
+    """Points of a thing that should be in view, base frame: along its peg and below, its cavity, or its place."""
     thing, pose = belief.thing(entity), belief.pose(thing_of(entity))
     if cavity := _cavity(thing):
         inside: Sequence[Sequence[float]] = _floor(pose * cavity.pose, cavity.size).tolist()
@@ -76,14 +76,15 @@ def _points(belief: Belief, entity: str) -> Sequence[Sequence[float]]:
 
 
 def _cavity(thing: Thing) -> Feature | None:
-    """The cavity of what holds things inside alone; None of what something can hang from, or stand on."""
+    """Cavity of a thing that holds things inside alone; None of one that something can hang from, or stand on."""
     if any(f.type in ("vrps:Peg", "vrps:SurfaceFeature") for f in thing.features):
         return None
     return thing.feature("cram:Cavity")
 
 
 def _floor(opening: Pose, size: Mapping[str, float]) -> Floats:
-    """Middle and corners (5, 3) of what is looked at of a cavity's floor, half way up to its opening, which is a pose with z out of it."""
+    """Middle and corners (5, 3) of the part of a cavity's floor that is looked at, half way up to its
+    opening, which is a pose with z out of it."""
     x, y = (FLOOR * (size[side] / 2 if side in size else size.get("radius", 0.0)) for side in ("width", "depth"))
     corners = [(0, 0), (x, y), (x, -y), (-x, y), (-x, -y)]
     points: Floats = opening.apply([(a, b, -size.get("height", 0.0) / 2) for a, b in corners])
@@ -128,8 +129,8 @@ def _hidden(eye: Floats, around: Sequence[str], belief: Belief) -> str:
 
 
 def _seen_of(belief: Belief, entity: str) -> Floats:
-    """What should be seen of a thing, base frame: as of what is in view of a peg; else the middle of the box around it
-    and its corners, drawn in by a tenth."""
+    """Points of a thing that should be seen, base frame: those in view of a peg; else the middle of the box
+    around it and its corners, drawn in by a tenth."""
     thing = belief.thing(entity)
     if thing.feature("vrps:Peg") is not None or _cavity(thing):
         return np.array(_points(belief, entity))
@@ -140,6 +141,6 @@ def _seen_of(belief: Belief, entity: str) -> Floats:
 
 
 def _belongs(thing: Thing, place: str, belief: Belief) -> bool:
-    """The place itself, and what is known to hang on it or to lie on or in it: that is what is looked at."""
+    """Place that is looked at: itself, and things that are known to hang on it or to lie on or in it."""
     whole = thing_of(place)
     return thing.name == whole or any(s == thing.name and o == whole for _, s, o in belief.relations)

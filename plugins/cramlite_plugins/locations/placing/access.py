@@ -1,5 +1,4 @@
-"""Access of hand and payload to a target: what is around it and over it, and whether the payload gets in
-upright."""
+"""Access of hand and payload to a target: obstacles around it and over it, and whether the payload gets in upright."""
 
 from __future__ import annotations
 
@@ -64,8 +63,8 @@ def check_open(asked: Sequence[Query]) -> None:
 
 
 def closed_in(query: Query, by: Sequence[str] = (), far: float = HAND) -> tuple[str, ...]:
-    """Return what stands around a covered opening so that no hand can hold anything in or over it; nothing
-    where there is a way out.
+    """Return the things around a covered opening that keep every hand from holding a payload in or over it;
+    none where there is a way out.
 
     Ways are straight, as long as a hand, as thick as fingers, from the middle of the opening and of its
     quarters, in all directions.
@@ -107,7 +106,7 @@ def over_floor(query: Query, turned: Pose, offset: tuple[float, float], over: fl
 
 
 def goes_in_upright(query: Query, now: Pose) -> bool:
-    """Check whether what is held, turned as at a pose in the base frame, gets into an opening from above or
+    """Check whether the payload, turned as at a pose in the base frame, gets into an opening from above or
     aside, whatever holds it."""
     points = corners(query.thing, Pose((0.0, 0.0, 0.0), now.quaternion))
     half = float(np.min(np.ptp(points, axis=0)[:2])) / 2  # of the narrower side
@@ -120,7 +119,7 @@ def goes_in_upright(query: Query, now: Pose) -> bool:
 
 
 def covered(query: Query) -> Query:
-    """With what is over an opening, as high as things are let go of over it."""
+    """Query with the overhangs of its opening, as high as things are released over it."""
     return replace(query, covers=covers(query, heights(query, query.now)[-1][0]))
 
 
@@ -134,7 +133,7 @@ def goes_in_tilted(thing: str, belief: Belief, context: Context) -> bool:
 
 
 def _too_narrow(thing: str, into: str, belief: Belief, context: Context) -> bool:
-    """Whether a thing, turned as it is, goes into an opening, but for what is over that."""
+    """Whether nothing but overhangs keeps a thing, turned as it is, out of an opening."""
     held, now = belief.thing(thing), belief.pose(thing)
     half = float(np.min(np.ptp(corners(held, now), axis=0)[:2])) / 2
     for target, depth in openings(belief.thing(into), belief.pose(into)):

@@ -1,5 +1,5 @@
-"""Stable poses that are simulated: at rest on what is not level, such as racks, cradles and bars, and leaning
-between walls."""
+"""Stable poses that are simulated: at rest on supports that are not level, such as racks, cradles and bars,
+and leaning between walls."""
 
 from __future__ import annotations
 
@@ -51,8 +51,7 @@ put on."""
 
 
 def is_uneven(query: Query) -> bool:
-    """Check whether nothing is level of what a thing is put on, or no surface of it is large, against its
-    outline from above."""
+    """Check whether no surface of a support is level, or none is large, against the payload's outline from above."""
     if query.uneven:
         return True
     if query.depth or query.under is not None or query.where.region or EntityName.parse(query.entity).part:
@@ -65,7 +64,7 @@ def is_uneven(query: Query) -> bool:
 
 
 def resting_poses(query: Query, now: Pose) -> Iterator[Pose]:
-    """Generate poses in the base frame in which what is held stays on what it is put on.
+    """Generate poses in the base frame in which the payload stays on its support.
 
     Args:
         now: of what is held, in the base frame.
@@ -98,7 +97,7 @@ def _level(at: Pose) -> Pose:
 
 
 def _attitudes(query: Query, now: Pose, at: Pose) -> list[Pose]:
-    """Attitudes in line with what is below, those first for which the hand has to turn least; none with the
+    """Attitudes in line with the support, those first for which the hand has to turn least; none with the
     hand under the thing."""
     frame = _level(at)
     found: list[tuple[float, int, Pose]] = []
@@ -126,8 +125,8 @@ def must_lean(query: Query, now: Pose) -> str:
 
 
 def leaning(query: Query, now: Pose) -> Iterator[Pose]:
-    """Generate poses in the base frame in which what is held is let go of, so that it comes to rest leaning,
-    with its origin in the region that is asked for, by ``SURE``, wherever it is let go of within ``ASTRAY``.
+    """Generate poses in the base frame for a release after which the payload comes to rest leaning, with its
+    origin in the region, by ``SURE``, wherever it is released within ``ASTRAY``.
 
     Args:
         now: of what is held, in the base frame.
@@ -140,8 +139,8 @@ def leaning(query: Query, now: Pose) -> Iterator[Pose]:
 
 
 def _starts(query: Query, now: Pose) -> Iterator[Pose]:
-    """Attitudes that lean over the narrow side of what is held, at positions across its opening; the nearest
-    to its middle first."""
+    """Attitudes that lean over the payload's narrow side, at positions across its opening; the nearest to its
+    middle first."""
     for upright, lean, sign in product(along_walls(query, now), LEANS, (1.0, -1.0)):
         low, high = extent(query, upright)
         narrow = int(np.argmin((high - low)[:2]))
@@ -170,8 +169,8 @@ def along_walls(query: Query, now: Pose) -> list[Pose]:
 
 
 def extent(query: Query, turned: Pose) -> tuple[Floats, Floats]:
-    """Return the lowest and highest corner (3,) of what is held with its origin at that of the opening, in
-    the frame of that [m]."""
+    """Return the lowest and highest corner (3,) of the payload with its origin at that of the opening, in the
+    frame of that [m]."""
     to = Pose((0.0, 0.0, 0.0), query.target.pose.quaternion).inverse()
     points = corners(query.thing, to * Pose((0.0, 0.0, 0.0), turned.quaternion))
     return points.min(axis=0), points.max(axis=0)

@@ -45,8 +45,8 @@ Check = Callable[[Placement, Query], "str | Refused"]
 
 
 def first_objection(placement: Placement, query: Query, checks: Mapping[str, Check]) -> Refused | None:
-    """Return which check objects and why, how many passed before it, and what is in the way; None where none
-    does.
+    """Return the check that objects and its reason, how many passed before it, and the obstacles; None where
+    none objects.
 
     What stands on the target is blamed whenever nothing else is: it takes away positions that are not even
     looked at.
@@ -61,7 +61,7 @@ def first_objection(placement: Placement, query: Query, checks: Mapping[str, Che
 
 
 def supported(placement: Placement, query: Query) -> str:
-    """Check that the thing's centre of mass is above what of the surface it would touch."""
+    """Check that the thing's centre of mass is above the part of the surface that it would touch."""
     local = query.target.pose.inverse() * placement.thing
     inside, least = inset(standing(query.thing, local), query.target.area)
     if inside >= least or _sunk(placement, query):
@@ -85,8 +85,7 @@ def _sunk(placement: Placement, query: Query) -> bool:
 
 
 def clear(placement: Placement, query: Query) -> str | Refused:
-    """Check that its outline, seen from above, is apart from those of what stands there, as far up as that
-    reaches."""
+    """Check that its outline, seen from above, is apart from those of obstacles, as far up as they reach."""
     there = query.target.pose.inverse() * placement.thing
     foot = -support(query.thing, there, (0.0, 0.0, -1.0))  # it may still be above where it will stand
     for found in query.obstacles:
@@ -101,7 +100,7 @@ def clear(placement: Placement, query: Query) -> str | Refused:
 
 def inside(placement: Placement, query: Query) -> str | Refused:
     """Check that all of it is over the container's opening, and apart from its walls as far as there is room:
-    what meets one on its way down leans."""
+    a payload that meets one on its way down leans."""
     outline = footprint(query.thing, query.target.pose.inverse() * placement.thing)
     (low, left, high, right), (x, y, x1, y1) = outline.bounds, query.target.area.bounds
     gap = min(OFF_WALLS, max(0.0, min(x1 - x - high + low, y1 - y - right + left) / 4))  # with half of the room to choose from
@@ -122,8 +121,7 @@ def inside(placement: Placement, query: Query) -> str | Refused:
 
 
 def falls(placement: Placement, query: Query) -> str:
-    """Check that what is let go of falls out of the hand, and stays neither on the lower finger nor on the
-    palm."""
+    """Check that the released payload falls out of the hand, and stays neither on the lower finger nor on the palm."""
     fingers, ahead = (float(placement.pose.rotate(axis)[2]) for axis in ((0.0, 1.0, 0.0), (0.0, 0.0, 1.0)))
     for what, up in (("the lower finger", abs(fingers)), ("the palm below it", ahead)):
         if (steep := math.degrees(math.asin(max(-1.0, min(1.0, up))))) > LEVEL:
@@ -132,8 +130,8 @@ def falls(placement: Placement, query: Query) -> str:
 
 
 def falls_in(placement: Placement, query: Query) -> str | Refused:
-    """Check that what is let go of falls into the container, and not onto what is between, such as the
-    cabinet of a closed drawer."""
+    """Check that the released payload falls into the container, and not onto an obstacle, such as the cabinet
+    of a closed drawer."""
     belief, to = query.belief, query.target.pose.inverse()
     for name in (o.name for o in query.covers) if placement.height > 0 else ():
         between = footprint(belief.world.thing(name), to * belief.pose(name), 2 * FLAT, placement.height)
@@ -144,8 +142,8 @@ def falls_in(placement: Placement, query: Query) -> str | Refused:
 
 
 def in_region(placement: Placement, query: Query) -> str | Refused:
-    """Check that its origin is over the region that is asked for, a little inside, since what is let go may
-    shift, and no higher than that reaches."""
+    """Check that its origin is over the wanted region, a little inside, since a released payload may shift,
+    and no higher than that reaches."""
     return _region_missed(placement.thing, placement.height, query) if query.where.region else ""
 
 
@@ -169,8 +167,7 @@ def _region_missed(thing: Pose, height: float, query: Query) -> str | Refused:
 
 
 def over_region(placement: Placement, query: Query) -> str:
-    """Check that its origin is over the region that is asked for, which may lean: what comes to rest of
-    itself shifts no more."""
+    """Check that its origin is over the wanted region, which may lean: a payload at rest by itself shifts no more."""
     resting = np.asarray(placement.thing.position) - (0.0, 0.0, placement.height)
     at = shapely.Point(*query.target.pose.inverse().apply(resting)[:2])
     if not query.where.region or query.target.area.covers(at):
@@ -213,7 +210,7 @@ def room(placement: Placement, query: Query) -> str | Refused:
 
 
 def _met(placement: Placement, query: Query, hand: bool) -> Refused | None:
-    """What the payload meets on its way, with the hand or without it; of ends out of reach that is left to be said."""
+    """Obstacles of the payload on its way, with the hand or without it; ends out of reach are judged elsewhere."""
     for pose, far in placement.way:
         short = not placement.led and reach_shortfall(query.context.robot, pose)
         no: Refused | None = None if short else query.scene.met(query.belief.base() * pose, hand)
@@ -255,14 +252,13 @@ def collision_free(placement: Placement, query: Query) -> str | Refused:
 
 
 def room_to_open(placement: Placement, query: Query) -> str | Refused:
-    """Check that the fingers can open where they let go: beside them there may be less room than around what
-    they hold."""
+    """Check that the fingers can open for the release: beside them there may be less room than around the payload."""
     found = opened(placement, query)
     return replace(found, reason=f"with open fingers {found.reason}") if isinstance(found, Refused) else ""
 
 
 def opened(placement: Placement, query: Query) -> float | Refused:
-    """Return the first opening of the fingers for which there is room; or what is in the way of the last."""
+    """Return the first opening of the fingers for which there is room; or the obstacles of the last."""
     low = lowered(placement, query)
     found = [(width, query.arm.at(query.let_down(low, width))) for width in query.openings[:1]]
     for width in query.openings[1:]:
@@ -272,12 +268,12 @@ def opened(placement: Placement, query: Query) -> float | Refused:
 
 
 def lowered(placement: Placement, query: Query) -> Pose:
-    """Return the TCP where it lets go: what is put onto something is lowered before."""
+    """Return the TCP at the release: a payload that is put onto something is lowered before."""
     return placement.pose if query.depth else shift(placement.pose, (0.0, 0.0, -placement.height))
 
 
 def hand_off(placement: Placement, query: Query) -> str | Refused:
-    """Check that the payload comes to rest on what is not level before the hand meets that: fingers around a
+    """Check that the payload comes to rest on its uneven support before the hand meets that: fingers around a
     bowl's side reach below the rim of another one that it is put into."""
     if not query.settles:
         return ""

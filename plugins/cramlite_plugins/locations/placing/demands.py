@@ -1,5 +1,5 @@
 """Demands of later tasks on a placement: room to close a door or a drawer, room for the hand to leave, and a
-way to push in what tipped over."""
+way to push in a toppled thing."""
 
 from __future__ import annotations
 
@@ -28,8 +28,7 @@ TIGHT = 100.0  # cost of a place that comes after all others, since it leaves li
 
 
 def room_to_close(placement: Placement, query: Query) -> str | Refused:
-    """Check that what later tasks close can be closed: a door with nothing in its way, a drawer with what it
-    takes along.
+    """Check that later tasks can close their things: a door with no obstacle, a drawer with its load.
 
     Later tasks are looked at only where something would be met, so that what follows elsewhere holds whatever
     they are.
@@ -38,8 +37,8 @@ def room_to_close(placement: Placement, query: Query) -> str | Refused:
 
 
 def is_tight(placement: Placement, query: Query) -> bool:
-    """Check whether what later tasks close would not get to its stop, with the room on the way that what is
-    let go of may shift by."""
+    """Check whether a thing that later tasks close would not get to its stop, with room for a shift of the
+    released payload."""
     return _tight(Itself(placement), Itself(query))
 
 
@@ -76,7 +75,7 @@ def room_to_leave(placement: Placement, query: Query) -> str | Refused:
 
 
 def _blocked(placement: Placement, query: Query) -> Refused | None:
-    """What is in the way of the hand on the way back that lacks least; None where one is free."""
+    """Obstacles of the hand on the way back that lacks least; None where one is free."""
     after, thing, opening = Arm(let_go(placement, query), query.context), query.thing.name, query.openings[-1]
     found = list[Refused]()
     for name, pose in reversed(ways_back(lowered(placement, query))):  # the shortest first, which has most room
@@ -89,7 +88,7 @@ def _blocked(placement: Placement, query: Query) -> Refused | None:
 
 
 def _remedy(no: Refused, query: Query) -> Remedy | None:
-    """What to try, where the hand meets what it puts the thing onto or into."""
+    """Remedy where the hand meets the support or the container."""
     if no.collision is None or thing_of(query.entity) not in {thing_of(name) for name in no.collision.pair}:
         return None
     into, more = query.belief.thing(query.entity), max(1.0, 1000 * no.collision.depth)
@@ -100,7 +99,7 @@ def _remedy(no: Refused, query: Query) -> Remedy | None:
 
 
 def pushed_in(placement: Placement, query: Query) -> str | Refused:
-    """Check that fingers could push in again what tips over, and comes out a little with the hand."""
+    """Check that fingers could push in again a thing that tips over and comes out a little with the hand."""
     if placement.back is None:
         return ""
     after = query.belief.released(Estimate(query.belief.base() * placement.rests, 0.0, "tipped over"), query.openings[0])

@@ -1,4 +1,4 @@
-"""Driver of placements: the candidates of each way out, best first, and what is said where there is none."""
+"""Driver of placements: the candidates of each way out, best first, and the refusal where there is none."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def placements(location: Location, belief: Belief, context: Context) -> Answers:
 
 
 def _merged(stuck: list[Unresolvable], location: Location, tasks: tuple[str, ...] = ()) -> Unresolvable:
-    """What to say where no way leads out: all reasons, and all choices that one of them depends on."""
+    """Refusal where no way leads out: all reasons, and all choices that one of them depends on."""
     because = dict.fromkeys(name for no in stuck for name in (location.of or "", *no.because, *tasks))
     blocking = dict.fromkeys(name for no in stuck for name in no.blocking or ())
     remedy = next((no.remedy for no in stuck if no.remedy is not None), None)
@@ -68,7 +68,7 @@ def _merged(stuck: list[Unresolvable], location: Location, tasks: tuple[str, ...
 
 
 def _by(way: WayOut, cost: float, asked: list[Query]) -> Answers:
-    """Placements by a way; those that leave little room for what is closed later last.
+    """Placements by a way; those that leave little room for closing a thing later last.
 
     What shapes refuse is told when the first candidate gets past them. If none does, no other grasp would
     help: it depends on the two things alone, and on where tasks have put what stands there.
@@ -135,8 +135,8 @@ def _of_group(group: Iterator[Found] | Refused) -> Iterator[tuple[Query | None, 
 
 
 def place_at(placement: Placement, query: Query) -> Place:
-    """Return the place of a placement; what is led aside onto a surface is lowered the rest of the way in the
-    end."""
+    """Return the place of a placement; a payload that is led aside onto a surface is lowered the rest of the
+    way in the end."""
     via, pose, height = placement.through, placement.pose, placement.height
     if placement.led and not query.depth:
         via, pose, height = (*via, pose), lowered(placement, query), 0.0
@@ -153,8 +153,8 @@ def place_at(placement: Placement, query: Query) -> Place:
 
 
 def _no_room(refused: list[Refused], query: Query, there: Iterable[str]) -> Unresolvable:
-    """What to say where shapes refuse every placement: the first that each check refused, and the choices
-    that it depends on."""
+    """Refusal where shapes refuse every placement: the first that each check refused, and the choices that it
+    depends on."""
     named = {thing for name in (*SIDES, "near") if (thing := getattr(query.where, name))}
     named |= {*there, *(name for no in refused for name in no.blocking or () if isinstance(name, str))}
     bindings = query.context.bindings
@@ -170,8 +170,8 @@ def _no_room(refused: list[Refused], query: Query, there: Iterable[str]) -> Unre
 
 
 def _blocked(way: WayOut, refused: list[Refused], query: Query) -> Unresolvable:
-    """What to say where no candidate of a way passes: the nearest miss. Where no shapes of a payload's own
-    are to blame, another grasp may help."""
+    """Refusal where no candidate of a way passes: the nearest miss. Where no shapes of a payload's own are to
+    blame, another grasp may help."""
     nearest = max(reversed(refused), key=lambda no: no.passed)
     own = any(nearest.check in shapes for shapes in SHAPES.values()) or not nearest.check
     grasps = taken_at(query.belief, query.context) if way.by_hand or not own else ()

@@ -52,8 +52,7 @@ def positions_on(query: Query, now: Pose) -> Iterator[Offset]:
 
 
 def free_for(query: Query, now: Pose) -> Any:
-    """Return where the payload's middle may be: on what supports it, apart from what stands there, and where
-    ``where`` wants it."""
+    """Return positions for the payload's middle: on its support, apart from obstacles, and where ``where`` wants it."""
     wide, area, where = radius(query, now), query.target.area, query.where
     _, least = inset(standing(query.thing, now), area)
     core = area.buffer(-wide) if query.depth else area.convex_hull.buffer(-least - ROUNDED)
@@ -71,7 +70,7 @@ def free_for(query: Query, now: Pose) -> Any:
 
 def radius(query: Query, now: Pose, top: float = math.inf) -> float:
     """Return the radius of the largest disc about the middle of the payload's outline [m], up to a height
-    over what it stands on; 0 where that is beside it."""
+    over its support; 0 where that is beside it."""
     low = -support(query.thing, now, (0.0, 0.0, -1.0))
     outline, at = filled(footprint(query.thing, now, high=low + top)), shapely.Point(*middle(query, now))
     return float(outline.boundary.distance(at)) if outline.covers(at) else 0.0
@@ -95,8 +94,8 @@ def anchor(query: Query, now: Pose) -> Offset:
 
 
 def _with_room(query: Query, now: Pose) -> Offset:
-    """In a corner where more is to come, else amid the room that what lies there leaves; where nothing does,
-    in the middle."""
+    """Position in a corner where more payloads are to come, else amid the room that the content leaves; in
+    an empty container in the middle."""
     lying = [o.area for o in lying_in(query, sure=True)]
     left = free_area(query.target.area, lying, 0.0)
     if left.is_empty:
@@ -116,8 +115,8 @@ def rectangle(query: Query, now: Pose) -> Floats:
 
 
 def middle(query: Query, now: Pose) -> Floats:
-    """Return what of a payload is brought over a position (2,) [m]: its centre of mass, which has to be
-    supported; between walls of a container the middle of its outline, which has to get past them."""
+    """Return the point of a payload that is brought over a position (2,) [m]: its centre of mass, which has
+    to be supported; between walls of a container the middle of its outline, which has to get past them."""
     if query.depth:
         found: Floats = rectangle(query, now).mean(axis=0)
         return found

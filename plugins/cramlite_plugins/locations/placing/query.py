@@ -1,5 +1,4 @@
-"""Query of a placement: which payload goes onto or into what, and what stands there, lies there or is over
-it."""
+"""Query of a placement: the payload, its support or container, and the obstacles on it, in it and over it."""
 
 from __future__ import annotations
 
@@ -34,7 +33,7 @@ AS_LET_GO = Pose()
 
 
 class Obstacle(Value):
-    """What stands on a target, lies in it or is over it.
+    """Thing that stands on a target, lies in it or hangs over it.
 
     Args:
         name: of the thing.
@@ -48,7 +47,7 @@ class Obstacle(Value):
 
 
 class Query(Value, dict=True):
-    """Payload, its target, and what a placement has to heed.
+    """Payload, its target, and all that a placement has to heed.
 
     Args:
         thing: the payload.
@@ -82,7 +81,7 @@ class Query(Value, dict=True):
 
     @property
     def belief(self) -> Belief:
-        """Return what is believed."""
+        """Return the belief."""
         return self.arm.belief
 
     @property
@@ -140,8 +139,7 @@ class Query(Value, dict=True):
         return (widest, *more)
 
     def let_down(self, pose: Pose, opening: float | None = None) -> Leg:
-        """Return the leg of a payload that touches what it comes to rest on, with the fingers so far open
-        [m]."""
+        """Return the leg of a payload that touches its support, with the fingers so far open [m]."""
         touching = (thing_of(self.entity),) if self.settles else () if self.depth else (self.entity,)
         return Leg(pose, touching, opening, 0.0, hand=not self.settles)
 
@@ -150,8 +148,8 @@ class Query(Value, dict=True):
         return thing * self.held.tcp_to_thing.inverse()
 
     def standing_there(self) -> tuple[str, ...]:
-        """Return the names of what stands on the target, without the target itself, whose own shape goes
-        along with it."""
+        """Return the names of the things on the target, without the target itself, whose own shape goes along
+        with it."""
         return tuple(n for n in dict.fromkeys(o.name for o in self.obstacles) if n != thing_of(self.entity))
 
     def release(self, height: float, opening: float | None = None, settles: Pose = AS_LET_GO) -> Release:
@@ -224,8 +222,7 @@ at."""
 
 
 def queries(location: Location, belief: Belief, context: Context) -> list[Query]:
-    """Return what is put where: the opening of a cavity, or every surface of a thing or of the part that is
-    meant.
+    """Return the targets: the opening of a cavity, or every surface of a thing or of the part that is meant.
 
     Raises:
         Unresolvable: there is none, or nothing is held.
@@ -269,8 +266,8 @@ def openings(thing: Thing, pose: Pose, region: str = "") -> list[tuple[Surface, 
 
 
 def standing_on(query: Query) -> tuple[Obstacle, ...]:
-    """Return the outlines of what stands on a surface, or hangs down over it, as high as the payload is; with
-    the gap around."""
+    """Return the outlines of obstacles that stand on a surface, or hang down over it, as high as the payload
+    is; with the gap around."""
     belief, to, margins = query.belief, query.target.pose.inverse(), uncertainty_margins(query.belief)
     high, reach = height(query.thing, query.now), query.target.area
     found = []
@@ -283,8 +280,8 @@ def standing_on(query: Query) -> tuple[Obstacle, ...]:
 
 
 def lying_in(query: Query, sure: bool = False) -> tuple[Obstacle, ...]:
-    """Return the outlines of what lies in a cavity, with the gap around, each as much wider as it is not
-    known where it came to rest; or as if that were sure."""
+    """Return the outlines of a cavity's content, with the gap around, each wider by the doubt where it came
+    to rest; or as if that were sure."""
     belief, to, margins = query.belief, query.target.pose.inverse(), {} if sure else uncertainty_margins(query.belief)
     found = []
     for name in belief.poses:
@@ -295,8 +292,7 @@ def lying_in(query: Query, sure: bool = False) -> tuple[Obstacle, ...]:
 
 
 def covers(query: Query, high: float) -> tuple[Obstacle, ...]:
-    """Return the outlines of what is over an opening, with the gap around, up to the height from where a
-    thing is let go [m].
+    """Return the outlines of overhangs of an opening, with the gap around, up to the height of a release [m].
 
     What reaches through the opening lies in it, and covers nothing.
     """

@@ -131,8 +131,8 @@ def _floors(asked: Sequence[Query], now: Pose, tall: float, low: list[float]) ->
 def _levels(
     thing: Thing, now: Pose, whole: Thing, at: Pose, region: str, belief: Belief, within: bool
 ) -> Iterator[tuple[Surface, float]]:
-    """Floors under a roof with the room over them [m]: a thing's own surfaces, or what carries a payload in its
-    cavity."""
+    """Floors under a roof with the room over them [m]: a thing's own surfaces, or the thing that carries a
+    payload in its cavity."""
     if not within:
         yield from roofed(whole, at, region)
         return
@@ -145,8 +145,8 @@ def _levels(
 
 
 def _too_high(query: Query, room: float, needed: float) -> Unresolvable:
-    """What to say where a payload is too high for the room under a roof, or no side is open; where it is not too high
-    on each of its sides, another grasp may bring it in lying."""
+    """Refusal where a payload is too high for the room under a roof, or no side is open; where it is not too
+    high on each of its sides, another grasp may bring it in lying."""
     low = room - needed + 2 * HIGH
     if low >= 2 * HIGH:
         return Unresolvable(f"no side of '{query.entity}' is open", blocking=())
@@ -164,8 +164,9 @@ def _too_high(query: Query, room: float, needed: float) -> Unresolvable:
 
 
 def _level(query: Query, floor: Floor, now: Pose, kind: str) -> Iterator[Placement]:
-    """Positions from the middle outwards, at each the turns at which the hand points inwards; what is let go of
-    otherwise than it stands, where it comes to rest. Of what is out of reach one, which says so."""
+    """Positions from the middle outwards, at each the turns at which the hand points inwards; for a payload
+    that is released otherwise than it stands, where it comes to rest. Of those out of reach one, which says
+    so."""
     few = 1 if kind != "dropped" else FEW
     first = _at(query, floor, now, kind, floor.spots()[0], 0.0)
     if reach_gap(query.context.robot, first.before)[0] > BEYOND:
@@ -184,8 +185,8 @@ def _level(query: Query, floor: Floor, now: Pose, kind: str) -> Iterator[Placeme
 
 
 def _of_each_step(rows: NDArray[np.intp], few: int) -> list[list[int]]:
-    """Of (spot, turn) in order the first of each step outwards: one of what is let go of to come to rest, which is
-    simulated some ten times."""
+    """Of (spot, turn) in order the first of each step outwards: one of each payload that is released to come
+    to rest, which is simulated some ten times."""
     steps = rows[:, 0] // (len(ASIDE) if few == 1 else len(ASIDE[:3]))
     before = np.arange(len(rows)) - np.searchsorted(steps, steps)
     found: list[list[int]] = rows[before < (MANY if few == 1 else 1)].tolist()
@@ -216,8 +217,7 @@ def _down(hand: Pose) -> float:
 
 
 def _let_go(level: Placement, query: Query) -> Placement:
-    """A placement of what is let go of otherwise than it stands, with where it comes to rest as simulated, if that is
-    anywhere."""
+    """Placement of a payload that is released otherwise than it stands, with its simulated rest, if there is any."""
     if room(level, query) or not inverse(query.context.robot, level.pose, seed=query.belief.joints):
         return level  # checks say so
     ends = rests(query.thing, level.thing, query.around, query.at, OFF_PATH, there=True)
@@ -244,7 +244,7 @@ def _free(
     half, shape = (high - low) / 2, (len(openings), len(points), len(turns))
 
     def spread(vectors: Floats) -> Floats:
-        """At all spots, what is (n, 3) from the foot."""
+        """Points (n, 3) from the foot, at all spots."""
         found: Floats = np.einsum("ntij,nj->nti", spin, vectors)[:, None] + points[:, None, :]
         return found.reshape(-1, 3)
 

@@ -1,4 +1,4 @@
-"""Stable poses of a payload: upright on a face, nested in what is not level, at rest or leaning as simulated,
+"""Stable poses of a payload: upright on a face, nested in an uneven support, at rest or leaning as simulated,
 and toppled.
 
 Each is generated lazily, best first; what costs a simulation is let go of only where it would be near the
@@ -128,7 +128,7 @@ def _upright(queries: list[Query], now: Pose) -> Iterator[Rest]:
 
 
 def _stands(rest: Rest) -> bool:
-    """Whether what is below carries it there, where it shall be."""
+    """Whether the support carries it there, where it shall be."""
     here = Placement(rest.name, rest.thing, rest.thing, rest.thing, 0.0)
     return not (supported(here, rest.query) or near(here, rest.query))
 
@@ -143,8 +143,8 @@ def standing_at(query: Query, now: Pose, offset: Offset, yaw: float = 0.0, cost:
 
 
 def _turns(query: Query, now: Pose, offset: Offset, few: tuple[float, ...]) -> tuple[float, ...]:
-    """Turns [deg], first those by which straight sides are along those of the area or the opening that is meant, as
-    people put things; between walls also of what would else be near one."""
+    """Turns [deg], first those by which straight sides are along those of the area or the opening that is
+    meant, as people put things; between walls also of things that would else be near one."""
     area = query.target.area
     if not (query.depth or query.where.region) or area.area < STRAIGHT * shapely.box(*area.bounds).area:
         return few  # nothing marks its sides, or its opening is round
@@ -161,8 +161,8 @@ def _turns(query: Query, now: Pose, offset: Offset, few: tuple[float, ...]) -> t
 
 
 def _settled(query: Query, now: Pose, yaw: float) -> Query:
-    """With the surface that carries what is held, turned so, on what is not level; as it is where there is
-    none."""
+    """Target with the surface that carries the payload, turned so, on an uneven support; as it is where there
+    is none."""
     if query.under is None:
         return query
     there = stood(query, now, (0.0, 0.0), yaw)
@@ -206,8 +206,7 @@ def heights(query: Query, now: Pose) -> list[tuple[float, float]]:
 
 def put_down(query: Query) -> Pose:
     """Return the pose of a payload as it is put somewhere, in the base frame: turned as it is asked for, else
-    as it is; what leans and is put onto something, so that it stands. What is in it stays as level as it
-    was."""
+    as it is; a leaning one that is put onto something, so that it stands. A content stays as level as it was."""
     if not query.depth and not query.where.attitude and query.thing.filling is None:
         return stood_up(query.thing, query.now)
     return as_asked(query.now, query.where)
@@ -248,9 +247,8 @@ def check_turn(query: Query, asked: Pose) -> None:
 
 
 def with_middle(level: list[Query]) -> list[Query]:
-    """Return surfaces with the middle first of what can be moved itself and whose own shape, such as a
-    plate's rim, stands about its largest surface; of the surfaces then that alone on which there is room
-    beside what stands there."""
+    """Return surfaces, with the middle first of movable supports whose own shape, such as a plate's rim,
+    stands about their largest surface; of the surfaces then that alone with room beside its obstacles."""
     first, thing = level[0], level[0].whole
     if thing.furniture or first.where.region or not any(o.name == thing.name for o in first.obstacles):
         return level
@@ -294,8 +292,8 @@ def _floor(query: Query, lying: Pose) -> float | None:
 
 
 def carried_at(thing: Thing, turned: Pose, point: Vector3, belief: Belief) -> float | None:
-    """Return the height of what carries a thing, turned as at a pose, with its middle over or under a point of the base frame
-    [m]; None for nothing."""
+    """Return the height of the support of a thing, turned as at a pose, with its middle over or under a point
+    of the base frame [m]; None for none."""
     points = corners(thing, turned)
     middle = np.asarray(point) - (points.min(axis=0) + points.max(axis=0)) / 2
     there = Pose(tuple((np.asarray(turned.position) + middle).tolist()), turned.quaternion)

@@ -1,5 +1,5 @@
-"""Ways out of what a payload does not get into as it is: tilted first, or with its foot alone, from where it
-topples."""
+"""Ways out of an opening that a payload does not get into as it is: tilted first, or with its foot alone,
+from where it topples."""
 
 from __future__ import annotations
 
@@ -53,9 +53,9 @@ that along a little, LIBERO's book by 48 mm, as its Panda's pads have a friction
 
 
 def tilted(asked: list[Query]) -> Groups:
-    """Generate placements in an opening that is partly covered, such as that of a drawer under the handles of
-    others, of what does not get in upright: let down leaning, so that its edge comes in under what is over
-    the opening, and straightened in there.
+    """Generate placements in a partly covered opening, such as that of a drawer under the handles of others,
+    of a payload that does not get in upright: let down leaning, so that its edge comes in under the overhang,
+    and straightened in there.
 
     Raises:
         Unresolvable: something is in the payload, and would fall out.
@@ -110,14 +110,13 @@ def _lean(towards: Floats, degrees: float) -> Pose:
 
 
 def _up_and_away(towards: Floats) -> Iterator[Floats]:
-    """Ways up and away from what is over an opening."""
+    """Ways up and away from the overhang of an opening."""
     for share in SHARES:
         yield RISE * (np.array([0.0, 0.0, 1.0]) - share * towards)
 
 
 def _under(query: Query) -> list[Floats]:
-    """Unit vectors along the opening's sides towards what is over it, the most direct one first, in the base
-    frame."""
+    """Unit vectors along the opening's sides towards the overhang, the most direct one first, in the base frame."""
     over = shapely.union_all([o.area for o in query.covers]).intersection(query.target.area).centroid
     middle = query.target.area.centroid
     to = query.target.pose.rotate((over.x - middle.x, over.y - middle.y, 0.0))
@@ -136,8 +135,8 @@ def _hand_down(query: Query, lean: Pose) -> list[Pose]:
 
 
 def _offsets(query: Query, towards: Floats) -> Iterator[tuple[float, float]]:
-    """Positions in an opening, in its frame, at which a thing stands as far out from under what is over it as
-    it can, or nearly [m]."""
+    """Positions in an opening, in its frame, at which a thing stands as far out from under the overhang as it
+    can, or nearly [m]."""
     frame = query.target.pose.inverse()
     way = frame.rotate(towards)[:2]
     across = np.array([-way[1], way[0]])

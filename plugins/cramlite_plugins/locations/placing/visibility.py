@@ -1,4 +1,4 @@
-"""Visibility of a placement from a camera or a point: what other things hide of the payload there."""
+"""Visibility of a placement from a camera or a point: the share of the payload that occluders hide."""
 
 from __future__ import annotations
 

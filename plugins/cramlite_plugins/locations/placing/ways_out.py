@@ -65,7 +65,7 @@ class WayOut(Value):
 
 
 def up(asked: list[Query]) -> Groups:
-    """Generate placements from above, and of what has no room above some from aside."""
+    """Generate placements from above, and some from aside where there is no room above."""
     asked = prepared(asked)
     now = put_down(asked[0])
     check_turn(asked[0], now)
@@ -103,7 +103,7 @@ def _may_be_there(placement: Placement, query: Query) -> bool:
 
 
 def _at_best(asked: list[Query], now: Pose) -> Iterator[Refused]:
-    """What objects at the best position of each target, where there is not one free position."""
+    """Objection at the best position of each target, where there is not one free position."""
     for query in asked:
         offset = next(positions_on(replace(query, where=Where(), obstacles=()), now), (0.0, 0.0))
         _, found = next(_from_above(standing_at(query, now, offset)))
@@ -113,8 +113,8 @@ def _at_best(asked: list[Query], now: Pose) -> Iterator[Refused]:
 
 
 def prepared(bare: list[Query]) -> list[Query]:
-    """Return the targets of what comes from above: with what stands there; of an opening beside what lies in
-    it and is over it, and anywhere."""
+    """Return the targets of a payload that comes from above: with their obstacles; of an opening beside its
+    content and overhang, and anywhere."""
     if not bare[0].depth:
         return bare if bare[0].uneven else with_middle([replace(q, obstacles=standing_on(q)) for q in bare])
     anywhere = [covered(q) for q in bare]
@@ -123,7 +123,7 @@ def prepared(bare: list[Query]) -> list[Query]:
 
 
 def _check_way_in(query: Query, now: Pose) -> None:
-    """Check that what covers an opening leaves room to get in as it is turned, whatever holds it.
+    """Check that the overhang of an opening leaves room to get in as it is turned, whatever holds it.
 
     Raises:
         Unresolvable: it does not; tilted it may.

@@ -27,7 +27,8 @@ INSIDE = 0.025  # the stand-off behind a door that stands ajar, where there is l
 
 
 def before_front(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
-    """Generate closed fingers before what sticks out farthest of a drawer's or a door's front at its handle, straight or tilted."""
+    """Generate closed fingers before the most prominent part of a drawer's or a door's front at its handle,
+    straight or tilted."""
     entity = bound(context, location.of)
     thing, handle = belief.thing(entity), belief.feature(entity, "cram:Handle")
     if handle is None or thing.joint is None:

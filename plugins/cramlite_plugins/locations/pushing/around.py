@@ -1,4 +1,5 @@
-"""Way of a thing that is pushed: corners in the plane between where it is and an area, around what is in its way, on what carries it."""
+"""Way of a thing that is pushed: corners in the plane between its place and an area, around obstacles, on its
+support."""
 
 from __future__ import annotations
 
@@ -69,7 +70,8 @@ def way_around(start: Spot, left: Left, met: Met, cleared: bool = False) -> list
 
 
 def way_straight(start: Spot, end: Spot, met: Met) -> list[Spot] | Refused:
-    """Check the straight way between two points: its end, or what is met on it: all that is loose, or first what nothing can move."""
+    """Check the straight way between two points: its end, or the obstacles on it: all that are loose, or
+    first one that nothing can move."""
     stopped = [no for no in map(met, _between(start, end)) if no is not None]
     fixed = next((no for no in stopped if not no.blocking), None)
     if not stopped or fixed:
@@ -88,7 +90,7 @@ def _spot(start: Spot, cell: Side) -> Spot:
 
 
 def _steps(start: Spot, here: Side, met: Met, cleared: bool) -> Iterator[tuple[Side, float, Refused | None]]:
-    """Neighbours that a thing can be pushed to, with what that costs [m], and what movable things are in the way."""
+    """Neighbours that a thing can be pushed to, with the cost [m], and the movable obstacles."""
     gone = _names(met(_spot(start, here))) if cleared else frozenset()
     for side in SIDES:
         there = (here[0] + side[0], here[1] + side[1])
@@ -105,7 +107,7 @@ def _names(no: Refused | None) -> frozenset[str]:
 
 
 def _traced(start: Spot, end: Side, came: dict[Side, Side | None], blame: dict[tuple[Side, Side], Refused]) -> list[Spot] | Refused:
-    """Corners and end of a way that was found, or what is on it."""
+    """Corners and end of a way that was found, or the obstacles on it."""
     cells, before = [end], came[end]
     while before is not None:
         cells.append(before)
@@ -151,8 +153,8 @@ def _wider(
 
 
 def on_a_shorter_way(start: Spot, left: Left, alone: Met, hand: Met) -> Refused | None:
-    """Return what movable things are on a way that would be shorter without them by more than it takes to put them elsewhere; None where
-    there is no such way. What is met as in ``ways_around``."""
+    """Return the movable obstacles of a way that would be shorter without them by more than it takes to put
+    them elsewhere; None where there is no such way. Obstacles are met as in ``ways_around``."""
     found = way_around(start, left, cache(lambda spot: alone(spot) or hand(spot)), cleared=True)
     return found if isinstance(found, Refused) and found.blocking else None
 
@@ -169,7 +171,7 @@ def _shortened(start: Spot, corners: list[Spot], met: Met) -> list[Spot]:
 
 
 def met_alone(belief: Belief, context: Context, entity: str) -> Met:
-    """Return what a thing meets, with what is in it, whatever moves it; where nothing carries it there is no way at all."""
+    """Return the obstacles of a thing and its content, whatever moves it; without a support there is no way at all."""
     thing, pose = belief.thing(entity), belief.pose(entity)
     others = [(t, belief.pose(t.name)) for t in belief.world.things if t.name in belief.poses and t.name != entity]
     owner = resting_height(thing, pose, others)[1]
@@ -190,17 +192,19 @@ def met_alone(belief: Belief, context: Context, entity: str) -> Met:
 def _known(
     world: Itself[World], poses: Itself[Mapping[str, Estimate]], relations: frozenset[Relation], base: Pose, entity: str
 ) -> dict[Spot, Refused | None]:
-    """What a thing alone was found to meet where all stands as it does: each hand that is tried asks it again."""
+    """Obstacles that a thing alone was found to meet while all stands as it does; each hand that is tried
+    asks for them again."""
     return {}
 
 
 def met_with_hand(belief: Belief, context: Context, entity: str, hand: Pose) -> Met:
-    """Return what a thing meets and the hand that takes it along, whose TCP is at a pose in the base frame now."""
+    """Return the obstacles of a thing and of the hand that takes it along, whose TCP is at a pose in the base
+    frame now."""
     return cache(_meets(belief, context, entity, hand))
 
 
 def _meets(belief: Belief, context: Context, entity: str, tcp: Pose) -> Met:
-    """What a thing meets that is taken along by a TCP; where that is in the thing's origin no hand is there."""
+    """Obstacles of a thing that is taken along by a TCP; where that is in the thing's origin no hand is there."""
     pose, base = belief.pose(entity), belief.base()
     held = Held(entity, tcp.inverse() * shift(pose, LIFT), 0.0, carries=carried_along(belief, entity))
     scene, hand = make_scene(belief.grasped(held), context, [entity], clearance=CLEAR), tcp != pose

@@ -1,4 +1,5 @@
-"""Contacts of hands that push: behind or in what lies, before a front, behind a door, or upon the bar of a handle."""
+"""Contacts of hands that push: behind or in a lying thing, before a front, behind a door, or upon the bar of
+a handle."""
 
 from __future__ import annotations
 
@@ -142,8 +143,8 @@ def free_ahead(thing: Thing, pose: Pose, hand: Pose, ahead: Floats, opening: flo
 
 
 def at_front(thing: Thing, joint: Joint, handle: Feature, pose: Pose, gripper: Gripper) -> Iterator[tuple[Pose, str]]:
-    """Closed fingers before a front, and words for where; last those that may slip off what they meet, and those much nearer to a hinge
-    than the handle is."""
+    """Closed fingers before a front, and words for where; last those that may slip off, and those much nearer
+    to a hinge than the handle is."""
     loose, near, far = list[tuple[Pose, str]](), list[tuple[Pose, str]](), NEAR_HINGE * lever(joint, handle.pose)
     over = AT_BAR if joint.kind == "hinge" else FROM_ABOVE
     for spot, tilt, turn in itertools.chain(itertools.product(SPOTS, TILTS, TURNS), itertools.product(*over)):

@@ -1,4 +1,5 @@
-"""Pushing something farther in under a roof, where it was let go of so near the front that what a later task closes would meet it.
+"""Pushing a thing farther in under a roof, if it was released so near the front that a later task would close
+something against it.
 
 A hand is as high as it is long, and comes no farther in with what it holds; the ends of its closed fingers do.
 """
@@ -27,7 +28,8 @@ BACK = 0.12  # from what was let go of, as far as hands go back else [m]
 
 
 def off(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
-    """Generate the place so far level back that closed fingers are before what was let go of, where that has to go farther in."""
+    """Generate the place so far level back that closed fingers are before the released thing, where that has
+    to go farther in."""
     entity, ahead = bound(context, location.of), _ahead(belief, context)
     way, here = _needed(entity, ahead, belief, context), tcp(belief, context)
     shut = make_scene(belief, context, (), context.robot.gripper.opening[0], LET_GO)
@@ -42,7 +44,8 @@ def off(location: Location, belief: Belief, context: Context) -> Iterator[Ground
 
 
 def deeper(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
-    """Generate the place straight ahead, until what is before the fingers is clear of what a later task closes."""
+    """Generate the place straight ahead, until the thing before the fingers is clear of the one that a later
+    task closes."""
     entity, ahead = bound(context, location.of), _ahead(belief, context)
     way, (x, y, _) = _needed(entity, ahead, belief, context), belief.pose(entity).position
     to = x + way * float(ahead[0]), y + way * float(ahead[1])
@@ -68,7 +71,7 @@ def _ahead(belief: Belief, context: Context) -> Floats:
 
 
 def _needed(entity: str, ahead: Floats, belief: Belief, context: Context) -> float:
-    """How far a thing has to go along a way (3,) to be clear of what later tasks close [m].
+    """Distance that a thing has to go along a way (3,) to be clear of all that later tasks close [m].
 
     Raises:
         Unresolvable: it is, or it would not be as far in as something carries it.

@@ -1,4 +1,4 @@
-"""Straight pushes of what is loose: beside a face and on, or from behind or inside it to a region or out of the way."""
+"""Straight pushes of loose things: beside a face and on, or from behind or inside it to a region or out of the way."""
 
 from __future__ import annotations
 
@@ -117,7 +117,7 @@ def behind(location: Location, belief: Belief, context: Context) -> Iterator[Gro
 
 
 def _to_region(thing: Thing, pose: Pose, location: Location, belief: Belief, context: Context) -> Iterator[Hand | Refused]:
-    """Hands that bring a thing to its region; with fingers in it what is in its way, whatever hand that is."""
+    """Hands that bring a thing to its region; with fingers in it the obstacles, whatever hand that is."""
     area, frame = _region(thing, pose, asked(location, PushedThing).region, belief)
     if not asked(location, PushedThing).inside:
         yield from hands_behind(thing, pose, _apart(location), context.robot.gripper, area, frame)
@@ -130,8 +130,8 @@ def _to_region(thing: Thing, pose: Pose, location: Location, belief: Belief, con
 
 
 def _aside(thing: Thing, pose: Pose, location: Location, belief: Belief, context: Context) -> Iterator[Hand | Refused]:
-    """Hands that push a thing out of the way, one for each way on which it meets nothing, then another one for each: first away from what
-    later tasks are about, last towards that."""
+    """Hands that push a thing out of the way, one for each way without an obstacle, then another one for
+    each: first away from things of later tasks, last towards them."""
     (x, y, z), gripper, met = pose.position, context.robot.gripper, met_alone(belief, context, thing.name)
     found = list[Iterator[Hand]]()
     for farther, (cos, sin) in itertools.product(FARTHER, _directions(pose, belief, context)):
@@ -148,7 +148,7 @@ def _aside(thing: Thing, pose: Pose, location: Location, belief: Belief, context
 
 
 def _directions(pose: Pose, belief: Belief, context: Context) -> list[Spot]:
-    """Level unit vectors all around, those first that lead away from what later tasks are about."""
+    """Level unit vectors all around, those first that lead away from things of later tasks."""
     named = (entity for task in context.later for entity in task.entities.values())
     about = [belief.pose(n).position[:2] for n in dict.fromkeys(map(thing_of, named)) if n in belief.poses]
     off = np.asarray(pose.position[:2]) - np.mean(about, axis=0) if about else np.array([1.0, 0.0])
@@ -157,7 +157,8 @@ def _directions(pose: Pose, belief: Belief, context: Context) -> list[Spot]:
 
 
 def pushed_to(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
-    """Generate ways of a thing to its region: straight, where nothing is in its way, or with "around" by corners around what is."""
+    """Generate ways of a thing to its region: straight, where it is free, or with "around" by corners around
+    obstacles."""
     entity = bound(context, location.of)
     begun: Place = context.bindings[asked(location, PushedThing).begin]
     if asked(location, PushedThing).around:
@@ -173,12 +174,13 @@ def pushed_to(location: Location, belief: Belief, context: Context) -> Iterator[
 
 
 def _stopped(no: Refused, location: Location, entity: str, way: str = "on") -> Refused:
-    """What is in the way depends on where that is and on the hand, but not on how the arm did what it did before."""
+    """Refusal by obstacles, which depends on their places and on the hand, not on how the arm did earlier tasks."""
     return replace(no.of(way), reason=f"'{entity}' cannot be pushed on: {no.reason}", because=(asked(location, PushedThing).begin,))
 
 
 def _around(location: Location, belief: Belief, context: Context, entity: str) -> Iterator[Grounding | Refused]:
-    """Ways around what is in the way that the arm can follow; where it can follow none, what is on a shorter way is to blame, too."""
+    """Ways around obstacles that the arm can follow; where it can follow none, obstacles of a shorter way are
+    to blame, too."""
     pose, thing = belief.pose(entity), belief.thing(entity)
     left = _left(*_region(thing, pose, asked(location, PushedThing).region, belief))
     hand, (x, y, _) = met_with_hand(belief, context, entity, tcp(belief, context)), pose.position
@@ -199,8 +201,8 @@ def _around(location: Location, belief: Belief, context: Context, entity: str) -
 
 
 def _last(location: Location, belief: Belief, context: Context, entity: str, area: Feature, frame: Pose) -> Floats | Refused:
-    """The last leg (3,) of the way of a thing that fingers in it take along; or what is in the way of the thing alone, so that looking for
-    hands is of no use.
+    """Last leg (3,) of the way of a thing that fingers in it take along; or the obstacles of the thing alone,
+    so that looking for hands is of no use.
 
     Raises:
         Unresolvable: it is there already.
@@ -245,7 +247,7 @@ def pushed_straight(belief: Belief, context: Context, entity: str, corners: Sequ
 
 
 def _region(thing: Thing, pose: Pose, name: str, belief: Belief) -> tuple[Feature, Pose]:
-    """The area of that name that is nearest in height to what a thing lies on, and its pose in the base frame.
+    """Area of that name that is nearest in height to a thing's support, and its pose in the base frame.
 
     Raises:
         Unresolvable: nothing has such an area.
