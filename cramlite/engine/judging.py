@@ -129,8 +129,8 @@ def _candidate(text: str, world: World, purpose: Purpose, knowledge: Knowledge) 
     origins = origins_of(text, intent.kept.code) if intent else origins_by_labels(text, [a.name for a in actions])
     if actions and not origins.of:
         raise UserError(
-            "No line of the text leads to a task of the plan, so nobody can say when a task ran; name each in a comment before its "
-            f"code, such as '# {actions[0].name}', or judge it by what should hold in the end: --goal instead of --plan."
+            "No line of the text leads to a task of the plan, so the times of tasks are unknown; name each in a comment before its "
+            f"code, such as '# {actions[0].name}', or judge it by its goal: --goal instead of --plan."
         )
     mount = world.robots[0]
     believed = intent.kept.world if intent else world

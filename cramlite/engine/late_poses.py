@@ -64,7 +64,7 @@ def _following(program: Program, robot: Robot, thing: str, about: set[str]) -> P
         steps += _relative(step, robot, program, thing) if begun and not done else [step]
         held = held or (begun and isinstance(step, SetGripper) and step.expect == "object")
     if not held:
-        raise UserError(f"late: '{thing}' is never grasped by the program: only what is taken up can have a late pose.")
+        raise UserError(f"late: '{thing}' is never grasped by the program: only a grasped thing can have a late pose.")
     ends = [*(s.first for s in sections[1:]), len(steps)]
     placed = tuple(replace(s, last=end) for s, end in zip(sections, ends, strict=True))
     return replace(program, steps=tuple(steps), sections=placed)

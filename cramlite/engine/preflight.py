@@ -152,7 +152,7 @@ def _require_unaltered(run: Path, intent: Intent) -> None:
         same = False
     if not same:
         raise UserError(
-            f"'{path}' is missing, or not the text that was proven; what was measured says nothing of it. Give that file itself, with "
+            f"'{path}' is missing, or not the text that was proven; the measurements are not of it. Give that file itself, with "
             f"--world {run}, to measure it as it is now; or run 'cramlite resolve' again."
         )
 

@@ -56,7 +56,7 @@ def record_episode(
     shown = _shown(scenario, tasks or (recipe.tasks if recipe and recipe.tasks else ()), knowledge, world)
     rollout = knowledge.simulator.demonstrate(world, shown, seed=seed)
     if not len(rollout.times):
-        raise UserError(f"{scenario.path}: what the person does takes no time, so nothing was recorded; a script moves, grips or waits.")
+        raise UserError(f"{scenario.path}: the performance takes no time, so nothing was recorded; a script moves, grips or waits.")
     episode = knowledge.episodes.detect(rollout, scenario.name)
     knowledge.episodes.write(episode, out)
     return Recording(episode, rollout.reason)
@@ -72,7 +72,7 @@ def _shown(scenario: Scenario, tasks: Sequence[Entry], knowledge: Knowledge, wor
         return [Shown(scripts[recipe.script])]
     if not tasks and scenario.spec.tasks is None:
         raise UserError(
-            f"{scenario.path}: nothing says what a person should do: it has neither a 'record' section nor 'tasks'. Write one, or give "
+            f"{scenario.path}: the person has nothing to do: it has neither a 'record' section nor 'tasks'. Write one, or give "
             "--tasks 'PickingUp cup, Pouring cup bowl'."
         )
     plan = plan_from_tasks(scenario.name, tasks or scenario, knowledge.tasks, world)
@@ -89,7 +89,7 @@ def _shows(action: Action, scripts: Mapping[str, RecordScript]) -> Shown:
         raise UserError(f"A person shows tasks one after the other; '{action.kind}' is a rule over tasks. Give a plain list with --tasks.")
     if action.task not in scripts:
         can = ", ".join(sorted(n.split(":")[1] for n in scripts if ":" in n))
-        raise UserError(f"No script shows how a person does {action.task}. What the simulated person can show is: {can}.")
+        raise UserError(f"No script shows {action.task}. What the simulated person can show is: {can}.")
     classes = [r for r, o in action.roles.items() if o.entity is None]
     if classes:
         raise UserError(f"{action.name}: a person acts on a thing, and its role '{classes[0]}' names a class of things; name one thing.")

@@ -201,7 +201,7 @@ def remaining_plan(done: Round) -> Plan:
         break
     if held:
         raise NoSolution(
-            f"The program ended in {done.step} with something in the hand ({done.rollout.reason}). What is in the hand cannot be "
+            f"The program ended in {done.step} with something in the hand ({done.rollout.reason}). A payload cannot be "
             "looked at, and is not planned for: take it out, or put it back where it was, and run 'cramlite resolve' again."
         )
     return replace(plan, actions=plan.actions[start:])

@@ -75,7 +75,7 @@ def setting_of(
 def _seen(
     scenario: Scenario, written: Setting, knowledge: Knowledge, told: Queries, likeliest: Likeliest, now: World | None
 ) -> Setting:
-    """What the scenario's camera sees of the setting: all that is believed of things that can be moved. It looks for what
+    """Setting as the scenario's camera sees it, which is all that is believed of movable things. It looks for what
     it was ``told``, else for what the likeliest plan is about; for a goal, which cannot be planned before it is known what there is,
     at all furniture, and then in and behind what is closed.
 

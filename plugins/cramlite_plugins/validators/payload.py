@@ -56,7 +56,7 @@ class Payload(Value):
         yield Finding(self.name, passed, reason, off, limit, "kg", task_at(candidate, k), places=False)
 
     def _never(self, candidate: Candidate) -> Finding:
-        """A text that says nothing leaves the controller what it was set to; one that was written to say it does not."""
+        """Finding on a text that tells no payload: it passes, unless it was written from a program that tells one."""
         said, wanted = "the text tells the arm no payload", candidate.program.mass
         if wanted > 0:
             return Finding(self.name, False, f"{said}; the program that was proven begins with {wanted:.2f} kg", places=False)

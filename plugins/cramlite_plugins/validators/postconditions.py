@@ -164,7 +164,7 @@ class TaskRules(Value):
 
 
 def _already(candidate: Candidate, action: Action) -> str:
-    """Say which part of the action before did the same with the same things; empty for none. What it changed cannot be asked for
+    """Part of the action before that did the same with the same things; empty for none. Its effect cannot be asked for
     once more: a hand that withdrew, as the last part of placing, touches nothing that it could withdraw from."""
     names = [a.name for a in candidate.actions]
     if action.name not in names[1:]:

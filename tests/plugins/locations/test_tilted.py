@@ -110,7 +110,7 @@ def test_one_that_is_narrow_enough_is_not_refused_upright() -> None:
 
 def test_a_hand_that_does_not_lean_is_to_blame() -> None:
     no = _refused(INTO, *_asked(0.0705, leans=False))
-    assert no.reason.endswith("; tilted: hand and thing have no way in between what is over it and its walls")
+    assert no.reason.endswith("; tilted: hand and thing have no way in between its overhang and its walls")
     assert no.because == ("drawer", "grasp(it)")
 
 

@@ -66,7 +66,7 @@ def tilted(asked: list[Query]) -> Groups:
         none = False
         yield iter([(query, placement)])
     if none:
-        yield Refused("tilted", "hand and thing have no way in between what is over it and its walls")
+        yield Refused("tilted", "hand and thing have no way in between its overhang and its walls")
 
 
 def _check_empty(query: Query, does: str) -> None:
