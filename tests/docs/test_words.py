@@ -1,11 +1,12 @@
-"""The report on circumlocutions finds them in first lines and messages, and leaves plain sentences alone."""
+"""The report on circumlocutions finds them in first lines and messages, and leaves plain sentences alone; no page has conflict marks."""
 
 from __future__ import annotations
 
 import ast
+import re
 from pathlib import Path
 
-from helpers.circumlocutions import found, phrases, texts
+from helpers.circumlocutions import ROOT, found, phrases, texts
 
 MODULE = '''"""What is held."""
 
@@ -30,3 +31,18 @@ def test_a_folder_is_reported(tmp_path: Path) -> None:
     (tmp_path / "cramlite").mkdir()
     (tmp_path / "cramlite" / "module.py").write_text(MODULE)
     assert [(p.place, p.term) for p in phrases(tmp_path)] == [("cramlite/module.py:1", "payload"), ("cramlite/module.py:8", "obstacle")]
+
+
+def conflicts(text: str) -> list[str]:
+    """Lines that a merge leaves where both sides changed."""
+    return re.findall(r"^(?:<{7}|>{7}) .*$", text, re.MULTILINE)
+
+
+def test_no_page_has_marks_of_a_conflict() -> None:
+    pages = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
+    assert len(pages) > 50
+    assert {p.name: conflicts(p.read_text(encoding="utf-8")) for p in pages if conflicts(p.read_text(encoding="utf-8"))} == {}
+
+
+def test_marks_of_a_conflict_are_found() -> None:
+    assert conflicts("a\n<<<<<<< HEAD\nb\n=======\nc\n>>>>>>> main\n") == ["<<<<<<< HEAD", ">>>>>>> main"]
