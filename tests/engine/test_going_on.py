@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from conftest import Run
+from msgspec.structs import replace
 
 from cramlite import Engine
 from cramlite.cli.main import main
@@ -161,6 +162,23 @@ def test_limits_are_where_the_docs_say(changed: dict[str, object], kind: Deviati
     assert found[0] is None, "one reading is none"
     assert (found[1].kind if found[1] else None) is kind
     assert kind is None or (found[1] is not None and found[1].step == "1.Reaching/move")
+
+
+@pytest.mark.parametrize(("at", "thing"), [(0.12, "zebra"), (0.88, "apple")])
+@pytest.mark.parametrize("began", [0.0, 7.0])
+def test_a_lost_thing_is_the_one_that_was_held_then(expected: Expectation, at: float, thing: str, began: float) -> None:
+    held = ("zebra",) * 25 + ("apple",) * 26
+    watch = RunWatch(replace(expected, held=held))
+    for k in range(4):
+        assert watch.see(readings(began + 0.02 * k)) is None
+    assert watch.see(readings(began + at - 0.04, opening=0.07)) is None
+    found = watch.see(readings(began + at, opening=0.07))
+    assert found is not None and (found.kind, found.thing) == (Deviation.GRASP_LOST, thing)
+    missed = RunWatch(replace(expected, held=("zebra",) * 10 + ("",) * 15 + ("apple",) * 26))
+    missed.see(readings(began))
+    missed.see(readings(began + at - 0.04, opening=0.07))
+    found = missed.see(readings(began + at, opening=0.07))
+    assert found is not None and (found.kind, found.thing) == (Deviation.NO_GRASP, thing)
 
 
 def test_a_goal_that_is_followed_already_is_no_other(expected: Expectation) -> None:
