@@ -19,7 +19,7 @@ from ..base.value import Value
 from ..model.readings import Deviation, Notice
 from ..model.steps import MoveJoints
 from ..planning.budget import budget_of
-from ..planning.failure import failure_text
+from ..planning.failure import brief_failure_text, failure_text
 from ..planning.planning_problem import planning_problem
 from ..planning.task_goals import Goal
 from ..planning.trace import Trace
@@ -95,9 +95,11 @@ class GoingOn:
         scenario: that the first program was made from.
         noise: of the readings.
         say: is told what happens, in lines.
+        verbose: whether a refusal has every cause, or three lines.
     """
 
-    def __init__(self, scenario: Scenario, engine: Engine, seed: int, say: Say, noise: Noise = EXACT) -> None:
+    def __init__(self, scenario: Scenario, engine: Engine, seed: int, say: Say, noise: Noise = EXACT, *, verbose: bool = False) -> None:
+        self._failure = failure_text if verbose else brief_failure_text
         self.scenario, self.engine, self.seed, self.say, self.noise = scenario, engine, seed, say, noise
         self.setting = engine.setting(scenario, seed=seed, twins=0)
         self.goal = tuple(map(str, scenario.spec.goal)) if scenario.spec.goal else None
@@ -125,7 +127,7 @@ class GoingOn:
                 return
             began = time.process_time()
             following, decision = self._decided(done, watch, notice, given_up=number == most)
-            self.say(f"round {number}: {decision}")
+            self.say(f"round {number}: {decision.splitlines()[0]}")
             yield Stretch(done, notice, decision, time.process_time() - began)
             if decision == REACHED:
                 return
@@ -200,7 +202,7 @@ class GoingOn:
         back = self._back(done, world) if done.step != BACK else None
         if back is not None:
             return back, f"goes back the way it came{hand}: nothing was proven from here"
-        return None, f"nothing was proven from here{hand}. {failure_text(self.trace, self.engine.registry.faults)}"
+        return None, f"nothing was proven from here{hand}. {self._failure(self.trace, self.engine.registry.faults)}"
 
     def _believe(self, done: Round, watch: RunWatch) -> None:
         """Take what was read for the setting in which the rest is resolved."""
