@@ -16,6 +16,7 @@ from msgspec.structs import replace
 
 from ..base.errors import NoSolution, UserError
 from ..base.value import Value
+from ..model.fault import FaultKind
 from ..model.readings import Deviation, Notice
 from ..model.steps import MoveJoints
 from ..planning.budget import budget_of
@@ -46,6 +47,7 @@ STOPS = {"halted": Deviation.REFUSED, "protective stop": Deviation.STOPPED, "kil
 """Outcome -> what it is, of runs that can be gone on from."""
 
 
+ACKNOWLEDGED = "a protective stop is acknowledged by a person, who has looked why; execute again with --replan then"
 REACHED = "the goal holds as things are"
 SAME = 2
 """So many times the same may be noticed in the same step and be planned around."""
@@ -178,6 +180,8 @@ class GoingOn:
         self.noticed[key] += 1
         if given_up:
             return None, "so many programs were allowed"
+        if notice.kind is Deviation.STOPPED and not _declared(done):
+            return None, ACKNOWLEDGED
         if self.noticed[key] > SAME and done.step != BACK:
             return None, f"the same was noticed {self.noticed[key]} times, and trying again has not helped"
         return self._next(done, watch, notice)
@@ -253,6 +257,12 @@ class GoingOn:
         held = mount.holds.thing if mount.holds else ""
         still = all(_moved(proof, t.name) <= STILL for t in setting.world.things if t.movable and t.name != held)
         return Attempt(done.attempt.plan, program, code, world) if proof.outcome == "finished" and still else None
+
+
+def _declared(done: Round) -> bool:
+    """Whether a protective stop is one that the world's faults declare, and none of the robot's own."""
+    stops = {str(f) for f in done.attempt.world.faults if f.kind is FaultKind.STOP}
+    return any(m.text in stops for m in done.rollout.faults)
 
 
 def _apart(one: tuple[float, ...], other: tuple[float, ...]) -> float:

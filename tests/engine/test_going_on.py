@@ -13,11 +13,15 @@ import pytest
 from conftest import Run
 from msgspec.structs import replace
 
-from cramlite import Engine
+from cramlite import Engine, read_scenario
+from cramlite.base.errors import NoSolution
 from cramlite.cli.main import main
 from cramlite.engine.expectation import Expectation, Noise, RunWatch
+from cramlite.engine.going_on import GoingOn
+from cramlite.engine.replanning import Attempt
 from cramlite.engine.time_line import read_time_line
-from cramlite.model import Deviation, Notice, Pose, Readings
+from cramlite.model import Code, Deviation, Notice, Plan, Pose, Program, Readings
+from cramlite.scenario.faults import faulty, read_fault_text
 
 GOAL = """scenario: block_onto_shelf
 goal: [block on shelf]
@@ -111,6 +115,27 @@ def test_what_cannot_be_mended_is_told(of_goal: tuple[Path, Path], run: Run) -> 
     assert done.code == 1 and "ObjectMissing" in done.err and "To do: put the thing back, or ask for another goal" in done.err
     done = run("execute", program, "--world", scenario, "--replan", scenario, "--rounds", 6, "--fault", "closes_short: 60 mm")
     assert done.code == 1 and "was noticed 3 times" in done.err
+
+
+TOO_FAST = "def p():\n  movej([0, -1.57, 0, 0, 0, 0], a=40, v=6)\nend\n"
+WAITING = "def p():\n  sleep(3)\nend\n"
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize(("text", "faults", "person"), [(TOO_FAST, "protective_stop: 9 s", True), (WAITING, "protective_stop: 1 s", False)])
+def test_a_stop_of_the_robot_itself_is_for_a_person(text: str, faults: str, person: bool, tmp_path: Path) -> None:
+    (tmp_path / "scenario.yaml").write_text(GOAL)
+    scenario, said = read_scenario(tmp_path / "scenario.yaml"), list[str]()
+    going = GoingOn(scenario, Engine(), 0, said.append)
+    world = faulty(going.setting.world, [read_fault_text(faults)])
+    program = Program("p", "arm", "ur5e", Pose((0, 0, 0)), world.robots[0].joints, (), ())
+    first = Attempt(Plan("p", (), ()), program, Code("urscript", text, {}, ".script"), world)
+    stretches = going.stretches(first, 2)
+    if not person:
+        assert next(stretches).decision.startswith("goes on from here"), said
+        return
+    with pytest.raises(NoSolution, match=r"ProtectiveStop.* is acknowledged by a person.*To do: look why the controller stopped"):
+        list(stretches)
 
 
 @pytest.mark.heavy
