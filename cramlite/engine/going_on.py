@@ -16,6 +16,7 @@ from msgspec.structs import replace
 
 from ..base.errors import NoSolution, UserError
 from ..base.value import Value
+from ..model.designator_name import task_of
 from ..model.fault import FaultKind
 from ..model.readings import Deviation, Notice
 from ..model.steps import MoveJoints
@@ -218,7 +219,7 @@ class GoingOn:
         relations = tuple(r for r in before.relations if r[1] in stayed)
         self.setting = replace(before, world=world, relations=relations, real=None)
         names = [a.name for a in attempt.plan.actions]
-        self.at = next((k for k, n in enumerate(names) if n == done.step.split("/")[0]), self.at if done.step == BACK else 0)
+        self.at = next((k for k, n in enumerate(names) if n == task_of(done.step)), self.at if done.step == BACK else 0)
 
     def _candidates(self, done: Round) -> Iterator[Candidate]:
         """Programs for the rest that were proven from what is believed, best first."""

@@ -103,7 +103,7 @@ def test_a_gripper_that_never_closes_is_seen(tmp_path: Path) -> None:
     plugin.write_text(LAZY_GRIPPER)
     once = "\nbudget: {proofs: 1, sequences: 1}\nblock: [gripping]"
     scenario = variant(tmp_path, (ROBOT, ROBOT + once))
-    run = cramlite("resolve", scenario, "--plugin", plugin, "--out", tmp_path / "run", "--no-report")
+    run = cramlite("resolve", scenario, "--plugin", plugin, "--out", tmp_path / "run", "--no-report", "--verbose")
     assert run.returncode == 1, run.stderr
     assert "after 1.Grasping 'grasps(Gripper, Patient)' does not hold" in run.stderr
 
