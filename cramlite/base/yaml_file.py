@@ -113,8 +113,10 @@ def _complaint(problem: ErrorDetails) -> str:
     if kind == "too_short":
         least = problem["ctx"]["min_length"]
         return f"{len(given) or 'nothing'} is in it, and {least} at least should be"
+    if kind == "string_too_long":
+        return f"'{_cut(given)}' has {len(given)} characters, and at most {problem['ctx']['max_length']} should be in it"
     if kind == "string_pattern_mismatch":  # names are the only text with a pattern
-        return f"'{given}' is no name; a name is a letter of A to Z, then such letters, digits and underscores"
+        return f"'{_cut(given)}' is no name; a name is a letter of A to Z, then such letters, digits and underscores"
     if kind not in KINDS:
         return said.removeprefix("Value error, ")
     names = {dict: "a mapping", list: "a list", str: "text", bool: "true or false", type(None): "empty"}
@@ -123,6 +125,8 @@ def _complaint(problem: ErrorDetails) -> str:
     return f"this is {found}; it should be {KINDS[kind]}{how}"
 
 
+SHOWN = 80
+"""Characters of a text that a message repeats."""
 ORDINALS = ("first", "second", "third", "fourth", "fifth", "sixth", "seventh", "eighth", "ninth", "tenth")
 
 
@@ -145,8 +149,13 @@ def _item(inside: Any, keys: Sequence[str]) -> str:
     """Name of a list's entry: "thing 'tea'" in things, "value of 'at.position'" where it has no parts."""
     if not isinstance(inside, dict) or not keys:
         return f"value of '{'.'.join(keys)}'" if keys else "value"
-    name = f" '{inside['name']}'" if isinstance(inside.get("name"), str) else ""
+    name = f" '{_cut(inside['name'])}'" if isinstance(inside.get("name"), str) else ""
     return keys[-1].removesuffix("s") + name + (f" of '{'.'.join(keys[:-1])}'" if keys[:-1] else "")
+
+
+def _cut(text: str) -> str:
+    """A text for a message: not more than its beginning where it is long."""
+    return f"{text[:SHOWN]}..." if len(text) > SHOWN else text
 
 
 def _has(data: Any, step: str | int) -> bool:

@@ -22,9 +22,13 @@ def check_answer(engine: Engine, scenario: Scenario, seed: int) -> dict[str, Any
     """Return name, robot and things of a scenario that can be used.
 
     Raises:
-        UserError: it cannot.
+        UserError: it cannot, or its goal cannot be planned for.
     """
+    from ..planning.task_sequences import examine_goal
+
     setting = engine.setting(scenario, seed=seed)
+    if scenario.spec.goal is not None:
+        examine_goal(scenario, setting.symbolic(engine.knowledge.taxonomy), engine.knowledge)
     return {
         "scenario": scenario.name,
         "robot": setting.robot.type,

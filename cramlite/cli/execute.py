@@ -216,6 +216,7 @@ def _execute(arguments: argparse.Namespace) -> int:
             episode=not arguments.no_episode,
             plugins=plugin_choice(arguments),
             json_output=arguments.json,
+            verbose=arguments.verbose,
         )
     return execute_program(
         arguments.program,
@@ -266,6 +267,9 @@ def add_commands(add: Add) -> None:
     execute.add_argument(
         "--rounds", type=int, default=3,
         help="how many programs may run with --replan, the first one included; default 3",
+    )
+    execute.add_argument(
+        "--verbose", action="store_true", help="with --replan: where the rest cannot be done, print every cause and not the first alone"
     )
     execute.add_argument(
         "--fault", metavar="'KEY: VALUE, ...'", action="append", default=[],

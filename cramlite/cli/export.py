@@ -7,11 +7,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..base.errors import UserError, did_you_mean
-from ..base.pulse import pulse
+from ..base.pulse import working
 from ..model.program_json import read_program
 from ..plugin.exporting import require_absent, require_installed, write_new
 from ..plugin.selection import INSTALLED, PluginChoice
 from .arguments import Add, plugin_choice
+from .progress import Progress
 from .signals import interruptible
 from .view import recorded
 
@@ -45,7 +46,10 @@ def export_run(
     exporter = exporter_named(to, knowledge)
     target = out or run / f"{exporter.name}{exporter.suffix}"
     require_absent(target)
-    write_new(exporter, run_record(run, world, knowledge, seed), target)
+    with working(f"reading '{run}'"):
+        record = run_record(run, world, knowledge, seed)
+    with working(f"writing {exporter.name}", float(record.rollout.times[-1] - record.rollout.times[0])):
+        write_new(exporter, record, target)
     return target
 
 
@@ -90,7 +94,11 @@ def program_and_code(run: Path) -> tuple[Program | None, Code | None]:
 
 
 def _export(arguments: argparse.Namespace) -> int:
-    with interruptible("nothing is left of what was written") as taken, pulse(taken.one):
+    from ..planning.heartbeat import Heartbeat
+    from ..planning.trace import Trace
+
+    left = "nothing is left of what was written"
+    with Progress(quiet=False) as say, interruptible(left) as taken, Heartbeat(Trace(), say, taken.one)():
         written = export_run(
             arguments.run_dir, arguments.to, out=arguments.out, world=arguments.world, seed=arguments.seed, plugins=plugin_choice(arguments)
         )

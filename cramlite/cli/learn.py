@@ -49,10 +49,12 @@ def _learn(arguments: argparse.Namespace) -> int:
     from ..engine.engine import Engine
     from ..learning.from_episodes import compared, learn_task
     from ..learning.package import write_package
+    from ..testing.skeleton import vacant_folder
 
     if len(arguments.episodes) > MOST:
         count = len(arguments.episodes)
         raise UserError(f"{count} demonstrations were given; a task is learned from 1 to {MOST}. Leave out those that are alike.")
+    vacant_folder("task", arguments.task, arguments.out)
     engine = Engine.with_plugins(plugin_choice(arguments))
     intervals = [_interval(text) for text in arguments.interval]
     marked = _marked(len(arguments.episodes), intervals)

@@ -41,6 +41,7 @@ def execute_and_replan(
     episode: bool = True,
     plugins: PluginChoice = INSTALLED,
     json_output: bool = False,
+    verbose: bool = False,
 ) -> int:
     """Run a program of a run directory; where it is stopped, resolve the rest by what is read or seen then, and go on.
 
@@ -49,6 +50,7 @@ def execute_and_replan(
             readings, and watched.
         faults: as ``execute_program`` has them.
         rounds: how many programs may run, the first one included.
+        verbose: whether a refusal has every cause, or three lines.
         out: folder with a folder for each round, as ``execute_program`` writes one, with the round's program.
 
     Returns:
@@ -71,9 +73,9 @@ def execute_and_replan(
     moments: list[Moment] = []
     say = partial(_say, said, aloud=not json_output)
     if scene.spec.poses == "camera":
-        executed: Iterable[Round] = replanning.rounds(first, scene, engine, seed=seed, most=rounds, say=say)
+        executed: Iterable[Round] = replanning.rounds(first, scene, engine, seed=seed, most=rounds, say=say, verbose=verbose)
     else:
-        executed = _stretches(GoingOn(scene, engine, seed, say), first, rounds, moments)
+        executed = _stretches(GoingOn(scene, engine, seed, say, verbose=verbose), first, rounds, moments)
     try:
         for number, one in enumerate(executed, 1):
             done.append(one)

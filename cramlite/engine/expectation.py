@@ -249,14 +249,19 @@ class RunWatch:
         if off <= self.limits.width:
             return
         near = self.expected.opening[rows][np.argmin(np.abs(self.expected.opening[rows] - now.opening))]
-        held = {self.expected.held[k] for k in rows}
-        always = {self.expected.held[k] for k in self.expected.own(now.line)} or {""}
-        kind = Deviation.NO_GRASP if now.opening < near and any(held) else Deviation.GRIPPER
-        thing = max(held) if kind is Deviation.NO_GRASP else ""
-        if "" not in always:
-            kind, thing = Deviation.GRASP_LOST, max(always)
+        own, thing = self.expected.own(now.line), self._held_then(rows, now)
+        kind = Deviation.NO_GRASP if now.opening < near and thing else Deviation.GRIPPER
+        if own and all(self.expected.held[k] for k in own):
+            kind, thing = Deviation.GRASP_LOST, self._held_then(own, now)
         said = f"the fingers are {1000 * now.opening:.1f} mm apart, {1000 * near:.1f} mm in the proof"
-        yield self._said(kind, now, said, thing, off, self.limits.width, "m")
+        yield self._said(kind, now, said, thing if kind is not Deviation.GRIPPER else "", off, self.limits.width, "m")
+
+    def _held_then(self, rows: list[int], now: Readings) -> str:
+        """What the proof held in the nearest of these samples in time, counted from where the line began; "" where it held nothing."""
+        own, times = self.expected.own(now.line), self.expected.times
+        since = now.time - self._since if now.line == self._line else 0.0
+        then = times[own[0]] + since if own else now.time
+        return min(((abs(times[k] - then), self.expected.held[k]) for k in rows if self.expected.held[k]), default=(0.0, ""))[1]
 
     def _thing(self, name: str, now: Readings) -> Iterator[Notice]:
         expected, rows = self.expected, self.expected.rows(now.line)

@@ -17,10 +17,11 @@ from msgspec.structs import replace
 from ..base.errors import NoSolution, UserError
 from ..base.value import Value
 from ..model.designator_name import task_of
+from ..model.fault import FaultKind
 from ..model.readings import Deviation, Notice
 from ..model.steps import MoveJoints
 from ..planning.budget import budget_of
-from ..planning.failure import failure_text
+from ..planning.failure import brief_failure_text, failure_text
 from ..planning.planning_problem import planning_problem
 from ..planning.task_goals import Goal
 from ..planning.trace import Trace
@@ -47,6 +48,7 @@ STOPS = {"halted": Deviation.REFUSED, "protective stop": Deviation.STOPPED, "kil
 """Outcome -> what it is, of runs that can be gone on from."""
 
 
+ACKNOWLEDGED = "a protective stop is acknowledged by a person, who has looked why; execute again with --replan then"
 REACHED = "the goal holds as things are"
 SAME = 2
 """So many times the same may be noticed in the same step and be planned around."""
@@ -96,9 +98,11 @@ class GoingOn:
         scenario: that the first program was made from.
         noise: of the readings.
         say: is told what happens, in lines.
+        verbose: whether a refusal has every cause, or three lines.
     """
 
-    def __init__(self, scenario: Scenario, engine: Engine, seed: int, say: Say, noise: Noise = EXACT) -> None:
+    def __init__(self, scenario: Scenario, engine: Engine, seed: int, say: Say, noise: Noise = EXACT, *, verbose: bool = False) -> None:
+        self._failure = failure_text if verbose else brief_failure_text
         self.scenario, self.engine, self.seed, self.say, self.noise = scenario, engine, seed, say, noise
         self.setting = engine.setting(scenario, seed=seed, twins=0)
         self.goal = tuple(map(str, scenario.spec.goal)) if scenario.spec.goal else None
@@ -126,7 +130,7 @@ class GoingOn:
                 return
             began = time.process_time()
             following, decision = self._decided(done, watch, notice, given_up=number == most)
-            self.say(f"round {number}: {decision}")
+            self.say(f"round {number}: {decision.splitlines()[0]}")
             yield Stretch(done, notice, decision, time.process_time() - began)
             if decision == REACHED:
                 return
@@ -177,6 +181,8 @@ class GoingOn:
         self.noticed[key] += 1
         if given_up:
             return None, "so many programs were allowed"
+        if notice.kind is Deviation.STOPPED and not _declared(done):
+            return None, ACKNOWLEDGED
         if self.noticed[key] > SAME and done.step != BACK:
             return None, f"the same was noticed {self.noticed[key]} times, and trying again has not helped"
         return self._next(done, watch, notice)
@@ -201,7 +207,7 @@ class GoingOn:
         back = self._back(done, world) if done.step != BACK else None
         if back is not None:
             return back, f"goes back the way it came{hand}: nothing was proven from here"
-        return None, f"nothing was proven from here{hand}. {failure_text(self.trace, self.engine.registry.faults)}"
+        return None, f"nothing was proven from here{hand}. {self._failure(self.trace, self.engine.registry.faults)}"
 
     def _believe(self, done: Round, watch: RunWatch) -> None:
         """Take the readings for the setting in which the rest is resolved."""
@@ -252,6 +258,12 @@ class GoingOn:
         held = mount.holds.thing if mount.holds else ""
         still = all(_moved(proof, t.name) <= STILL for t in setting.world.things if t.movable and t.name != held)
         return Attempt(done.attempt.plan, program, code, world) if proof.outcome == "finished" and still else None
+
+
+def _declared(done: Round) -> bool:
+    """Whether a protective stop is one that the world's faults declare, and none of the robot's own."""
+    stops = {str(f) for f in done.attempt.world.faults if f.kind is FaultKind.STOP}
+    return any(m.text in stops for m in done.rollout.faults)
 
 
 def _apart(one: tuple[float, ...], other: tuple[float, ...]) -> float:

@@ -19,7 +19,7 @@ from ..base.value import Value
 from ..model.program_json import typed_code
 from ..model.rollout import world_after_run
 from ..model.steps import MoveJoints, SetGripper, walk
-from ..planning.failure import failure_text
+from ..planning.failure import brief_failure_text, failure_text
 from ..planning.task_sequences import LISTED
 from ..planning.trace import Trace
 from ..scenario.robots import robot_of
@@ -76,8 +76,11 @@ class Round(Value):
         return f"{self.rollout.outcome}{where}: {self.rollout.reason}"
 
 
-def rounds(first: Attempt, scenario: Scenario, engine: Engine, *, seed: int, most: int, say: Say) -> Iterable[Round]:
+def rounds(first: Attempt, scenario: Scenario, engine: Engine, *, seed: int, most: int, say: Say, verbose: bool = False) -> Iterable[Round]:
     """Run a program; where it stops with a reason, look, resolve the rest and run that, at most ``most`` times in all.
+
+    Args:
+        verbose: whether a refusal has every cause, or three lines.
 
     Yields:
         Each round when it has ended; the last one finished, or nothing more is tried.
@@ -98,7 +101,7 @@ def rounds(first: Attempt, scenario: Scenario, engine: Engine, *, seed: int, mos
             )
         if number == most:
             raise NoSolution(f"Given up after {most} rounds. The last one: {done.said}")
-        attempt = _next(done, scenario, engine, seed, number + 1, say)
+        attempt = _next(done, scenario, engine, seed, number + 1, say, verbose)
 
 
 def _run(attempt: Attempt, engine: Engine, seed: int) -> Round:
@@ -107,8 +110,13 @@ def _run(attempt: Attempt, engine: Engine, seed: int) -> Round:
     return Round(attempt, rollout)
 
 
+<<<<<<< HEAD
 def _next(done: Round, scenario: Scenario, engine: Engine, seed: int, number: int, say: Say) -> Attempt:
     """Look, and resolve the rest.
+=======
+def _next(done: Round, scenario: Scenario, engine: Engine, seed: int, number: int, say: Say, verbose: bool) -> Attempt:
+    """Look, and resolve what is left.
+>>>>>>> d/small
 
     Raises:
         NoSolution: something is in the hand, or what is left cannot be done with what is seen.
@@ -127,7 +135,8 @@ def _next(done: Round, scenario: Scenario, engine: Engine, seed: int, number: in
     found = attempts(search, plan, setting, engine.knowledge, engine.executors)
     candidate = next((c for c, verdict in found if verdict.passed), None)
     if candidate is None or candidate.code is None:
-        raise NoSolution(f"Round {number}: the rest cannot be done.\n{failure_text(trace, engine.registry.faults)}")
+        why = (failure_text if verbose else brief_failure_text)(trace, engine.registry.faults)
+        raise NoSolution(f"Round {number}: the rest cannot be done.\n{why}")
     return Attempt(plan, candidate.program, candidate.code, setting.real)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from importlib.resources import files
 from pathlib import Path
 
@@ -55,8 +55,27 @@ def _words(proposal: Proposal, name: str) -> Mapping[str, str]:
         "role_list": "".join(f'Role("{r}"), ' for r in proposal.roles).rstrip() if proposal.roles else "",
         "conditions": "\n".join(said), "examples": f"{examples} demonstration{'s' if examples > 1 else ''}",
         "explain": f"{spoken}: {' and '.join(f'{{{r}}}' for r in proposal.roles)}" if proposal.roles else spoken,
+        "shown_roles": "".join(f", {r}: {thing_name(r)}" for r in proposal.roles), "shown_things": "".join(_things(proposal)),
         "model_names": model, "plugin_names": plugin, "decompose": _decompose(proposal, classes),
     }  # fmt: skip
+
+
+def thing_name(role: str) -> str:
+    """Return the name that a role's thing has in the package's scenario."""
+    return f"some_{role.lower()}"
+
+
+def _things(proposal: Proposal) -> Iterator[str]:
+    """Things for the roles, as lines of a scenario: blocks for what was moved where it was shown, tables for what was not."""
+    span = proposal.learned.examples[0].span
+    for k, role in enumerate(proposal.roles):
+        y, shown = -0.35 + 0.25 * k, proposal.fillers[0][k]
+        shape = (
+            f"model: block, at: {{position: [0.5, {y:g}, 51 mm]}}, with: {{size: [50 mm, 50 mm, 100 mm]}}"
+            if span.elsewhere(shown)
+            else f"model: table, at: {{position: [0.45, {y:g}, 0.15]}}, with: {{size: [0.22 m, 0.22 m, 20 mm]}}"
+        )
+        yield f"  - {{name: {thing_name(role)}, {shape}}} # {next(iter(span.timeline.types(shown)), shown)} was shown\n"
 
 
 def _decompose(proposal: Proposal, classes: list[str]) -> str:

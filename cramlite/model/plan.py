@@ -52,6 +52,6 @@ def _task(action: Action) -> str:
 
 
 def _call(action: Action) -> str:
-    """The task with its fillers: things by name, else the class that is asked for."""
-    fillers = ", ".join(o.entity or (o.types[0] if o.types else o.name) for o in action.roles.values())
+    """The task with its fillers: things by name, else the class that is asked for or that its name suggests."""
+    fillers = ", ".join(o.entity or next(iter((*o.types, *o.like)), o.name) for o in action.roles.values())
     return f"{_task(action)}({fillers})" if fillers else _task(action)

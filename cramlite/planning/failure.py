@@ -27,15 +27,16 @@ def failure_text(trace: Trace, faults: Iterable[object]) -> str:
     return "\n".join(lines)
 
 
-def brief_failure_text(trace: Trace, faults: Iterable[object], run: str) -> str:
+def brief_failure_text(trace: Trace, faults: Iterable[object], run: str = "") -> str:
     """Return three lines for a terminal: how it ended and where the rest is, the nearest miss or a plugin's fault, what to try first.
 
     Args:
-        run: its directory, for ``cramlite explain``.
+        run: its directory, for ``cramlite explain``; "" where there is none.
     """
     broken, (nearest, *others) = [str(f) for f in faults], misses(trace.entries) or [()]
     more = f" ({len(others)} other causes: --verbose)" if len(others) > 1 else " (another cause: --verbose)" if others else ""
-    lines = [f"No solution: {how_it_ended(trace.entries)}. Every decision: cramlite explain {run}{more}"]
+    where = f". Every decision: cramlite explain {run}" if run else "."
+    lines = [f"No solution: {how_it_ended(trace.entries)}{where}{more}"]
     lines += [f"  Fault: {broken[0]}"] if broken else []
     first = first_objection(nearest[0].reason) if nearest else ""
     lines += [f"  Nearest miss: {_miss(nearest, first)}"] if nearest else []

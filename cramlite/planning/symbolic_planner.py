@@ -29,15 +29,22 @@ FEW_INVARIANTS = ("--translate-options", "--invariant-generation-max-candidates"
 """Among the many conditional effects of blockings the search for invariants takes 9 s with its default of 100000 candidates, 0.03 s
 with these, and finds the same variables; the search for a plan takes some milliseconds either way."""
 
+DRIVER_PROCESS = Path(__file__).with_name("driver_process.py")
+
 ROOM = "64M"
 """Memory of a search, which counts its states: 40 goals among 100 things take 17M, of which 11M are the program. Where blockings leave
 no plan, a search through all that could be done with six things went on for ten minutes."""
 
+TRANSLATOR_ROOM = "1G"
+"""Memory of the translator before it, which counts what tasks can be done with which things: 40 goals among 100 things take 51M. All that
+100 things allow takes more, after 13 s."""
+
 LONGEST = 600.0
 """After which a planner that has found nothing is ended [s]."""
 
-SOLVED, UNSOLVABLE, FULL = range(4), (10, 11, 12), 22
-"""Exit codes: a plan was found; there is none, by the translator, by the search, or none was found; ``ROOM`` was used up."""
+SOLVED, UNSOLVABLE, FULL, TOO_LARGE = range(4), (10, 11, 12), 22, 20
+"""Exit codes: a plan was found; there is none, by the translator, by the search, or none was found; ``ROOM`` was used up, or that
+of the translator."""
 
 
 class PlannerAnswer(Value):
@@ -65,7 +72,7 @@ def fast_downward(
 
     Raises:
         UserError: Fast Downward is not installed.
-        NoSolution: it found no plan in ``LONGEST``.
+        NoSolution: it found no plan in ``LONGEST``, or the problem's translation takes more than ``TRANSLATOR_ROOM``.
         PluginError: it failed; with the end of what it said.
     """
     began = time.monotonic()
@@ -75,13 +82,14 @@ def fast_downward(
             file.write_text(content, encoding="utf-8")
         *inputs, plan, log = files
         sas = str(Path(folder) / "sas")
-        command = [sys.executable, str(_driver()), "--plan-file", str(plan), "--sas-file", sas, *_room()]
+        command = [sys.executable, str(DRIVER_PROCESS), str(_driver()), "--plan-file", str(plan), "--sas-file", sas, *_room()]
         few = FEW_INVARIANTS if ":derived" in text.domain else ()
-        before, behind = (), (*few, "--search-options", *(SHORTEST if shortest else SHORT))
+        behind = (*few, "--search-options", *(SHORTEST if shortest else SHORT))
         with log.open("w", encoding="utf-8") as said:
             process = subprocess.Popen(
-                [*command, *before, *map(str, inputs), *behind], stdout=said, stderr=said, cwd=folder, start_new_session=True
-            )
+                [*command, *map(str, inputs), *behind], stdin=subprocess.PIPE, stdout=said, stderr=said, cwd=folder,
+                start_new_session=True,
+            )  # fmt: skip
             with working("planning which tasks achieve the goal"):
                 code = _wait(process, began)
         seconds = time.monotonic() - began
@@ -89,6 +97,8 @@ def fast_downward(
             return PlannerAnswer(plan.read_text(encoding="utf-8"), seconds)
         if seconds > LONGEST:
             raise NoSolution(f"Fast Downward found no plan within {LONGEST:.0f} s; ask for less at a time, or name tasks under 'tasks'.")
+        if code == TOO_LARGE:
+            raise NoSolution(_too_large())
         if code == FULL:
             progress(f"no plan among as many states as {ROOM} of memory hold")
         if code is None or code in (*UNSOLVABLE, FULL):
@@ -120,10 +130,18 @@ def has_planner() -> bool:
     return find_spec(PACKAGE.replace("-", "_")) is not None
 
 
+def _too_large() -> str:
+    """What is said where the translation takes too much memory."""
+    return (
+        f"the planning problem takes more than {TRANSLATOR_ROOM} of memory before any plan is searched: too much can be done with its "
+        "things. Ask for less at a time, leave things out of the scenario that the goal does not need, or name tasks under 'tasks'."
+    )
+
+
 def _room() -> tuple[str, ...]:
-    """The option that limits memory, where the system can: neither macOS nor Windows does (notes in the driver's ``limits.py``), and
+    """The options that limit memory, where the system can: neither macOS nor Windows does (notes in the driver's ``limits.py``), and
     ``LONGEST`` ends a search there."""
-    return () if sys.platform in ("darwin", "win32") else ("--search-memory-limit", ROOM)
+    return () if sys.platform in ("darwin", "win32") else ("--translate-memory-limit", TRANSLATOR_ROOM, "--search-memory-limit", ROOM)
 
 
 def _driver() -> Path:
@@ -152,7 +170,10 @@ def _wait(process: subprocess.Popen[bytes], began: float) -> int | None:
 
 
 def _end(process: subprocess.Popen[bytes]) -> None:
-    """End the planner with the processes that it started, if it still runs."""
-    if process.poll() is None:
-        end_group(process.pid)
+    """End the planner with the processes that it started, unless it came to its end by itself."""
+    if process.poll() is None or process.returncode < 0:
+        with contextlib.suppress(OSError):
+            end_group(process.pid)
         process.wait()
+    if process.stdin is not None:
+        process.stdin.close()

@@ -120,24 +120,14 @@ def plans_for_goal(
     Raises:
         UserError: the goal is none, names what there is not, contradicts itself, or holds already.
     """
-    from .goal_parser import contradiction
-    from .goal_planner import as_tasks, ground_goal
-    from .operators import Grounder
+    from .goal_planner import as_tasks
     from .plan_file import handed_plan
     from .plan_stream import task_plans
-    from .planning_problem import problem_of
     from .task_goals import plan_from_tasks
 
-    asked, grounder = _asked(goal), Grounder(scene, knowledge.predicates)
-    refused, possible, number = "", False, 0
-    for choice in ground_goal(asked.goal, asked.objects, grounder):
-        problem, found = problem_of(choice, grounder, knowledge, asked.where), False
-        if why := contradiction(choice.says, grounder, asked.at(choice)):
-            refused = refused or why
-            continue
-        possible = True
-        if problem.wanted.met(problem.facts):
-            raise UserError(f"{asked.where}the goal '{choice}' holds already in this world, so there is nothing to do.")
+    asked, number = _asked(goal), 0
+    for choice, problem in _problems(asked, scene, knowledge):
+        found = False
         plans = iter([handed_plan(problem, asked.handed)]) if asked.handed else task_plans(problem, progress, trace=trace)
         for plan in plans:
             found, number = True, number + 1
@@ -146,6 +136,37 @@ def plans_for_goal(
             yield replace(plan_from_tasks(name, specs, knowledge.tasks, scene.world), goal=choice.says)
         if not found:
             _trace_unreachable(choice, problem, trace, progress)
+
+
+def examine_goal(goal: Goal | Scenario, scene: SymbolicWorld, knowledge: Knowledge) -> None:
+    """Check whether a goal can be planned for; nothing is planned.
+
+    Args:
+        scene: what holds at the start.
+
+    Raises:
+        UserError: the goal is none, names what there is not, contradicts itself, or holds already.
+    """
+    next(_problems(_asked(goal), scene, knowledge), None)
+
+
+def _problems(asked: _Asked, scene: SymbolicWorld, knowledge: Knowledge) -> Iterator[tuple[Goal, PlanningProblem]]:
+    """The planning problem of each choice of things for a goal's objects; the errors are those of ``examine_goal``."""
+    from .goal_parser import contradiction
+    from .goal_planner import ground_goal
+    from .operators import Grounder
+    from .planning_problem import problem_of
+
+    refused, possible, grounder = "", False, Grounder(scene, knowledge.predicates)
+    for choice in ground_goal(asked.goal, asked.objects, grounder):
+        problem = problem_of(choice, grounder, knowledge, asked.where)
+        if why := contradiction(choice.says, grounder, asked.at(choice)):
+            refused = refused or why
+            continue
+        possible = True
+        if problem.wanted.met(problem.facts):
+            raise UserError(f"{asked.where}the goal '{choice}' holds already in this world, so there is nothing to do.")
+        yield choice, problem
     if refused and not possible:
         raise UserError(refused)
 

@@ -12,7 +12,7 @@ from pydantic import BaseModel, Field, ValidationError, model_validator
 
 from ..base.errors import UserError, nearest
 from ..base.quantities import Angle, Force, Length
-from ..base.spec import Spec
+from ..base.spec import Name, Spec
 from ..base.value import Value
 from ..base.yaml_file import explain_validation, line_of, load_yaml
 from ..model.imported_scene import StatedJoint
@@ -136,7 +136,7 @@ class LimitsSpec(Spec):
 class ScenarioSpec(Spec):
     """Keys of a scenario file."""
 
-    scenario: str = Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")
+    scenario: Name
     title: str = ""
     demonstration: str | None = None
     tasks: tuple[TaskEntry, ...] | None = None

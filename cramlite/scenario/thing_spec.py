@@ -7,7 +7,7 @@ from typing import Annotated, Any
 from pydantic import Field, model_validator
 
 from ..base.quantities import Angle, Force, Length
-from ..base.spec import Spec
+from ..base.spec import Name, Spec
 from .pose_spec import PoseSpec
 
 
@@ -22,7 +22,7 @@ class HangSpec(Spec):
 class ThingSpec(Spec):
     """Thing: which model, where, and the model's parameters under ``with``."""
 
-    name: str = Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")
+    name: Name
     model: str
     type: str | None = None
     at: PoseSpec | None = None

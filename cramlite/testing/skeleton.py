@@ -57,13 +57,7 @@ def write_skeleton(kind: str, name: str, out: Path | None = None) -> tuple[Path,
 
 def fill(templates: str, kind: str, name: str, out: Path | None, further: Mapping[str, str]) -> tuple[Path, ...]:
     """Write a package from a folder of templates, with further words that they mention; as ``write_skeleton``."""
-    name = _checked(name)
-    why = _taken(kind, name)
-    if why:
-        raise UserError(f"The {kind} cannot be called '{name}': {why}. Choose another name; nothing was written.")
-    folder = out or Path(f"cramlite-{name.replace('_', '-')}")
-    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
-        raise UserError(f"'{folder}' exists and is not an empty folder; nothing was written. Choose another --out.")
+    folder = vacant_folder(kind, name, out)
     words = {**_words(kind, name), **further}
     files = []
     for template in sorted(p for part in ("common", templates) for p in _templates(part)):
@@ -72,6 +66,21 @@ def fill(templates: str, kind: str, name: str, out: Path | None, further: Mappin
         path.write_text(Template(template.read_text(encoding="utf-8")).substitute(words), encoding="utf-8")
         files.append(path)
     return folder, *files
+
+
+def vacant_folder(kind: str, name: str, out: Path | None) -> Path:
+    """Return the folder of a new package, which may be written; nothing is.
+
+    Raises:
+        UserError: as ``write_skeleton``.
+    """
+    why = _taken(kind, _checked(name))
+    if why:
+        raise UserError(f"The {kind} cannot be called '{name}': {why}. Choose another name; nothing was written.")
+    folder = out or Path(f"cramlite-{name.replace('_', '-')}")
+    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+        raise UserError(f"'{folder}' exists and is not an empty folder; nothing was written. Choose another --out.")
+    return folder
 
 
 def _templates(part: str) -> list[Path]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 from shutil import copytree
 
@@ -241,3 +242,14 @@ def test_a_wrong_parameter_has_its_own_line(old: str, new: str, line: int, says:
     ran = run("check", path)
     assert ran.code == 2
     assert f"{path}:{line}: " in ran.err and says in ran.err
+
+
+@pytest.mark.parametrize("name", ["place_on_shelf", "block"])
+def test_a_name_of_thousands_of_characters_is_refused_in_a_short_paragraph(tmp_path: Path, name: str) -> None:
+    text, path = (ROOT / "scenarios" / "place_on_shelf.yaml").read_text(), tmp_path / "mine.yaml"
+    path.write_text(re.sub(rf"(?<!model: )\b{name}\b", "a" * 4000, text))
+    done = cramlite("check", path)
+    assert done.returncode == 2 and "has 4000 characters, and at most 100 should be in it" in done.stderr, done.stderr[:500]
+    assert len(done.stderr) < 600 and not done.stdout, done.stderr[:1000]
+    path.write_text(re.sub(rf"(?<!model: )\b{name}\b", "a" * 100, text))
+    assert cramlite("check", path).returncode == 0

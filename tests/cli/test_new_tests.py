@@ -50,3 +50,12 @@ def test_what_is_there_stays(run: Run, tmp_path: Path) -> None:
     assert "holds no robot program" in run("new", "tests", tmp_path / "none").err
     assert "is no folder" in run("new", "tests", tmp_path / "nowhere").err
     assert "--from" in run("new", "tests", tmp_path, "--from", tmp_path / "x.xml").err
+
+
+def test_a_program_with_a_syntax_error_fails(run: Run, tmp_path: Path) -> None:
+    (tmp_path / "endless.script").write_text(GOOD.removesuffix("end\n"))
+    assert run("new", "tests", tmp_path).code == 0
+    assert "xfail" not in (tmp_path / "robot_tests" / "test_programs.py").read_text()
+    command = [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", "robot_tests"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 1 and "has no 'end'" in done.stdout, done.stdout

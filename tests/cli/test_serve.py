@@ -266,3 +266,17 @@ def test_where_nothing_is_found_each_part_of_a_goal_has_its_answer() -> None:
     assert said["error"]["code"] == 1
     tin, tray = said["error"]["data"]["goal"]
     assert (tin["answer"], tray["answer"]) == ("missed", "holds") and "no task's rule makes" in tin["reason"]
+
+
+@pytest.mark.parametrize("goal", ["cup in drawer", "nothing_there on shelf"])
+def test_check_refuses_a_goal_as_resolve_does(goal: str) -> None:
+    scenario = {"scenario": "place_on_shelf", "goal": [goal]}
+    checked, *_ = _answers(_request(1, "check", **scenario))
+    *_, resolved = _answers(_request(1, "resolve", **scenario))
+    assert checked["error"]["code"] == 2 and checked == resolved, checked
+    assert goal.split()[0] in checked["error"]["message"]
+
+
+def test_check_takes_a_goal_about_what_is_there() -> None:
+    answer, *_ = _answers(_request(1, "check", scenario="hang_up_a_product"))
+    assert answer["result"]["things"]

@@ -11,12 +11,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 from conftest import Run
+from msgspec.structs import replace
 
-from cramlite import Engine
+from cramlite import Engine, read_scenario
+from cramlite.base.errors import NoSolution
 from cramlite.cli.main import main
 from cramlite.engine.expectation import Expectation, Noise, RunWatch
+from cramlite.engine.going_on import GoingOn
+from cramlite.engine.replanning import Attempt
 from cramlite.engine.time_line import read_time_line
-from cramlite.model import Deviation, Notice, Pose, Readings
+from cramlite.model import Code, Deviation, Notice, Plan, Pose, Program, Readings
+from cramlite.scenario.faults import faulty, read_fault_text
 
 GOAL = """scenario: block_onto_shelf
 goal: [block on shelf]
@@ -112,6 +117,27 @@ def test_what_cannot_be_mended_is_told(of_goal: tuple[Path, Path], run: Run) -> 
     assert done.code == 1 and "was noticed 3 times" in done.err
 
 
+TOO_FAST = "def p():\n  movej([0, -1.57, 0, 0, 0, 0], a=40, v=6)\nend\n"
+WAITING = "def p():\n  sleep(3)\nend\n"
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize(("text", "faults", "person"), [(TOO_FAST, "protective_stop: 9 s", True), (WAITING, "protective_stop: 1 s", False)])
+def test_a_stop_of_the_robot_itself_is_for_a_person(text: str, faults: str, person: bool, tmp_path: Path) -> None:
+    (tmp_path / "scenario.yaml").write_text(GOAL)
+    scenario, said = read_scenario(tmp_path / "scenario.yaml"), list[str]()
+    going = GoingOn(scenario, Engine(), 0, said.append)
+    world = faulty(going.setting.world, [read_fault_text(faults)])
+    program = Program("p", "arm", "ur5e", Pose((0, 0, 0)), world.robots[0].joints, (), ())
+    first = Attempt(Plan("p", (), ()), program, Code("urscript", text, {}, ".script"), world)
+    stretches = going.stretches(first, 2)
+    if not person:
+        assert next(stretches).decision.startswith("goes on from here"), said
+        return
+    with pytest.raises(NoSolution, match=r"ProtectiveStop.* is acknowledged by a person.*To do: look why the controller stopped"):
+        list(stretches)
+
+
 @pytest.mark.heavy
 def test_a_list_of_tasks_goes_on_from_the_task_under_way(tmp_path: Path, run: Run) -> None:
     place = resolved(tmp_path, GOAL.replace("goal: [block on shelf]\n", TASKS))
@@ -161,6 +187,23 @@ def test_limits_are_where_the_docs_say(changed: dict[str, object], kind: Deviati
     assert found[0] is None, "one reading is none"
     assert (found[1].kind if found[1] else None) is kind
     assert kind is None or (found[1] is not None and found[1].step == "1.Reaching/move")
+
+
+@pytest.mark.parametrize(("at", "thing"), [(0.12, "zebra"), (0.88, "apple")])
+@pytest.mark.parametrize("began", [0.0, 7.0])
+def test_a_lost_thing_is_the_one_that_was_held_then(expected: Expectation, at: float, thing: str, began: float) -> None:
+    held = ("zebra",) * 25 + ("apple",) * 26
+    watch = RunWatch(replace(expected, held=held))
+    for k in range(4):
+        assert watch.see(readings(began + 0.02 * k)) is None
+    assert watch.see(readings(began + at - 0.04, opening=0.07)) is None
+    found = watch.see(readings(began + at, opening=0.07))
+    assert found is not None and (found.kind, found.thing) == (Deviation.GRASP_LOST, thing)
+    missed = RunWatch(replace(expected, held=("zebra",) * 10 + ("",) * 15 + ("apple",) * 26))
+    missed.see(readings(began))
+    missed.see(readings(began + at - 0.04, opening=0.07))
+    found = missed.see(readings(began + at, opening=0.07))
+    assert found is not None and (found.kind, found.thing) == (Deviation.NO_GRASP, thing)
 
 
 def test_a_goal_that_is_followed_already_is_no_other(expected: Expectation) -> None:

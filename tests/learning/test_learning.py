@@ -120,11 +120,20 @@ def test_one_wrong_example_of_five_is_named() -> None:
 
 def test_the_package_has_all_parts_and_its_rule_loads(tmp_path: Path) -> None:
     folder, *files = write_package(fetched(), "shelving", tmp_path / "made")
-    assert {f.name for f in files} == {"__init__.py", "shelving.yaml", "test_shelving.py", "pyproject.toml", "README.md", "learned.html"}
+    assert {f.name for f in files} == {
+        "__init__.py", "shelving.yaml", "test_shelving.py", "pyproject.toml", "README.md", "learned.html", "try_shelving.yaml",
+    }  # fmt: skip
     engine = Engine(files=[folder / "cramlite_shelving" / "__init__.py"])
     assert "cram:Shelving" in engine.knowledge.tasks
     loaded = load_rules([folder / "cramlite_shelving" / "shelving.yaml"], engine.knowledge.predicates, engine.knowledge.taxonomy)
     assert set(loaded[0].roles) == set(fetched().roles)
+
+
+def test_its_scenario_is_one_that_check_accepts(tmp_path: Path, run: Run) -> None:
+    folder = write_package(fetched(), "shelving", tmp_path / "made")[0]
+    checked = run("check", folder / "tests" / "try_shelving.yaml", "--plugin", folder / "cramlite_shelving" / "__init__.py")
+    assert checked.code == 0 and "starts from the plan Shelving(" in checked.out, checked.err
+    assert len(checked.out.splitlines()) == 1, "no doubt about its world"
 
 
 def test_the_page_has_the_evidence() -> None:
@@ -152,6 +161,15 @@ def test_contradictory_examples_are_named() -> None:
 def test_a_name_that_exists_is_refused(tmp_path: Path) -> None:
     with pytest.raises(UserError, match="There is a plugin 'pouring' already"):
         write_package(fetched(), "pouring", tmp_path / "made")
+
+
+def test_a_name_that_exists_is_refused_before_anything_is_read(run: Run, tmp_path: Path) -> None:
+    found = run("learn", tmp_path / "nothing_there", "--task", "pouring")
+    assert found.code == 2 and "There is a plugin 'pouring' already" in found.err
+    (tmp_path / "full").mkdir()
+    (tmp_path / "full" / "mine.txt").touch()
+    found = run("learn", tmp_path / "nothing_there", "--task", "shelving", "--out", tmp_path / "full")
+    assert found.code == 2 and "is not an empty folder" in found.err
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,7 @@ from conftest import PLANNED, ROOT, TASKS, Proven, Run
 
 from cramlite import Engine, find_scenario, read_scenario
 from cramlite.base.json_text import as_json
-from cramlite.model import Episode, Object, Plan
+from cramlite.model import Action, Episode, Object, Plan
 from cramlite.planning.plan import TaskCall, plan_from_episode
 from cramlite.plugin.task_type import task_type
 
@@ -70,3 +70,9 @@ def test_the_same_seed_gives_the_same_text(scenario: str, process: Run, proven: 
     assert process("resolve", scenario, "--seed", 3, "--no-report", "--out", tmp_path / "run").code == 0
     assert here == (tmp_path / "run" / "program.script").read_text()
     assert here != proven(scenario).code
+
+
+def test_a_thing_of_no_known_class_is_called_by_the_class_that_its_name_suggests() -> None:
+    cup, other = Object("object_1", like=("cram:Cup", "cram:Crockery")), Object("object_2", types=("cram:Tray",), like=("cram:Cup",))
+    plan = Plan("laid", (), (Action("1", "cram:Placing", {"theme": cup, "on": other, "by": Object("object_3")}),))
+    assert plan.with_things == "Placing(cram:Cup, cram:Tray, object_3)"

@@ -1,12 +1,20 @@
-"""Fast Downward is ended by counted work where it would search on and on, and says so."""
+"""Fast Downward is ended by counted work where it would go on and on, and says so; and with whoever started it."""
 
 from __future__ import annotations
 
+import contextlib
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 from conftest import Run
 
+from cramlite.base.errors import NoSolution
 from cramlite.planning import symbolic_planner
 from cramlite.planning.pddl import PddlText
 from cramlite.planning.symbolic_planner import fast_downward
@@ -43,3 +51,62 @@ def test_a_goal_without_the_planner_says_how_to_install_it(monkeypatch: pytest.M
     monkeypatch.setattr(symbolic_planner, "find_spec", lambda name: None)
     ran = run("resolve", "hang_up_a_product", "--out", tmp_path / "run")
     assert ran.code == 2 and "pip install up-fast-downward" in ran.err and "Traceback" not in ran.err
+
+
+GRID = """(define (domain grid) (:types cell) (:predicates (near ?a ?b ?c ?d - cell) (there))
+  (:action go :parameters (?a ?b ?c ?d - cell) :precondition (and) :effect (and (near ?a ?b ?c ?d) (there))))
+"""
+"""A domain with as many actions as cells to the fourth power, all of which the translator writes down."""
+
+
+def grid(cells: int) -> PddlText:
+    """The problem to be there, for which any action will do."""
+    names = " ".join(f"c{k}" for k in range(cells))
+    goal = "(and (there) (near c0 c1 c0 c1))"
+    return PddlText(GRID, f"(define (problem all) (:domain grid) (:objects {names} - cell) (:init) (:goal {goal}))", {}, {})
+
+
+@pytest.mark.skipif(sys.platform in ("darwin", "win32"), reason="neither limits memory")
+def test_a_problem_too_large_for_its_translator_is_refused_with_what_to_try(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(symbolic_planner, "TRANSLATOR_ROOM", "100M")
+    assert (fast_downward(grid(3)).plan or "").endswith("(go c0 c1 c0 c1)\n; cost = 2 (unit cost)\n")
+    with pytest.raises(NoSolution, match=r"takes more than 100M of memory .* Ask for less at a time"):
+        fast_downward(grid(40))
+
+
+PARENT = """
+from cramlite.planning.pddl import PddlText
+from cramlite.planning.symbolic_planner import fast_downward
+fast_downward(PddlText({domain!r}, {problem!r}, {{}}, {{}}))
+"""
+
+
+def planners(folder: Path) -> list[int]:
+    """Processes that have the folder among their arguments."""
+    found = []
+    for one in Path("/proc").glob("[0-9]*"):
+        with contextlib.suppress(OSError):
+            if str(folder).encode() in (one / "cmdline").read_bytes() and b"translate" in (one / "cmdline").read_bytes():
+                found.append(int(one.name))
+    return found
+
+
+def within(seconds: float, holds: Callable[[], bool]) -> bool:
+    """Whether something holds within a time."""
+    end = time.monotonic() + seconds
+    while not holds() and time.monotonic() < end:
+        time.sleep(0.05)
+    return holds()
+
+
+@pytest.mark.skipif(not Path("/proc/self/cmdline").exists(), reason="needs /proc")
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM, signal.SIGINT])
+def test_no_translator_outlives_its_parent(tmp_path: Path, number: signal.Signals) -> None:
+    large = grid(60)
+    text = PARENT.format(domain=large.domain, problem=large.problem)
+    environment = {**os.environ, "TMPDIR": str(tmp_path)}
+    with subprocess.Popen([sys.executable, "-c", text], env=environment, stderr=subprocess.DEVNULL) as parent:
+        assert within(20.0, lambda: len(planners(tmp_path)) == 2), "the driver and the translator run"
+        parent.send_signal(number)
+        assert parent.wait(20.0)
+    assert within(10.0, lambda: not planners(tmp_path))

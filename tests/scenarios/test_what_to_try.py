@@ -233,4 +233,6 @@ def test_a_refusal_has_three_lines_and_the_plugin_that_broke() -> None:
         trace.add(0, f"thing_{number}", "", "refused", "objects", f"reason {chr(97 + number)}", kind="object")
     brief = brief_failure_text(trace, ("plugin x: broke in hook y",), "run").splitlines()
     assert len(brief) == 3 and brief[1] == "  Fault: plugin x: broke in hook y" and "thing_" in brief[2]
+    without_run = brief_failure_text(trace, ()).splitlines()
+    assert [without_run[0], *brief[2:]] == ["No solution: every alternative was refused.", without_run[1]]
     assert len(failure_text(trace, ("a", "b")).splitlines()) > 3

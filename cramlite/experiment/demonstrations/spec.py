@@ -8,7 +8,7 @@ from typing import Any
 
 from pydantic import Field, model_validator
 
-from ...base.spec import Spec
+from ...base.spec import Name, Spec
 from ...base.value import Value
 from ...base.yaml_file import line_of
 from ...planning.budget import Budget, budget_from
@@ -73,7 +73,7 @@ class ExperimentSpec(Spec):
     before, whose ``errors`` begin with those of ``twin``.
     """
 
-    experiment: str = Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")
+    experiment: Name
     title: str
     scenario: str
     product: str

@@ -9,7 +9,7 @@ from pathlib import Path
 from pydantic import Field, field_validator, model_validator
 
 from ...base.errors import UserError
-from ...base.spec import Spec
+from ...base.spec import Name, Spec
 from ...base.value import Value
 from ..experiment_file import ExperimentFile, read_spec
 
@@ -60,7 +60,7 @@ class JudgedSpec(Spec):
     experiment's file.
     """
 
-    experiment: str = Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")
+    experiment: Name
     title: str
     judge: str
     plugins: tuple[str, ...] = ()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -32,8 +33,17 @@ def write_gif(run: RunRecord, out: Path) -> None:
     """Write a run to a new GIF, at the speed at which it ran; it begins anew at its end."""
     from PIL import Image
 
-    first, *others = (Image.fromarray(p).quantize(COLOURS) for p in _pictures(run, GIF_RATE))
-    first.save(out, "GIF", save_all=True, append_images=others, duration=1000 // GIF_RATE, loop=0)
+    pictures = (Image.fromarray(p).quantize(COLOURS) for p in _pictures(run, GIF_RATE))
+    with _Stoppable(out, "w") as file:
+        next(pictures).save(file, "GIF", save_all=True, append_images=pictures, duration=1000 // GIF_RATE, loop=0)
+
+
+class _Stoppable(io.FileIO):
+    """File whose writing ends when the work around it does: Pillow compares and writes the pictures in one call."""
+
+    def write(self, data: Any) -> int:
+        checkpoint()
+        return super().write(data)
 
 
 def write_mp4(run: RunRecord, out: Path) -> None:
@@ -56,5 +66,5 @@ def _pictures(run: RunRecord, rate: int) -> Iterator[Any]:
     times = run.rollout.times
     wanted = np.append(np.arange(times[0], times[-1], 1 / rate), times[-1])
     for k in np.searchsorted(times, wanted):
-        checkpoint()
+        checkpoint(float(times[k] - times[0]))
         yield run.picture(int(k))

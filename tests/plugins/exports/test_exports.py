@@ -16,11 +16,14 @@ from typing import Any
 import numpy as np
 import pytest
 from helpers.as_a_user import cramlite
+from msgspec.structs import replace
 
+from cramlite.base.pulse import ASKED, Stopped, Work, pulse, working
 from cramlite.cli.export import run_record
 from cramlite.model import RunRecord, Touch
 from cramlite.plugin.catalogue import Knowledge
 from cramlite.plugin.registry import Registry
+from cramlite_plugins.exports.animations import write_gif
 
 NS = 1e-9
 
@@ -193,17 +196,42 @@ def test_a_place_that_cannot_be_written_leaves_nothing(ran: Path, tmp_path: Path
     assert done.returncode == 2 and "cannot be written" in done.stderr
 
 
-def test_what_is_interrupted_leaves_no_half_of_a_file(ran: Path, tmp_path: Path) -> None:
-    out = tmp_path / "run.mp4"
-    command = [sys.executable, "-m", "cramlite", "export", str(ran), "--to", "mp4", "--out", str(out)]
+@pytest.mark.parametrize("to", ["mp4", "gif"])
+def test_what_is_interrupted_leaves_no_half_of_a_file(ran: Path, tmp_path: Path, to: str) -> None:
+    out = tmp_path / f"run.{to}"
+    command = [sys.executable, "-m", "cramlite", "export", str(ran), "--to", to, "--out", str(out)]
     with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:
         while not out.exists() and process.poll() is None:
             time.sleep(0.01)
         process.send_signal(signal.SIGTERM)
         assert process.stderr is not None
         said = process.stderr.read()
-    assert process.returncode == 128 + signal.SIGTERM and said == "cramlite: interrupted; nothing is left of what was written.\n", said
+    assert process.returncode == 128 + signal.SIGTERM
+    assert said.endswith("cramlite: interrupted; nothing is left of what was written.\n"), said
     assert not out.exists()
+
+
+@pytest.mark.heavy
+def test_a_gif_tells_how_much_of_the_run_is_drawn_and_is_stopped_at_once(record: RunRecord, tmp_path: Path) -> None:
+    drawn, told = list[int](), list[float]()
+
+    def picture(sample: int) -> Any:
+        drawn.append(sample)
+        time.sleep(1.5 * ASKED)
+        return np.full((24, 32, 3), len(drawn), np.uint8)
+
+    def tell(work: Work | None) -> None:
+        assert work is not None
+        told.append(work.at)
+
+    plain, whole = replace(record, picture=picture), float(record.rollout.times[-1] - record.rollout.times[0])
+    with pulse(lambda: False, tell), working("writing gif", whole):
+        write_gif(plain, tmp_path / "whole.gif")
+    assert told == sorted(told) and whole in told and len(set(told)) > 5, "the last picture is that of the end"
+    drawn.clear()
+    with pytest.raises(Stopped), pulse(lambda: len(drawn) >= 3):
+        write_gif(plain, tmp_path / "stopped.gif")
+    assert len(drawn) == 3
 
 
 def test_a_missing_extra_names_how_to_install_it(ran: Path, tmp_path: Path) -> None:
