@@ -110,13 +110,8 @@ def _run(attempt: Attempt, engine: Engine, seed: int) -> Round:
     return Round(attempt, rollout)
 
 
-<<<<<<< HEAD
-def _next(done: Round, scenario: Scenario, engine: Engine, seed: int, number: int, say: Say) -> Attempt:
-    """Look, and resolve the rest.
-=======
 def _next(done: Round, scenario: Scenario, engine: Engine, seed: int, number: int, say: Say, verbose: bool) -> Attempt:
-    """Look, and resolve what is left.
->>>>>>> d/small
+    """Look, and resolve the rest.
 
     Raises:
         NoSolution: something is in the hand, or what is left cannot be done with what is seen.
