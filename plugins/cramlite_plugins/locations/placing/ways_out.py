@@ -36,15 +36,6 @@ from .tilting import tilted, toppling
 
 PER_HEIGHT = 0.02  # cost of each height above the lowest
 
-HIGH = 0.010  # lowest point above a surface on a level way [m]
-BEFORE_IT = 0.02  # between the payload and the thing that it goes into, where a level way begins [m]
-STEP = 0.01  # between positions, from the middle of a surface outwards [m]
-ASIDE = (0.0, 0.3, -0.3, 0.1, -0.1, 0.2, -0.2)
-"""Positions across the way in, as shares of half the width: in a microwave beside its open door a hand had
-room on 15 mm of it."""
-TURNS = (0.0, 10.0, -10.0, 20.0, -20.0, 5.0, -5.0)  # of the hand from pointing straight inwards [deg]
-
-
 
 class WayOut(Value):
     """Way of a payload out of a target.
