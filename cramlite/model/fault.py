@@ -35,8 +35,6 @@ class FaultKind(Word):
 
 AT_START = frozenset({FaultKind.MISSING, FaultKind.MOVED, FaultKind.PAYLOAD, FaultKind.TOOL, FaultKind.SENSOR})
 """Kinds that are there before a program starts, unless they have a trigger; the others happen while it runs."""
-ONLY_AT_START = frozenset({FaultKind.TOOL, FaultKind.SENSOR})
-"""Kinds that nothing triggers."""
 
 
 class Trigger(Value):
