@@ -27,7 +27,7 @@ from cramlite_plugins.kinematics.kinematics import inverse
 from cramlite_plugins.locations.handles import LEFT
 from cramlite_plugins.locations.kinds import ground
 from cramlite_plugins.locations.later import closes
-from cramlite_plugins.locations.placing import ways_out
+from cramlite_plugins.locations.placing import sideways
 from cramlite_plugins.locations.placing.demands import TIGHT
 from cramlite_plugins.objects.furniture import cabinet, door, drawer
 from cramlite_plugins.objects.products_and_fixtures import block
@@ -41,8 +41,8 @@ INSIDE = Location("on(cabinet)", "on", "cabinet", {"region": "inside"})
 @pytest.fixture(autouse=True)
 def _straight_in(monkeypatch: pytest.MonkeyPatch) -> None:
     """Positions straight in alone: the others meet the door alike."""
-    monkeypatch.setattr(ways_out, "ASIDE", (0.0,))
-    monkeypatch.setattr(ways_out, "TURNS", (0.0,))
+    monkeypatch.setattr(sideways, "ASIDE", (0.0,))
+    monkeypatch.setattr(sideways, "TURNS", (0.0,))
 
 
 def _about(task: str, name: str, **roles: str) -> Action:
