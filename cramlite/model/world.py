@@ -105,10 +105,12 @@ class MeshFile(Value):
     Args:
         path: of an STL, OBJ, PLY, OFF or GLB file; an OBJ's material and a GLB may have a texture.
         scale: from the file's unit to metres.
+        up: direction of the thing's frame that usually points up; None where nobody says.
     """
 
     path: str
     scale: float = 1.0
+    up: Vector3 | None = None
 
 
 class Feature(Value):
