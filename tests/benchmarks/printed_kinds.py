@@ -163,7 +163,7 @@ def main() -> None:
         value("poses", float(np.percentile(millimetres, 95)), "mm", "position, 95 %"),
         value("poses", float(np.median(degrees)), "deg", "turned off, median, modulo the shape's symmetries"),
         value("poses", float(np.percentile(degrees, 95)), "deg", "turned off, 95 %, modulo the shape's symmetries"),
-        rate("poses", int((whole < 10).sum()), len(whole), "of what is not round, within 10 deg without symmetries: the print is the right way round"),
+        rate("poses", int((whole < 10).sum()), len(whole), "print the right way round, of what is not round (10 deg)"),
         value("CPU", float(np.median(seconds)), "s", "a scene, median"),
         value("CPU", float(np.percentile(seconds, 95)), "s", "a scene, 95 %"),
     )

@@ -309,7 +309,7 @@ def _turned(scene: Scene, seen: tuple[Floats32, Outline], model: PoseModel, pose
     poses = [pose, *yaws, *(pose * s for s in model.symmetries[1:9])]
     scores = score_poses(model, *seen, _batch(scene, poses), 300).score
     kept = np.flatnonzero(scores >= scene.limits["as_well"] * scores[0])
-    return [poses[k] for k in kept], scores[kept]
+    return [poses[k] for k in kept], np.asarray(scores[kept], dtype=float)
 
 
 def _batch(scene: Scene, poses: Sequence[Pose]) -> PoseBatch:

@@ -13,6 +13,7 @@ import mujoco
 import numpy as np
 
 from cramlite.model import Floats, Value
+from cramlite.plugin import UserError, read_arrays
 
 from ...shapes.skins import Skin
 from ...simulation.camera.ray_tracer import cast
@@ -23,6 +24,8 @@ VERSION = 1
 SPACING = 0.003
 """Edge of the voxels of which each has one point [m]; two where both sides of a wall are in it."""
 MOST = 9000
+MOST_BYTES = 2_000_000
+"""Of a file of samples: nine numbers a point take 0.3 MB."""
 RAYS = 110
 """Rays along each side of a view, at most."""
 AWAY = 3.0
@@ -43,9 +46,9 @@ def samples_of(skin: Skin) -> Samples:
     """Return the samples of a textured surface; made once, and kept by the surface's content."""
     kept = _folder() / f"{_digest(skin)}.npz"
     try:
-        with np.load(kept, allow_pickle=False) as found:
-            return Samples(*(np.asarray(found[k], float) for k in ("points", "normals", "colours")))
-    except (OSError, KeyError, ValueError):
+        found = read_arrays(kept, MOST_BYTES)
+        return Samples(*(np.asarray(found[k], float) for k in ("points", "normals", "colours")))
+    except (UserError, KeyError):
         made = sampled(skin)
         _keep(kept, made)
         return made
