@@ -106,9 +106,9 @@ class Robot(Value):
         conditioning: the smallest singular value of the Jacobian at the TCP, lengths in units of ``reach``, that it keeps where it stops
             and on straight lines. More than 0 for an arm whose controller leads the tool: it comes through a singularity, as with the arm
             stretched, with another posture than it was planned with. One with a self-motion keeps it along that, too.
+        root: frame 0 of ``dh`` in the base frame, which is level: not at its origin, or leaning, where the first axis is or does.
         rotors: inertia of each joint's motor behind its gear, as the controller of an arm with a ``posture`` counts
             it [kg m2]; empty where that is what ``mjcf`` says.
-        root: frame 0 of ``dh`` in the base frame, which is level: not at its origin, or leaning, where the first axis is or does.
 
     Raises:
         ValueError: ``axis_zeros`` is not a finite angle for each joint, ``rotors`` not an inertia for each, or
@@ -136,8 +136,8 @@ class Robot(Value):
     pace: float = 1.0
     posture: tuple[float, ...] | None = None
     conditioning: float = 0.0
-    rotors: tuple[float, ...] = ()
     root: Pose = Pose()
+    rotors: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
         zeros = self.axis_zeros
