@@ -30,6 +30,8 @@ ROUNDS = 6
 ANOTHER = Limits(place=0.03, lean=0.4, width=math.inf, push=math.inf, slower=3.0, later=4.0)
 """Of runs in another simulator than that of the proof: what is grasped settles otherwise there, fingers creep, forces differ."""
 STOPS = {"halted": Deviation.REFUSED, "protective stop": Deviation.STOPPED}
+"""Outcome -> what it is, of runs that did not come to their end."""
+PERSON = "a protective stop waits for a person, and an episode has none"
 
 
 class Played(Value):
@@ -72,6 +74,8 @@ def play_on(judge: Judge, engine: Engine, solution: Solution, folder: Path, twin
         asked = watch.last.goal if watch.last is not None else asked
         if notice.kind is Deviation.CANCELLED or number == ROUNDS:
             return Played(rollout, tuple(notices), tuple(thought), str(notice))
+        if notice.kind is Deviation.STOPPED:
+            return Played(rollout, tuple(notices), tuple(thought), f"{notice}; {PERSON}")
         began = time.process_time()
         following, why = _following(judge, engine, watch, folder / f"round_{number + 1}", twins)
         thought.append(time.process_time() - began)
