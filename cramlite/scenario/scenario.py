@@ -104,7 +104,8 @@ class WorldFileSpec(Spec):
     """Scene file of another program, whose things are in the robot's world beside the scenario's own.
 
     ``types``: pattern of names -> class; ``packages``: name in ``package://`` -> folder; ``leave_out``: patterns of names;
-    ``joints``: pattern of names of jointed things -> what is wrong in what was found of their joints.
+    ``joints``: pattern of names of jointed things -> what is wrong in what was found of their joints; ``noise``: how far its poses of
+    loose things may be off.
     """
 
     file: str
@@ -113,6 +114,7 @@ class WorldFileSpec(Spec):
     leave_out: tuple[str, ...] = ()
     keyframe: str = ""
     joints: dict[str, JointSpec] = Field({})
+    noise: Length = Field(0.0, ge=0.0, le=0.1)
 
 
 class LimitsSpec(Spec):
