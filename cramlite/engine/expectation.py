@@ -257,7 +257,8 @@ class RunWatch:
         yield self._said(kind, now, said, thing if kind is not Deviation.GRIPPER else "", off, self.limits.width, "m")
 
     def _held_then(self, rows: list[int], now: Readings) -> str:
-        """What the proof held in the nearest of these samples in time, counted from where the line began; "" where it held nothing."""
+        """Payload in the proof's nearest sample in time, counted from the beginning of the line; "" without
+        one."""
         own, times = self.expected.own(now.line), self.expected.times
         since = now.time - self._since if now.line == self._line else 0.0
         then = times[own[0]] + since if own else now.time

@@ -194,7 +194,7 @@ def _classes(taxonomy: Taxonomy, shown: Tables, cast: Cast) -> Iterator[Literal]
 
 
 def _bounds(tables: Tables, cast: Cast, others: Sequence[Span]) -> Iterator[Literal]:
-    """Bounds between what examples show of a value and the next values of what is no example: in the middle between them."""
+    """Bounds half way between the values of the examples and the next values of the counterexamples."""
     for predicate in tables.language.predicates.values():
         if not predicate.value or predicate.arity > cast.roles:
             continue
@@ -247,7 +247,8 @@ def covers(learned: Learned, span: Span, literals: Sequence[Literal] | None = No
 
 
 def conditions(learned: Learned, names: Sequence[str]) -> Mapping[str, list[str]]:
-    """Return the conditions as a rule file writes them: phase -> texts; ``names`` are of who acts and of the roles."""
+    """Return the conditions as a rule file writes them: phase -> texts; ``names`` are those of the agent and
+    the roles."""
     found: dict[str, list[str]] = {phase: [] for phase in PHASES}
     language = learned.language
     if language.hand and any(0 in one.slots for one in learned.literals):

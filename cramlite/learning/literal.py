@@ -50,7 +50,7 @@ class Literal(Value, order=True):
 
     @property
     def binds(self) -> frozenset[int]:
-        """Roles of which it says who fills them; a denial and a bound only test."""
+        """Roles that the condition binds to a filler; a denial and a bound only test."""
         return frozenset() if self.denied or self.kind in ("at_least", "at_most") else self.roles
 
     def texts(self, names: Sequence[str]) -> Iterator[tuple[PhaseName, str]]:

@@ -131,7 +131,8 @@ def _linear(every: Sequence[Step], before: dict[tuple[Step, Step], int], shown: 
 
 
 def deviations(known: Procedure, steps: Sequence[Step]) -> Iterator[Deviation]:
-    """Yield in what a demonstration differs from a procedure: mistakes, and notices of an order that was not seen otherwise."""
+    """Yield the deviations of a demonstration from a procedure: mistakes, and notices of an order not seen
+    otherwise."""
     done = numbered(steps)
     place = {s: k for k, s in enumerate(done)}
     for step in known.steps:

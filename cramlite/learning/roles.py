@@ -21,7 +21,7 @@ TRIED = 2
 
 
 class Cast(Value, eq=False):
-    """Choice of who fills the roles in each example, with the conditions on them that hold in all.
+    """Fillers of the roles in each example, with the conditions on them that hold in all examples.
 
     Args:
         fillers: for each example the things in the roles.
@@ -64,7 +64,7 @@ def casts(tables: Tables, roles: int) -> list[Cast]:
 
 
 def _who_changes(tables: Tables) -> list[int]:
-    """The things of the first span of which something changes, or that who acts is at, those of which most does first."""
+    """Things of the first span that change or that the agent is at, the most changed first."""
     language = tables.language
     literals = [one for one in language.literals(1) if one.roles and (_moving(language, one) or _with_hand(language, one))]
     weights = np.array([_weight(tables.language, one) for one in literals])
@@ -74,7 +74,7 @@ def _who_changes(tables: Tables) -> list[int]:
 
 
 def _with_hand(language: Language, literal: Literal) -> bool:
-    """Whether a condition says that a recorded state holds between who acts and a role all through."""
+    """Whether a condition asks for a recorded state between the agent and a role throughout the task."""
     return literal.phase == "run" and HAND in literal.slots and not literal.denied and recorded(language, literal)
 
 
@@ -84,7 +84,7 @@ def _moving(language: Language, literal: Literal) -> bool:
 
 
 def _weight(language: Language, literal: Literal) -> float:
-    """How much it says of the roles that examples have a condition in common: of changes more than of what stays."""
+    """Weight of a common condition as evidence for the roles; changes weigh more than lasting states."""
     if not literal.roles:
         return 0.0
     if literal.kind in ("begins", "ends"):
@@ -93,7 +93,8 @@ def _weight(language: Language, literal: Literal) -> float:
 
 
 def recorded(language: Language, literal: Literal) -> bool:
-    """Check whether a condition is about states that are recorded, rather than measured: who says so declares how tasks change them."""
+    """Check whether a condition is about recorded states rather than measurements: its predicate declares how
+    tasks change it."""
     predicate = language.predicates[literal.predicate]
     return predicate.steady and (predicate.fluent.initial is not None or predicate.fluent.in_hand)
 
@@ -123,7 +124,8 @@ def _distinct(things: int, roles: int) -> Truths:
 
 
 def _changes(language: Language, common: Sequence[Literal]) -> Iterator[Literal]:
-    """Recorded states that begin or end between who acts and the roles, and that no other such change brings about."""
+    """Recorded states between the agent and the roles that begin or end, without those that another change
+    implies."""
     changes = [one for one in common if one.kind in ("begins", "ends") and ANY not in one.slots and recorded(language, one)]
     for one in changes:
         if not any(follows(language, one, other) for other in changes if other != one):
@@ -131,7 +133,7 @@ def _changes(language: Language, common: Sequence[Literal]) -> Iterator[Literal]
 
 
 def follows(language: Language, literal: Literal, other: Literal) -> bool:
-    """Check whether a change comes about with another one, by what their predicates declare."""
+    """Check whether a change follows from another one, by the declarations of its predicate."""
     fluent = language.predicates[other.predicate].fluent
     if set(literal.slots) != set(other.slots) or literal.kind != other.kind:
         return False

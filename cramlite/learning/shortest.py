@@ -77,7 +77,7 @@ def masks(refuted: Truths) -> list[int]:
 
 
 def minimal(found: Iterable[int]) -> frozenset[int]:
-    """Return the sets of which no other one is a part: whoever refutes these refutes all."""
+    """Return the sets without proper subsets among the others: a choice that refutes these refutes all."""
     kept: list[int] = []
     for mask in sorted(set(found), key=lambda m: (m.bit_count(), m)):
         if not any(mask & other == other for other in kept):

@@ -15,7 +15,7 @@ Truths = npt.NDArray[np.bool_]
 
 
 class Span:
-    """Stretch of an episode that a task may fill, with what holds just before it, all through it, and just after it.
+    """Stretch of an episode that a task may fill, with the facts just before it, throughout, and just after it.
 
     Args:
         timeline: of the episode.

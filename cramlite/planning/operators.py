@@ -116,7 +116,7 @@ def _with(pattern: Fact, entity: str) -> Fact:
 
 
 class Change(Value):
-    """Preconditions and effects of a task as facts, and what it moves: the sets of an operator.
+    """Preconditions and effects of a task as facts, and the things that it moves: the sets of an operator.
 
     Args:
         needs, without, adds, removes, never, moves: as ``Operator`` has them.

@@ -81,10 +81,10 @@ class PlanningProblem(Value, eq=False):
     blocked: tuple[Blocking, ...] = ()
 
     def scopes(self) -> Iterator[Scope]:
-        """Generate what plans may use, least first: what the goal names, and what was in the way, with all that this stands on or
-        carries, put where the goal says or on what cannot be moved; the same, pushed there, too; put on anything; and all things.
-        What was in the way of a drawer and is shut stays shut at first: open it takes more room. And what was in the way is moved itself
-        at first: a tin that meets a cup where it is put down meets it again, whatever was done to the tin before."""
+        """Generate scopes of plans, the least first: things of the goal and obstacles, with their supports and
+        payloads, put where the goal says or on furniture; the same, pushed there, too; put on anything; and all
+        things. An obstacle that is a closed drawer stays closed at first, since an open one takes more room;
+        and obstacles are moved themselves at first, since a moved payload would meet them again."""
         names = {e for f in (*self.wanted.needs, *self.wanted.without) for e in f[1:] if e is not None}
         names |= {w for asked in self.wanted.constraints.values() for w in asked.where.values()}
         names |= {t.thing for b in self.blocked for t in b.tracks}

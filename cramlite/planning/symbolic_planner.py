@@ -131,7 +131,7 @@ def has_planner() -> bool:
 
 
 def _too_large() -> str:
-    """What is said where the translation takes too much memory."""
+    """Sentence on a translation that takes too much memory."""
     return (
         f"the planning problem takes more than {TRANSLATOR_ROOM} of memory before any plan is searched: too much can be done with its "
         "things. Ask for less at a time, leave things out of the scenario that the goal does not need, or name tasks under 'tasks'."

@@ -43,7 +43,7 @@ class Role(Value):
     aliases: tuple[str, ...] = ()
 
     def constrain(self, designator: Object) -> Object:
-        """Return the designator with what this role requires added."""
+        """Return the designator with this role's requirements added."""
         return designator.merged(Object(designator.name, (), self.features, self.affords, filled=self.filled))
 
 
@@ -129,7 +129,7 @@ class TaskType(ABC):
         """
 
     def effects(self, action: Action, belief: Belief) -> Belief:
-        """Return the belief after the task succeeded, beyond what its motions already changed."""
+        """Return the belief after the task succeeded; its motions' changes are in ``belief`` already."""
         return belief
 
     def begins_at(self, action: Action) -> Location | None:

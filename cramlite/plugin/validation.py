@@ -168,7 +168,7 @@ def check_many(hook: str, answer: Any) -> Iterable[Any]:
 
 
 def check_answer(hook: str, answer: object) -> None:
-    """Check that an answer that is not None has the type that its hook, or what was declared under it, has to give.
+    """Check that the answer of a hook has the hook's type; None passes.
 
     Raises:
         WrongAnswer: it has not; names what it is, or what is in it that does not belong there.

@@ -116,7 +116,7 @@ class WorldFileSpec(Spec):
 
 
 class LimitsSpec(Spec):
-    """How far a run may disturb what no task is about (``cramlite.model.JudgingLimits``).
+    """Limits on how far a run may disturb bystanders (``cramlite.model.JudgingLimits``).
 
     ``may_push`` is what ``advisory`` says where it is not written: what is told and refuses nothing may be planned.
     """

@@ -69,7 +69,7 @@ class _Placing:
         return replace(self._sized(thing), pose=carrier * before.pose.inverse() * own if carrier != before.pose else own)
 
     def _set(self, thing: Thing) -> Thing:
-        """Fixed or standing things, each with its own error."""
+        """Thing with its own error: displaced, leaning and scaled."""
         under, lifted = self._support(thing)
         lean = self.leans.get(under if thing.movable else thing.name, Pose())
         if thing.movable:

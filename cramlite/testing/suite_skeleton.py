@@ -1,4 +1,4 @@
-"""Suite of tests around somebody's robot programs: a world to be corrected, a test a program, a workflow."""
+"""Suite of tests around a user's robot programs: a world to be corrected, a test for each program, a workflow."""
 
 from __future__ import annotations
 

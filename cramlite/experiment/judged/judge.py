@@ -36,7 +36,7 @@ class Judgement(Protocol):
 
     @property
     def avoided(self) -> bool | None:
-        """Whether what must not be moved was not; None where nothing must not."""
+        """Whether the obstacles that must not move did not; None in tasks without one."""
 
     @property
     def changed(self) -> int | None:
@@ -57,7 +57,7 @@ class Judge(Protocol):
         """Write the scenario of the episode that has begun, with its goal, into a folder; return its file, and where it is resolved."""
 
     def play(self, program: str, setting: Setting, watch: Watch | None = None) -> Rollout:
-        """Run a program in the judge's simulator to its end, or until a watcher of what the judge reads stops it."""
+        """Run a program in the judge's simulator to its end, or until a watcher of its readings stops it."""
 
     def rest(self) -> None:
         """Do nothing until things are at rest."""

@@ -44,7 +44,7 @@ class FailureSpec(Spec):
 
 
 class PublishedSpec(Spec):
-    """Published rate of another system over some suites, and what that system was given."""
+    """Published rate of another system over some suites, and the input that it was given."""
 
     system: str
     given: str

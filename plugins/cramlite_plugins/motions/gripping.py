@@ -105,8 +105,8 @@ def _speed(robot: Robot) -> float:
 
 
 def release_opening(belief: Belief, context: Context) -> float:
-    """Return how wide fingers open to let go [m]: as their place has room for them; else as wide as they were on the way to what they hold,
-    where that had; a finger in a bowl would else push against its other side."""
+    """Return the opening of the fingers for a release [m]: that of the payload's latest place, for its release
+    or else its grasp; the widest without one."""
     held, most = belief.held.thing if belief.held else "", context.robot.gripper.opening[1]
     said = [
         v.release.opening_m if v.release and v.release.opening_m is not None else v.opening

@@ -151,7 +151,7 @@ def _stacked(thing: Thing, scene: SymbolicWorld, boxes: list[tuple[str, Floats, 
 
 
 def _stood_on(thing: Thing, scene: SymbolicWorld) -> str | None:
-    """What a thing that is in the hand still stands on; None where it was lifted."""
+    """Support of a gripped thing that was not lifted yet; None where it was."""
     height, owner = resting_height(thing, thing.pose, [(t, t.pose) for t in scene.world.things if t.name != thing.name])
     return owner if abs(lowest(thing, thing.pose) + thing.pose.position[2] - height) < LIFTED else None
 

@@ -1,4 +1,4 @@
-"""The goal, ticked off part by part: which tasks achieve it, or why not, and what was measured of it after the run."""
+"""Report of the goal part by part: the tasks that achieve it, or why not, and the measurement after the run."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Verdict: what the validators measured in the run, and the files beside the page."""
+"""Verdict: the validators' measurements in the run, and the files beside the page."""
 
 from __future__ import annotations
 

@@ -143,7 +143,7 @@ def _let_down(compiled: Compiled, data: Data, thing: Thing, start: Pose, below: 
 
 
 def _rests(compiled: Compiled, data: Data) -> bool:
-    """Whether the thing is still, and touches what is below."""
+    """Whether the thing is still, and in contact."""
     return data.ncon > 0 and float(np.linalg.norm(data.qvel[:3])) < STILL[0] and float(np.linalg.norm(data.qvel[3:])) < STILL[1]
 
 

@@ -62,7 +62,7 @@ class StreamedArm(CommandedArm):
         self.response = Response(hello.lag, hello.inertia, self.period, len(robot.joints))
 
     def grip(self, force: float) -> None:
-        """Go on pressing on what is between the fingers [N]."""
+        """Go on pressing on the payload [N]."""
         self.gripper.move(self.gripper.gripper.opening[0], self.gripper.gripper.speed[1], force)
         self.gripper.command = self.gripper.goal
 
@@ -93,12 +93,13 @@ class StreamedArm(CommandedArm):
         self.tare = np.array(self.state.wrench or (0.0,) * 6)
 
     def set_payload(self, mass: float, center: Floats) -> None:
-        """Do nothing: what the process feels is without the weight of the hand, and it carries what it holds by itself."""
+        """Do nothing: the process's forces are without the weight of the hand, and it carries its payload by
+        itself."""
 
     # One period
 
     def cycle(self) -> None:
-        """Send the next action and take what is felt after it.
+        """Send the next action and take the state after it.
 
         Raises:
             ProtectiveStop: a joint leaves its range or moves too fast, the arm does not follow, or the process stops it.

@@ -42,7 +42,8 @@ class Response:
         return self.lag * rate + (self.inertia * faster if free else 0.0)
 
     def correction(self, off: Floats) -> Floats:
-        """Return what is added to a delta (6,) where the tool is off the last command (6,) [m, rad]; it is damped critically, too."""
+        """Return the correction of a delta (6,) for the tool's deviation from the last command (6,) [m, rad],
+        damped critically."""
         further = (off - self.off) / self.period
         damping = self.slow * (math.sqrt(1.0 + self.stiffer) - 1.0)
         added: Floats = self.stiffer * off + damping * further

@@ -43,7 +43,7 @@ class Aborted(Exception):
 
 
 class Tripped(Exception):
-    """A control step wants what runs inside it to be stopped."""
+    """Request of a control step to stop the steps inside it."""
 
     def __init__(self, by: object, reason: str) -> None:
         super().__init__(reason)
@@ -152,7 +152,7 @@ class Arm:
         return min(self.time() - begin, timeout)
 
     def at(self) -> None:
-        """A step begins: its line in the program goes to an input register, for who watches from outside."""
+        """Begin a step: its line in the program goes to an input register, for watchers outside."""
         self.guard()
         frame = sys._getframe(1)
         while frame.f_back is not None and frame.f_lineno < BEGINS:
@@ -208,7 +208,7 @@ class Arm:
             time.sleep(CYCLE)
 
     def close(self) -> None:
-        """End the control script on the robot; it stops what moves."""
+        """End the control script on the robot, which stops the arm."""
         self.control.stopScript()
         self.control.disconnect()
 

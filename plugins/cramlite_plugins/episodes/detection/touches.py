@@ -1,4 +1,4 @@
-"""Contact signals of a rollout: which entities touch, and with what force."""
+"""Contact signals of a rollout: pairs of entities in contact, with the force."""
 
 from __future__ import annotations
 

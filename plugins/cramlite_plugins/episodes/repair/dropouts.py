@@ -219,7 +219,7 @@ def _pairs(events: list[Event]) -> Iterator[tuple[Event, Event]]:
 
 
 def signature(event: Event) -> tuple[object, ...]:
-    """Return a state without its times; the sides of a contact are equal."""
+    """Return class and roles of a state; the two sides of a contact are interchangeable."""
     symmetric = event.type == "soma:ContactState"
     return event.type, tuple(sorted(event.roles.values()) if symmetric else sorted(event.roles.items()))
 

@@ -1,4 +1,4 @@
-"""Mapping files: what the columns of a recording are, in which units and axes, which tracks are hands, and what the things are."""
+"""Mapping files of recordings: meaning of the columns, units and axes, tracks of hands, and shapes of things."""
 
 from __future__ import annotations
 

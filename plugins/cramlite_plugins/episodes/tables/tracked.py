@@ -1,4 +1,5 @@
-"""Poses of the tracks in a table, in metres, right-handed, z up; what cannot be poses of a person's hands and things is refused."""
+"""Poses of the tracks in a table, in metres, right-handed, z up; implausible poses of hands and things are
+refused."""
 
 from __future__ import annotations
 

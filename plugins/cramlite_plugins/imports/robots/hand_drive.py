@@ -28,7 +28,7 @@ COUPLED = (0.004, 1.0)
 
 
 def complete_drives(where: Path, spec: Any) -> tuple[str, ...]:
-    """See to it that each drive of a hand holds a position; return what was changed, for people.
+    """Make each drive of a hand hold a position; return notes on the changes, for people.
 
     Raises:
         UserError: nothing can be driven, or by more than two drives, or through what is no joint or fixed tendon.

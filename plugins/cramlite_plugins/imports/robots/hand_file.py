@@ -1,4 +1,4 @@
-"""A gripper from a file: what closes it, its pads, and its model as MJCF text for the flange of an arm."""
+"""Gripper from a file: its drives, its pads, and its model as MJCF text for the flange of an arm."""
 
 from __future__ import annotations
 

@@ -125,8 +125,7 @@ def _size(model: Any, data: Any, left: Sequence[int], y: Floats, z: Floats) -> t
 
 
 def _depth(model: Any, data: Any, tcp: Pose) -> float:
-    """Distance of the nearest part of the wide hand behind the pinch point; that of the flange without
-    one."""
+    """Distance [m] from the pinch point back to the hand; to the flange if nothing is behind it."""
     hit, back = np.zeros(1, np.int32), tcp.rotate((0.0, 0.0, -1.0))
     far = float(mujoco.mj_ray(model, data, np.array(tcp.position), np.array(back), None, 1, -1, hit))
     return far if far > 0 else float(np.linalg.norm(tcp.position))

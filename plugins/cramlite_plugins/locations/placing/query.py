@@ -148,8 +148,7 @@ class Query(Value, dict=True):
         return thing * self.held.tcp_to_thing.inverse()
 
     def standing_there(self) -> tuple[str, ...]:
-        """Return the names of the things on the target, without the target itself, whose own shape goes along
-        with it."""
+        """Return the names of the obstacles at the target, without the target's own thing."""
         return tuple(n for n in dict.fromkeys(o.name for o in self.obstacles) if n != thing_of(self.entity))
 
     def release(self, height: float, opening: float | None = None, settles: Pose = AS_LET_GO) -> Release:
@@ -280,8 +279,8 @@ def standing_on(query: Query) -> tuple[Obstacle, ...]:
 
 
 def lying_in(query: Query, sure: bool = False) -> tuple[Obstacle, ...]:
-    """Return the outlines of a cavity's content, with the gap around, each wider by the doubt where it came
-    to rest; or as if that were sure."""
+    """Return the outlines of a cavity's content with the gap around, each wider by the uncertainty of its place
+    unless ``sure``."""
     belief, to, margins = query.belief, query.target.pose.inverse(), {} if sure else uncertainty_margins(query.belief)
     found = []
     for name in belief.poses:

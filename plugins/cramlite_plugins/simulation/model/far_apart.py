@@ -1,4 +1,4 @@
-"""Things that nothing brings together: they stand apart, and beyond what any robot reaches with whatever it carries."""
+"""Things that stand apart, beyond the reach of any robot with its longest load: no contact can be between them."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ APART = 0.1
 
 
 class Apart(Value):
-    """What nothing brings together.
+    """Things that cannot come into contact.
 
     Args:
         far: names of things that no hand comes to.

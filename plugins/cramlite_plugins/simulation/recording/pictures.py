@@ -81,7 +81,7 @@ def camera_of(world: World, model: Model, data: Data) -> Camera:
 
 
 def _clear(model: Model, data: Data, camera: Camera) -> bool:
-    """Whether nothing in the first half of the way hides what a camera looks at."""
+    """Whether the first half of a camera's line of sight to its target is free."""
     eye, way = np.asarray(camera.eye), np.subtract(camera.target, camera.eye)
     geom, distance, _ = cast(model, data, eye, way[None] / np.linalg.norm(way))
     return bool(geom[0] < 0 or distance[0] > np.linalg.norm(way) / 2)

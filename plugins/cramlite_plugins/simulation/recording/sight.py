@@ -42,7 +42,7 @@ class Sight:
         self._looked: dict[str, float] = {}
 
     def look(self, data: Data, cameras: Mapping[str, Pose], time: float) -> None:
-        """Record what is seen for the first time.
+        """Record the time at which a camera first sees each thing.
 
         Args:
             cameras: name -> optical frame in the world.
