@@ -32,6 +32,7 @@ COMMANDS: Mapping[str, tuple[str, str]] = {
     "compare": ("compare", "compare a real arm's log with the run that was proven"),
     "check": ("check", "check a scenario, a rule file or a program without running it"),
     "experiment": ("experiment", "run an experiment and print its tables"),
+    "library": ("library", "make a library of known kinds from meshes and MJCF files"),
     "perceive": ("perceive", "ask what a camera sees"),
     "show": ("show", "draw the world of a scenario before anything is resolved"),
     "view": ("view", "look at a run in an interactive 3D viewer"),

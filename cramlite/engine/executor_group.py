@@ -144,7 +144,7 @@ class ExecutorGroup:
 def group_of(knowledge: Knowledge) -> ExecutorGroup:
     """Make processes with the plugins of an engine, one for each core."""
     registry = knowledge.registry
-    plugins = PluginChoice(tuple(registry.files), tuple(registry.blocked), tuple(registry.preferred))
+    plugins = PluginChoice(tuple(registry.files), tuple(registry.blocked), tuple(registry.preferred), registry.models)
     return ExecutorGroup(plugins, processes_here())
 
 

@@ -280,7 +280,7 @@ class RunWatch:
         hand = float(np.min(np.linalg.norm(expected.in_hand[name][held] - local, axis=1))) if held else math.inf
         world = _distance(expected.poses[name][rows, :3], np.array(pose.position))
         off, limit = hand if always else min(hand, world), self.limits.place + SIGMAS * self.noise.position
-        lean, most = self._lean(name, pose, held if always else rows), self.limits.lean + SIGMAS * self.noise.turn
+        lean, most = self._lean(name, pose, rows), self.limits.lean + SIGMAS * self.noise.turn
         if lean > most and not always:
             said = f"'{name}' leans {math.degrees(lean):.0f} deg from how it stood"
             yield self._said(Deviation.FALLEN, now, said, name, lean, most, "rad")

@@ -26,8 +26,9 @@ from ..planning.planning_problem import planning_problem
 from ..planning.task_goals import Goal
 from ..planning.trace import Trace
 from ..scenario.faults import foreseen
+from ..scenario.worlds import corrected
 from .candidates import attempts
-from .expectation import EXACT, Noise, RunWatch, expectation
+from .expectation import EXACT, SIGMAS, Noise, RunWatch, expectation
 from .read_belief import real_after, world_as_read
 from .replanning import SLOW, Attempt, Round, Say, way_back
 from .search_in_setting import search_in
@@ -213,7 +214,10 @@ class GoingOn:
         """Take the readings for the setting in which the rest is resolved."""
         before, attempt = self.setting, done.attempt
         assert watch.last is not None
-        world = world_as_read(before.world, watch.last, attempt.world, self._closed)
+        read = world_as_read(before.world, watch.last, attempt.world, self._closed)
+        world = corrected(read, self.engine.knowledge, SIGMAS * self.noise.position)
+        for note in world.notes[len(read.notes) :]:
+            self.say(note)
         where = {t.name: t.pose for t in before.world.things}
         stayed = {t.name for t in world.things if t.name in where and _apart(where[t.name].position, t.pose.position) <= STILL}
         relations = tuple(r for r in before.relations if r[1] in stayed)

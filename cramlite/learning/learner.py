@@ -102,7 +102,7 @@ def _learned(
     kept = [e for k, e in enumerate(examples) if k not in left_out]
     shown = Tables(language, [e.span for e in kept])
     choices = [c for roles in range(MOST_ROLES + 1) for c in casts(shown, roles)]
-    told = max((len(c.changes) + c.movers for c in choices), default=0)
+    told = max((c.told for c in choices), default=0)
     best: Learned | None = None
     for cast in choices:
         sure = _sure(rest, tables, cast, frozenset.intersection(*(e.idle for e in kept)))
@@ -112,7 +112,7 @@ def _learned(
         if not all(problem.needed):
             continue
         found = shortest(problem)
-        bits = found.bits + ROLE * cast.roles + EXCEPTION * len(left_out) + UNTOLD * (told - len(cast.changes) - cast.movers)
+        bits = found.bits + ROLE * cast.roles + EXCEPTION * len(left_out) + UNTOLD * (told - cast.told)
         if best is None or bits < best.bits - 1e-3:
             known = tuple(k for k, s in zip(rest, sure, strict=True) if s)
             best = Learned(tuple(literals[k] for k in widened(problem, found.chosen)), cast, tuple(kept), left_out, known, language, bits)
@@ -152,11 +152,13 @@ def _problem(
     for group in groups:
         for mask in group.refuted:
             telling |= mask
-    needed = [[k for k, one in enumerate(literals) if _happens(one) and (telling >> k & 1 or not groups)]]
+    needed = [[k for k, one in enumerate(literals) if _happens(language, one) and (telling >> k & 1 or not groups)]]
     needed += [[k for k, one in enumerate(literals) if role in one.binds] for role in range(1, roles + 1)]
     changes = [
         ([k for k, one in enumerate(literals) if one == change or _tells(language, one, change)], UNTOLD) for change in cast.changes
     ]
+    if cast.measured:
+        changes.append(([k for k, one in enumerate(literals) if one in cast.measured], UNTOLD))
     return Problem(np.array([language.bits(one, roles) for one in literals]), groups, wishes, needed, changes)
 
 
@@ -171,9 +173,10 @@ def _groups(shown: Tables, literals: Sequence[Literal], cast: Cast) -> list[Grou
     return found
 
 
-def _happens(literal: Literal) -> bool:
-    """Whether a condition says that something begins, ends, or goes on meanwhile: a task is no state."""
-    return literal.kind in ("begins", "ends") or (literal.phase == "run" and not literal.denied)
+def _happens(language: Language, literal: Literal) -> bool:
+    """Whether a condition says that something begins, ends, or goes on meanwhile, standing still included: a task is no state."""
+    motion = language.predicates[literal.predicate].phases == {"run"}
+    return literal.kind in ("begins", "ends") or (literal.phase == "run" and (motion or not literal.denied))
 
 
 def _tells(language: Language, one: Literal, change: Literal) -> bool:

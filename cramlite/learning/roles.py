@@ -28,6 +28,7 @@ class Cast(Value, eq=False):
         places: for each example the same as one index into the fillings of the roles.
         common: conditions that hold in all examples.
         changes: those of them that say that a recorded state begins or ends, with nothing left open, and that follow from no other.
+        measured: those that say so of a state that must be measured, where no recorded one begins or ends.
         movers: how many roles are filled by things that are elsewhere in the end in all examples.
         agreement: how much the examples agree upon.
     """
@@ -36,6 +37,7 @@ class Cast(Value, eq=False):
     places: tuple[int, ...]
     common: tuple[Literal, ...]
     changes: tuple[Literal, ...]
+    measured: tuple[Literal, ...]
     movers: int
     agreement: float
 
@@ -43,6 +45,11 @@ class Cast(Value, eq=False):
     def roles(self) -> int:
         """Number of roles."""
         return len(self.fillers[0])
+
+    @property
+    def told(self) -> int:
+        """How much happens that a rule should tell: each recorded change, or one of those that are measured, and each thing moved."""
+        return len(self.changes) + bool(self.measured) + self.movers
 
 
 def casts(tables: Tables, roles: int) -> list[Cast]:
@@ -114,7 +121,9 @@ def _cast(
     kept = tuple(one for one, true in zip(literals, common, strict=True) if true)
     names = tuple(tables.names(k, p, roles) for k, p in enumerate(places))
     movers = sum(all(s.elsewhere(f[role]) for s, f in zip(tables.spans, names, strict=True)) for role in range(roles))
-    return Cast(names, tuple(places), kept, tuple(_changes(tables.language, kept)), movers, float(weights @ common))
+    changes = tuple(_changes(tables.language, kept))
+    measured = () if changes else tuple(one for one in kept if one.kind in ("begins", "ends") and ANY not in one.slots)
+    return Cast(names, tuple(places), kept, changes, measured, movers, float(weights @ common))
 
 
 def _distinct(things: int, roles: int) -> Truths:

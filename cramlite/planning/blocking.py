@@ -66,14 +66,16 @@ class Blocking(Value):
 
 
 def blocking_of(
-    found: Refutation, steps: Sequence[Operator], facts: Sequence[frozenset[Fact]], loose: frozenset[str]
-) -> Blocking | None:
+    found: Refutation, steps: Sequence[Operator], facts: Sequence[frozenset[Fact]], loose: frozenset[str],
+    same_room: frozenset[str] = frozenset(),
+) -> Blocking | None:  # fmt: skip
     """Return the lesson of a refuted task sequence for all: its last refused task fails while all that its
     failure depends on is unchanged.
 
     Args:
         facts: before each step, those that rules ask about.
         loose: things that tasks can change. With one of them goes what may carry it, or be carried by it.
+        same_room: of them those that take the same room whatever is done to them, as a knob: no task about one clears the way of another.
 
     Returns:
         None where nothing was refused in a task of the sequence.
@@ -83,8 +85,9 @@ def blocking_of(
         return None
     before, last = steps[: tasks[-1] - 1], steps[tasks[-1] - 1]
     own = {thing_of(e) for k in tasks for e in steps[k - 1].roles.values()} & loose
-    sets: set[tuple[str, ...]] = {(t,) for t in (own if found.things is not None else loose)}
-    sets |= {any_of for any_of in found.things or () if loose.issuperset(any_of)}  # else one that stays is in the way
+    movable = loose - same_room | own
+    sets: set[tuple[str, ...]] = {(t,) for t in (own if found.things is not None else movable)}
+    sets |= {any_of for any_of in found.things or () if movable.issuperset(any_of)}  # else one that stays is in the way
     least = sorted((s for s in sets if not any(set(other) < set(s) for other in sets)), key=lambda s: (len(s), s))
     tracks = {t: _tracks(t, before, facts[len(before)], loose) for any_of in least for t in any_of}
     return Blocking(done(last), tuple(tuple(tracks[t] for t in any_of) for any_of in least))

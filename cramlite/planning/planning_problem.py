@@ -13,6 +13,7 @@ from ..base.value import Value
 from ..interpretation.conditions import atoms
 from ..interpretation.fluents import EFFECTOR, Fact, Fluents, SymbolicWorld, matching, pattern_text
 from ..model.entity_name import thing_of
+from ..model.thing_boxes import turns_in_place
 from .action_schema import ActionSchema, Table, action_schemas
 from .blocking import Blocking, blocking_of
 from .goal_planner import (
@@ -272,7 +273,8 @@ class PlanningProblem(Value, eq=False):
         for step in steps:
             facts.append(step.apply(facts[-1]))
         loose = (n for n, t in self.grounder.things.items() if t.movable or t.joint is not None)
-        new = blocking_of(found, steps, [self._asked_about(f) for f in facts], frozenset(loose))
+        same_room = frozenset(n for n, t in self.grounder.things.items() if turns_in_place(t))
+        new = blocking_of(found, steps, [self._asked_about(f) for f in facts], frozenset(loose), same_room)
         if new is not None and found.tasks:
             new = replace(new, shut=self._shut(new, facts[found.tasks[-1] - 1]))
         return new if new not in self.blocked else None

@@ -92,6 +92,7 @@ if TYPE_CHECKING:
         Adviser as Adviser,
         Backend as Backend,
         Candidate as Candidate,
+        Correcting as Correcting,
         Doubting as Doubting,
         Driver as Driver,
         EpisodeRepair as EpisodeRepair,

@@ -257,7 +257,7 @@ class Illustrator(Protocol):
 
 
 class Simulator(ProgramRunner, VirtualController, SimulatedCamera, SimulatedPerson, Illustrator, Protocol):
-    """Physics simulator: all five trades over one model of the world. It may be ``Doubting``, too."""
+    """Physics simulator: all five trades over one model of the world. It may be ``Doubting`` and ``Correcting``, too."""
 
     @property
     def name(self) -> str:
@@ -271,6 +271,16 @@ class Doubting(Protocol):
 
     def doubts(self, world: World, robots: Mapping[str, Robot]) -> Iterable[tuple[str, str]]:
         """Return things that are implausible at the world's start, with reasons."""
+        ...
+
+
+@runtime_checkable
+class Correcting(Protocol):
+    """Simulator that also corrects read poses that cannot be."""
+
+    def put_apart(self, world: World, robots: Mapping[str, Robot], most: float) -> tuple[World, tuple[str, ...]]:
+        """Return the world with loose things that were deep inside others where they are free, at most ``most`` [m] off, and what was
+        done, in clauses."""
         ...
 
 

@@ -74,6 +74,7 @@ class Registry(Struct, dict=True):
         preferred: names of plugins that are asked first.
         strict: a file that cannot be used is input of whoever named it. False: recorded like an installed plugin that
             cannot be, which is what ``cramlite plugins`` lists.
+        models: libraries of known kinds, which the engine asks plugins to read.
 
     Raises:
         UserError: a file or a name that there is not, or, if strict, a file that cannot be used.
@@ -85,6 +86,7 @@ class Registry(Struct, dict=True):
     strict: bool = True
     infos: list[PluginInfo] = field(default_factory=list)
     faults: list[Fault] = field(default_factory=list)
+    models: tuple[Path, ...] = ()
 
     def __post_init__(self) -> None:
         self._manager = _Manager(GROUP)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib.metadata
 import inspect
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from types import ModuleType
 from typing import Any, get_args
@@ -185,6 +185,10 @@ def _answer_type(hook: str) -> type:
         from ..model.view import View
 
         return View
+    if hook == "add_models":
+        from ..model.known_kind import BuiltLibrary
+
+        return BuiltLibrary
     if hook == "read_scene":
         from ..model.imported_scene import ImportedScene
 
@@ -197,7 +201,7 @@ def _answer_type(hook: str) -> type:
         from ..model.episode import Episode
 
         return Episode
-    return {"write_episode": Path, "episode_triples": Iterable}[hook]
+    return {"write_episode": Path, "episode_triples": Iterable, "read_models": Sequence}[hook]
 
 
 def _check_episode(hook: str, episode: Any) -> None:

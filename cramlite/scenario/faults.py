@@ -202,11 +202,15 @@ def left_over(faults: Iterable[Fault], happened: Iterable[str], seconds: float) 
     return tuple(found)
 
 
+UNTIMED = frozenset({FaultKind.TOOL, FaultKind.SENSOR})
+"""Kinds of which a simulation cannot let any happen while a program runs."""
 _PUT = (FaultKind.MISSING, FaultKind.MOVED, FaultKind.ADDED, FaultKind.FALLEN)
 
 
 def _check(world: World, fault: Fault) -> None:
     names = [t.name for t in world.things]
+    if fault.kind in UNTIMED and not fault.from_start:
+        raise UserError(f"A fault says that {fault}; such a fault has no trigger and no time: it is so from the start.")
     for name in filter(None, (fault.thing, fault.trigger.near if fault.trigger else "")):
         if name not in names:
             raise UserError(f"A fault is about '{name}', which is no thing of this world; {nearest(name, names)}.")

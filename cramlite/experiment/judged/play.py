@@ -165,10 +165,11 @@ def _attempt(trial: Trial, judge: Judge, engine: Engine, solution: Solution, nam
     write_whole(trial.folder / MOVED, name)
     notices: tuple[Notice, ...] = ()
     thought: tuple[float, ...] = ()
+    corrections: tuple[str, ...] = ()
     try:
         if trial.experiment.suite(trial.episode.suite).watched:
             played = play_on(judge, engine, solution, trial.folder, trial.twins)
-            rollout, notices, thought = played.rollout, played.notices, played.thought
+            rollout, notices, thought, corrections = played.rollout, played.notices, played.thought, played.corrections
             rollout = replace(rollout, reason=played.reason or rollout.reason)
         else:
             rollout = judge.play(code.text, solution.setting)
@@ -185,7 +186,7 @@ def _attempt(trial: Trial, judge: Judge, engine: Engine, solution: Solution, nam
     return Attempt(
         outcome=rollout.outcome, reason=rollout.reason, first=rested.first, rest=rested.success, steps=ended.steps, ours=ours,
         picture=_kept(trial.folder / f"{name}.png", seen), believed=_kept(trial.folder / f"{name}_believed.jpg", believed),
-        changed=ended.changed, avoided=rested.avoided, notices=notices, thought=thought,
+        changed=ended.changed, avoided=rested.avoided, notices=notices, thought=thought, corrections=corrections,
     )  # fmt: skip
 
 

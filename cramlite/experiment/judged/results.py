@@ -29,6 +29,7 @@ class Attempt(Value, kw_only=True):
         avoided: whether what must not be moved was not, until things were at rest; None where nothing must not.
         notices: what was noticed, where the suite is watched.
         thought: CPU time from each notice to the next program [s].
+        corrections: of poses that were read and cannot be, in clauses.
     """
 
     outcome: str
@@ -43,6 +44,7 @@ class Attempt(Value, kw_only=True):
     avoided: bool | None = None
     notices: tuple[Notice, ...] = ()
     thought: tuple[float, ...] = ()
+    corrections: tuple[str, ...] = ()
 
 
 class EpisodeResult(Value, kw_only=True):

@@ -34,6 +34,12 @@ class MujocoSimulator:
 
         return world_doubts(world, robots)
 
+    def put_apart(self, world: World, robots: Mapping[str, Robot], most: float) -> tuple[World, tuple[str, ...]]:
+        """Put loose things that are inside others where they are free, at most so far off [m]; say what was done."""
+        from ..simulation.model.put_apart import put_apart
+
+        return put_apart(world, robots, most)
+
     def execute(
         self, text: str, world: World, robots: Mapping[str, Robot], *, mount: str, seed: int, watch: Watch | None = None
     ) -> Rollout:

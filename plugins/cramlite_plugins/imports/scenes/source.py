@@ -62,8 +62,11 @@ def root_tag(path: Path) -> str:
     return found[1] if found else ""
 
 
-def read_source(path: Path, packages: Mapping[str, Path], keyframe: str = "") -> Source:
+def read_source(path: Path, packages: Mapping[str, Path], keyframe: str = "", *, textures: bool = False) -> Source:
     """Compile a scene file, in the state of a keyframe if one is named.
+
+    Args:
+        textures: keep pictures on surfaces, which take longer to read than all else.
 
     Raises:
         UserError: XML, a mesh, an include, a package, a mass or a number cannot be used; with file and line.
@@ -75,7 +78,8 @@ def read_source(path: Path, packages: Mapping[str, Path], keyframe: str = "") ->
             spec = mujoco.MjSpec.from_string(_urdf(path, packages)) if urdf else mujoco.MjSpec.from_file(str(path))
             if urdf:
                 _loosen(spec)
-            _drop_textures(spec)
+            if not textures:
+                _drop_textures(spec)
             model = spec.compile()
     except (ValueError, RuntimeError, MemoryError) as error:  # RuntimeError: of C++, such as that no memory is left
         raise UserError(_explained(path, str(error))) from error
