@@ -26,7 +26,7 @@ COMMANDS: Mapping[str, tuple[str, str]] = {
     "ontology": ("inspect", "check ontologies"),
     "new": ("inspect", "write a package for a new plugin: complete, installable and tested"),
     "execute": ("execute", "run a program's text in a world"),
-    "judge": ("judge", "run any program's text and say what the judges find"),
+    "judge": ("judge", "run any program's text and print the findings of the validators"),
     "preflight": ("preflight", "print one page about a program before a real arm runs it; dry run at a share of its speed"),
     "controller": ("execute", "open the ports of a virtual robot controller"),
     "compare": ("compare", "compare a real arm's log with the run that was proven"),

@@ -25,7 +25,7 @@ class Execution(Value):
 
     Args:
         candidate: the program, with rollout and episode of this run; ``candidate.world`` is what was believed.
-        verdict: of those who judge runs. One of them also compares what things were taken for with what they are.
+        verdict: of the validators of runs; one of them also compares what things were taken for with what they are.
     """
 
     candidate: Candidate

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from ..model.rollout import Rollout
 
 PLACE = 0.015
-"""How far a thing may be from where its proof had it [m]: judges let nothing slip by more than 12 mm, or slide by more than 15 mm."""
+"""How far a thing may be from where its proof had it [m]: validators let nothing slip by more than 12 mm, or slide by more than 15 mm."""
 LEAN = math.radians(15.0)
 """How far it may lean from that: 10 deg from the vertical is upright."""
 LOST = 0.05

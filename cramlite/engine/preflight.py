@@ -25,7 +25,7 @@ from ..model.verdict import Verdict
 from ..model.world import World
 from ..plugin.catalogue import Knowledge, pick
 from .intent import Intent, read_intent
-from .judging import Judged, Purpose, judge_text
+from .judging import JudgedRun, Purpose, judge_text
 
 MARGIN = 1.2
 """A safety limit is set this far above what the program reaches: closer stops it for nothing. Ours."""
@@ -53,7 +53,7 @@ class Flight(Value):
     program: Program | None = None
     intent: Intent | None = None
     verdict: Verdict | None = None
-    judged: Judged | None = None
+    judged: JudgedRun | None = None
     speed: float = 1.0
 
     @property

@@ -95,7 +95,7 @@ def prove(candidate: Candidate, knowledge: Knowledge, backend: Backend, seed: in
 def _prove(
     candidate: Candidate, knowledge: Knowledge, backend: Backend, seed: int
 ) -> tuple[Candidate, list[Finding]]:
-    findings = judge(candidate, knowledge, rollout=False)
+    findings = findings_of(candidate, knowledge, rollout=False)
     if any(not f.passed for f in findings):
         return candidate, findings
     try:
@@ -134,7 +134,7 @@ def run_and_judge(
     """Run a text of a candidate in a world, once.
 
     Returns:
-        The candidate with the rollout and its episode, and what the judges of rollouts found.
+        The candidate with the rollout and its episode, and the findings of the validators of rollouts.
     """
     mount = candidate.program.robot
     rollout = knowledge.simulator.execute(text.text, world, knowledge.robots_of(world), mount=mount, seed=seed)
@@ -147,7 +147,7 @@ def judge_run(candidate: Candidate, text: Code, rollout: Rollout, knowledge: Kno
     parked = np.array(candidate.robot.home)
     episode = replace(episode, extras={**episode.extras, "park": parked})
     ran = replace(candidate, rollout=rollout, episode=episode)
-    return ran, judge(replace(ran, code=text), knowledge, rollout=True)  # lines of a rollout are those of what ran
+    return ran, findings_of(replace(ran, code=text), knowledge, rollout=True)  # lines of a rollout are those of what ran
 
 
 def _at_the_edges(candidate: Candidate, text: Code, knowledge: Knowledge, seed: int) -> list[Finding]:
@@ -187,7 +187,7 @@ def _remark(backend: Backend) -> str:
     return f"{said}; its program was checked, its text was not"
 
 
-def judge(
+def findings_of(
     candidate: Candidate, knowledge: Knowledge, *, rollout: bool, only: Collection[str] | None = None
 ) -> list[Finding]:
     """Return the findings of all validators of the wanted kind; a cost class that objects spares the dearer ones.

@@ -339,8 +339,8 @@ class Fluents(Value):
 
     def _contrary(self, scene: SymbolicWorld, one: Fact, other: Fact) -> bool:
         pairs = ((one, other), (other, one))
-        judges = ((self[a[0]].contrary, a, b) for a, b in pairs)
-        return any(self._excluded(a, b) for a, b in pairs) or any(j is not None and j(scene, a, b) for j, a, b in judges)
+        contraries = ((self[a[0]].contrary, a, b) for a, b in pairs)
+        return any(self._excluded(a, b) for a, b in pairs) or any(j is not None and j(scene, a, b) for j, a, b in contraries)
 
     def _parted(self, ended: Iterable[Fact], left: Iterable[Fact]) -> set[Fact]:
         """Facts of whole things that held because of a part that is gone."""

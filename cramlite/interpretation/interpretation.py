@@ -208,12 +208,12 @@ def interpret(
     """
     with paused_collector():
         timeline = Timeline(episode, taxonomy)
-        judge = _Judge(timeline, {r.task: r for r in rules}, DecisionTree(rules, timeline), padding)
-        actions = judge.judge_all(judge.timeline.segments())
-        return Interpretation(episode.name, tuple(judge.merged(actions) if merge else actions), taxonomy, rules)
+        matcher = _Matcher(timeline, {r.task: r for r in rules}, DecisionTree(rules, timeline), padding)
+        actions = matcher.match_all(matcher.timeline.segments())
+        return Interpretation(episode.name, tuple(matcher.merged(actions) if merge else actions), taxonomy, rules)
 
 
-class _Judge(Value):
+class _Matcher(Value):
     """The matcher with its rules and facts."""
 
     timeline: Timeline
@@ -223,11 +223,11 @@ class _Judge(Value):
     known: dict[Hashable, tuple[Match, ...]] = field(default_factory=dict)
     wholes: dict[tuple[float, float], Mapping[str, list[Binding]]] = field(default_factory=dict)
 
-    def judge_all(self, segments: Sequence[Segment]) -> list[Interpreted]:
+    def match_all(self, segments: Sequence[Segment]) -> list[Interpreted]:
         solved = self.tree.solve_all([self.timeline.phases(s, self.padding) for s in segments])
-        return [self.judged(segment, (segment,), found) for segment, found in zip(segments, solved, strict=True)]
+        return [self.matched(segment, (segment,), found) for segment, found in zip(segments, solved, strict=True)]
 
-    def judged(
+    def matched(
         self, segment: Segment, segments: tuple[Segment, ...], solved: Mapping[str, list[Binding]]
     ) -> Interpreted:
         matches = tuple([m for task in sorted(solved) for m in self.matches(task, solved[task])])
@@ -351,7 +351,7 @@ class _Judge(Value):
         if key not in self.wholes:
             checkpoint()
             self.wholes[key] = self.tree.solve(self.timeline.phases(segment, self.padding))
-        return self.judged(segment, segments, self.wholes[key])
+        return self.matched(segment, segments, self.wholes[key])
 
 
 def _fillers(rule: Rule, event: Event) -> Iterator[Binding]:

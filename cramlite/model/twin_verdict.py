@@ -19,7 +19,7 @@ class TwinRun(Value):
         number: from 1.
         seed: that the twin was drawn from.
         draws: how the twin differs from the believed world.
-        succeeded: no judge objects.
+        succeeded: no validator objects.
         reason: of the first objection; "" where there is none.
         origin: the task or step that it is about.
         causes: sources of error that break the program by themselves; empty where that was not tried, or where no source does.

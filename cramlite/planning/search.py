@@ -40,7 +40,7 @@ class Effort(Struct):
         expanded, proofs: nodes that were expanded, and programs that were run.
         nogoods: choices that do not go together.
         capped: whether the last round left out alternatives, so that a wider one may find more.
-        objected: tasks of the plan, from 1, that the judges of every program objected to; None before one ran.
+        objected: tasks of the plan, from 1, that the validators of every program objected to; None before one ran.
     """
 
     breadth: int = 1
@@ -51,7 +51,7 @@ class Effort(Struct):
     objected: frozenset[int] | None = None
 
     def judged(self, conflict: Conflict) -> None:
-        """Take over which tasks the judges of one more program objected to."""
+        """Take over which tasks the validators of one more program objected to."""
         tasks = frozenset(c.number for c in conflict if isinstance(c, InTask))
         self.objected = tasks if self.objected is None else self.objected & tasks
 

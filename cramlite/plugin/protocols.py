@@ -81,7 +81,7 @@ class Candidate(Value):
 class Validator(Protocol):
     """Check of a candidate. Validators of cost "rollout" are asked after its text ran, the others before.
 
-    One may be a ``GoalJudge`` or an ``Adviser``, too.
+    One may be a ``GoalValidator`` or an ``Adviser``, too.
     """
 
     @property
@@ -98,7 +98,7 @@ class Validator(Protocol):
 
 
 @runtime_checkable
-class GoalJudge(Protocol):
+class GoalValidator(Protocol):
     """Validator that can judge a text that has a goal and no plan."""
 
     by_goal: bool

@@ -27,7 +27,7 @@ class Measured(Value):
 
 @hookimpl
 def report_sections() -> Iterable[ReportSection]:
-    yield ReportSection("What the judges found", 25, render, refused=True)
+    yield ReportSection("What the validators found", 25, render, refused=True)
 
 
 def render(done: Finished) -> str:

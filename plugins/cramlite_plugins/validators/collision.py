@@ -37,7 +37,7 @@ class Bump(NamedTuple):
 
 
 class Collision(Value):
-    """Judge of contacts: the running task permits each, or the task that released a thing that still falls.
+    """Validator of contacts: the running task permits each, or the task that released a thing that still falls.
     Force is judged by what the arm feels; of two things pressed together without a grip, by the task's limit
     beyond their weight. The shock of a dropped thing is not judged, since a rigid model says little of it."""
 

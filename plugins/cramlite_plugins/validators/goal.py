@@ -43,7 +43,7 @@ SIDES: Mapping[str, tuple[int, float]] = {
 
 
 class Goal(Value):
-    """Judge of the goal: every literal of it, or of the demonstration's end, holds at the end of the run,
+    """Validator of the goal: every literal of it, or of the demonstration's end, holds at the end of the run,
     with its thing at rest.
 
     Places are measured where they then are: what was put into a drawer is looked for in the drawer where it was pushed to.

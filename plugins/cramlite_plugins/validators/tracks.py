@@ -1,4 +1,4 @@
-"""Judge of whole tracks: each time that a thing is in the hand, falls, or is moved along belongs to a task that says so."""
+"""Validator of whole tracks: each time that a thing is in the hand, falls, or is moved along belongs to a task that says so."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ RANGE = 0.1
 
 
 class Tracks(Value):
-    """Judge of tracks: a task of the plan explains each time that a thing is in the hand, falls or is moved
+    """Validator of tracks: a task of the plan explains each time that a thing is in the hand, falls or is moved
     along, by a handover, by its place of release, or as moved or slid by the task."""
 
     name: str = "tracks"

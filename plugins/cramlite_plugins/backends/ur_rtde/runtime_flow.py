@@ -111,10 +111,10 @@ def parallel(arm: Arm, name: str, main: Steps, sides: Sequence[Steps], *, until:
     finally:
         for other in others:
             other.stop()
-    judge(name, failure, [o.error for o in others if not isinstance(o.error, Tripped)], until)
+    raise_failure(name, failure, [o.error for o in others if not isinstance(o.error, Tripped)], until)
 
 
-def judge(name: str, failure: Exception | None, errors: Sequence[Exception | None], until: str) -> None:
+def raise_failure(name: str, failure: Exception | None, errors: Sequence[Exception | None], until: str) -> None:
     """All together: Failed, unless enough of the branches have succeeded."""
     failures = [f for f in (failure, *errors) if f is not None]
     for worse in failures:

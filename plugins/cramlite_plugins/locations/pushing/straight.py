@@ -23,7 +23,7 @@ from .around import (
     LIFT,
     STEP,
     Left,
-    Spot,
+    Point,
     met_alone,
     met_with_hand,
     on_a_shorter_way,
@@ -147,7 +147,7 @@ def _aside(thing: Thing, pose: Pose, location: Location, belief: Belief, context
     yield from (hand for row in itertools.zip_longest(*found) for hand in row if hand is not None)
 
 
-def _directions(pose: Pose, belief: Belief, context: Context) -> list[Spot]:
+def _directions(pose: Pose, belief: Belief, context: Context) -> list[Point]:
     """Level unit vectors all around, those first that lead away from things of later tasks."""
     named = (entity for task in context.later for entity in task.entities.values())
     about = [belief.pose(n).position[:2] for n in dict.fromkeys(map(thing_of, named)) if n in belief.poses]
@@ -226,7 +226,7 @@ def _left(area: Feature, frame: Pose) -> Left:
     return lambda spot: float(np.linalg.norm(np.maximum(np.abs(back.apply((*spot, height))[:2]) - half, 0.0)))
 
 
-def pushed_straight(belief: Belief, context: Context, entity: str, corners: Sequence[Spot], gap: float = 0.0) -> Place | Refused:
+def pushed_straight(belief: Belief, context: Context, entity: str, corners: Sequence[Point], gap: float = 0.0) -> Place | Refused:
     """Return straight legs on which fingers bring a thing's origin to points of the base's x-y plane, one after the other.
 
     Args:
@@ -260,7 +260,7 @@ def _region(thing: Thing, pose: Pose, name: str, belief: Belief) -> tuple[Featur
     return min(areas, key=lambda one: abs(one[1].position[2] - low))
 
 
-def gap_before(belief: Belief, context: Context, entity: str, to: Spot, opening: float) -> float:
+def gap_before(belief: Belief, context: Context, entity: str, to: Point, opening: float) -> float:
     """Return how far fingers go ahead, towards where a thing's origin shall come, until they meet it [m]."""
     pose = belief.pose(entity)
     way = np.array([to[0] - pose.position[0], to[1] - pose.position[1], 0.0])
