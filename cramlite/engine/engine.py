@@ -17,7 +17,6 @@ from ..planning.budget import Budget, budget_of, until_late
 from ..planning.heartbeat import Heartbeat
 from ..planning.trace import Trace
 from ..plugin.catalogue import Knowledge
-from ..plugin.registry import Registry
 from ..plugin.selection import INSTALLED, PluginChoice
 from .reading import Reading
 from .solution import Solution

@@ -13,7 +13,10 @@ LIKELY = 0.03
 SAME = 0.985
 """Cosine (10 deg) above which two directions are one: the facets of a round foot."""
 MOST = 6
-NAMES = {"x": (1.0, 0.0, 0.0), "-x": (-1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "-y": (0.0, -1.0, 0.0), "z": (0.0, 0.0, 1.0), "-z": (0.0, 0.0, -1.0)}
+NAMES = {
+    "x": (1.0, 0.0, 0.0), "-x": (-1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "-y": (0.0, -1.0, 0.0), "z": (0.0, 0.0, 1.0),
+    "-z": (0.0, 0.0, -1.0),
+}  # fmt: skip
 
 
 def upward(mesh: Any) -> tuple[tuple[Vector3, float], ...]:

@@ -36,7 +36,10 @@ def from_mesh(path: Path, name: str, scale: float, density: float) -> Draft:
     except UserError as error:
         raise UserError(f"{error}.") from error
     skin = skin_of_mesh(mesh)
-    part = look.plain(np.asarray(mesh.triangles, float), _colour(mesh)) if skin is None else look.Part(skin.corners, skin.places, skin.image)
+    if skin is None:
+        part = look.plain(np.asarray(mesh.triangles, float), _colour(mesh))
+    else:
+        part = look.Part(skin.corners, skin.places, skin.image)
     thing = mesh_thing(name, Pose(), str(path), scale, density=density)
     printed = None if skin is None else (int(skin.image.shape[1]), int(skin.image.shape[0]))
     mass = f"{1000 * (thing.mass or 0):.0f} g, its volume at {density:g} kg/m3, which --density sets"
