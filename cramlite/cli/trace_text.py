@@ -62,7 +62,7 @@ class _Tree(Value):
         return back and (bool(self.kept) or self.rivals[entry.number] > 1)
 
     def indent(self, entry: Entry) -> int:
-        """How far in it stands: one step for an answer, and two for each choice above it that another one followed."""
+        """Indentation of an entry: one step for an answer, and two for each choice above it that was given up."""
         return self.depth(entry) + (entry.outcome != "asked" and entry.parent > 0)
 
     def depth(self, entry: Entry) -> int:

@@ -126,8 +126,8 @@ class CandidateSequence(Value, eq=False):
 def doubted_last(
     plans: Iterable[tuple[Plan, TaskSequence | None]], tried: Sequence[CandidateSequence], trace: Trace
 ) -> Iterator[tuple[Plan, TaskSequence | None]]:
-    """Put task sequences off behind all others that read an action as one did of which the validators of every program objected to just
-    that task: the next ones are tried that read it otherwise.
+    """Put a task sequence off if it reads an action as an earlier one did whose programs all met objections in
+    that very task; sequences that read it otherwise come first.
 
     Args:
         tried: is asked before each.
@@ -223,7 +223,7 @@ def _judged(
 
 
 def _told(verdict: Verdict) -> str:
-    """The first objection, with the task that it is about; how many others there are."""
+    """First objection, with its task, and the number of the others."""
     first, *others = verdict.objections
     where = f" in {task}" if (task := task_of(first.origin)) and task not in first.reason else ""
     more = f" (and {len(others)} more)" if others else ""

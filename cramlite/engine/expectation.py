@@ -54,7 +54,7 @@ EXACT = Noise()
 
 
 class Limits(Value):
-    """Limits of how far a run may be from its proof; see the constants.
+    """Limits of a run's deviation from its proof; see the constants.
 
     Args:
         place: of things [m].

@@ -151,7 +151,8 @@ def judge_run(candidate: Candidate, text: Code, rollout: Rollout, knowledge: Kno
 
 
 def _at_the_edges(candidate: Candidate, text: Code, knowledge: Knowledge, seed: int) -> list[Finding]:
-    """Same text with late things as far off as declared: it must do the same as at their planned places."""
+    """Run the same text with late things at the edge of the declared tolerance: it must do the same as at their
+    planned places."""
     findings = []
     for said, moved in worlds_at_tolerance(candidate.world, candidate.program):
         with working(f"the program runs with {said}"):

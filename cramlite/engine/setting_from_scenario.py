@@ -131,7 +131,7 @@ def _check_world(scenario: Scenario, world: World, knowledge: Knowledge) -> None
 
 
 def _check_objects(scenario: Scenario, knowledge: Knowledge) -> None:
-    """Classes that describe objects are known: of one that is not nothing could be said, so that anything would do.
+    """Check that the classes which describe objects are known, since anything would fit an unknown one.
 
     Raises:
         UserError: one is not; with file and line.

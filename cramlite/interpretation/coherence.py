@@ -173,8 +173,8 @@ def candidates(
 
 
 def _undecided(matches: Sequence[Match], claimed: Sequence[Claims]) -> list[Claims]:
-    """Claims of the readings of one action. Of several unknown fillings of a task only one can be right:
-    their differences are left open, so that the chosen one explains them."""
+    """Claims of the readings of one action. Of several unknown fillers of a task only one can be right, so
+    their differences are left open."""
     found = list(claimed)
     for task in {m.task for m in matches if m.unknown}:
         alike = [k for k, m in enumerate(matches) if m.task == task and m.unknown]

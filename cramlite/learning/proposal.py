@@ -108,7 +108,7 @@ def _called(learned: Learned, names: Sequence[tuple[str, str]]) -> dict[str, str
 
 
 def _moved(span: Span, thing: str) -> float:
-    """How far a thing is from where it was at the start of a span [m], to the millimetre."""
+    """Distance of a thing from its place at the start of a span [m], to the millimetre."""
     before, after = (span.timeline.episode.pose_at(thing, t) for t in (span.start, span.end))
     return 0.0 if before is None or after is None else round(math.dist(before.position, after.position), 3)
 

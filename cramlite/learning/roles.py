@@ -48,7 +48,8 @@ class Cast(Value, eq=False):
 
     @property
     def told(self) -> int:
-        """How much happens that a rule should tell: each recorded change, or one of those that are measured, and each thing moved."""
+        """Weight of the changes that a rule should explain: each recorded change, or one of the measured ones,
+        and each moved thing."""
         return len(self.changes) + bool(self.measured) + self.movers
 
 
@@ -127,7 +128,7 @@ def _cast(
 
 
 def _distinct(things: int, roles: int) -> Truths:
-    """Which fillings of the roles have a thing of its own in each."""
+    """Mask of the fillings in which each role has a thing of its own."""
     found = np.array([len(set(k)) == roles for k in np.ndindex(*(things,) * roles)], dtype=np.bool_)
     return found.reshape(1, -1)
 

@@ -52,7 +52,7 @@ class Span:
         return self._holds[key]
 
     def of_class(self, predicate: Predicate, class_: str) -> Truths:
-        """Return of which things a predicate of a thing and a class holds; the effector is the last one."""
+        """Return the things for which a predicate of a thing and a class holds; the effector is the last one."""
         key = (predicate.name, class_)
         if key not in self._holds:
             phase, place = self.phases["pre"], predicate.classes[0]

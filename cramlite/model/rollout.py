@@ -74,7 +74,7 @@ class Touch(Value):
 
     @property
     def pressed(self) -> float:
-        """Return ``press``, or ``force``, which is no less, where nobody measured it [N]."""
+        """Return ``press``; without a measurement ``force``, which is no less [N]."""
         return self.force if self.press is None else self.press
 
 

@@ -218,7 +218,7 @@ def _wary(seen: Look, taken: Picture, there: tuple[Thing, ...], container: str, 
 
 
 def _is_in(pose: Pose, container: Thing, knowledge: Knowledge) -> bool:
-    """Whether something is in the cavity of a container, or reaches out of it by less than a hand's breadth."""
+    """Whether a thing is in the cavity of a container, or reaches out of it by less than a hand's breadth."""
     for feature in (f for f in container.features if INSIDE in knowledge.taxonomy.fillers(f.type, BEARS)):
         x, y, z = (container.pose * feature.pose).inverse().apply(pose.position)
         if abs(x) <= feature.size["width"] / 2 and abs(y) <= feature.size["depth"] / 2 and -feature.size["height"] <= z <= 0.1:

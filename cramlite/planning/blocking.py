@@ -41,7 +41,7 @@ class Blocking(Value):
         return tuple(dict.fromkeys(t for any_of in self.sets for tracks in any_of for t in tracks))
 
     def bars(self, before: Sequence[Operator], step: Operator) -> bool:
-        """Check whether a task is refused behind others: whether they have left of each set one as it was."""
+        """Check whether a task is refused after others: they left one thing of each set unchanged."""
         if done(step) != self.task:
             return False
         same = {t for t in self.tracks if history(before, t.thing) == t.past}

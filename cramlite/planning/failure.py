@@ -53,7 +53,7 @@ OBJECTION = re.compile(r"[a-z_]+: ")
 
 
 def first_objection(reason: str) -> str:
-    """Return the first objection of a reason that joins several with ";", and how many others there are."""
+    """Return the first objection of a reason that joins several with ";", and the number of the others."""
     first, *rest = reason.split("; ")
     others = sum(1 for part in rest if OBJECTION.match(part))
     return (f"{first} (and {others} more)" if others else first) if OBJECTION.match(reason) else reason

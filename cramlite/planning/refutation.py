@@ -31,7 +31,8 @@ class InTask(Value):
 
 
 class AsItIs(Value):
-    """Part of a conflict set: something was refused while any one of these things, or ``ANY``, was where it is, and as it is."""
+    """Part of a conflict set: something was refused while any one of these things, or ``ANY``, was unmoved and
+    unchanged."""
 
     things: frozenset[str]
 

@@ -155,7 +155,7 @@ def _state_used_at(state: State, motion: Motion, after: State) -> State:
 
 
 def _at_rest(state: State, after: State) -> bool:
-    """Whether nothing but the arm was moved in between."""
+    """Whether only the arm was moved in between."""
     one, other = state.belief, after.belief
     return one.poses == other.poses and one.held == other.held and one.at == other.at
 

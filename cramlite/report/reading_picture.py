@@ -72,7 +72,7 @@ class Lane(Value):
 
 
 class Told(Value):
-    """Actions, one after the other, of which both readings say the same.
+    """Successive actions on which both readings agree.
 
     Args:
         numbers: of the first and the last.

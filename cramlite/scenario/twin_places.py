@@ -91,7 +91,7 @@ class _Placing:
         return _shifted(pose, (x, y, z))
 
     def _support(self, thing: Thing) -> tuple[str, float]:
-        """Support of a thing, and how far that was lifted there [m]; "" and 0 for none."""
+        """Support of a thing, and the height that the support gained there [m]; "" and 0 for none."""
         if not thing.movable or not thing.geoms:
             return "", 0.0
         x, y, _ = thing.pose.position
@@ -141,7 +141,7 @@ def _lean(thing: Thing, errors: ErrorModel, draw: Drawing) -> Pose:
 
 
 def _offsets(world: World, errors: ErrorModel, draw: Drawing, sight: Sight | None) -> dict[str, Pose]:
-    """Offset of each thing: its own, and that of the camera that saw it."""
+    """Offset of each thing: its own, and the one of the camera that saw it."""
     seen, offs = _hand_eye(errors, draw, sight) if sight is not None else None, dict[str, Pose]()
     for thing in world.things:
         off = _offset(thing, errors, draw)
@@ -194,8 +194,8 @@ def _meet(one: Box, other: Box) -> bool:
 
 
 def _displaced(thing: Thing, off: Pose, lifted: float) -> tuple[Pose, float]:
-    """Pose of a thing, and how much higher it is [m]: fixed things are off in every direction, movable
-    ones go with their support."""
+    """Pose of a thing, and the height that it gained [m]: fixed things are off in every direction, movable ones
+    go with their support."""
     x, y, z = off.position
     height = lifted if thing.movable else z
     if off == Pose() and not lifted:

@@ -152,7 +152,7 @@ def written(made: Problem, goal: tuple[Literal, ...], state: Any, folder: Path, 
 
 
 def _begins(folder: Path, goal: tuple[Literal, ...], state: Any) -> bool:
-    """Whether the judge begins an episode as it does all, and no part of the goal holds then."""
+    """Whether the judge can begin an episode in the state, and no part of the goal holds then."""
     try:
         world = World(folder / TEXT, parsed(folder / TEXT), 0)
     except RandomizationError:

@@ -147,7 +147,7 @@ def _says(grasp: Grasp) -> str:
 
 
 def _openings(grasp: Grasp, thing: Thing, belief: Belief, gripper: Gripper) -> Iterator[float]:
-    """How wide the fingers may open for a grasp where nothing is in the way [m], best first.
+    """Openings of the fingers for a grasp without obstacles [m], best first.
 
     Around a thing whose pose is given not as wide as they can: they take 0.1 s to close by 10 mm. A thing that is 4 mm from where it is
     believed to be, and turned by 5 deg, is pushed by a pad that passes it by 5 mm.

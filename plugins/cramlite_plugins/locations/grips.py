@@ -76,7 +76,7 @@ class Grip(Value):
 
     @property
     def late(self) -> int:
-        """After how many other kinds of grips it comes: those of a hand that leans, and last those by the ends of the pads."""
+        """Rank of the kind of grip: 0, 1 for a hand that leans, 2 for grips by the ends of the pads."""
         return 2 if self.ends else int(bool(self.lean))
 
     @property

@@ -127,7 +127,8 @@ def joint_way(location: Location, belief: Belief, context: Context) -> Iterator[
 
 
 def _driving(led: Grounding, thing: Thing, now: Pose, belief: Belief, context: Context) -> Grounding | Refused:
-    """Same path of a drawer, with how far it drives each loose thing before it; or the obstacles of that."""
+    """Path of a drawer with the distance that it drives each loose thing before it; or a refusal with the
+    obstacles."""
     there, place = Estimate(belief.base() * now), led.value
     free = belief.released(there, belief.opening) if belief.held else belief
     value = joint_value(free, thing.name, there.pose)
@@ -199,7 +200,7 @@ def way_along(joint: Joint, now: Pose, hand: Pose) -> Floats:
 
 
 def _corners(joint: Joint, now: Pose, tcp: Pose, way: float) -> tuple[Pose, ...]:
-    """The TCP at a thing, from a pose on, while its joint moves on by so much [m, rad]: a line, or the chords of an arc."""
+    """TCP poses at a thing whose joint moves on by ``way`` [m, rad]: a line, or the chords of an arc."""
     hand = now.inverse() * tcp
     radius = lever(joint, hand)
     most = min(TURN, 2 * math.acos(max(0.0, 1.0 - CHORD / max(radius, CHORD))))

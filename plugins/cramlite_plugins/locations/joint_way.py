@@ -24,9 +24,9 @@ OVER = 0.002  # what a thing stands on it is while it is driven along: resting c
 
 
 def met_on_its_way(thing: Thing, value: float, goal: float, belief: Belief, context: Context) -> Refused | None:
-    """Return the first obstacle of a thing and its load, while its joint goes from a value to a goal [m,
-    rad], and all obstacles; None where it is free, and where something touches it already, which planned
-    paths judge better."""
+    """Return the first obstacle, and all, of a thing and its payload while its joint goes from a value to a
+    goal [m, rad]; None if its way is free, or something touches it already, since planned paths then judge
+    better."""
     assert thing.joint is not None
     met = _met(thing, value, goal, belief, context)
     if not met:
@@ -61,9 +61,9 @@ def _met_at(poses: Sequence[Pose], name: str, belief: Belief, context: Context, 
 
 
 def driven_along(thing: Thing, value: float, goal: float, belief: Belief, context: Context) -> Mapping[str, float] | Refused:
-    """Return how far a drawer drives each loose thing before it on its level way from a joint value to a goal
-    [m]; {} where it meets none. Or the obstacles of the drawer or of them: nothing is driven into another
-    thing, and none that would tip over, such as a bottle."""
+    """Return the distance that a drawer drives each loose thing before it on its level way from a joint value
+    to a goal [m]; {} for none. Else the refusal: nothing is driven into another thing, and nothing that would
+    tip over."""
     assert thing.joint is not None
     found, after, line = dict[str, float](), belief, _direction(thing, goal - value, belief)
     while met := _met(thing, value, goal, after, context):

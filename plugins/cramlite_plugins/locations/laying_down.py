@@ -90,6 +90,6 @@ def _angle(swing: Swing) -> float:
 
 
 def dropped(thing: Thing, hand: Pose, swing: Swing) -> float:
-    """Return how much farther below the hand its lowest point is when it hangs than as it lies [m]."""
+    """Return the height that the payload's lowest point loses below the hand from lying to hanging [m]."""
     lowest: Sequence[float] = [float(np.min(corners(thing, hand * at)[:, 2])) for at in (swing.start, swing.end)]
     return lowest[0] - lowest[1]

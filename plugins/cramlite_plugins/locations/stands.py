@@ -101,7 +101,7 @@ def _around(target: Pose, base: Pose) -> list[tuple[float, str, Pose]]:
 def _checked(
     stand: Pose, there: Belief, destination: str, targets: list[Target], floor: Ground, context: Context
 ) -> tuple[int, str]:
-    """How many checks a stand passes, and why not the next one; "" for all."""
+    """Number of checks that a stand passes, with the reason of the next one; "" for all."""
     if blocked := floor.hit(at(stand)):
         return 0, blocked
     if (gap := _gap(stand, destination, there, context)) > BESIDE:

@@ -113,7 +113,7 @@ def _in_view(camera: Intrinsics, optical: Pose, points: Floats) -> bool:
 
 
 def _hidden(eye: Floats, around: Sequence[str], belief: Belief) -> str:
-    """Which of the things others hide from there, as far as they are known; "" if all are seen."""
+    """Names of things that others hide from a viewpoint, as far as known; "" if all are seen."""
     for name in around:
         points = _seen_of(belief, name)
         whole = thing_of(name)

@@ -225,7 +225,7 @@ def _singular(robot: Robot, q: Joints) -> str:
 
 
 def _stopped(scene: PlanningScene, points: Sequence[Joints]) -> tuple[int, Refused] | None:
-    """How many points are reached before a collision, which one it is, and the things that must be moved before there is none."""
+    """Number of points reached before a collision, the collision, and the things that must be moved."""
     eased = scene.relaxed([points[0], points[-1]])
     for k, (a, b) in enumerate(pairwise(points)):
         checkpoint()

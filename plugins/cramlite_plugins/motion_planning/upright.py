@@ -249,7 +249,8 @@ def _arc(a: Pose, b: Pose) -> list[Pose]:
 def _followed(
     corners: list[Pose], place: Place, belief: Belief, context: Context, carry: Load, scene: PlanningScene
 ) -> list[Sequence[Joints]] | Refused:
-    """The joint positions along the line to each corner, or why the way cannot be gone, or does not lead straight on to the place."""
+    """Joint positions along the line to each corner, or the reason why the way is blocked or does not end in a
+    straight line to the place."""
     here = forward(context.robot, belief.joints)
     worst = max(carry.tilt(p) for p in sampled(here, corners, *STEP))
     if worst > carry.limit:

@@ -159,7 +159,7 @@ def place_of(motion: Motion, context: Context) -> Place:
 
 
 def _offset_across(place: Place, aside: tuple[float, float]) -> Place:
-    """A place that is off by so much across its approach, to the left, and up [m]."""
+    """Place offset across its approach, to the left, and up [m]."""
     from ..motion_planning.reach import shift
 
     up = np.array([0.0, 0.0, 1.0])

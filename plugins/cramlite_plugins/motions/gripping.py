@@ -77,7 +77,7 @@ def _names_of(thing: str, context: Context) -> tuple[str, ...]:
 
 
 def _open(motion: Motion, belief: Belief, context: Context) -> Groundings:
-    """Open all the way, or as wide as a grasp was gone about with ("open"), shut on nothing ("shut"), or as wide as a place asks
+    """Open all the way, or as for the grasp ("open"); close on nothing ("shut"); or open as the place asks
     ("place")."""
     gripper = context.robot.gripper
     opening = _opening(motion, belief, context)

@@ -203,7 +203,7 @@ def _open(scene: SymbolicWorld) -> Iterator[tuple[str]]:
 
 
 def _joints(scene: SymbolicWorld) -> Iterator[tuple[Thing, float]]:
-    """Things with a joint, and how far it is open as a share of its range."""
+    """Things with a joint, and their opening as a share of its range."""
     for thing in scene.world.things:
         if (joint := thing.joint) is not None and _hanger(thing, scene) is None:
             yield thing, (joint.value - joint.lower) / (joint.upper - joint.lower)

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class Measured(Value):
-    """Finding with its numbers in units that people read, and how much of the limit was used."""
+    """Finding with its numbers in units that people read, and the share of the limit that was used."""
 
     finding: Finding
     value: str

@@ -292,8 +292,8 @@ def _level_lowest(geom: Geom, pose: Pose, low: float) -> Area | None:
 
 
 def inset(standing: Standing, area: Area) -> tuple[float, float]:
-    """Return how far a centre of mass is inside of its support [m], negative outside, and how far it
-    should be.
+    """Return the distance of a centre of mass inside its support's border [m], negative outside, and the needed
+    one.
 
     What supports it is the hull of what touches the area. It should be by ``EDGE``, or, of what stands on less, by half of
     what its own support leaves it.

@@ -48,8 +48,7 @@ class Opening(ByHandle):
         yield from self._driving(replace(action, parameters={**action.parameters, DRIVES: 1.0}), belief)
 
     def _driving(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
-        """Ways of opening a drawer that drives obstacles along; last, as nobody knows as well where these
-        end."""
+        """Ways of opening a drawer that drives obstacles along; last, since their ends are less certain."""
         joint = belief.thing(action.roles["Patient"].entity or "").joint
         ways = (*super().decompose(action, belief), self._pressing(action)) if joint is not None and joint.kind == "slide" else ()
         for way in ways:

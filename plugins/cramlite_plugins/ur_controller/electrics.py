@@ -129,7 +129,7 @@ def modbus_delete_signal(signal_name: Any) -> None:
 
 
 def modbus_set_signal_update_frequency(signal_name: Any, update_frequency: Any) -> None:
-    """Set how often a signal is asked for [Hz]; nobody is asked."""
+    """Accept the update rate of a signal [Hz], without effect."""
     real(update_frequency, "modbus_set_signal_update_frequency")
 
 

@@ -22,7 +22,7 @@ _CORNERS = np.array([(x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)],
 
 
 class Stay(NamedTuple):
-    """How far a thing got while no task moved it.
+    """Displacement of a thing while no task moves it.
 
     Args:
         way: of the point of it that got furthest [m], at ``sample``.
@@ -103,8 +103,8 @@ def _let(name: str, key: str, value: float, unit: str) -> Remedy:
 
 
 def stays(rollout: Rollout, thing: Thing, moved: Moved) -> Iterator[Stay]:
-    """Yield for each stretch of a run in which no task moves a thing how far it got from its place at the
-    beginning. Of a hanging thing the hole must stay; the rest may swing up to the limit of tilt."""
+    """Yield the displacement of a thing from its place at the beginning of each stretch in which no task moves
+    it. Of a hanging thing the hole must stay; the rest may swing up to the limit of tilt."""
     for nobody, stretch in groupby(range(len(rollout.times)), key=lambda k: moved[thing.name][k] is None):
         rows = list(stretch)
         if nobody:

@@ -143,8 +143,7 @@ def _fragile(candidate: Candidate) -> dict[str, Known]:
 
 
 def touched_at(rollout: Rollout, held: list[str]) -> Iterator[set[str]]:
-    """Yield the contacts at each sample, a little before and after it: something with the hand or the
-    payload; empty without any."""
+    """Yield the things in contact with the hand or the payload at each sample and shortly before and after it."""
     met = [_met(touches, {HAND, one} - {""}) for touches, one in zip(rollout.awake_touches, held, strict=True)]
     for k in range(len(met)):
         checkpoint()

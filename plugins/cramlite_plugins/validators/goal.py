@@ -175,7 +175,8 @@ def _badly_rests(literal: GoalLiteral, candidate: Candidate) -> str:
 
 
 def _measured(literal: GoalLiteral, rollout: Rollout, episode: Episode) -> str:
-    """Where the things of a literal are at the end: how far open, and where in or on the place, wherever that is by now."""
+    """Clause on the things of a literal at the end: openings, and the position in or on the place, wherever
+    that is then."""
     said, last = [], float(rollout.times[-1])
     names = list(dict.fromkeys(thing_of(t) for t in literal.things if episode.known(thing_of(t)) is not None))
     for name in names:
@@ -191,7 +192,7 @@ def _measured(literal: GoalLiteral, rollout: Rollout, episode: Episode) -> str:
 
 
 def _at(rollout: Rollout, name: str) -> Floats:
-    """Where a thing is at the end, (3,) in the world [m]."""
+    """Position of a thing at the end, (3,) in the world [m]."""
     return rollout.poses[name][-1, :3] if name in rollout.poses else np.asarray(rollout.world.thing(name).pose.position)
 
 

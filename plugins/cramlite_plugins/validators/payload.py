@@ -93,7 +93,7 @@ def hanging_on(candidate: Candidate) -> Hanging:
 
 
 def _believed(candidate: Candidate, name: str) -> Thing:
-    """A thing as it is believed to be; as it is, where nobody knows of it."""
+    """Believed thing; the real one if it is not in the belief."""
     assert candidate.rollout is not None
     return next(t for w in (candidate.world, candidate.rollout.world) for t in w.things if t.name == name)
 

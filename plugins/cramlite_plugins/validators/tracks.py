@@ -68,7 +68,7 @@ def _unexplained(candidate: Candidate, found: Iterable[ExplainedGrip]) -> Iterat
 
 
 def _way(track: Floats) -> float:
-    """How far a track (N, 7) leads from its start [m]."""
+    """Largest distance of a track (N, 7) from its start [m]."""
     return float(np.linalg.norm(track[:, :3] - track[0, :3], axis=1).max())
 
 
@@ -116,7 +116,7 @@ def _fallen(candidate: Candidate, found: Iterable[ExplainedGrip]) -> Iterator[Fi
 
 
 def _topples(rollout: Rollout, grip: Grip) -> float:
-    """How far a thing's origin comes down where the thing falls over, from how it was let go [m]."""
+    """Height that a thing's origin loses when the thing falls over after its release [m]."""
     thing, row = rollout.world.thing(grip.thing), rollout.poses[grip.thing][grip.last]
     low, high = box_around(thing.geoms)
     upright = -lowest(thing, Pose(tuple(row[:3]), tuple(row[3:])))
@@ -185,7 +185,8 @@ def _carried(rollout: Rollout, found: Iterable[ExplainedGrip], rows: range) -> s
 
 
 def _ways(rollout: Rollout, name: str, rows: range) -> tuple[Floats, float, str]:
-    """How far a thing is from where it began at some samples, how far it may come back, and their unit: of its joint, if it has one."""
+    """Distance of a thing from its first sample, the distance that it may come back, and their unit; of its
+    joint, if it has one."""
     joint = rollout.world.thing(name).joint
     if joint is None or name not in rollout.values:
         track = rollout.poses[name][rows, :3]

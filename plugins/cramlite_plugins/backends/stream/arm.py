@@ -123,7 +123,7 @@ class StreamedArm(CommandedArm):
             self.under_way = between and self.motion is None
 
     def settled(self) -> bool:
-        """Return whether the tool has come to where it was sent last, also if that is in the open.
+        """Return whether the tool has come to its last command, also in the open.
 
         Raises:
             ProtectiveStop: it has not, and had the time.
@@ -186,7 +186,8 @@ class StreamedArm(CommandedArm):
             raise ProtectiveStop(f"the tool is {1000 * off:.0f} mm off its path, more than {1000 * ASTRAY:.0f} mm: the arm does not follow")
 
     def _arrived(self, share: float = 1.0) -> bool:
-        """Whether the tool is where its motion ends, to so many times its tolerance, and will still be a period later as it moves now.
+        """Whether the tool is at its motion's end, within so many times its tolerance, and still will be a
+        period later.
 
         Raises:
             ProtectiveStop: it is not, and had the time.

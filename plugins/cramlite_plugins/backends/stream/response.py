@@ -33,7 +33,7 @@ class Response:
         self.rate, self.off = np.zeros(joints), np.zeros(6)
 
     def lead(self, rate: Floats, free: bool = True) -> Floats:
-        """Return how far ahead of its command the arm is told to be (n,) [rad], at a rate (n,) of the command [rad/s].
+        """Return the lead of the command over the arm (n,) [rad], at a rate (n,) of the command [rad/s].
 
         Args:
             free: whether it may be led by its acceleration, too; what a force commands is noise.

@@ -110,7 +110,7 @@ class Arm:
         return float(self.receive.getTimestamp())
 
     def tcp(self) -> list[float]:
-        """Where the TCP is."""
+        """Pose of the TCP."""
         return list(self.receive.getActualTCPPose())
 
     def force(self) -> list[float]:
@@ -142,7 +142,7 @@ class Arm:
             guard()
 
     def wait(self, done: Callable[[], bool], timeout: float) -> float:
-        """Until something holds; returns how long it took, or a time beyond ``timeout`` if it never did [s]."""
+        """Wait until something holds; return the time [s], beyond ``timeout`` if it never did."""
         begin = self.time()
         while not done():
             self.guard()
@@ -235,7 +235,8 @@ class Arm:
     def move_joints(
         self, step: str, path: Sequence[Vector], *, speed: float, acceleration: float, radii: Vector = ()
     ) -> None:
-        """Through joint positions [rad]; ``radii`` are how far from each one but the last the TCP may cut the corner [m]."""
+        """Move through joint positions [rad]; ``radii`` are the blend radii of the TCP at each one but the last
+        [m]."""
         self.at()
         if any(radii):
             blends = [*radii, 0.0]

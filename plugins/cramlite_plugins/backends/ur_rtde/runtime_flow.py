@@ -82,7 +82,8 @@ class Side:
 
 
 def parallel(arm: Arm, name: str, main: Steps, sides: Sequence[Steps], *, until: str) -> None:
-    """Branches at the same time, of which only ``main`` moves the arm; until "all" have succeeded, or the "first"."""
+    """Run branches at the same time, of which only ``main`` moves the arm; until "all" have succeeded, or the
+    "first"."""
     others = [Side(arm, s) for s in sides]
 
     def settled() -> bool:

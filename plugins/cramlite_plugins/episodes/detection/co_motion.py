@@ -54,7 +54,7 @@ class Grid(Value):
         return float(self.times[0] + index * STEP)
 
     def moving(self, name: str) -> Flags:
-        """Return when a frame moves faster than ``MOVING``."""
+        """Return the spans in which a frame moves faster than ``MOVING``."""
         return np.asarray(_speed(self.poses[name]) > MOVING)
 
     def place(self, thing: str, hand: str) -> Floats:
@@ -112,7 +112,7 @@ def travel(poses: Floats) -> float:
 
 
 def carried_spans(grid: Grid, thing: str, carrier: str) -> list[Span]:
-    """Return when a frame moves and keeps its place in another one that moves along, in order.
+    """Return the spans in which a frame moves and keeps its place in another one that moves along, in order.
 
     A pause in which it keeps its place, too, belongs to the span around it.
     """

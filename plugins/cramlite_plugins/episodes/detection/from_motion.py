@@ -115,8 +115,8 @@ def _with_carrier(episode: Episode, grid: Grid) -> Episode:
 
 
 def _alone(grid: Grid, name: str, others: Sequence[str]) -> float:
-    """Distance that a frame moves [m] before it first takes another one along, or after it last did,
-    whichever is less; 0 if it takes none."""
+    """Shorter way of a frame [m]: before it first takes another one along, or after it last did; 0 if it takes
+    none."""
     taken = [span for o in others for span in carried_spans(grid, o, name)]
     if not taken:
         return 0.0
@@ -335,7 +335,7 @@ def _flights(grid: Grid, thing: str) -> list[Span]:
 
 
 def _size(episode: Episode, name: str) -> float:
-    """Minus the diagonal of a thing [m]; 0 where it is not known."""
+    """Sort key by size: minus the diagonal of a thing [m]; 0 if unknown."""
     entity = episode.known(name)
     return -float(np.linalg.norm(entity.size)) if entity is not None and entity.size is not None else 0.0
 

@@ -130,7 +130,7 @@ def _columns(mapping: Mapping, convention: Convention, name: str, track: TrackSp
 
 
 def rows_of(table: Table, mapping: Mapping, name: str) -> Flags:
-    """Return which rows (N,) speak of a track: all, or those that name it.
+    """Return the rows (N,) of a track: all, or those that name it.
 
     Raises:
         UserError: none does.

@@ -88,7 +88,8 @@ def _add_servo(spec: Any, kind: int, target: str, joints: dict[str, Any], effort
 
 
 def _stiffen(spec: Any, joints: dict[str, Any]) -> None:
-    """Give joints that nobody drives the gear that couples them: MuJoCo's own coupling gives way by 6 mm under 12 N (measured)."""
+    """Give undriven joints the gear that couples them, since MuJoCo's own coupling gives way by 6 mm under 12 N
+    (measured)."""
     for joint in joints.values():
         joint.armature = max(float(joint.armature), ARMATURE[int(joint.type) == SLIDE])
     for equality in spec.equalities:

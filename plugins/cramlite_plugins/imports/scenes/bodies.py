@@ -180,7 +180,7 @@ def _chain(model: Any, body: int, top: int) -> int:
 
 
 def _base(model: Any, body: int, tree: frozenset[int]) -> frozenset[int]:
-    """Arm with the bodies that carry nothing else: its base, and further up frames without shapes."""
+    """Bodies of an arm, its base, and frames without shapes above it that carry nothing else."""
     above, first = int(model.body_parentid[body]), True
     while above and not len(joints(model, above)):
         whole = frozenset(_below(model, above))

@@ -85,7 +85,8 @@ def _post(thing: Thing, things: Iterable[Thing]) -> Feature | None:
 
 
 def _shaft(geom: Geom) -> tuple[Pose, float, dict[str, float]] | None:
-    """Pose of a geom's middle with z along it, half its length, and its size across; None if it is not as thick as it is wide."""
+    """Pose of a geom's middle with z along it, half its length, and its thickness; None if its two cross
+    sections differ."""
     if geom.shape in ("cylinder", "capsule"):
         radius, half = geom.size
         return geom.pose, half + (radius if geom.shape == "capsule" else 0.0), {"radius": radius}

@@ -133,7 +133,7 @@ def goes_in_tilted(thing: str, belief: Belief, context: Context) -> bool:
 
 
 def _too_narrow(thing: str, into: str, belief: Belief, context: Context) -> bool:
-    """Whether nothing but overhangs keeps a thing, turned as it is, out of an opening."""
+    """Whether only overhangs keep a thing, in its present orientation, out of an opening."""
     held, now = belief.thing(thing), belief.pose(thing)
     half = float(np.min(np.ptp(corners(held, now), axis=0)[:2])) / 2
     for target, depth in openings(belief.thing(into), belief.pose(into)):

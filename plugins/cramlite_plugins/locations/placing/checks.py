@@ -45,8 +45,8 @@ Check = Callable[[Placement, Query], "str | Refused"]
 
 
 def first_objection(placement: Placement, query: Query, checks: Mapping[str, Check]) -> Refused | None:
-    """Return the check that objects and its reason, how many passed before it, and the obstacles; None where
-    none objects.
+    """Return the first objecting check with its reason, the number of checks passed before it, and the
+    obstacles; None without an objection.
 
     What stands on the target is blamed whenever nothing else is: it takes away positions that are not even
     looked at.
@@ -148,7 +148,7 @@ def in_region(placement: Placement, query: Query) -> str | Refused:
 
 
 def _region_missed(thing: Pose, height: float, query: Query) -> str | Refused:
-    """How far an origin at a pose, to be lowered by a height [m], would be outside its region; "" where it is in it."""
+    """Reason why an origin at a pose, to be lowered by a height [m], would be outside its region; "" inside."""
     region, (x, y, z) = query.where.region, (query.target.pose.inverse() * thing).position
     at, area = shapely.Point(x, y), query.target.area
     by = float(area.boundary.distance(at)) if area.covers(at) else -float(area.distance(at))
@@ -282,8 +282,8 @@ def hand_off(placement: Placement, query: Query) -> str | Refused:
 
 
 def rests_there(placement: Placement, query: Query) -> str | Refused:
-    """Check in simulation where a payload comes to rest that is let go of leaning, wherever near its place: standing in
-    the opening, or where it shall be."""
+    """Check in simulation that a payload which is released leaning, or dropped, comes to rest in the opening or
+    at its place, wherever it is released nearby."""
     there = placement.kind == "dropped"
     if placement.lies is None or placement.kind not in ("in", "dropped"):
         return ""
@@ -295,7 +295,7 @@ def rests_there(placement: Placement, query: Query) -> str | Refused:
 
 
 def _leaning(end: Pose | None, query: Query) -> str:
-    """Why a payload at rest does not stand in an opening; "" where it does."""
+    """Reason why a payload at rest does not stand in an opening; "" if it does."""
     stands = end is not None and end.distance(stood_up(query.thing, end))[1] <= STANDS
     if end and stands and query.target.area.covers(footprint(query.thing, query.target.pose.inverse() * end)):
         return ""
@@ -303,12 +303,13 @@ def _leaning(end: Pose | None, query: Query) -> str:
 
 
 def dropped(placement: Placement, query: Query) -> str | Refused:
-    """Check that a payload which is let go of otherwise than it stands comes to rest where it shall be."""
+    """Check that a payload which is released in another pose than it stands in comes to rest at its place."""
     return "" if placement.lies is None and room(placement, query) else _astray(placement.lies, query)
 
 
 def _astray(end: Pose | None, query: Query) -> str | Refused:
-    """Why a payload at rest is not where it shall be, its origin in its region or its middle over its target."""
+    """Reason why a payload at rest is not at its place: its origin in its region, or its middle over its
+    target."""
     if end is None:
         return "it may come to rest nowhere near"
     to = query.target.pose.inverse() * end
@@ -320,7 +321,7 @@ def _astray(end: Pose | None, query: Query) -> str | Refused:
 
 
 def lying_there(placement: Placement, query: Query) -> str | Refused:
-    """Check that the payload has room where it comes to lie, whatever let go of it."""
+    """Check that the payload has room at its rest pose, however it was released."""
     lying = shift(placement.rests, (0.0, 0.0, placement.height))
     no: Refused | None = query.scene.met(query.belief.base() * query.hand(lying), False)
     return no or ""

@@ -137,8 +137,8 @@ def beside_where_it_stood(query: Query, free: Any, wide: float) -> Iterator[Offs
 
 
 def _stood(query: Query) -> Offset | None:
-    """Where on a surface the payload stood when it was taken; None where that was elsewhere, or the robot
-    drove since."""
+    """Position on a surface at which the payload stood when it was taken; None if it stood elsewhere, or the
+    robot drove since."""
     held = query.held
     if not held.joints or query.belief.at is not None:
         return None
@@ -149,7 +149,7 @@ def _stood(query: Query) -> Offset | None:
 
 
 def free_area(core: Any, obstacles: Iterable[Any], radius: float) -> Any:
-    """Return where the middle of a disc may be, in a core of a surface and apart from obstacles.
+    """Return the free area for the middle of a disc: in a core of a surface and apart from obstacles.
 
     Args:
         core, obstacles: shapely areas [m].
@@ -242,8 +242,8 @@ def roomiest(area: Any) -> Offset:
 
 
 def corner(area: Any, left: Any, sides: tuple[float, float], near: Offset) -> Offset:
-    """Return where a rectangle, along the axes of an area or across them, leaves the largest disc free beside
-    it; of places alike the nearest to a point.
+    """Return the position of a rectangle, along an area's axes or across them, that leaves the largest disc
+    free beside it; of equal ones the nearest to a point.
 
     Args:
         area: convex, that it has to be in.
@@ -262,7 +262,7 @@ def corner(area: Any, left: Any, sides: tuple[float, float], near: Offset) -> Of
 
 
 def _corners(area: Any, sides: tuple[float, float]) -> list[Offset]:
-    """Where the middle of a rectangle may be at most, so that its corners are in a convex area."""
+    """Extreme positions of a rectangle's middle with its corners in a convex area."""
     x, y = sides[0] / 2, sides[1] / 2
     moved = [shapely.affinity.translate(area, a * x, b * y) for a in (-1, 1) for b in (-1, 1)]
     points = shapely.get_coordinates(shapely.intersection_all(moved)).round(4).tolist()

@@ -102,7 +102,7 @@ class Query(Value, dict=True):
 
     @property
     def at(self) -> Pose:
-        """Return the pose of that in the base frame."""
+        """Return the pose of the target's thing in the base frame."""
         return self.belief.pose(self.whole.name)
 
     @cached_property
@@ -123,7 +123,7 @@ class Query(Value, dict=True):
 
     @property
     def region(self) -> str:
-        """Return the feature of that which is meant, or ""."""
+        """Return the name of the region or feature that is asked for, or ""."""
         return self.where.region or EntityName.parse(self.entity).part
 
     @property
@@ -133,7 +133,7 @@ class Query(Value, dict=True):
 
     @cached_property
     def openings(self) -> tuple[float, ...]:
-        """Return how wide fingers may open to let go [m], the widest first."""
+        """Return the openings of the fingers for a release [m], the widest first."""
         widest = release_opening(self.belief, self.context)
         more = (min(widest, self.held.opening + by) for by in (WIDE, SLACK)) if self.settles else ()
         return (widest, *more)
@@ -159,7 +159,7 @@ class Query(Value, dict=True):
 
 
 class Placement(Value):
-    """Candidate: where the payload is let go of, and the way of the hand from the open to there.
+    """Candidate of a placement: the payload's pose at its release, and the way of the hand from the open.
 
     Args:
         name: for people; it also identifies the candidate.
@@ -205,7 +205,7 @@ class Placement(Value):
 
     @property
     def way(self) -> list[tuple[Pose, float]]:
-        """Return TCP poses on the way at which there has to be room, and how far out of the place each is [m]."""
+        """Return TCP poses on the way that need room, each with its distance out of the place [m]."""
         if not self.led:
             return [(self.before, 0.0), (self.pose, 0.0)]
         out = np.subtract(self.before.position, self.begins.position)

@@ -67,7 +67,8 @@ class Floor(Value):
     out: Floats
 
     def spots(self, few: int = 1) -> list[tuple[Floats, str]]:
-        """Return points (3,) from the middle outwards, each with words for it; of steps one in so many."""
+        """Return points (3,) from the middle outwards, each with its description; ``few`` takes one step in so
+        many."""
         low, high = np.reshape(self.surface.area.bounds, (2, 2))
         way = self.surface.pose.inverse().rotate(self.out)[:2]
         across, half = np.array([-way[1], way[0]]), (high - low) / 2
@@ -145,8 +146,8 @@ def _levels(
 
 
 def _too_high(query: Query, room: float, needed: float) -> Unresolvable:
-    """Refusal where a payload is too high for the room under a roof, or no side is open; where it is not too
-    high on each of its sides, another grasp may bring it in lying."""
+    """Refusal of a payload that is too high for the room under an overhang, or of a target without an open
+    side; it may name another grasp that brings the payload in lying."""
     low = room - needed + 2 * HIGH
     if low >= 2 * HIGH:
         return Unresolvable(f"no side of '{query.entity}' is open", blocking=())
@@ -211,7 +212,7 @@ def _at(
 
 
 def _down(hand: Pose) -> float:
-    """How far a hand points down [deg]."""
+    """Angle of a hand below the level [deg]."""
     down = -float(hand.rotate((0.0, 0.0, 1.0))[2])
     return round(math.degrees(math.asin(max(-1.0, min(1.0, down)))), 3) + 0.0
 
@@ -273,8 +274,8 @@ def _free(
 def comes_in(
     thing: Thing, belief: Belief, context: Context, hands: Hands, openings: Floats, free: NDArray[np.bool_]
 ) -> NDArray[np.bool_]:
-    """Check at which of its free grasps (n) a thing gets in where a later task brings it under a roof, as it stands
-    now; all of them where none does.
+    """Check at which free grasps (n) a thing, as it stands now, gets in under the overhang that a later task
+    brings it under; all of them without such a task.
 
     Later tasks are looked at only where there is a roof, so that what follows elsewhere holds whatever they are.
     A table's board near the floor is not meant by the table, off which a thing is picked up.

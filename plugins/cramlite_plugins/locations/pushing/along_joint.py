@@ -94,12 +94,13 @@ def _nearer_first(fronts: Iterable[tuple[Pose, str]], now: Pose) -> Iterator[tup
 
 
 def _apart(one: Pose, other: Pose) -> float:
-    """How far a hand turns from one pose to another [rad]."""
+    """Angle that a hand turns from one pose to another [rad]."""
     return float(np.linalg.norm((one.inverse() * other).rotvec))
 
 
 def _follows(thing: Thing, at: Pose, joints: Joints, share: float, belief: Belief, context: Context) -> Refused | None:
-    """Why the arm cannot follow a front that it pushes to a share of its range, whatever is in the way; None where it can."""
+    """Reason why the arm cannot follow a front that it pushes to a share of its range, obstacles aside; None if
+    it can."""
     path = along_joint(thing, belief, at, share)
     line = plan_straight_line(None, context.robot, joints, path, step_m=COARSE[0], step_rad=COARSE[1])
     return line if isinstance(line, Refused) else None

@@ -123,7 +123,7 @@ def _traced(start: Point, end: Side, came: dict[Side, Side | None], blame: dict[
 
 
 def ways_around(start: Point, left: Left, alone: Met, hand: Met) -> Iterator[tuple[int, list[Point]]] | Refused:
-    """Find ways around on which a thing could be so many steps aside, too.
+    """Find ways around obstacles on which a thing has room for so many steps aside.
 
     How far it lags behind, and where it is in a corner, depends on whether it sticks to the fingers: one with a hollow of 40 mm was seen
     15 mm off its way.
@@ -192,8 +192,7 @@ def met_alone(belief: Belief, context: Context, entity: str) -> Met:
 def _known(
     world: Itself[World], poses: Itself[Mapping[str, Estimate]], relations: frozenset[Relation], base: Pose, entity: str
 ) -> dict[Point, Refused | None]:
-    """Obstacles that a thing alone was found to meet while all stands as it does; each hand that is tried
-    asks for them again."""
+    """Obstacles that a thing alone met, while all stands as it does, kept for each hand that is tried."""
     return {}
 
 

@@ -131,7 +131,8 @@ def _floor(thing: Thing, pose: Pose, over: Pose, gripper: Gripper) -> float | No
 
 
 def free_ahead(thing: Thing, pose: Pose, hand: Pose, ahead: Floats, opening: float, gripper: Gripper) -> float:
-    """How far fingers at a TCP pose go straight ahead until they meet a thing [m]; ``GAP`` where they would miss it."""
+    """Distance that fingers at a TCP pose go straight ahead until they meet a thing [m]; ``GAP`` if they miss
+    it."""
     reach, long = gripper.pad[0] / 2, gripper.pad[1]
     tips = [(x, s * y, long / 2 - z) for x in (reach, -reach) for s in (-1.0, 1.0)
             for y in np.linspace(opening / 2, opening / 2 + FINGER, 5) for z in np.linspace(0.0, long, 11)]  # fmt: skip
@@ -216,7 +217,8 @@ def _facing(handle: Pose, inner: bool) -> tuple[Floats, Floats]:
 
 
 def _clear_of(thing: Thing, pose: Pose, hand: Pose, out: Floats, gripper: Gripper) -> float:
-    """How far out closed fingers at a TCP pose must go until they are in nothing of a thing [m]: a bar beside where they point counts."""
+    """Distance that closed fingers at a TCP pose must go out until they are clear of a thing [m], bars beside
+    them included."""
     across, thick = np.linspace(-0.5, 0.5, 3) * gripper.pad[0], np.linspace(-FINGER, FINGER, 5)
     along = np.linspace(-gripper.depth, gripper.pad[1] / 2, 6)
     fingers, to = np.array(list(itertools.product(across, thick, along))), pose.inverse()

@@ -201,8 +201,8 @@ def _around(location: Location, belief: Belief, context: Context, entity: str) -
 
 
 def _last(location: Location, belief: Belief, context: Context, entity: str, area: Feature, frame: Pose) -> Floats | Refused:
-    """Last leg (3,) of the way of a thing that fingers in it take along; or the obstacles of the thing alone,
-    so that looking for hands is of no use.
+    """Last leg (3,) of the way of a thing that is pushed by fingers in it; or a refusal with the obstacles of
+    the thing alone, which spares the search for hands.
 
     Raises:
         Unresolvable: it is there already.
@@ -220,7 +220,7 @@ def _last(location: Location, belief: Belief, context: Context, entity: str, are
 
 
 def _left(area: Feature, frame: Pose) -> Left:
-    """How far points of the base's x-y plane are from the middle part of an area [m]."""
+    """Distance of points of the base's x-y plane from the middle part of an area [m]."""
     half, back = INNER * np.array(sides(area)) / 2, frame.inverse()
     height = frame.position[2]
     return lambda spot: float(np.linalg.norm(np.maximum(np.abs(back.apply((*spot, height))[:2]) - half, 0.0)))
@@ -247,7 +247,7 @@ def pushed_straight(belief: Belief, context: Context, entity: str, corners: Sequ
 
 
 def _region(thing: Thing, pose: Pose, name: str, belief: Belief) -> tuple[Feature, Pose]:
-    """Area of that name that is nearest in height to a thing's support, and its pose in the base frame.
+    """Area of a name that is nearest in height to a thing's support, and its pose in the base frame.
 
     Raises:
         Unresolvable: nothing has such an area.
@@ -261,7 +261,7 @@ def _region(thing: Thing, pose: Pose, name: str, belief: Belief) -> tuple[Featur
 
 
 def gap_before(belief: Belief, context: Context, entity: str, to: Point, opening: float) -> float:
-    """Return how far fingers go ahead, towards where a thing's origin shall come, until they meet it [m]."""
+    """Return the distance from fingers to a thing [m], in the direction that its origin shall go."""
     pose = belief.pose(entity)
     way = np.array([to[0] - pose.position[0], to[1] - pose.position[1], 0.0])
     ahead = way / max(float(np.linalg.norm(way)), SHORT)

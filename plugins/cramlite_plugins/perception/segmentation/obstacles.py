@@ -118,7 +118,7 @@ def _parts(points: Floats, known: Floats, limits: Mapping[str, float]) -> Iterat
 
 
 def _holds(points: Floats, others: Floats, depth: float) -> Any:
-    """Which of some other points are inside the convex hull of the points, so deep at least [m]."""
+    """Mask of other points at least ``depth`` [m] inside the convex hull of the points."""
     import numpy as np
 
     near = others[((others > points.min(axis=0)) & (others < points.max(axis=0))).all(axis=1)]

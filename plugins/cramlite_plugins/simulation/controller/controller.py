@@ -227,7 +227,8 @@ class Controller(CommandedArm):
         self._watch()
 
     def _out_of_reach(self, motion: Motion | None) -> str:
-        """Why an arm stops on its way along a line or an arc: its end is out of reach; empty where it is not."""
+        """Reason why an arm stops on its way along a line or an arc: its end is out of reach; empty if it is
+        not."""
         goal = motion.goal if isinstance(motion, LinearMotion | CircularMotion) else None
         if goal is None or nearest_solution(self.arm, goal, tuple(self.q)) is not None:
             return ""
@@ -259,7 +260,8 @@ class Controller(CommandedArm):
             self.base = self.arm.arm_at(self.platform.actual())
 
     def _goal(self) -> Floats:
-        """Where the arm should be at the end of this cycle; an arm that is led by hand goes where it is."""
+        """Commanded joint positions for the end of this cycle; an arm that is led by hand is commanded to its
+        own."""
         return self.encoders() if self.freedrive and self.motion is None else self._command()
 
     def _physics(self, before: Floats) -> None:

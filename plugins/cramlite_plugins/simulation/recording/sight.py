@@ -60,7 +60,7 @@ class Sight:
                     self.seen[thing] = min(time, self.seen[thing])
 
     def _pixels(self, data: Data, thing: str, camera: Pose, intrinsics: Intrinsics) -> float:
-        """How many pixels of a camera's image show a thing; of a part of them, where it is large."""
+        """Number of pixels of a camera's image that show a thing; of a large one, those of a part."""
         body = self._compiled.things[thing].body
         pose = Pose(tuple(data.xpos[body]), tuple(data.xquat[body]))
         columns, rows = _window(intrinsics, camera.inverse().apply(pose.apply(self._corners[thing])))

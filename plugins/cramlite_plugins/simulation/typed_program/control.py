@@ -84,7 +84,7 @@ def _seen(run: Running, step: Monitor, waited: float, began: float) -> str:
 
 
 def _advanced(cycles: Cycles) -> tuple[bool, StepFailed | None]:
-    """One cycle of a branch: whether it has ended, and how it failed."""
+    """Run one cycle of a branch; return whether it has ended, and its failure."""
     try:
         next(cycles)
     except StopIteration:

@@ -129,7 +129,8 @@ class _Names:
         return self.arities[name]
 
     def misspelt(self, name: str) -> bool:
-        """Whether it is a letter or two off a name that there is; numbers at its end tell names apart.
+        """Whether a name is a letter or two off a known one; names that differ in numbers at their end are
+        different.
 
         A script file may well call a relative of its own functions that another one defines.
         """
