@@ -28,7 +28,7 @@ AROUND = 0.30  # of a thing that hands about it reach [m]
 
 
 class _Box(NamedTuple):
-    """A box in the TCP frame: centre (3,) [m], axes as columns (3, 3), side lengths (3,), halved [m]."""
+    """Box in the TCP frame: centre (3,) [m], axes as columns (3, 3), half side lengths (3,) [m]."""
 
     centre: Floats
     turn: Floats

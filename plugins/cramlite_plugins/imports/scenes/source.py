@@ -297,7 +297,7 @@ def _files(path: Path, seen: tuple[Path, ...] = ()) -> list[Path]:
 
 
 def _line(path: Path, word: str, otherwise: int = 1) -> int:
-    """The first line on which a word stands in quotes or ends a path."""
+    """Number of the first line in which a word stands in quotes or ends a path."""
     if not word:
         return otherwise
     lines = path.read_text(encoding="utf-8", errors="replace").splitlines()

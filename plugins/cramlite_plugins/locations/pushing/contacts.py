@@ -211,7 +211,7 @@ def _against(
 
 
 def _facing(handle: Pose, inner: bool) -> tuple[Floats, Floats]:
-    """The direction out of a front, or out of its inner side, and the one that is up along it."""
+    """Direction out of a front, or out of its inner side, and the direction up along it."""
     out = np.asarray(handle.rotate((0.0, 0.0, -1.0 if inner else 1.0)))
     return out, np.array([0.0, 0.0, 1.0]) if abs(out[2]) < UPRIGHT else np.asarray(handle.rotate((0.0, 1.0, 0.0)))
 
