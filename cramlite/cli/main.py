@@ -109,7 +109,7 @@ def parser(asked: Collection[str] = COMMANDS.keys()) -> argparse.ArgumentParser:
 
 
 def _check_common_options(arguments: argparse.Namespace) -> None:
-    """A seed is one; plugins that are chosen can be had, also where a command asks none: the others see for themselves."""
+    """Check the seed, and that the chosen plugins exist, also for commands that ask no plugin."""
     whole_seed(getattr(arguments, "seed", 0))
     if not arguments.asks_plugins and (arguments.plugin or arguments.block or arguments.prefer):
         plugin_choice(arguments).registry()

@@ -90,7 +90,8 @@ class _Tree(Value):
             yield f"   {why}"
 
     def _why_given_up(self, entry: Entry) -> str:
-        """The nearest miss of all that followed; only where a choice was among several: else it is said there."""
+        """Nearest miss among the decisions after a choice; empty for a choice without rivals, which repeats a
+        miss told elsewhere."""
         miss = nearest_miss(self.entries[entry.number : self.ends[entry.number] - 1]) if self.rivals[entry.number] > 1 else None
         return f"given up: {miss.designator}: {rounded(miss.reason)}" if miss else ""
 

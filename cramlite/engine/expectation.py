@@ -110,7 +110,8 @@ class Expectation(Value, eq=False):
         return self.steps[max(before)] if before else ""
 
     def rows(self, line: int) -> list[int]:
-        """Return the samples in which a line ran, and those shortly before and after; all of them for a line that none shows."""
+        """Return the samples in which a line ran, and those shortly before and after; all samples for a line
+        that never ran."""
         own = np.flatnonzero(self.lines == line)
         if not len(own):
             return list(range(len(self.lines)))

@@ -63,7 +63,7 @@ class Flight(Value):
 
     @property
     def twins(self) -> tuple[RunPeaks, ...]:
-        """Peaks of its runs in twins that succeeded, at its own speed; none of a dry run. One that failed counts as such in the proof."""
+        """Peaks of its successful runs in twins, at full speed; none of a dry run."""
         runs = self.verdict.twins.twins if self.verdict is not None and self.verdict.twins is not None else ()
         return tuple(t.peaks for t in runs if t.peaks is not None and t.succeeded) if self.speed == 1.0 else ()
 

@@ -266,7 +266,7 @@ def conflict_of(verdict: Verdict, state: State) -> Conflict:
 
 
 def _led_past(verdict: Verdict, state: State) -> frozenset[str]:
-    """Places that the arm was only led to, where an objection is about things, and none says that something was in the way there."""
+    """Places that the arm only passed, for an objection about poses of things that names no obstacle there."""
     if not any(f.things for f in verdict.objections):
         return frozenset()
     met = {task_of(f.origin) for f in verdict.objections if f.blocking}

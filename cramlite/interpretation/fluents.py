@@ -161,7 +161,8 @@ class GoalCondition(Value):
 
     @property
     def denied(self) -> GoalCondition | None:
-        """Condition that its one fact does not hold, or that its one forbidden fact does; None where it is made of more."""
+        """Condition that its one fact does not hold, or that its one forbidden fact does; None for a condition
+        of several facts."""
         facts, (pattern, *others) = self.needs or self.shown, (*self.without, ())
         if len(facts) == 1 and not self.bounds:
             return GoalCondition(without=facts | self.shown)
@@ -318,7 +319,7 @@ class Fluents(Value):
         return ""
 
     def ring(self, facts: Iterable[Fact]) -> tuple[Fact, ...]:
-        """Return facts by which a thing would carry itself, each thing of them the next one; none where there are none."""
+        """Return a cycle of facts by which a thing would carry itself; empty without one."""
         carried = [(f, *self._carries(f)) for f in sorted(facts) if self[f[0]].carrier is not None]
 
         def follow(way: tuple[Fact, ...], first: str, last: str) -> tuple[Fact, ...]:
@@ -359,7 +360,7 @@ def _of_wholes(fact: Fact) -> Fact:
 
 
 def _distinct(things: list[str]) -> bool:
-    """Nothing is related to itself, so not to its own parts either."""
+    """Whether all things of a fact differ, since nothing is related to itself or to its own parts."""
     return len(set(things)) == len(things)
 
 

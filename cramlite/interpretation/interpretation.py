@@ -316,7 +316,7 @@ class _Matcher(Value):
         return found
 
     def join(self, before: Interpreted, after: Interpreted) -> Interpreted | None:
-        """The two as one action, if that one is all that each of them is; else None.
+        """Two actions as one, if that has all tasks of both; else None.
 
         Only anonymous neighbours are joined, and only if one's tasks are among the other's: the boundary
         between them then told nothing apart. The joined action is judged anew against every rule, and

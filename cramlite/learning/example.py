@@ -127,7 +127,7 @@ class Library:
         self._spans: dict[tuple[int, float, float], Span] = {}
 
     def known(self, rules: Sequence[Rule]) -> tuple[Known, ...]:
-        """Return the actions of the episodes as rules read them, and as the recordings name them after tasks that have a rule."""
+        """Return the actions of the episodes with the task that rules read, or that the recording names."""
         return tuple(k for number in range(len(self.episodes)) for k in self._known(number, rules))
 
     def _known(self, number: int, rules: Sequence[Rule]) -> Iterator[Known]:

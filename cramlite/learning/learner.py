@@ -120,8 +120,8 @@ def _learned(
 
 
 def _sure(rest: Sequence[Known], tables: Tables | None, cast: Cast, idle: frozenset[str]) -> list[bool]:
-    """Whether a known task explains an action, also what changes in it as in the examples: else it may be the task that is learned. What
-    is read as idle is explained, unless the examples are idle in the same way."""
+    """Whether a known task explains an action and the changes that the examples have; if not, it may be the
+    learned task. Idle readings explain, unless the examples are idle in the same way."""
     if tables is None:
         return []
     alike = tables.truths(cast.changes, cast.roles).all(axis=0) & tables.valid(cast.roles)

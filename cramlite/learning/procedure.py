@@ -153,7 +153,8 @@ def deviations(known: Procedure, steps: Sequence[Step]) -> Iterator[Deviation]:
 
 
 def plan_text(known: Procedure) -> str:
-    """Return the procedure in the plan language, as scenarios write tasks: in one order that contradicts none that was seen.
+    """Return the procedure in the plan language, as scenarios write tasks, in an order that contradicts none of
+    the demonstrations.
 
     Alternatives, and neighbours that are exchangeable, are a ``choose``; what was done several times in a row in every demonstration is a
     ``repeat``; optional steps are left out, and named in a comment.

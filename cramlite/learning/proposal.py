@@ -114,7 +114,7 @@ def _moved(span: Span, thing: str) -> float:
 
 
 def _names(rules: Sequence[Rule]) -> list[tuple[str, str]]:
-    """Names of roles with their classes, the first as most known tasks call their first role, and so on."""
+    """Names of roles with their classes, in the order in which most known tasks name theirs."""
     found: list[tuple[str, str]] = []
     for place in range(max((len(r.roles) for r in rules), default=0)):
         asked = Counter(pair for r in rules for pair in list(r.roles.items())[place : place + 1] if pair[0] not in dict(found))
@@ -170,7 +170,7 @@ def _without(excludes: Sequence[str], fillers: Sequence[str], literal: Literal, 
 
 
 def _dropped(learned: Learned, names: Sequence[str]) -> tuple[str, ...]:
-    """Conditions that hold in all examples, say something about a role, and tell nothing that the rule does not tell."""
+    """Conditions about a role that hold in all examples and exclude nothing beyond the rule."""
     bits = learned.language.bits
     left = sorted((one for one in learned.cast.common if one not in learned.literals and one.binds and "_" not in _said(one, names)),
                   key=lambda one: (one.kind == "holds", bits(one, learned.cast.roles), one))  # fmt: skip

@@ -54,7 +54,8 @@ class Cast(Value, eq=False):
 
 
 def casts(tables: Tables, roles: int) -> list[Cast]:
-    """Return the choices of who fills so many roles that the examples agree upon most, the best first; none where they have too few things.
+    """Return the best choices of fillers for so many roles, by the examples' agreement; none if they have too
+    few things.
 
     Args:
         tables: of the examples.

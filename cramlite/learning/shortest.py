@@ -147,7 +147,8 @@ def _wish(wish: Wish, weights: list[float], rows: _Rows, lower: list[float]) -> 
 
 
 def widened(problem: Problem, chosen: Sequence[int]) -> tuple[int, ...]:
-    """Return the conditions with those that pay: each next one saves more bits of narrow stretches than it has, the most first."""
+    """Return the conditions with further ones that pay: each saves more bits of narrow stretches than it costs,
+    the most first."""
     groups = [g for g in merged(problem.groups) if g.narrow]
     bits, found = problem.bits + TIE * np.arange(len(problem.bits)), set(chosen)
     while True:

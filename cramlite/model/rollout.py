@@ -169,7 +169,7 @@ class Rollout(Value, dict=True):
 
 
 def world_after_run(rollout: Rollout, world: World) -> World:
-    """Return the world as a run left it that began in ``world``: things where they are, the robot as it stands.
+    """Return the world as a run in ``world`` left it, with the present poses of things and robot.
 
     Loose fillings are as at the start.
     """

@@ -40,7 +40,7 @@ class TwinRun(Value):
     remedy: Remedy | None = None
 
     def largest(self, count: int = 3) -> str:
-        """Name the draws that are largest for their range; those of the causes, where there are any."""
+        """Name the draws that are largest for their range; if causes are known, theirs."""
         asked = [d for d in self.draws if not self.causes or d.source in self.causes]
         return ", ".join(map(str, sorted(asked, key=lambda d: -abs(d.share))[:count]))
 
@@ -81,7 +81,7 @@ class TwinVerdict(Value):
 
     @property
     def passed(self) -> bool:
-        """Whether as many succeeded as were asked for."""
+        """Whether enough runs succeeded."""
         return self.succeeded >= self.doubts.needed
 
     @property

@@ -101,7 +101,7 @@ class Look(Value):
 
     @property
     def camera(self) -> Camera | None:
-        """Camera that took the last picture; None where there was nothing to look for."""
+        """Camera of the last picture; None without one."""
         return self.pictures[-1].camera if self.pictures else None
 
     @property
@@ -278,7 +278,7 @@ def _unexplained(taken: Picture, fixed: Iterable[Thing], moved: Iterable[Thing],
 
 
 def _fixtures(taken: Picture, perceived: Perceived, before: Look) -> tuple[tuple[Thing, ...], dict[str, Estimate]]:
-    """The furniture, some of it moved to where it was seen: once, in the picture that was taken of it."""
+    """Furniture, with moved parts at the pose at which one picture showed them."""
     said = perceived.scene.get("refined")
     seen: Mapping[str, Judged] = said.value if said is not None else {}
     moved = {n: judged for n, judged in seen.items() if n not in before.estimates}

@@ -162,8 +162,8 @@ class PlanningProblem(Value, eq=False):
         return frozenset(t.thing for b in self.blocked for t in b.tracks)
 
     def _allowed(self, schema: ActionSchema, table: Table, scope: Scope) -> Table:
-        """Table of fillers without movable things, except where the goal asks for them. A thing that only
-        the task is about, such as the drawer that it opens, is no place."""
+        """Table of fillers without movable things, except those that the goal asks for. A thing that only the
+        task is about, such as the drawer that it opens, is no place."""
         new = [f for f in schema.change.adds - schema.change.needs if len(f) > 2]
         made = [(f[0], k) for f in new for k, t in enumerate(f) if (t,) == table.terms]
         if not scope.on_fixed or not made or table.terms[0] in schema.in_hand | _moved_unheld(schema, self.grounder.fluents):
@@ -225,8 +225,7 @@ class PlanningProblem(Value, eq=False):
         return tuple(kept)
 
     def shut_first(self, steps: tuple[Operator, ...]) -> tuple[Operator, ...]:
-        """Return a plan in which things are opened after all those that it closes, as far as it stays a
-        plan.
+        """Return a plan with its closing tasks before its opening tasks, as far as it stays a plan.
 
         What is open takes room: before a cabinet the handle of an open drawer keeps the hand from closing the one below.
         """
@@ -299,7 +298,7 @@ class PlanningProblem(Value, eq=False):
         return tuple(b for b in (new, part and new and replace(new, task=part)) if b is not None and b not in self.blocked)
 
     def _part(self, found: Refutation) -> Done | None:
-        """The part that a refutation names as a task that plans have; None where it names none, or plans have no such task."""
+        """Part of a task that a refutation names, as plans name it; None if plans have no such part."""
         task, fillers = found.part or WHOLE
         rule = next((r for r in self.knowledge.goal_rules if r.task == task), None)
         roles = {} if rule is None else {r: dict(fillers).get(r, EFFECTOR) for r in rule.roles}

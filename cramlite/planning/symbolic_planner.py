@@ -170,7 +170,7 @@ def _wait(process: subprocess.Popen[bytes], began: float) -> int | None:
 
 
 def _end(process: subprocess.Popen[bytes]) -> None:
-    """End the planner with the processes that it started, unless it came to its end by itself."""
+    """End the planner with its child processes, unless it has ended by itself."""
     if process.poll() is None or process.returncode < 0:
         with contextlib.suppress(OSError):
             end_group(process.pid)

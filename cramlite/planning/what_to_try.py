@@ -102,8 +102,8 @@ def _room(collision: Collision) -> Remedy:
 
 
 def _reasons(refusals: Sequence[Entry], most: int) -> Iterator[str]:
-    """The reasons that refused most, where nothing knows a remedy; of one refusal the nearest miss has said all. Those that differ in
-    numbers only, those of tasks among them, are one."""
+    """Most frequent reasons of refusals without a remedy, one for each text apart from numbers; none for a
+    single refusal, which the nearest miss tells."""
     first = _each_once(f"{e.designator}: {e.reason}" for e in refusals)
     counted = Counter(without_numbers(f"{e.designator}: {e.reason}") for e in refusals)
     nearest = nearest_miss(refusals)

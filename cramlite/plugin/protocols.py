@@ -279,8 +279,8 @@ class Correcting(Protocol):
     """Simulator that also corrects read poses that cannot be."""
 
     def put_apart(self, world: World, robots: Mapping[str, Robot], most: float) -> tuple[World, tuple[str, ...]]:
-        """Return the world with loose things that were deep inside others where they are free, at most ``most`` [m] off, and what was
-        done, in clauses."""
+        """Return the world with loose things moved out of others to free places, at most ``most`` [m] off, and
+        clauses on the moves."""
         ...
 
 

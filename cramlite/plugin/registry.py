@@ -111,8 +111,8 @@ class Registry(Struct, dict=True):
                 raise UserError(f"The plugin '{name}' is both blocked and preferred; leave one of them out.")
 
     def _load_file(self, file: Path, installed: Point | None) -> None:
-        """Load a file, unless it is blocked. One with the name of an installed plugin never stands in its place unsaid, and
-        to block that name would leave out both: it is refused."""
+        """Load a file, unless it is blocked. A file with an installed plugin's name is refused, since blocking
+        that name would leave out both."""
         if file.stem in self.blocked and installed is None:
             return
         fault = "" if installed is None else installed.taken()

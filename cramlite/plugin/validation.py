@@ -216,7 +216,8 @@ def _check_episode(hook: str, episode: Any) -> None:
 
 
 def _check_values(hook: str, item: object) -> None:
-    """Attributes have the types and words that the engine reads: one that nothing matches would switch a thing off unsaid."""
+    """Check that attributes have the types and words that the engine reads, since an unknown word would
+    silently switch something off."""
     key, does, *_ = NAMED_BY[hook]
     name = getattr(item, key)
     if not isinstance(name, str) or not name:

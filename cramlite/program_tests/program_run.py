@@ -173,7 +173,7 @@ class ProgramRun:
         path: Quantity = 0.005,
         places: Quantity = 0.005,
     ) -> ProgramRun:
-        """Assert that the run is as it was when a snapshot of it was taken: a text file that is reviewed as others are.
+        """Assert that the run equals its snapshot, a text file that is reviewed like code.
 
         A missing one is written, and the assertion fails once. ``pytest --cramlite-accept`` writes them anew.
 

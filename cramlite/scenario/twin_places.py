@@ -172,7 +172,7 @@ def _hand_eye(errors: ErrorModel, draw: Drawing, sight: Sight) -> Callable[[Pose
 
 
 def _heights(middle: tuple[float, float], thing: Sequence[Box], other: Sequence[Box]) -> Iterator[float]:
-    """Heights at which another thing may carry one whose middle is over it, or between parts of it that it lies on [m]."""
+    """Heights at which another thing may carry a thing whose middle is over it, or between its parts [m]."""
     foot = min(low[2] for low, _ in thing)
     below = [box for box in other if box[1][2] <= foot + INSIDE]
     yield from (high[2] for low, high in below if _over(middle, low, high))
@@ -217,8 +217,8 @@ def _hung(thing: Thing, hanger: Thing, factor: float) -> Pose:
 
 
 def _swung(thing: Thing, hanger: Thing, off: Pose) -> Pose:
-    """Pose of a hanging thing with its error: shifted along its peg, turned about the vertical through the
-    point where it hangs."""
+    """Pose of a hanging thing with its error: shifted along its peg, turned about the vertical through its
+    hanging point."""
     resting = _resting(thing, hanger)
     if resting is None or off == Pose():
         return thing.pose

@@ -54,7 +54,7 @@ class Judge(Protocol):
         """Begin an episode and return the name of its task."""
 
     def setting(self, engine: Engine, folder: Path, twins: int) -> tuple[Path, Setting]:
-        """Write the scenario of the episode that has begun, with its goal, into a folder; return its file, and where it is resolved."""
+        """Write the scenario of the present episode, with its goal, into a folder; return its file and setting."""
 
     def play(self, program: str, setting: Setting, watch: Watch | None = None) -> Rollout:
         """Run a program in the judge's simulator to its end, or until a watcher of its readings stops it."""
@@ -63,7 +63,7 @@ class Judge(Protocol):
         """Do nothing until things are at rest."""
 
     def check(self) -> Judgement:
-        """Return the judgement, as it is by now."""
+        """Return the present judgement."""
 
     def picture(self) -> bytes:
         """Return the picture of the judge's camera as PNG; nothing without a camera."""

@@ -137,7 +137,8 @@ def _resolve(name: str, rows: dict[str, Rows], tracks: dict[str, Track], repairs
 
 
 def _in_world(rows: Rows, tracks: dict[str, Track]) -> Track:
-    """One frame, once its parents are known: it moves when it is recorded, and when its parent moves."""
+    """Track of a frame in the world, once its parents are known: it moves with its own records and its
+    parent's."""
     if not any(p in tracks for p in rows.names):
         return Track(rows.times, rows.poses)
     bounds = [0, *(np.flatnonzero(np.diff(rows.parents)) + 1).tolist(), len(rows.times)]

@@ -125,8 +125,8 @@ def smallest_singular_value(robot: Robot, q: Sequence[float]) -> float:
 
 
 def conditioning(robot: Robot, q: Sequence[float]) -> float:
-    """Return the smallest singular value of the Jacobian: of an arm that is led by its tool and can move beside that, wherever
-    ``ASTRAY`` leaves it."""
+    """Return the smallest singular value of the Jacobian; of a seven-axis arm that is led by its tool, the
+    smallest within ``ASTRAY`` along its null space."""
     if robot.posture is None or len(q) < 7:
         return smallest_singular_value(robot, q)
     beside = np.linalg.svd(jacobian(robot, q))[2][6]

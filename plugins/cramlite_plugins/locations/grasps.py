@@ -161,9 +161,9 @@ def _openings(grasp: Grasp, thing: Thing, belief: Belief, gripper: Gripper) -> I
 def _in_order(
     grips: Sequence[Grip], thing: Thing, belief: Belief, context: Context, room: HandRoom
 ) -> list[tuple[float, Grasp]]:
-    """All grasps with their cost [m]: those without room for the hand last, after them the late kinds of
-    grips; those with the hand inside the thing are left out. Of a payload that goes under a roof those that
-    fit there come first, of one that is let down leaning those of a hand that leans."""
+    """Grasps with their cost [m]: those without room for the hand last, after them the late kinds of grips;
+    without those with the hand inside the thing. Of a payload for a place under an overhang the fitting grasps
+    come first, of one that is let down leaning those of a leaning hand."""
     pose, here, most = belief.pose(thing.name), tcp(belief, context), context.robot.gripper.opening[1]
     loads, found = _loads(grips, thing, belief, context), []
     for grip, load in zip(grips, loads.tolist(), strict=True):

@@ -221,7 +221,7 @@ def _thinnest(geom: Geom) -> float:
 
 
 def _checked(shape: rays.Body, centre: Floats, grips: Sequence[Grip], gripper: Gripper, cone: float) -> list[Grip]:
-    """The candidates on the whole shape, without those that do not fit, slip or are obstructed; of those alike on many parts, one."""
+    """Candidates on the whole shape that fit, hold and are free; one of each set of equal ones on many parts."""
     aheads, most = np.array([g.ahead for g in grips]), gripper.opening[1]
     proposed = antipodal.Hands.at([g.pose for g in grips])
     found = antipodal.pinches(shape, proposed.moved(aheads))

@@ -120,7 +120,7 @@ def _reaches_into(shape: rays.Body, hands: Hands, part: Part, distance: float) -
 
 
 def _column(hole: Feature) -> Geom | None:
-    """Column through a hole, to both sides of it, for a peg or bar; None for a feature that nothing is threaded by."""
+    """Column through a hole, to both sides, as room for a peg or bar; None for other features."""
     if hole.type != HOLE or "diameter" not in hole.size:
         return None
     half = hole.size["diameter"] / 2

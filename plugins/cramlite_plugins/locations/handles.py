@@ -69,7 +69,8 @@ def handle_grasps(location: Location, belief: Belief, context: Context) -> Itera
 
 
 def check_way(location: Location, thing: Thing, belief: Belief, context: Context) -> None:
-    """Check that a thing gets as far along its joint as a location says in "least" (a share of the range), before any hand is tried.
+    """Check that a thing can move as far along its joint as the location's "least" (a share of the range),
+    before hands are tried.
 
     Raises:
         Unresolvable: something is in its way; whatever hand moves it, it meets that.
@@ -140,8 +141,8 @@ def _driving(led: Grounding, thing: Thing, now: Pose, belief: Belief, context: C
 
 
 def _shares(location: Location, joint: Joint, hand: Pose, held: bool) -> tuple[float, ...]:
-    """Motion of a thing by a hand at a pose in its frame, as shares of its joint's range, best first; a
-    pushed one goes on from there to its stop."""
+    """Motion of a thing by a hand at a pose in its frame, as shares of its joint's range, best first; a pushed
+    thing goes on to its stop."""
     said = asked(location, JointWay)
     if said.share:
         return (said.share,)
@@ -185,7 +186,7 @@ def along_joint(thing: Thing, belief: Belief, hand: Pose, share: float) -> tuple
 
 
 def way_along(joint: Joint, now: Pose, hand: Pose) -> Floats:
-    """Return the direction (3,) in which a hand that a thing takes along sets off when its joint begins to close.
+    """Return the direction (3,) in which a closing joint first moves a hand on its thing.
 
     Of a door it is not that into its front: at a handle that stands 40 mm before it the two were 14 deg apart, and fingers that went into
     the front, held to the bar by friction, pressed 14 N along the door without feeling 3 N into it.

@@ -38,8 +38,8 @@ def met_on_its_way(thing: Thing, value: float, goal: float, belief: Belief, cont
 
 
 def _met(thing: Thing, value: float, goal: float, belief: Belief, context: Context) -> dict[float, Refused]:
-    """Obstacles of a thing on its way, by the distance until then [m, rad]; {} where something touches it at
-    the start."""
+    """Obstacles of a thing on its way, by the distance to them [m, rad]; {} if something touches it at the
+    start."""
     assert thing.joint is not None
     joint, now, way, step = thing.joint, belief.pose(thing.name), goal - value, STEPS[thing.joint.kind == "hinge"]
     count = max(1, math.ceil(abs(way) / step))
@@ -100,8 +100,8 @@ def _direction(thing: Thing, way: float, belief: Belief) -> Floats:
 
 
 def _driven_into(name: str, way: Floats, along: tuple[str, ...], begin: Belief, end: Belief, context: Context) -> Refused | None:
-    """Obstacles of a thing on a way (3,) in the base frame [m], but for those that go the same way; just over
-    its support."""
+    """Obstacles of a thing on a way (3,) just over its support, in the base frame [m], without things that move
+    along."""
     start, line = begin.poses[name].pose, np.asarray(begin.base().rotate(way))
     count = max(1, math.ceil(float(np.linalg.norm(way)) / STEPS[0]))
     ways = (np.asarray(start.position) + (0.0, 0.0, OVER) + line * k / count for k in range(1, count + 1))
@@ -111,7 +111,8 @@ def _driven_into(name: str, way: Floats, along: tuple[str, ...], begin: Belief, 
 
 
 def _all_of(blocking: Sequence[InTheWay]) -> InTheWay:
-    """Changes that remove the obstacles at several places: all of them; none where at one of them no task can."""
+    """Changes that remove the obstacles at all places together; none if a place has an obstacle that no task
+    can remove."""
     if not all(blocking):
         return ()
     entries = (entry for entries in blocking for entry in entries or ())

@@ -20,8 +20,8 @@ STEPS = 0.01, math.radians(2.0)  # between the values of a joint that are looked
 
 
 def first_met(put: str, after: Belief, context: Context, clearance: float | None) -> Refused | None:
-    """Return the obstacles of all that a later task closes, with a thing at its believed place: until the
-    rest is felt, where no clearance [m] is asked for, else to its stop."""
+    """Return the obstacles of all things that later tasks close, with a thing at its believed place: up to the
+    stop, or without a clearance [m] until the last part, which is felt."""
     for thing in after.world.things:
         if thing.joint is not None and thing.name in after.poses:
             met = _met(thing, put, after, context, clearance)

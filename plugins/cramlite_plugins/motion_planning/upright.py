@@ -89,8 +89,8 @@ class UprightScene(Value):
 
 
 def load(belief: Belief, context: Context) -> Load | None:
-    """Return the payload, if its class limits its tilt, and that limit, or its present lean if that is more;
-    from an upside-down payload nothing can be spilled."""
+    """Return the payload if its class limits its tilt, and that limit, or its present lean if larger; an
+    upside-down payload has no limit."""
     if belief.held is None:
         return None
     thing = belief.world.thing(belief.held.thing)

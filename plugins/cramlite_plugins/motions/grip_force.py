@@ -116,7 +116,7 @@ def grip_force(grip: GripLoad, asked: float, context: Context, of_thing: tuple[s
 
 
 def _doubt(grip: GripLoad, force: float) -> str:
-    """That a given force does not carry the weight, where it does not; else nothing."""
+    """Doubt that a given force carries the weight; nothing if it does."""
     carried = 2 * grip.friction * force
     return f", which carries {carried:.1f} N: doubtful for {grip}" if carried < GRAVITY * grip.mass else ""
 

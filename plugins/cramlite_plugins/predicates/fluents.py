@@ -56,7 +56,7 @@ def is_flat(scene: SymbolicWorld, entity: str) -> bool:
 
 
 def low(size: Floats) -> bool:
-    """Check whether sides (3,) [m] are those of something flat: so low fingers get no hold of it from the side."""
+    """Check whether sides (3,) [m] are too low for fingers to grip from the side."""
     return float(size[2]) <= FLAT * float(min(size[:2]))
 
 
@@ -215,7 +215,8 @@ def _two_in_hand(_scene: SymbolicWorld, fact: Fact, other: Fact) -> bool:
 
 
 def _two_places(scene: SymbolicWorld, fact: Fact, other: Fact) -> bool:
-    """Nothing is at two places that stand still and apart: over both, or, if it is carried, farther apart than it is long."""
+    """Whether two facts put a thing at two fixed places that are apart: over both at once, or, if carried,
+    farther apart than it is long."""
     one, two = _put(scene, fact), _put(scene, other)
     if one is None or two is None or one[0] != two[0] or one[1] == two[1]:
         return False

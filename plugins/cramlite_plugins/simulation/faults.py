@@ -138,7 +138,7 @@ def _added(run: FaultsToCome, fault: Fault, now: float) -> None:
 
 
 def _fallen(run: FaultsToCome, fault: Fault, now: float) -> None:
-    """It is turned by a quarter about the axis of its side, away from the robot, and put down where it stood."""
+    """Turn a thing by a quarter about its side, away from the robot, and put it down at its place."""
     pose, thing = run.compiled.pose(run.data, fault.thing), run.compiled.world.thing(fault.thing)
     away = np.subtract(pose.position, run.arm.base.position)
     angle = math.atan2(away[1], away[0]) + math.pi / 2

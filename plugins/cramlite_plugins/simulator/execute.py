@@ -92,8 +92,8 @@ def execute(
 
 
 def _come_to_rest(run: _Run) -> None:
-    """Let the world settle while the arm holds. Friction may creep meanwhile (by 0.03 mm/s): where sixteen vessels stand about, what
-    keeps it from that takes four fifths of a step."""
+    """Let the world settle while the arm holds, without MuJoCo's no-slip iterations, which take four fifths of
+    a step with sixteen vessels. Things may creep by 0.03 mm/s meanwhile."""
     options = run.controller.model.opt
     firm, options.noslip_iterations = options.noslip_iterations, 0
     for _ in range(round(BEFORE / run.controller.period)):

@@ -95,7 +95,8 @@ class Opening(ByHandle):
         return replace(super().begins_at(action), parameters=self._least(action))
 
     def _least(self, action: Action) -> dict[str, Any]:
-        """Least opening that counts, whatever hand opens it."""
+        """Parameters of a location: the least share of its range at which a thing counts as open, and whether
+        obstacles may be driven along."""
         return {"least": self.parameter(action, "share") or LESS[-1], **self._drives(action)}
 
     @staticmethod

@@ -91,7 +91,7 @@ def _unmet(literal: GoalLiteral, timeline: Timeline, rollout: Rollout) -> str:
 
 
 def _doubtful(literal: GoalLiteral, timeline: Timeline, rollout: Rollout) -> str:
-    """A region that an origin is in by less than simulators differ by; empty where there is none."""
+    """Clause on a thing that is in its region by less than simulators differ by; empty without one."""
     from cramlite.plugin import atoms
 
     binding: dict[str, str | float] = {v: _recorded(e, timeline.episode) for v, e in literal.binding.items()}
@@ -106,8 +106,8 @@ def _doubtful(literal: GoalLiteral, timeline: Timeline, rollout: Rollout) -> str
 
 
 def _recorded(entity: str, episode: Episode) -> str:
-    """Name that a recording gives an entity of planning: its robot's for the hand, its vessel's for a
-    filling; a feature without a shape of its own is felt as its thing, unless it is a place."""
+    """Name of an entity in the recording: the robot's for the hand, the vessel's for a filling, the thing's for
+    a feature without a shape, unless that is a place."""
     whole = thing_of(entity)
     if entity == EFFECTOR:
         return episode.effector or entity
@@ -134,7 +134,8 @@ def _too_few(clause: Clause, literal: GoalLiteral, rollout: Rollout) -> str:
 
 
 def _beside(literal: GoalLiteral, candidate: Candidate) -> str:
-    """The thing is not on the side of another that was asked for, as the robot's base looks; empty where it is."""
+    """Clause on a thing that is not on the wanted side of another, as seen from the robot's base; empty if it
+    is."""
     if not literal.side:
         return ""
     assert candidate.rollout is not None

@@ -164,8 +164,8 @@ class TaskRules(Value):
 
 
 def _already(candidate: Candidate, action: Action) -> str:
-    """Part of the action before that did the same with the same things; empty for none. Its effect cannot be asked for
-    once more: a hand that withdrew, as the last part of placing, touches nothing that it could withdraw from."""
+    """Part of the action before that did the same with the same things; empty without one. Its effect cannot be
+    asked for twice."""
     names = [a.name for a in candidate.actions]
     if action.name not in names[1:]:
         return ""
@@ -232,8 +232,8 @@ def _ways(timeline: Timeline, start: float, end: float) -> Iterator[Way]:
 
 
 def _opened(timeline: Timeline, start: float) -> float:
-    """Time at which fingers that are open now released their payload [s]: as long ago as the hand has not
-    moved since."""
+    """Time at which the fingers opened before ``start`` [s]: their last release if the hand has not moved
+    since, at least ``OPENING`` before."""
     from ..predicates.phase_poses import pose_of
 
     hand = timeline.episode.effector
@@ -294,7 +294,7 @@ Unmet = tuple["Clause", list[dict[str, Any]]]
 
 
 def _unmet_in(rule: Rule, clauses: list[Clause], action: Action, ways: Iterable[Way]) -> Unmet | None:
-    """None where the rule is met in one of the ways, else the lacking condition of the way that meets most of it."""
+    """Missing condition of the span that meets most of a rule; None if one span meets it all."""
     furthest: tuple[int, Unmet] | None = None
     for phases in ways:
         unmet = _unmet(clauses, action, rule, phases)

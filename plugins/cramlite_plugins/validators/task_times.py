@@ -24,8 +24,8 @@ def task_at(candidate: Candidate, sample: int) -> str:
 
 
 def origins(candidate: Candidate) -> list[str]:
-    """Return for each sample the designator that the code which ran then came from, e.g. "3.Placing/PuttingDown/lower"; "" before the
-    first step. After the last one, while things settle, it is the last one's."""
+    """Return for each sample the designator whose code ran then, e.g. "3.Placing/PuttingDown/lower"; "" before
+    the first step, the last one after the end."""
     rollout, code = candidate.rollout, candidate.code
     assert rollout is not None and code is not None
     starts, lines = sorted(code.origins), rollout.lines.astype(int)

@@ -124,8 +124,8 @@ def _topples(rollout: Rollout, grip: Grip) -> float:
 
 
 def _slid(candidate: Candidate, found: Iterable[ExplainedGrip]) -> Iterator[Finding]:
-    """Payloads that were dragged along a surface, in a task that slides nothing; but for declared turns,
-    about a far side."""
+    """Payloads that were dragged along a surface in a task that slides nothing, without declared turns about a
+    far side."""
     rollout, tasks, turns = _rollout(candidate), inner_tasks(candidate), declared(candidate)
     for grip, _, _, _, taken in found:
         for task, rows in () if not taken else _stretches(tasks):
@@ -141,7 +141,7 @@ def _slid(candidate: Candidate, found: Iterable[ExplainedGrip]) -> Iterator[Find
 
 
 def _taken_along(candidate: Candidate, found: Iterable[ExplainedGrip]) -> Iterator[Finding]:
-    """Things that the hand takes along before they rest after their release, or before it holds them."""
+    """Things that the open hand takes along after their release and before they rest, or before their grasp."""
     rollout, tasks, limit = _rollout(candidate), inner_tasks(candidate), candidate.limits.bystander_motion
     for grip, wrong, _, _, _ in found:
         rest = min(rests(rollout, grip.thing, grip.last), len(rollout.times) - 1)
@@ -178,7 +178,7 @@ def _returned(candidate: Candidate, found: Iterable[ExplainedGrip]) -> Iterator[
 
 
 def _carried(rollout: Rollout, found: Iterable[ExplainedGrip], rows: range) -> set[str]:
-    """Loose things that are released at some samples, whose place says where they end; a thing on a joint is
+    """Loose things that are released at some samples at a place that predicts their rest; a thing on a joint is
     led by the hand."""
     let_go = {grip.thing for grip, wrong, *_ in found if not wrong and grip.last in rows}
     return {name for name in let_go if rollout.world.thing(name).joint is None}

@@ -78,7 +78,8 @@ def grid_of(tracks: dict[str, Track]) -> Grid:
 
 
 def _sampled(track: Track, times: Floats) -> Floats:
-    """Interpolated where two poses are BRIDGED apart at most, or it was lost between them, else the last one; the first before it."""
+    """Poses at sample times: interpolated over gaps up to BRIDGED, or up to LOST if the thing is elsewhere
+    afterwards; else the last pose, or before the first the first."""
     before = np.clip(np.searchsorted(track.times, times, side="right") - 1, 0, None)
     after = np.minimum(before + 1, len(track.times) - 1)
     gap = track.times[after] - track.times[before]

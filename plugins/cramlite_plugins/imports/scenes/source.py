@@ -180,7 +180,7 @@ def _check_options(path: Path, model: Any) -> None:
 
 
 def _check_up(path: Path, model: Any) -> None:
-    """Refuse a scene that falls another way than down: its things would stand on their sides."""
+    """Refuse a scene whose gravity is not along -z, since its things would stand on their sides."""
     down = np.array(model.opt.gravity)
     if not np.abs(down).max() <= HEAVIEST:
         said = ", ".join(f"{v:g}" for v in down)

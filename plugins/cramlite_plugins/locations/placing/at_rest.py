@@ -125,8 +125,8 @@ def must_lean(query: Query, now: Pose) -> str:
 
 
 def leaning(query: Query, now: Pose) -> Iterator[Pose]:
-    """Generate poses in the base frame for a release after which the payload comes to rest leaning, with its
-    origin in the region, by ``SURE``, wherever it is released within ``ASTRAY``.
+    """Generate poses of a release in the base frame after which the payload rests leaning with its origin in
+    the region by ``SURE``, wherever it is released within ``ASTRAY``.
 
     Args:
         now: of what is held, in the base frame.

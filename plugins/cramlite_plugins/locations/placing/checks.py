@@ -73,8 +73,7 @@ def supported(placement: Placement, query: Query) -> str:
 
 
 def _sunk(placement: Placement, query: Query) -> bool:
-    """Whether its centre of mass comes to rest below the rim of a hollow: however it lies there, it does not
-    fall out."""
+    """Whether the payload's centre of mass comes to rest below the rim of a hollow, so that it cannot fall out."""
     hollow = query.under.feature("cram:Cavity") if query.under else None
     if query.under is None or hollow is None:
         return False
@@ -99,8 +98,8 @@ def clear(placement: Placement, query: Query) -> str | Refused:
 
 
 def inside(placement: Placement, query: Query) -> str | Refused:
-    """Check that all of it is over the container's opening, and apart from its walls as far as there is room:
-    a payload that meets one on its way down leans."""
+    """Check that all of the payload is over the container's opening, and apart from its walls as far as there
+    is room."""
     outline = footprint(query.thing, query.target.pose.inverse() * placement.thing)
     (low, left, high, right), (x, y, x1, y1) = outline.bounds, query.target.area.bounds
     gap = min(OFF_WALLS, max(0.0, min(x1 - x - high + low, y1 - y - right + left) / 4))  # with half of the room to choose from
@@ -200,7 +199,7 @@ def beside(placement: Placement, query: Query) -> str:
 
 
 def let_in(placement: Placement, query: Query) -> str | Refused:
-    """Check that the payload has room on a way that leads aside, whatever holds it."""
+    """Check that the payload has room on a way that leads aside, whatever the grasp."""
     return (placement.led and _met(placement, query, False)) or ""
 
 
@@ -273,8 +272,7 @@ def lowered(placement: Placement, query: Query) -> Pose:
 
 
 def hand_off(placement: Placement, query: Query) -> str | Refused:
-    """Check that the payload comes to rest on its uneven support before the hand meets that: fingers around a
-    bowl's side reach below the rim of another one that it is put into."""
+    """Check that the payload comes to rest on its uneven support before the hand meets the support."""
     if not query.settles:
         return ""
     there = query.arm.at(query.let_down(lowered(placement, query)))

@@ -69,8 +69,8 @@ def free_for(query: Query, now: Pose) -> Any:
 
 
 def radius(query: Query, now: Pose, top: float = math.inf) -> float:
-    """Return the radius of the largest disc about the middle of the payload's outline [m], up to a height
-    over its support; 0 where that is beside it."""
+    """Return the radius of the largest disc about the middle of the payload's outline [m], up to a height over
+    its support; 0 if the middle is outside the outline."""
     low = -support(query.thing, now, (0.0, 0.0, -1.0))
     outline, at = filled(footprint(query.thing, now, high=low + top)), shapely.Point(*middle(query, now))
     return float(outline.boundary.distance(at)) if outline.covers(at) else 0.0
@@ -115,8 +115,8 @@ def rectangle(query: Query, now: Pose) -> Floats:
 
 
 def middle(query: Query, now: Pose) -> Floats:
-    """Return the point of a payload that is brought over a position (2,) [m]: its centre of mass, which has
-    to be supported; between walls of a container the middle of its outline, which has to get past them."""
+    """Return the point of a payload that goes over a position (2,) [m]: its centre of mass, which needs
+    support; between walls of a container the middle of its outline, which has to get past them."""
     if query.depth:
         found: Floats = rectangle(query, now).mean(axis=0)
         return found
@@ -124,8 +124,8 @@ def middle(query: Query, now: Pose) -> Floats:
 
 
 def beside_where_it_stood(query: Query, free: Any, wide: float) -> Iterator[Offset]:
-    """Generate positions in a free area of a surface beside where the payload stood on it, nearest to the
-    robot first; none unless the next task that is about anything else shuts that.
+    """Generate positions in a free area of a surface beside the payload's old place on it, nearest to the robot
+    first; only if the next other task closes the surface's thing.
 
     Args:
         wide: radius of the disc in the payload's outline [m].

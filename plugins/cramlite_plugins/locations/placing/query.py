@@ -112,7 +112,7 @@ class Query(Value, dict=True):
 
     @cached_property
     def around(self) -> Thing:
-        """Return that thing with all that is near it as one, in its frame."""
+        """Return the target's thing and all things near it as one, in its frame."""
         back, (low, high) = self.at.inverse(), box_around(self.whole.geoms)
         reach, geoms = float(np.linalg.norm(high - low)), list(self.whole.geoms)
         for name in self.belief.poses.keys() - {self.whole.name, self.thing.name}:

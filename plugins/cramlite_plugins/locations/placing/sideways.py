@@ -83,8 +83,8 @@ class Floor(Value):
 
 
 def sideways(asked: list[Query]) -> Groups:
-    """Generate placements under a roof: carried in level through a side that is open, the farthest in first; as
-    the payload stands, and turned with a hand that points inwards, as it comes to rest from there.
+    """Generate placements under an overhang: carried in level through an open side, the farthest in first; as
+    the payload stands, or held by a hand that points inwards, as it comes to rest from there.
 
     Those at which boxes about hand and payload have room come first; others, upright, only where there are none.
 
@@ -107,7 +107,7 @@ def sideways(asked: list[Query]) -> Groups:
 
 
 def _attitudes(query: Query, upright: Pose) -> Iterator[tuple[str, Pose]]:
-    """Attitudes of a payload, each with a kind of stable pose: as it stands, and as a hand holds it that points
+    """Orientations of a payload with a kind of stable pose: as it stands, and as held by a hand that points
     inwards."""
     turned = not query.where.attitude and query.thing.filling is None and not query.held.carries
     stands = "within" if query.depth else "on"
@@ -165,9 +165,8 @@ def _too_high(query: Query, room: float, needed: float) -> Unresolvable:
 
 
 def _level(query: Query, floor: Floor, now: Pose, kind: str) -> Iterator[Placement]:
-    """Positions from the middle outwards, at each the turns at which the hand points inwards; for a payload
-    that is released otherwise than it stands, where it comes to rest. Of those out of reach one, which says
-    so."""
+    """Positions from the middle outwards with the turns at which the hand points inwards; for a payload that is
+    released otherwise than it stands, its rest positions. Of unreachable ones one remains, for the refusal."""
     few = 1 if kind != "dropped" else FEW
     first = _at(query, floor, now, kind, floor.spots()[0], 0.0)
     if reach_gap(query.context.robot, first.before)[0] > BEYOND:
@@ -218,7 +217,7 @@ def _down(hand: Pose) -> float:
 
 
 def _let_go(level: Placement, query: Query) -> Placement:
-    """Placement of a payload that is released otherwise than it stands, with its simulated rest, if there is any."""
+    """Placement of a payload that is released otherwise than it stands, with its simulated rest, if any."""
     if room(level, query) or not inverse(query.context.robot, level.pose, seed=query.belief.joints):
         return level  # checks say so
     ends = rests(query.thing, level.thing, query.around, query.at, OFF_PATH, there=True)

@@ -106,7 +106,7 @@ def stable_poses(queries: list[Query], now: Pose) -> Iterator[Rest | Refused]:
 def _simulated(
     query: Query, found: Iterator[Pose], now: Pose, heights: Sequence[tuple[float, float]], none: str
 ) -> Iterator[Rest | Refused]:
-    """Poses that simulation says are stable; or that there is none."""
+    """Stable poses by simulation, or the refusal without any."""
     pose = None
     for pose in found:
         x, y, z = (1000 * v for v in pose.position)
@@ -128,7 +128,7 @@ def _upright(queries: list[Query], now: Pose) -> Iterator[Rest]:
 
 
 def _stands(rest: Rest) -> bool:
-    """Whether the support carries it there, where it shall be."""
+    """Whether the support carries the payload at its place."""
     here = Placement(rest.name, rest.thing, rest.thing, rest.thing, 0.0)
     return not (supported(here, rest.query) or near(here, rest.query))
 
@@ -246,8 +246,8 @@ def check_turn(query: Query, asked: Pose) -> None:
 
 
 def with_middle(level: list[Query]) -> list[Query]:
-    """Return surfaces, with the middle first of movable supports whose own shape, such as a plate's rim,
-    stands about their largest surface; of the surfaces then that alone with room beside its obstacles."""
+    """Return surfaces; of a movable support with a shape around its largest surface, such as a plate's rim, the
+    middle first, and only it if it has room."""
     first, thing = level[0], level[0].whole
     if thing.furniture or first.where.region or not any(o.name == thing.name for o in first.obstacles):
         return level

@@ -125,8 +125,8 @@ def _under(query: Query) -> list[Floats]:
 
 
 def _hand_down(query: Query, lean: Pose) -> list[Pose]:
-    """Attitudes of a thing turned about its own upright axis, those first at which the hand points straight
-    down when it leans."""
+    """Orientations of a thing about its own upright axis, first those at which the hand of the leaning thing
+    points straight down."""
     found = []
     for k in range(HEADINGS):
         turned = about_vertical(query.now, math.tau * k / HEADINGS)
@@ -135,8 +135,8 @@ def _hand_down(query: Query, lean: Pose) -> list[Pose]:
 
 
 def _offsets(query: Query, towards: Floats) -> Iterator[tuple[float, float]]:
-    """Positions in an opening, in its frame, at which a thing stands as far out from under the overhang as it
-    can, or nearly [m]."""
+    """Positions in an opening, in its frame, at which a thing stands farthest out from under the overhang, or
+    nearly [m]."""
     frame = query.target.pose.inverse()
     way = frame.rotate(towards)[:2]
     across = np.array([-way[1], way[0]])

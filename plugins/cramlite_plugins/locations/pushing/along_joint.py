@@ -38,7 +38,8 @@ def before_front(location: Location, belief: Belief, context: Context) -> Iterat
 
 
 def behind_door(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
-    """Generate closed fingers behind a door that stands ajar, over its upper edge, where the arm can follow it until it is "least" open."""
+    """Generate closed fingers behind a door that stands ajar, over its upper edge, with which the arm can
+    follow the door until it is "least" open."""
     entity = bound(context, location.of)
     thing, handle = belief.thing(entity), belief.feature(entity, "cram:Handle")
     if handle is None or thing.joint is None or thing.joint.kind != "hinge":
@@ -50,7 +51,8 @@ def behind_door(location: Location, belief: Belief, context: Context) -> Iterato
 def _pushing(
     thing: Thing, joint: Joint, spots: Iterator[tuple[Pose, str]], belief: Belief, context: Context, least: float | None
 ) -> Iterator[Grounding | Refused]:
-    """Hands that are free at spots, and before them on the arc of a thing, and follow it: until it is all but shut, or open by a share."""
+    """Free hands at places of a thing, and before them, that can follow its arc until it is all but shut, or
+    open by a share."""
     shut, pose = context.robot.gripper.opening[0], belief.pose(thing.name)
     stand_offs = (BEHIND, NEARER) if least is None else (INSIDE,)
     late = list[Grounding]()

@@ -70,8 +70,8 @@ def way_around(start: Point, left: Left, met: Met, cleared: bool = False) -> lis
 
 
 def way_straight(start: Point, end: Point, met: Met) -> list[Point] | Refused:
-    """Check the straight way between two points: its end, or the obstacles on it: all that are loose, or
-    first one that nothing can move."""
+    """Check the straight way between two points: its end, or its obstacles: all loose ones, or the first fixed
+    one."""
     stopped = [no for no in map(met, _between(start, end)) if no is not None]
     fixed = next((no for no in stopped if not no.blocking), None)
     if not stopped or fixed:
@@ -153,8 +153,8 @@ def _wider(
 
 
 def on_a_shorter_way(start: Point, left: Left, alone: Met, hand: Met) -> Refused | None:
-    """Return the movable obstacles of a way that would be shorter without them by more than it takes to put
-    them elsewhere; None where there is no such way. Obstacles are met as in ``ways_around``."""
+    """Return the movable obstacles whose removal shortens a way by more than it costs; None without any.
+    Obstacles are met as in ``ways_around``."""
     found = way_around(start, left, cache(lambda spot: alone(spot) or hand(spot)), cleared=True)
     return found if isinstance(found, Refused) and found.blocking else None
 

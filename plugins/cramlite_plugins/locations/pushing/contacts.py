@@ -118,7 +118,8 @@ def _axes(way: Floats, turn: float) -> tuple[Floats, Floats, Pose]:
 
 
 def _floor(thing: Thing, pose: Pose, over: Pose, gripper: Gripper) -> float | None:
-    """The highest of a thing under closed fingers, along z of the base frame [m]; None where its rim hardly stands up from that.
+    """Height of a thing's highest point under closed fingers, along z of the base frame [m]; None if its rim
+    hardly rises above that.
 
     Args:
         over: of the fingers' tips, as high as the thing's rim.
@@ -144,8 +145,8 @@ def free_ahead(thing: Thing, pose: Pose, hand: Pose, ahead: Floats, opening: flo
 
 
 def at_front(thing: Thing, joint: Joint, handle: Feature, pose: Pose, gripper: Gripper) -> Iterator[tuple[Pose, str]]:
-    """Closed fingers before a front, and words for where; last those that may slip off, and those much nearer
-    to a hinge than the handle is."""
+    """Closed fingers before a front, with descriptions; last those that may slip off, and those much nearer to
+    a hinge than the handle is."""
     loose, near, far = list[tuple[Pose, str]](), list[tuple[Pose, str]](), NEAR_HINGE * lever(joint, handle.pose)
     over = AT_BAR if joint.kind == "hinge" else FROM_ABOVE
     for spot, tilt, turn in itertools.chain(itertools.product(SPOTS, TILTS, TURNS), itertools.product(*over)):
@@ -162,7 +163,8 @@ def at_front(thing: Thing, joint: Joint, handle: Feature, pose: Pose, gripper: G
 
 
 def at_inner_side(thing: Thing, joint: Joint, handle: Feature, pose: Pose, gripper: Gripper) -> Iterator[tuple[Pose, str]]:
-    """Closed fingers behind a door, over its upper edge, and words for where; last those much nearer to its hinge than its handle is."""
+    """Closed fingers behind a door, over its upper edge, with descriptions; last those much nearer to its hinge
+    than its handle is."""
     near, far = list[tuple[Pose, str]](), NEAR_HINGE * lever(joint, handle.pose)
     out, up = _facing(pose * handle.pose, inner=True)
     side = math.copysign(1.0, np.cross(up, out) @ np.subtract((pose * joint.pose).position, (pose * handle.pose).position))

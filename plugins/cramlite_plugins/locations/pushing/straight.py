@@ -117,7 +117,8 @@ def behind(location: Location, belief: Belief, context: Context) -> Iterator[Gro
 
 
 def _to_region(thing: Thing, pose: Pose, location: Location, belief: Belief, context: Context) -> Iterator[Hand | Refused]:
-    """Hands that bring a thing to its region; with fingers in it the obstacles, whatever hand that is."""
+    """Hands that bring a thing to its region; with fingers in the thing a refusal with the obstacles of all
+    hands."""
     area, frame = _region(thing, pose, asked(location, PushedThing).region, belief)
     if not asked(location, PushedThing).inside:
         yield from hands_behind(thing, pose, _apart(location), context.robot.gripper, area, frame)

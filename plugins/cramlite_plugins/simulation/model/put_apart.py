@@ -37,7 +37,7 @@ class _Place(Value, eq=False):
 
 
 def put_apart(world: World, robots: Mapping[str, Robot], most: float) -> tuple[World, tuple[str, ...]]:
-    """Put loose things that are too deep inside others where they are free and at rest, as near as can be.
+    """Move loose things that are too deep inside others to the nearest free places at rest.
 
     Args:
         most: that a thing may be from where it was read [m].

@@ -23,7 +23,8 @@ RAYS = 400  # are cast at a thing: of PIXELS of a small one each has its own, of
 
 
 class Sight:
-    """A detector of first sightings in a world in which things are known once they are seen; in any other one, of none.
+    """Detector of first sightings, for worlds in which things are known once they are seen; without effect in
+    others.
 
     A camera looks where it stands, as a robot's does: what it sees in passing, nobody has looked at.
 
