@@ -177,7 +177,7 @@ class GoingOn:
         return self.setting.robot.gripper.opening[0]
 
     def _decided(self, done: Round, watch: RunWatch, notice: Notice, *, given_up: bool) -> tuple[Attempt | None, str]:
-        """Next program, with words for it; None with the reason where there is none."""
+        """Next program with its description; None with the reason."""
         key = notice.kind, notice.thing, notice.step.partition(".")[2]
         self.noticed[key] += 1
         if given_up:
@@ -189,7 +189,7 @@ class GoingOn:
         return self._next(done, watch, notice)
 
     def _next(self, done: Round, watch: RunWatch, notice: Notice) -> tuple[Attempt | None, str]:
-        """Next program, proven from the readings, with words for it; None with the reason where there is none."""
+        """Next program, proven from the readings, with its description; None with the reason."""
         assert watch.last is not None
         if watch.last.poses is None:
             return None, "there are no readings; when they are back, execute again with --replan"

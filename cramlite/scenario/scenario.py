@@ -118,7 +118,7 @@ class WorldFileSpec(Spec):
 
 
 class LimitsSpec(Spec):
-    """How far a run may disturb what no task is about (``cramlite.model.JudgingLimits``).
+    """Limits on how far a run may disturb bystanders (``cramlite.model.JudgingLimits``).
 
     ``may_push`` is what ``advisory`` says where it is not written: what is told and refuses nothing may be planned.
     """
@@ -299,7 +299,7 @@ def read_scenario(path: Path | str | Mapping[str, Any]) -> Scenario:
 
 
 def started_by(data: Any, goal: Any) -> Any:
-    """Return the data of a scenario that a client asks a goal in: one that starts from nothing, only says where, starts from that."""
+    """Return the data of a scenario for a client's goal; a scenario of a world alone starts from the goal."""
     says_where = isinstance(data, Mapping) and data.keys().isdisjoint(STARTS)
     return {**data, "goal": list(goal)} if says_where and isinstance(goal, list | tuple) else data
 

@@ -120,7 +120,8 @@ def build_world(
 
 
 def corrected(world: World, knowledge: Knowledge, noise: float) -> World:
-    """Return a world whose poses were read: what cannot be where it was read is where it is free, by a note.
+    """Return a world of read poses in which things that cannot be where they were read are moved to free
+    places, with a note.
 
     Args:
         noise: how far readings may be off [m]; with 0 the world is as it was read.

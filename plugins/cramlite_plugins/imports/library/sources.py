@@ -52,7 +52,7 @@ def _folders(scene: Path) -> list[Path]:
 
 
 def _once(meshes: Iterable[Path]) -> list[Path]:
-    """One file of those that are one mesh in several formats, the one that can have a texture."""
+    """One file of each mesh in several formats, preferably one with a texture."""
     order = {k: i for i, k in enumerate(("glb", "obj", "ply", "off", "stl"))}
     best: dict[Path, Path] = {}
     for mesh in meshes:

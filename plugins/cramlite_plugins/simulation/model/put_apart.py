@@ -37,7 +37,7 @@ class _Place(Value, eq=False):
 
 
 def put_apart(world: World, robots: Mapping[str, Robot], most: float) -> tuple[World, tuple[str, ...]]:
-    """Put loose things that are too deep inside others where they are free and at rest, as near as can be.
+    """Move loose things that are too deep inside others to the nearest free places at rest.
 
     Args:
         most: that a thing may be from where it was read [m].
@@ -83,7 +83,7 @@ def _places(compiled: Compiled, data: Data, world: World, ways_out: list[tuple[s
 
 
 def _at_rest(world: World, name: str) -> Pose:
-    """Where a thing comes to rest; those in a hand are held where they are."""
+    """Rest pose of a thing; things in a hand are held."""
     held = {m.holds.thing: world.thing(m.holds.thing).pose for m in world.robots if m.holds}
     compiled = compile_world(replace(world, robots=()), {})
     data = compiled.data()
