@@ -48,7 +48,7 @@ def _led(answer: Grounding, location: Location, belief: Belief, context: Context
     assert held is not None and held.swing is not None
     lies = shift(place.pose, (0.0, 0.0, OVER - place.release.height_m))
     thing = belief.world.thing(held.thing)
-    share, hand = _released(*rolled(thing, lies, held.swing))
+    share, hand = released(*rolled(thing, lies, held.swing))
     swing = held.swing.part(share, 1.0)
     shares, way = rolled(thing, hand, swing)
     before, seed = shift(way[0], (0.0, 0.0, ABOVE)), belief.joints
@@ -64,8 +64,12 @@ def _led(answer: Grounding, location: Location, belief: Belief, context: Context
     return replace(answer, value=led, reason=f"{answer.reason}, led down about its far side")
 
 
-def _released(shares: list[float], hands: list[Pose]) -> tuple[float, Pose]:
-    """Share of a swing, and the TCP, ``LEFT`` above the end of a way down."""
+def released(shares: list[float], hands: list[Pose]) -> tuple[float, Pose]:
+    """Return the share of a swing, and the TCP, ``LEFT`` above the end of a way down: there the hand lets go.
+
+    Args:
+        shares, hands: as ``rolled`` returns them.
+    """
     ways = np.array([hand.position for hand in hands])
     share = float(np.interp(ways[-1, 2] + LEFT, ways[::-1, 2], shares[::-1]))
     x, y, z = (float(np.interp(share, shares[::-1], way)) for way in ways[::-1].T)
