@@ -33,6 +33,7 @@ COMMANDS: Mapping[str, tuple[str, str]] = {
     "check": ("check", "check a scenario, a rule file or a program without running it"),
     "experiment": ("experiment", "run an experiment and print its tables"),
     "perceive": ("perceive", "ask what a camera sees"),
+    "calibrate": ("calibrate", "say where a camera is, from pictures of a printed board"),
     "show": ("show", "draw the world of a scenario before anything is resolved"),
     "view": ("view", "look at a run in an interactive 3D viewer"),
     "export": ("export", "write a run as a GIF, MP4, MCAP recording, CSV tables or a behaviour tree, for other programs"),

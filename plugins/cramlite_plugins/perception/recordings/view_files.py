@@ -162,7 +162,7 @@ def _organised_view(cloud: Cloud, where: Path) -> View:
             "them; save it in the optical frame (x right, y down, z forward), or put intrinsics beside it as NAME.json."
         )
     try:
-        intrinsics = Intrinsics(*focal, *centre, width, height)
+        intrinsics = Intrinsics(focal[0], focal[1], centre[0], centre[1], width, height)
     except UserError as error:
         raise UserError(f"{where}: {error}") from error
     depth, rgb = np.full(cloud.size, np.nan, np.float32), np.full((*cloud.size, 3), GREY, np.uint8)
