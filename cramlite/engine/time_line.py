@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Literal
 from msgspec import DecodeError, json
 
 from ..base.errors import UserError
+from ..base.run_directory import write_whole
 from ..base.value import Value
 from ..model.episode import Event
 from ..model.readings import Notice
@@ -88,8 +89,12 @@ def events_of(moments: Iterable[Moment], round_: int, rollout: Rollout) -> tuple
 
 
 def write_time_line(moments: Iterable[Moment], folder: Path) -> None:
-    """Write a time line into a folder of a run."""
-    (folder / FILE).write_bytes(json.format(json.encode(list(moments)), indent=1))
+    """Write a time line into a folder of a run.
+
+    Raises:
+        UserError: it cannot be written.
+    """
+    write_whole(folder / FILE, json.format(json.encode(list(moments)), indent=1))
 
 
 def read_time_line(folder: Path) -> Sequence[Moment]:
