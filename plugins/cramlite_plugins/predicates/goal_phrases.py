@@ -44,7 +44,7 @@ def _held(_scene: SymbolicWorld, thing: str) -> GoalCondition:
 
 
 def _on(scene: SymbolicWorld, thing: str, place: str) -> GoalCondition:
-    """On a thing with a peg it hangs; of a cavity, on is in."""
+    """Goal of a thing on a place: hanging where that has a peg, else supported; on a region, as in it."""
     if place != thing_of(place):
         return _at_region(scene, thing, place)
     peg = scene.world.thing(place).feature(PEG)

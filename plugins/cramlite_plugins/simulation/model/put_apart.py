@@ -29,7 +29,7 @@ SETTLE = 1.0
 
 
 class _Place(Value, eq=False):
-    """Place of a thing that is free: how far and where from its reading."""
+    """Free place of a thing, with its distance and direction from the reading."""
 
     thing: str
     away: float
