@@ -34,6 +34,7 @@ COMMANDS: Mapping[str, tuple[str, str]] = {
     "experiment": ("experiment", "run an experiment and print its tables"),
     "library": ("library", "make a library of known kinds from meshes and MJCF files"),
     "perceive": ("perceive", "ask what a camera sees"),
+    "calibrate": ("calibrate", "say where a camera is, from pictures of a printed board"),
     "show": ("show", "draw the world of a scenario before anything is resolved"),
     "view": ("view", "look at a run in an interactive 3D viewer"),
     "export": ("export", "write a run as a GIF, MP4, MCAP recording, CSV tables or a behaviour tree, for other programs"),

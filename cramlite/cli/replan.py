@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from ..engine.going_on import GoingOn, Stretch
     from ..engine.replanning import Attempt, Round
     from ..engine.time_line import Moment
+    from ..model.episode import Event
     from ..scenario.scenario import Scenario
 
 
@@ -62,7 +63,8 @@ def execute_and_replan(
     """
     from ..engine import replanning
     from ..engine.going_on import GoingOn
-    from ..engine.time_line import write_time_line
+    from ..engine.time_line import events_of, write_time_line
+    from ..report.time_line_page import TimeLinePage
 
     vacant(out)
     scene, engine = _who_replans(scenario, rounds, plugins)
@@ -71,6 +73,7 @@ def execute_and_replan(
     said: list[str] = []
     done: list[Round] = []
     moments: list[Moment] = []
+    page = TimeLinePage(engine.knowledge)
     say = partial(_say, said, aloud=not json_output)
     if scene.spec.poses == "camera":
         executed: Iterable[Round] = replanning.rounds(first, scene, engine, seed=seed, most=rounds, say=say, verbose=verbose)
@@ -82,9 +85,11 @@ def execute_and_replan(
             if not json_output:
                 print(rollout_text(one.rollout))
             if out is not None:
-                _write_round(out / f"round_{number}", one, program.stem, engine, episode=episode)
+                happened = events_of(moments, number, one.rollout)
+                _write_round(out / f"round_{number}", one, program.stem, engine, episode=episode, events=happened)
                 if moments:
                     write_time_line(moments, out)
+                    page.write(moments, one.rollout, out)
     finally:
         if json_output:
             rows = [rollout_json(one.rollout) for one in done]
@@ -122,8 +127,8 @@ def _who_replans(name: str, rounds: int, plugins: PluginChoice) -> tuple[Scenari
     return scenario, make_engine(scenario, plugins)
 
 
-def _write_round(folder: Path, done: Round, name: str, engine: Engine, *, episode: bool) -> None:
-    write_run(folder, done.rollout, name, engine.knowledge, episode=episode)
+def _write_round(folder: Path, done: Round, name: str, engine: Engine, *, episode: bool, events: Sequence[Event]) -> None:
+    write_run(folder, done.rollout, name, engine.knowledge, episode=episode, events=events)
     (folder / f"program{done.attempt.code.suffix}").write_text(done.attempt.code.text, encoding="utf-8", newline="\n")
 
 

@@ -208,8 +208,8 @@ class RunWatch:
 
     def _off(self, pose: Pose) -> Pose:
         way, turn = self._draw.normal(0.0, self.noise.position, 3), self._draw.normal(0.0, self.noise.turn, 3)
-        turned = Pose.from_rotvec((0, 0, 0), tuple(turn.tolist())) * Pose((0, 0, 0), pose.quaternion)
-        return Pose(tuple(np.add(pose.position, way).tolist()), turned.quaternion)
+        place = tuple(np.add(pose.position, way).tolist())
+        return Pose.from_rotvec(place, tuple(turn.tolist())) * Pose(quaternion=pose.quaternion)
 
     def _frozen(self, readings: Readings) -> Notice | None:
         """Whether the very same was read for a while in which the arm moves in the proof."""

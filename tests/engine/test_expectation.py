@@ -155,6 +155,13 @@ def test_what_leans_in_the_proof_may_lean(expected: Expectation) -> None:
     assert twice(replace(expected, poses={"block": way}), block=tipped) is None
 
 
+def test_rounding_does_not_hide_that_a_thing_is_upside_down(expected: Expectation) -> None:
+    way = track(STANDS)
+    way[:, 3:] = (0.0, 1.0 + 1e-9, 0.0, 0.0)
+    found = seen(RunWatch(replace(expected, poses={"block": way})), readings(0.0), readings(0.02))
+    assert found is not None and (found.kind, found.measured) == (Deviation.FALLEN, pytest.approx(math.pi))
+
+
 # What a proof gives
 
 
@@ -201,3 +208,9 @@ def test_held_is_what_both_pads_press_and_can_be_carried() -> None:
     assert held(Touch(LEFT, "shelf", 5.0, 0.0), Touch("shelf", RIGHT, 5.0, 0.0)) == ""
     both = [Touch(side, thing, 5.0, 0.0) for side in (LEFT, RIGHT) for thing in ("cup", "block")]
     assert held(*both) == "block"
+
+
+def test_an_expectation_is_itself_alone() -> None:
+    """Its arrays are not compared."""
+    one = proof()
+    assert one == one and one != proof()

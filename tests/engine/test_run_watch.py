@@ -193,6 +193,14 @@ def test_a_thing_lost_as_a_line_begins_is_what_that_held_first(expected: Expecta
     assert found is not None and (found.kind, found.thing) == (Deviation.GRASP_LOST, "zebra")
 
 
+def test_a_thing_missed_as_a_line_begins_is_not_one_that_was_held_before(expected: Expectation) -> None:
+    held = ("",) * 15 + ("mug",) * 5 + ("zebra",) * 5 + ("",) * 26
+    late = replace(expected, held=held, lines=np.repeat([1.0, 2.0], [20, 31]))
+    closed = (readings(k, line=2, opening=0.07) for k in (7.02, 7.04))
+    found = seen(RunWatch(late), readings(7.0), *closed)
+    assert found is not None and (found.kind, found.thing) == (Deviation.NO_GRASP, "zebra")
+
+
 def test_in_a_line_that_the_proof_does_not_show_the_time_says_what_was_held(expected: Expectation) -> None:
     both = replace(expected, held=("zebra",) * 10 + ("",) * 15 + ("apple",) * 26)
     for began, thing in ((0.1, "zebra"), (0.8, "apple")):
@@ -283,10 +291,10 @@ def test_lost_readings_are_not_frozen_ones(expected: Expectation) -> None:
 def test_a_goal_that_is_followed_already_is_no_other(expected: Expectation) -> None:
     followed = RunWatch(expected, asked=("x on y",))
     assert not any(followed.see(readings(0.04 * k, goal=("x on y",))) for k in range(3))
-    assert [kind(followed.see(readings(0.2 + 0.04 * k, goal=()))) for k in range(2)] == [
-        None,
-        Deviation.CANCELLED,
-    ]
+    found = [followed.see(readings(0.2 + 0.04 * k, goal=())) for k in range(2)][1]
+    assert found is not None and (found.kind, found.reason) == (Deviation.CANCELLED, "the task was cancelled")
+    other = twice(expected, goal=("x on y", "y in z"))
+    assert other is not None and (other.kind, other.reason) == (Deviation.GOAL_CHANGED, "x on y and y in z")
 
 
 # Noise

@@ -155,14 +155,14 @@ def _organised_view(cloud: Cloud, where: Path) -> View:
     assert cloud.size is not None and cloud.pixels is not None
     height, width = cloud.size
     v, u = np.divmod(cloud.pixels, width)
-    (fx, cx, off_x), (fy, cy, off_y) = (_line(cloud.points[:, k] / cloud.points[:, 2], at) for k, at in ((0, u), (1, v)))
-    if not max(off_x, off_y) < MISFIT:
+    focal, centre, off = zip(*(_line(cloud.points[:, k] / cloud.points[:, 2], at) for k, at in ((0, u), (1, v))), strict=True)
+    if not max(off) < MISFIT:
         raise UserError(
-            f"{where}: the points of this organised cloud are {max(off_x, off_y):.1f} pixels from where a pinhole camera would see "
+            f"{where}: the points of this organised cloud are {max(off):.1f} pixels from where a pinhole camera would see "
             "them; save it in the optical frame (x right, y down, z forward), or put intrinsics beside it as NAME.json."
         )
     try:
-        intrinsics = Intrinsics(fx, fy, cx, cy, width, height)
+        intrinsics = Intrinsics(focal[0], focal[1], centre[0], centre[1], width, height)
     except UserError as error:
         raise UserError(f"{where}: {error}") from error
     depth, rgb = np.full(cloud.size, np.nan, np.float32), np.full((*cloud.size, 3), GREY, np.uint8)

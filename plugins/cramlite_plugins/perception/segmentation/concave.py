@@ -50,7 +50,7 @@ def segments(inputs: Inputs) -> Mapping[str, Any]:
 
 
 def _front(cloud: Cloud, inverse: Inverse, planes: Sequence[Plane], limits: Mapping[str, float]) -> Mask:
-    """Pixels in front of all planes that bound what was measured, by more than noise."""
+    """Pixels in front of all planes that bound what was measured, by more than noise; of a wide plane with much behind it, also those."""
     import numpy as np
     from scipy import ndimage
 
@@ -59,8 +59,11 @@ def _front(cloud: Cloud, inverse: Inverse, planes: Sequence[Plane], limits: Mapp
     for plane in planes:
         away = plane.distance(points)
         behind = away < -limits["thickness_m"] - 3 * spread
-        if behind.mean() < limits["behind"] or plane.extent > limits["wide_m"]:
-            front[cloud.mask] &= (away > limits["thickness_m"] + 3 * spread) | behind
+        before = away > limits["thickness_m"] + 3 * spread
+        if behind.mean() < limits["behind"]:
+            front[cloud.mask] &= before
+        elif plane.extent > limits["wide_m"]:
+            front[cloud.mask] &= before | behind
     return np.asarray(ndimage.binary_opening(front, np.ones((3, 3))))
 
 

@@ -28,12 +28,16 @@ SETTLE = 1.0
 """So long what was let go of at its free place falls, tips and slides until it is at rest [s]."""
 
 
-class _Place(Value, eq=False):
-    """Free place of a thing, with its distance and direction from the reading."""
+MOVED = 0.001
+"""Distance within which a thing keeps the pose of its reading [m]."""
+
+
+class _Rest(Value, eq=False):
+    """World at rest after the release of a thing: its distance from its reading, and the poses of all moved things."""
 
     thing: str
     away: float
-    pose: Pose
+    poses: dict[str, Pose]
 
 
 def put_apart(world: World, robots: Mapping[str, Robot], most: float) -> tuple[World, tuple[str, ...]]:
@@ -50,21 +54,27 @@ def put_apart(world: World, robots: Mapping[str, Robot], most: float) -> tuple[W
     held = {m.holds.thing for m in world.robots if m.holds}
     loose = [t.name for t in world.things if compiled.things[t.name].qpos is not None and t.name not in held]
     said, placed = list[str](), world
-    pairs = [o for o in overlaps(compiled, data) if o[2] > TOO_DEEP and compiled.things.keys() >= {o[0], o[1]}]
-    for a, b, depth in sorted(pairs, key=lambda o: -o[2]):
+    for a, b, depth in _wrong(compiled, data):
         ways_out = [(n, other) for n, other in ((a, b), (b, a)) if n in loose and placed.thing(n) is world.thing(n)]
-        found = next(_places(compiled, data, placed, ways_out, most), None)
+        found = next(_rests(compiled, data, placed, ways_out, most), None)
         if found is None:
             continue
-        placed = placed.moved({found.thing: found.pose})
-        compiled.place(data, found.thing, found.pose)
+        placed = placed.moved(found.poses)
+        for name, pose in found.poses.items():
+            compiled.place(data, name, pose)
         inside = f"'{found.thing}' was read {1000 * depth:.1f} mm inside '{b if found.thing == a else a}'"
         said.append(f"{inside}; it is believed {1000 * found.away:.0f} mm off, where it is free")
     return placed, tuple(said)
 
 
-def _places(compiled: Compiled, data: Data, world: World, ways_out: list[tuple[str, str]], most: float) -> Iterator[_Place]:
-    """Places at rest within a distance, of things that were let go of where they are free, the nearest of that first."""
+def _wrong(compiled: Compiled, data: Data) -> list[tuple[str, str, float]]:
+    """Pairs of things that are too deep in each other, the deepest first."""
+    found = [o for o in overlaps(compiled, data) if o[2] > TOO_DEEP and compiled.things.keys() >= {o[0], o[1]}]
+    return sorted(found, key=lambda o: -o[2])
+
+
+def _rests(compiled: Compiled, data: Data, world: World, ways_out: list[tuple[str, str]], most: float) -> Iterator[_Rest]:
+    """Worlds at rest within a distance of their readings, of a thing that was let go of where it is free, the nearest of that first."""
     for step in range(1, round(FARTHER * most / STEP) + 1):
         checkpoint()
         for (name, other), way in itertools.product(ways_out, WAYS):
@@ -76,19 +86,27 @@ def _places(compiled: Compiled, data: Data, world: World, ways_out: list[tuple[s
             compiled.place(data, name, world.thing(name).pose)
             if any(depth > (0.0 if with_ == other else DEEP) for with_, depth in met):
                 continue
-            rest = _at_rest(world.moved({name: pose}), name)
-            away = float(np.linalg.norm(np.subtract(rest.position, world.thing(name).pose.position)))
-            if away <= most:
-                yield _Place(name, away, rest)
+            poses = _at_rest(world.moved({name: pose}), world, (name, other))
+            off = {n: _distance(p, world.thing(n).pose) for n, p in poses.items()}
+            if poses and max(off.values()) <= most:
+                yield _Rest(name, off.get(name, 0.0), poses)
 
 
-def _at_rest(world: World, name: str) -> Pose:
-    """Rest pose of a thing; things in a hand are held."""
-    held = {m.holds.thing: world.thing(m.holds.thing).pose for m in world.robots if m.holds}
-    compiled = compile_world(replace(world, robots=()), {})
+def _at_rest(start: World, read: World, pair: tuple[str, str]) -> dict[str, Pose]:
+    """Poses of what is no longer where it was read when all is at rest, what is held aside; none where a pair is in each other again."""
+    held = {m.holds.thing: start.thing(m.holds.thing).pose for m in start.robots if m.holds}
+    compiled = compile_world(replace(start, robots=()), {})
     data = compiled.data()
     while data.time < SETTLE:
         for thing, pose in held.items():
             compiled.place(data, thing, pose)
         mujoco.mj_step(compiled.model, data)
-    return compiled.pose(data, name)
+    if any({a, b} == set(pair) for a, b, _ in _wrong(compiled, data)):
+        return {}
+    free = [t.name for t in start.things if compiled.things[t.name].qpos is not None and t.name not in held]
+    now = {n: compiled.pose(data, n) for n in free}
+    return {n: p for n, p in now.items() if _distance(p, read.thing(n).pose) > MOVED}
+
+
+def _distance(one: Pose, other: Pose) -> float:
+    return float(np.linalg.norm(np.subtract(one.position, other.position)))
