@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 FILE = "time_line.json"
 What = Literal["fault", "notice", "decision", "resumption", "end"]
 CLASSES = {"fault": "cram:Fault", "decision": "cram:Decision", "resumption": "cram:Resumption"}
-"""Class of a moment; that of a notice is its own."""
+"""Class of a moment; a notice has its own."""
 INSTANT = 0.001
 """How long an event of an instant lasts [s]."""
 

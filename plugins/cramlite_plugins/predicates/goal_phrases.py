@@ -30,7 +30,8 @@ EXACT = 0.05
 CONTROL = "cram:Control"
 """What can be turned on and off."""
 SHIFTS = 0.005
-"""By how much less things are put beside one another than they may be [m]: what is let go shifts by a few millimetres."""
+"""Margin inside the allowed distance of things put beside one another [m]: a released thing shifts by a few
+millimetres."""
 STANDS = ("is", "hangs", "stands", "lies")
 
 
