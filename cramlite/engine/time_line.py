@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 FILE = "time_line.json"
 What = Literal["fault", "notice", "decision", "resumption", "end"]
 CLASSES = {"fault": "Fault", "decision": "Decision", "resumption": "Resumption"}
-"""Class of a moment in cramlite's ontology; that of a notice is its own."""
+"""Class of a moment in cramlite's ontology; a notice has its own."""
 INSTANT = 0.001
 """How long an event of an instant lasts [s]."""
 

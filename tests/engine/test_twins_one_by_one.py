@@ -89,7 +89,7 @@ def text() -> str:
 def test_runs_that_succeed_end_as_soon_as_they_are_enough() -> None:
     found, group, said = doubted(True, True, True, at_least=0.5)
     assert found.passed and found.twins is not None and (found.twins.succeeded, found.twins.ran) == (2, 2)
-    spared = "2 not run, since they could change nothing"
+    spared = "2 not run: the verdict is certain"
     assert len(group.asked) == 1 and said == ["twin 1 of 3: succeeded", f"twins: 2 of 2, interval .34 to 1.00; {spared}"]
     (finding,) = found.findings[1:]
     assert (finding.validator, finding.passed, finding.value, finding.limit, finding.origin) == ("twins", True, 1.0, 0.5, "")
