@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from ..model.rollout import Rollout
 
 PLACE = 0.015
-"""How far a thing may be from where its proof had it [m]: judges let nothing slip by more than 12 mm, or slide by more than 15 mm."""
+"""How far a thing may be from where its proof had it [m]: validators let nothing slip by more than 12 mm, or slide by more than 15 mm."""
 LEAN = math.radians(15.0)
 """How far it may lean from that: 10 deg from the vertical is upright."""
 LOST = 0.05
@@ -54,7 +54,7 @@ EXACT = Noise()
 
 
 class Limits(Value):
-    """Limits of how far a run may be from its proof; see the constants.
+    """Limits of a run's deviation from its proof; see the constants.
 
     Args:
         place: of things [m].
@@ -110,7 +110,8 @@ class Expectation(Value, eq=False):
         return self.steps[max(before)] if before else ""
 
     def rows(self, line: int) -> list[int]:
-        """Return the samples in which a line ran, and those shortly before and after; all of them for a line that none shows."""
+        """Return the samples in which a line ran, and those shortly before and after; all samples for a line
+        that never ran."""
         own = np.flatnonzero(self.lines == line)
         if not len(own):
             return list(range(len(self.lines)))
@@ -257,7 +258,8 @@ class RunWatch:
         yield self._said(kind, now, said, thing if kind is not Deviation.GRIPPER else "", off, self.limits.width, "m")
 
     def _held_then(self, rows: list[int], now: Readings) -> str:
-        """What the proof held in the nearest of these samples in time, counted from where the line began; "" where it held nothing."""
+        """Payload in the proof's nearest sample in time, counted from the beginning of the line; "" without
+        one."""
         own, times = self.expected.own(now.line), self.expected.times
         since = now.time - self._since if now.line == self._line else 0.0
         then = times[own[0]] + since if own else now.time

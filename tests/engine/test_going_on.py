@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import subprocess
 import sys
 import time
@@ -91,6 +92,15 @@ def test_it_goes_on_with_an_empty_hand_and_with_a_full_one(
     assert 0 <= notice_at - fault_at < 0.3
     shown = run("explain", tmp_path / "out", "--failures").out
     assert all(w in shown for w in ("fault", "notice", "decision", "resumption", "end", kind))
+    first, second = ({e.type: e for e in Engine().read_episode(tmp_path / "out" / f"round_{k}" / "episode").events} for k in (1, 2))
+    assert {"cram:Fault", f"cram:{kind}", "cram:Decision"} <= first.keys() and "cram:Resumption" not in first
+    assert "cram:Resumption" in second and not {"cram:Fault", "cram:Decision"} & second.keys()
+    assert first["cram:Fault"].start <= first[f"cram:{kind}"].start < first["cram:Decision"].start
+    if "block" in fault:
+        assert first["cram:Fault"].roles == first[f"cram:{kind}"].roles == {"object": "block"}
+    page = (tmp_path / "out" / "time_line.html").read_text()
+    pictures = re.findall(r'"(data:image/webp[^"]*)"', page)
+    assert page.count("<figure>") == len(pictures) == len(told["time_line"]) and len(set(pictures)) > 2  # type: ignore[arg-type]
 
 
 @pytest.mark.heavy
