@@ -125,8 +125,8 @@ def smallest_singular_value(robot: Robot, q: Sequence[float]) -> float:
 
 
 def conditioning(robot: Robot, q: Sequence[float]) -> float:
-    """Return the smallest singular value of the Jacobian: of an arm that is led by its tool and can move beside that, wherever
-    ``ASTRAY`` leaves it."""
+    """Return the smallest singular value of the Jacobian; of a seven-axis arm that is led by its tool, the
+    smallest within ``ASTRAY`` along its null space."""
     if robot.posture is None or len(q) < 7:
         return smallest_singular_value(robot, q)
     beside = np.linalg.svd(jacobian(robot, q))[2][6]
@@ -363,7 +363,8 @@ def reach_shortfall(robot: Robot, target: Pose) -> str:
 
 
 def reach_gap(robot: Robot, target: Pose) -> tuple[float, str]:
-    """Return how far a pose is out of reach [m], negative where it is too near, and why, as a clause with numbers; (0, "") within reach.
+    """Return the distance of a pose out of reach [m], negative for too near, and a clause with numbers; (0, "")
+    within reach.
 
     For a six-axis arm whose joints 2 to 4 are parallel, the wrist centre (the origin of frame 5, on
     the axis of joint 6 behind the flange) lies within the annulus that both links and the

@@ -31,7 +31,7 @@ Spots = Callable[[Location, Belief, Context], Iterator[Grounding | Refused]]
 
 
 def laid_down(location: Location, belief: Belief, context: Context, spots: Spots) -> Iterator[Grounding | Refused]:
-    """Yield the placements of a thing as it lies in the hand when it does not hang, each with the way on which it comes to lie.
+    """Yield the placements of a hanging payload that lies at the end, each with the way on which it turns.
 
     Args:
         spots: placements of what is held fast.
@@ -81,7 +81,7 @@ def released(shares: list[float], hands: list[Pose]) -> tuple[float, Pose]:
 
 
 def rolled(thing: Thing, lies: Pose, swing: Swing) -> tuple[list[float], list[Pose]]:
-    """Return shares of a swing, from 1 to 0, and the TCP poses at which the thing then rolls on the level that it lies on in the end.
+    """Return shares of a swing, from 1 to 0, and the TCP poses at which the thing rolls on its final level.
 
     Args:
         lies: the TCP there.
@@ -112,6 +112,6 @@ def _angle(swing: Swing) -> float:
 
 
 def dropped(thing: Thing, hand: Pose, swing: Swing) -> float:
-    """Return how much farther below the hand its lowest point is when it hangs than as it lies [m]."""
+    """Return the height that the payload's lowest point loses below the hand from lying to hanging [m]."""
     lowest: Sequence[float] = [float(np.min(corners(thing, hand * at)[:, 2])) for at in (swing.start, swing.end)]
     return lowest[0] - lowest[1]
