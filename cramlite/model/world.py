@@ -242,7 +242,7 @@ class Thing(Value):
 
 
 class InHand(Value):
-    """What a robot holds at the start of a run.
+    """Payload of a robot at the start of a run.
 
     Args:
         thing: its name.

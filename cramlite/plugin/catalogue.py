@@ -173,7 +173,7 @@ class Knowledge:
         found = tuple(self.registry.named("validators", "name").values())
         for fault in self.registry.unheard("validators"):
             raise PluginError(
-                f"A judge is missing, and without it nothing is proven: {fault}. Mend or reinstall the plugin, or leave it out "
+                f"A validator is missing, and without it nothing is proven: {fault}. Mend or reinstall the plugin, or leave it out "
                 f"knowingly with --block {fault.plugin}."
             )
         return found

@@ -104,7 +104,7 @@ def _inertia(shape: Shape, mass: float) -> Inertia:
 
 
 def _bottom(shape: Shape) -> Iterable[Feature]:
-    """Face that it stands on, if its lowest points are one."""
+    """Standing face of a mesh, if its lowest points form one."""
     corners = np.concatenate([g.pose.apply(np.asarray(g.corners)) for g in shape.geoms])
     lowest = corners[:, 2].min()
     face = corners[corners[:, 2] < lowest + STANDS]

@@ -3,48 +3,23 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from msgspec import DecodeError, json
+from msgspec import json
 from msgspec.structs import replace
-from pydantic import Field, ValidationError
 
-from cramlite.model import BuiltLibrary, Inertia, KnownKind, MeshFile, Pose, Thing, Vector3
-from cramlite.plugin import Mass, ModelMaker, Spec, UserError, explain_validation, hookimpl, load_yaml, read_value
+from cramlite.model import BuiltLibrary, KnownKind
+from cramlite.plugin import ModelMaker, UserError, hookimpl
 
 if TYPE_CHECKING:
+    from .entries import Entry
     from .mjcf_kind import Draft
 
 VERSION = 1
 """Of what is written; another one makes a library's kinds anew."""
 FILE = "library.yaml"
-HEAD = "# Known kinds, written by 'cramlite library add'. type, mass, fixed and up may be edited.\nmodels:\n"
-DIRECTIONS = ("x", "-x", "y", "-y", "z", "-z")
-
-
-class Entry(Spec):
-    """A kind in a library's file.
-
-    Args:
-        thing: file of its shape; look: of its triangles and texture, beside the library's file.
-        type: its class.
-        mass: [kg]; None for the one of its shape.
-        fixed: furniture.
-        up: direction of its frame that usually points up; None where its shape says which.
-        made_from: digest of the files that it was made from.
-        told: what was printed of it when it was made.
-    """
-
-    thing: str
-    look: str
-    type: str
-    mass: Mass | None = None
-    fixed: bool = False
-    up: str | None = None
-    made_from: str = ""
-    told: dict[str, Any] = Field({})
 
 
 @hookimpl
@@ -53,7 +28,10 @@ def read_models(path: Path) -> Sequence[ModelMaker] | None:
     file = path / FILE if path.is_dir() else path
     if file.name != FILE or not file.is_file():
         return None
-    return [_maker(name, entry, file.parent) for name, entry in _entries(file).items()]
+    from .entries import read_entries
+    from .makers import maker
+
+    return [maker(name, entry, file.parent) for name, entry in read_entries(file).items()]
 
 
 @hookimpl
@@ -62,10 +40,11 @@ def add_models(folder: Path, library: Path, scale: float, density: float, up: st
     from ...simulation.model.no_window import import_mujoco
 
     import_mujoco()
+    from .entries import read_entries, write_entries
     from .sources import sources
 
     file = library / FILE
-    entries = dict(_entries(file)) if file.is_file() else {}
+    entries = dict(read_entries(file)) if file.is_file() else {}
     found, kinds, refused = sources(folder), list[KnownKind](), dict[str, str]()
     made: dict[str, Path] = {}
     for name, path in found.files:
@@ -82,7 +61,7 @@ def add_models(folder: Path, library: Path, scale: float, density: float, up: st
         entries[name] = entry
         kinds.append(kind)
     if kinds:
-        _write(file, entries)
+        write_entries(file, entries)
     return BuiltLibrary(tuple(kinds), refused, found.parts)
 
 
@@ -103,6 +82,7 @@ def _added(
     kind = _told(name, path, draft, options[2])
     library.mkdir(parents=True, exist_ok=True)
     (library / f"{name}.json").write_bytes(json.encode(draft.thing))
+    from .entries import Entry
     from .look import write
 
     write(draft.mesh, library / f"{name}.glb")
@@ -142,69 +122,3 @@ def _digest(path: Path, options: tuple[float, float, str]) -> str:
         if file == path or file.stat().st_size < 20_000_000:
             whole.update(file.read_bytes())
     return whole.hexdigest()[:24]
-
-
-def _entries(file: Path) -> Mapping[str, Entry]:
-    data = load_yaml(file)
-    models = data.get("models") if isinstance(data, dict) else None
-    if not isinstance(models, dict) or not models:
-        raise UserError(f"{file}:1: a library has kinds under 'models'; make one with 'cramlite library add FOLDER'.")
-    try:
-        return {str(name): Entry.model_validate(value) for name, value in models.items()}
-    except ValidationError as error:
-        raise explain_validation(file, data, error, tuple(Entry.model_fields)) from error
-
-
-def _write(file: Path, entries: Mapping[str, Entry]) -> None:
-    import yaml
-
-    rows = {n: entries[n].model_dump(exclude_none=True) for n in sorted(entries)}
-    text = yaml.safe_dump(rows, sort_keys=False, width=110, allow_unicode=True)
-    file.write_text(HEAD + "".join(f"  {line}\n" for line in text.splitlines()), encoding="utf-8")
-
-
-def _maker(name: str, entry: Entry, folder: Path) -> ModelMaker:
-    for part in (entry.thing, entry.look):
-        if not (folder / part).is_file():
-            raise UserError(f"{folder / FILE}: model '{name}' names '{part}', and there is no such file; add its folder again.")
-    if entry.up is not None and entry.up not in DIRECTIONS:
-        raise UserError(f"{folder / FILE}: model '{name}': up is one of {', '.join(DIRECTIONS)}, not '{entry.up}'.")
-
-    def make(*, name: str, pose: Pose, mass: Mass | None = None, fixed: bool | None = None) -> Thing:
-        thing = _read(folder / entry.thing)
-        still = entry.fixed if fixed is None else fixed
-        weight = None if still else _heavy(thing, entry.mass if mass is None else _kilograms(mass), f"model '{name}'")
-        look = MeshFile(str(folder / entry.look), 1.0, _direction(entry.up))
-        inertia = None if weight is None or thing.inertia is None or not thing.mass else _scaled(thing.inertia, weight / thing.mass)
-        return replace(thing, name=name, pose=pose, type=entry.type, mass=weight, inertia=inertia, mesh=look)
-
-    return ModelMaker(name, make, product=True)
-
-
-def _kilograms(mass: Any) -> float:
-    return float(read_value(Mass, mass))
-
-
-def _heavy(thing: Thing, stated: float | None, where: str) -> float:
-    found = stated if stated is not None else thing.mass
-    if found is None:
-        raise UserError(f"{where} has no mass: write 'mass' in {FILE}, or 'fixed: true'.")
-    return found
-
-
-def _scaled(inertia: Inertia, factor: float) -> Inertia:
-    xx, yy, zz, xy, xz, yz = (factor * m for m in inertia.moments)
-    return Inertia(inertia.centre, (xx, yy, zz, xy, xz, yz))
-
-
-def _direction(up: str | None) -> Vector3 | None:
-    from .attitudes import NAMES
-
-    return None if up is None else NAMES[up]
-
-
-def _read(file: Path) -> Thing:
-    try:
-        return json.decode(file.read_bytes(), type=Thing)
-    except (OSError, DecodeError) as error:
-        raise UserError(f"'{file}' is no kind of a library ({error}); add its folder again.") from error

@@ -97,7 +97,7 @@ def _joint(model: Any, joint: int) -> str:
 
 
 def _parts(source: Source, frame: Pose) -> list[look.Part]:
-    """Triangles of the geoms that only look; of all that are opaque where a file has none of these."""
+    """Triangles of the purely visual geoms; without any, of all opaque geoms."""
     model = source.model
     seen = [g for g in range(model.ngeom) if model.geom_bodyid[g] and _opacity(model, g) > 0]
     shown = [g for g in seen if not collides(model, g)]

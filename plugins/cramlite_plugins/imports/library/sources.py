@@ -15,7 +15,7 @@ FILE = re.compile(r"\bfile\s*=\s*[\"']([^\"']+)[\"']")
 COLLIDES = re.compile(r"(^|[_.-])(col|coll|collision|hull|convex)([_.-]|$|\d)", re.IGNORECASE)
 """Names of meshes that are collision shapes of others."""
 GENERAL = frozenset({"textured", "texture", "mesh", "model", "visual", "object", "base", "nontextured", "textured_simple"})
-"""Names of files that say nothing of the kind: its folder does."""
+"""Names of files that do not name the kind; their folder does."""
 
 
 class Sources(Value):
@@ -52,7 +52,7 @@ def _folders(scene: Path) -> list[Path]:
 
 
 def _once(meshes: Iterable[Path]) -> list[Path]:
-    """One file of those that are one mesh in several formats, the one that can have a texture."""
+    """One file of each mesh in several formats, preferably one with a texture."""
     order = {k: i for i, k in enumerate(("glb", "obj", "ply", "off", "stl"))}
     best: dict[Path, Path] = {}
     for mesh in meshes:

@@ -180,7 +180,7 @@ def _check_options(path: Path, model: Any) -> None:
 
 
 def _check_up(path: Path, model: Any) -> None:
-    """Refuse a scene that falls another way than down: its things would stand on their sides."""
+    """Refuse a scene whose gravity is not along -z, since its things would stand on their sides."""
     down = np.array(model.opt.gravity)
     if not np.abs(down).max() <= HEAVIEST:
         said = ", ".join(f"{v:g}" for v in down)
@@ -297,7 +297,7 @@ def _files(path: Path, seen: tuple[Path, ...] = ()) -> list[Path]:
 
 
 def _line(path: Path, word: str, otherwise: int = 1) -> int:
-    """The first line on which a word stands in quotes or ends a path."""
+    """Number of the first line in which a word stands in quotes or ends a path."""
     if not word:
         return otherwise
     lines = path.read_text(encoding="utf-8", errors="replace").splitlines()
