@@ -26,7 +26,7 @@ from ..base.value import Value
 from .foundation import AGENT, OBJECT
 from .prefixes import PREFIXES, curie, local_name
 
-_CACHE_FORMAT = "3"
+_CACHE_FORMAT = "4"
 """Part of the cache key: raise it when what is extracted changes."""
 
 
@@ -60,6 +60,7 @@ class Taxonomy(Value, dict=True):
         aliases: name that users or logs know, without namespace -> class.
         types: individual -> its classes.
         prefixes: prefix -> namespace.
+        synonyms: groups of labels, by any of which people call the same (``skos:Concept``), as words in lower case.
         repairs: what was read differently from how it was written, and why.
     """
 
@@ -69,6 +70,7 @@ class Taxonomy(Value, dict=True):
     types: dict[str, tuple[str, ...]] = field(default_factory=dict)
     prefixes: dict[str, str] = field(default_factory=lambda: dict(PREFIXES))
     repairs: tuple[str, ...] = ()
+    synonyms: tuple[tuple[tuple[str, ...], ...], ...] = ()
 
     @cached_property
     def _closure(self) -> dict[str, frozenset[str]]:
@@ -239,6 +241,7 @@ def load_taxonomy(paths: Iterable[Path | str], cache: Path | None = None) -> Tax
         types={i: tuple(t) for i, t in data["types"].items()},
         prefixes=data["prefixes"],
         repairs=tuple(data["repairs"]),
+        synonyms=tuple(tuple(words_of(label) for label in group) for group in data["synonyms"]),
     )
 
 
@@ -254,7 +257,7 @@ def _read_cache(path: Path) -> dict[str, Any] | None:
     """Stored result, or None if there is none or it is damaged: it is rebuilt then."""
     try:
         data = json.loads(path.read_text(encoding="utf-8"))
-        complete = {"parents", "restrictions", "aliases", "types", "prefixes", "repairs"} <= set(data)
+        complete = {"parents", "restrictions", "aliases", "types", "prefixes", "repairs", "synonyms"} <= set(data)
     except (OSError, ValueError, TypeError):
         return None
     return data if complete else None
