@@ -140,7 +140,7 @@ def _compared(name: str, unit: str, times: Floats, logged: Floats, ran: Floats) 
 
 
 def _parts(joints: Sequence[Compared], times: Floats, rollout: Rollout, within: float) -> tuple[float, str, float, int] | None:
-    """When a joint first differs by more than is allowed."""
+    """Time at which a joint first differs by more than is allowed."""
     far = np.array([np.abs(c.logged - c.ran) for c in joints])
     over = np.flatnonzero(far.max(axis=0) > within)
     if not over.size:

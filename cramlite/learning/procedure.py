@@ -131,7 +131,8 @@ def _linear(every: Sequence[Step], before: dict[tuple[Step, Step], int], shown: 
 
 
 def deviations(known: Procedure, steps: Sequence[Step]) -> Iterator[Deviation]:
-    """Yield in what a demonstration differs from a procedure: mistakes, and notices of an order that was not seen otherwise."""
+    """Yield the deviations of a demonstration from a procedure: mistakes, and notices of an order not seen
+    otherwise."""
     done = numbered(steps)
     place = {s: k for k, s in enumerate(done)}
     for step in known.steps:
@@ -152,7 +153,8 @@ def deviations(known: Procedure, steps: Sequence[Step]) -> Iterator[Deviation]:
 
 
 def plan_text(known: Procedure) -> str:
-    """Return the procedure in the plan language, as scenarios write tasks: in one order that contradicts none that was seen.
+    """Return the procedure in the plan language, as scenarios write tasks, in an order that contradicts none of
+    the demonstrations.
 
     Alternatives, and neighbours that are exchangeable, are a ``choose``; what was done several times in a row in every demonstration is a
     ``repeat``; optional steps are left out, and named in a comment.

@@ -91,7 +91,7 @@ class Verdict(Value):
 
     @property
     def remedy(self) -> Remedy | None:
-        """What to try against the first objection, from which others may follow; None where that is not known."""
+        """Remedy of the first objection, from which others may follow; None where it is not known."""
         return next((f.remedy for f in self.objections[:1]), None)
 
     @property

@@ -75,7 +75,7 @@ class ProgramRun:
 
     @property
     def seconds(self) -> float:
-        """Return how long the program took, without the time in which things came to rest after it [s]."""
+        """Return the duration of the program, without the time in which things came to rest after it [s]."""
         return _ends(self.rollout)
 
     def ends(self, *goals: str) -> ProgramRun:
@@ -138,7 +138,7 @@ class ProgramRun:
         return self._hold(f"pushes(at_most={at_most!r})", lambda way: _too_strong(way, most, first, last))
 
     def takes(self, at_most: Quantity) -> ProgramRun:
-        """Assert how long the program takes, to its end [s]."""
+        """Assert the duration of the program, to its end [s]."""
         __tracebackhide__ = True
         most = _quantity(at_most, "time")
         return self._hold(f"takes(at_most={at_most!r})", lambda way: _too_long(way, most))
@@ -173,7 +173,7 @@ class ProgramRun:
         path: Quantity = 0.005,
         places: Quantity = 0.005,
     ) -> ProgramRun:
-        """Assert that the run is as it was when a snapshot of it was taken: a text file that is reviewed as others are.
+        """Assert that the run equals its snapshot, a text file that is reviewed like code.
 
         A missing one is written, and the assertion fails once. ``pytest --cramlite-accept`` writes them anew.
 

@@ -52,8 +52,8 @@ TERMS = (
 
 
 class Block(Value):
-    """Rectangle of a lane: left edge and width [pixel], lines of text that fit in it, or a word that stands upright in it, the whole
-    text with its time, and classes of the page."""
+    """Rectangle of a lane: left edge and width [pixel], its lines of text or an upright word, the whole text
+    with its time, and CSS classes."""
 
     x: float
     width: float
@@ -72,7 +72,7 @@ class Lane(Value):
 
 
 class Told(Value):
-    """Actions, one after the other, of which both readings say the same.
+    """Successive actions on which both readings agree.
 
     Args:
         numbers: of the first and the last.

@@ -10,7 +10,7 @@ from helpers.short_runs import good
 from helpers.written_runs import Says, Writes, Written, grounded, knowing, planned, ran
 from msgspec.structs import replace
 
-from cramlite.engine.proof import allowances, assemble, conflict_of, judge, prove, run_and_judge, text_that_runs
+from cramlite.engine.proof import allowances, assemble, conflict_of, findings_of, prove, run_and_judge, text_that_runs
 from cramlite.model import Finding, JudgingLimits, Verdict
 from cramlite.model.program import Code, LatePose
 from cramlite.model.program_json import is_program_text
@@ -143,15 +143,15 @@ def test_one_that_fails_where_it_was_planned_is_not_tried_at_the_edges() -> None
 
 def test_a_dearer_judge_is_not_asked_where_a_cheaper_one_objects() -> None:
     judges = [Says("path", cost="path"), Says("facts", cost="facts"), Says("ik", False, "ik"), Says("ik too", cost="ik"), Says("run")]
-    found = judge(good(), knowing(Written(), judges), rollout=False)
+    found = findings_of(good(), knowing(Written(), judges), rollout=False)
     assert [f.validator for f in found] == ["facts", "ik", "ik too"]
-    found = judge(good(), knowing(Written(), judges), rollout=True)
+    found = findings_of(good(), knowing(Written(), judges), rollout=True)
     assert [f.validator for f in found] == ["run"]
 
 
 def test_those_are_asked_who_are_named() -> None:
     judges = [Says("one"), Says("other"), Says("facts", cost="facts")]
-    found = judge(good(), knowing(Written(), judges), rollout=True, only=["other", "facts"])
+    found = findings_of(good(), knowing(Written(), judges), rollout=True, only=["other", "facts"])
     assert [f.validator for f in found] == ["other"]
 
 
@@ -159,14 +159,14 @@ def test_those_are_asked_who_are_named() -> None:
 def test_a_judge_that_may_advise_and_is_asked_to_objects_and_refuses_nothing(named: bool, may: bool, advises: bool) -> None:
     made = replace(good(), limits=JudgingLimits(advisory=("one",) if named else ()))
     judges = [Says("one", False, may_advise=may), Says("other", False, may_advise=True)]
-    one, other = judge(made, knowing(Written(), judges), rollout=True)
+    one, other = findings_of(made, knowing(Written(), judges), rollout=True)
     assert (one.passed, one.advice, other.passed, other.advice) == (advises, advises, False, False)
 
 
 def test_a_judge_that_says_nothing_of_it_may_not_advise() -> None:
     silent = Says("one", False)
     del silent.may_advise
-    (found,) = judge(replace(good(), limits=JudgingLimits(advisory=("one",))), knowing(Written(), [silent]), rollout=True)
+    (found,) = findings_of(replace(good(), limits=JudgingLimits(advisory=("one",))), knowing(Written(), [silent]), rollout=True)
     assert not found.passed and not found.advice
 
 
@@ -185,16 +185,16 @@ def broken(_: Candidate) -> Any:
     ],
 )
 def test_a_judge_that_breaks_has_not_approved(answer: Any, said: str) -> None:
-    (found,) = judge(good(), knowing(Written(), [Says("one", answer)]), rollout=True)
+    (found,) = findings_of(good(), knowing(Written(), [Says("one", answer)]), rollout=True)
     assert not found.passed and found.reason.startswith("the validator itself failed: ") and said in found.reason
     advised = replace(good(), limits=JudgingLimits(advisory=("one",)))
-    (found,) = judge(advised, knowing(Written(), [Says("one", answer, may_advise=True)]), rollout=True)
+    (found,) = findings_of(advised, knowing(Written(), [Says("one", answer, may_advise=True)]), rollout=True)
     assert not found.passed and not found.advice
 
 
 @pytest.mark.parametrize("passed", [True, False, np.True_, np.False_])
 def test_a_judge_may_answer_one_by_one_and_with_what_numpy_compares(passed: Any) -> None:
-    (found,) = judge(good(), knowing(Written(), [Says("one", lambda _: iter([Finding("one", passed, "r")]))]), rollout=True)
+    (found,) = findings_of(good(), knowing(Written(), [Says("one", lambda _: iter([Finding("one", passed, "r")]))]), rollout=True)
     assert found.passed is passed
 
 

@@ -168,6 +168,23 @@ def test_a_judge_that_dies_while_the_robot_moves_is_counted_apart(
 
 
 @pytest.mark.heavy
+@pytest.mark.parametrize("what", ["", "stop 60"])
+def test_a_protective_stop_ends_an_episode_that_is_watched(
+    what: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, small: JudgedExperiment
+) -> None:
+    monkeypatch.setenv("SMALL_JUDGE", what)
+    order = Order(Episodes(small, small.episodes("watched", "0", "0"), pictures=False), tmp_path, workers=1)
+    (found,) = played(order, lambda _: None)
+    assert found.proven and found.attempt is not None
+    if not what:
+        assert found.rest() and not found.attempt.notices, found.attempt.reason
+        return
+    assert found.attempt.outcome == "protective stop" and [n.kind for n in found.attempt.notices] == ["ProtectiveStop"]
+    assert "somebody pressed the button; a protective stop waits for a person" in found.attempt.reason
+    assert not found.attempt.thought and not list(tmp_path.rglob("round_2")) and not found.rest()
+
+
+@pytest.mark.heavy
 def test_a_worker_that_dies_after_the_robot_moved_has_failed_at_once(tmp_path: Path, small: JudgedExperiment) -> None:
     folder, told = tmp_path / "deadly", list[str]()
     folder.mkdir()

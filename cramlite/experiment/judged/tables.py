@@ -133,7 +133,7 @@ def tables(results: Episodes, experiment: JudgedExperiment) -> EpisodeTables:
 
 
 def rate(episodes: Iterable[EpisodeResult], hit: Callable[[EpisodeResult], bool]) -> Rate:
-    """Return in how many of the episodes something is so."""
+    """Return the share of the episodes for which something is true."""
     hits = [hit(r) for r in episodes]
     return Rate(sum(hits), len(hits))
 

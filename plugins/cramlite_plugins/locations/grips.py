@@ -76,7 +76,7 @@ class Grip(Value):
 
     @property
     def late(self) -> int:
-        """After how many other kinds of grips it comes: those of a hand that leans, and last those by the ends of the pads."""
+        """Rank of the kind of grip: 0, 1 for a hand that leans, 2 for grips by the ends of the pads."""
         return 2 if self.ends else int(bool(self.lean))
 
     @property
@@ -221,7 +221,7 @@ def _thinnest(geom: Geom) -> float:
 
 
 def _checked(shape: rays.Body, centre: Floats, grips: Sequence[Grip], gripper: Gripper, cone: float) -> list[Grip]:
-    """The candidates on the whole shape, without those that do not fit, slip or are obstructed; of those alike on many parts, one."""
+    """Candidates on the whole shape that fit, hold and are free; one of each set of equal ones on many parts."""
     aheads, most = np.array([g.ahead for g in grips]), gripper.opening[1]
     proposed = antipodal.Hands.at([g.pose for g in grips])
     found = antipodal.pinches(shape, proposed.moved(aheads))

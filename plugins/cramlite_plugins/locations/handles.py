@@ -69,7 +69,8 @@ def handle_grasps(location: Location, belief: Belief, context: Context) -> Itera
 
 
 def check_way(location: Location, thing: Thing, belief: Belief, context: Context) -> None:
-    """Check that a thing gets as far along its joint as a location says in "least" (a share of the range), before any hand is tried.
+    """Check that a thing can move as far along its joint as the location's "least" (a share of the range),
+    before hands are tried.
 
     Raises:
         Unresolvable: something is in its way; whatever hand moves it, it meets that.
@@ -127,7 +128,8 @@ def joint_way(location: Location, belief: Belief, context: Context) -> Iterator[
 
 
 def _driving(led: Grounding, thing: Thing, now: Pose, belief: Belief, context: Context) -> Grounding | Refused:
-    """Same path of a drawer, with how far it drives each loose thing before it; or the obstacles of that."""
+    """Path of a drawer with the distance that it drives each loose thing before it; or a refusal with the
+    obstacles."""
     there, place = Estimate(belief.base() * now), led.value
     free = belief.released(there, belief.opening) if belief.held else belief
     value = joint_value(free, thing.name, there.pose)
@@ -139,8 +141,8 @@ def _driving(led: Grounding, thing: Thing, now: Pose, belief: Belief, context: C
 
 
 def _shares(location: Location, joint: Joint, hand: Pose, held: bool) -> tuple[float, ...]:
-    """Motion of a thing by a hand at a pose in its frame, as shares of its joint's range, best first; a
-    pushed one goes on from there to its stop."""
+    """Motion of a thing by a hand at a pose in its frame, as shares of its joint's range, best first; a pushed
+    thing goes on to its stop."""
     said = asked(location, JointWay)
     if said.share:
         return (said.share,)
@@ -184,7 +186,7 @@ def along_joint(thing: Thing, belief: Belief, hand: Pose, share: float) -> tuple
 
 
 def way_along(joint: Joint, now: Pose, hand: Pose) -> Floats:
-    """Return the direction (3,) in which a hand that a thing takes along sets off when its joint begins to close.
+    """Return the direction (3,) in which a closing joint first moves a hand on its thing.
 
     Of a door it is not that into its front: at a handle that stands 40 mm before it the two were 14 deg apart, and fingers that went into
     the front, held to the bar by friction, pressed 14 N along the door without feeling 3 N into it.
@@ -199,7 +201,7 @@ def way_along(joint: Joint, now: Pose, hand: Pose) -> Floats:
 
 
 def _corners(joint: Joint, now: Pose, tcp: Pose, way: float) -> tuple[Pose, ...]:
-    """The TCP at a thing, from a pose on, while its joint moves on by so much [m, rad]: a line, or the chords of an arc."""
+    """TCP poses at a thing whose joint moves on by ``way`` [m, rad]: a line, or the chords of an arc."""
     hand = now.inverse() * tcp
     radius = lever(joint, hand)
     most = min(TURN, 2 * math.acos(max(0.0, 1.0 - CHORD / max(radius, CHORD))))

@@ -45,7 +45,8 @@ def near_thing(location: Location, belief: Belief, context: Context) -> Iterator
 
 
 def _around(entity: str, there: Pose, body: Pose, belief: Belief) -> Iterator[tuple[str, str, Floats, float]]:
-    """Side and its name; position of the origin of hand or payload, in the base frame; distance [m]."""
+    """Sides of a thing to come near to: side, name, position of the hand's or payload's origin in the base
+    frame, distance [m]."""
     thing, held = belief.thing(entity), belief.thing(belief.held.thing) if belief.held else None
     out = np.array([*there.position[:2], 0.0]) / max(math.hypot(*there.position[:2]), 1e-9)
     side, up = np.array([-out[1], out[0], 0.0]), np.array([0.0, 0.0, 1.0])

@@ -58,7 +58,7 @@ def stands(location: Location, belief: Belief, context: Context) -> Iterator[Gro
     for cost, name, arm in _around(belief.base() * _middle(belief, targets[0]), belief.base()):
         stand = level(at(robot.stand_of(arm)))
         there = belief.driven(robot.arm_at(stand))
-        passed, why = _judged(stand, there, destination, targets, floor, context)
+        passed, why = _checked(stand, there, destination, targets, floor, context)
         if why:
             yield Refused(name, why, passed)
             continue
@@ -98,10 +98,10 @@ def _around(target: Pose, base: Pose) -> list[tuple[float, str, Pose]]:
     return sorted(found, key=lambda f: (round(f[0], 6), f[1]))
 
 
-def _judged(
+def _checked(
     stand: Pose, there: Belief, destination: str, targets: list[Target], floor: Ground, context: Context
 ) -> tuple[int, str]:
-    """How many checks a stand passes, and why not the next one; "" for all."""
+    """Number of checks that a stand passes, with the reason of the next one; "" for all."""
     if blocked := floor.hit(at(stand)):
         return 0, blocked
     if (gap := _gap(stand, destination, there, context)) > BESIDE:

@@ -76,7 +76,7 @@ def _points(belief: Belief, entity: str) -> Sequence[Sequence[float]]:
 
 
 def _cavity(thing: Thing) -> Feature | None:
-    """Cavity of a thing that holds things inside alone; None of one that something can hang from, or stand on."""
+    """Cavity of a thing that only holds things inside; None of a thing that others hang from or stand on."""
     if any(f.type in ("vrps:Peg", "vrps:SurfaceFeature") for f in thing.features):
         return None
     return thing.feature("cram:Cavity")
@@ -113,7 +113,7 @@ def _in_view(camera: Intrinsics, optical: Pose, points: Floats) -> bool:
 
 
 def _hidden(eye: Floats, around: Sequence[str], belief: Belief) -> str:
-    """Which of the things others hide from there, as far as they are known; "" if all are seen."""
+    """Names of things that others hide from a viewpoint, as far as known; "" if all are seen."""
     for name in around:
         points = _seen_of(belief, name)
         whole = thing_of(name)

@@ -275,7 +275,7 @@ def _shortened(floor: Ground, places: list[Vector3]) -> list[Vector3]:
 
 
 def _halved(places: list[Vector3]) -> list[Vector3]:
-    """The ends of all legs; one that turns by nearly half a turn is two, so that both are the shorter way round."""
+    """Ends of all legs; a leg of nearly half a turn becomes two, each the shorter way round."""
     done: list[Vector3] = []
     for a, b in itertools.pairwise(places):
         if abs(b[2] - a[2]) > HALF:

@@ -63,7 +63,8 @@ def inflated(model: Any, apart: Floats, distance: float) -> Inflated:
 
 
 def _mask(model: Any, meets: Any) -> None:
-    """Geoms that no joint moves apart never meet; a bit for each group of geoms that are alike in that, the last one for all others."""
+    """Bit masks of geoms: geoms that no joint moves apart never meet; alike geoms share a bit, the last bit is
+    for all others."""
     rows, group = np.unique(meets, axis=0, return_inverse=True)
     group, others = np.minimum(group.reshape(-1), BITS - 1), (1 << (BITS - 1)) if len(rows) > BITS else 0
     first = [int(np.flatnonzero(group == k)[0]) for k in range(min(len(rows), BITS))]

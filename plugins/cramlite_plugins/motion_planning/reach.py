@@ -176,8 +176,7 @@ def causes(location: Location, context: Context) -> tuple[str, ...]:
 
 
 def taken_at(belief: Belief, context: Context) -> tuple[str, ...]:
-    """Return the names of the payload's grasps: its pose in the hand depends on these, and on no place that
-    it was led to since."""
+    """Return the names of the payload's grasps, on which its pose in the hand depends."""
     held = belief.held.thing if belief.held else ""
     return tuple(n for n, v in context.bindings.items() if isinstance(v, Place) and v.thing == held and v.grip is not None)
 

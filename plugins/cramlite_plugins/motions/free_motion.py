@@ -77,8 +77,8 @@ def _transfer(motion: Motion, belief: Belief, context: Context) -> Groundings:
 
 
 def _turned(one: Sequence[float], other: Sequence[float]) -> bool:
-    """Whether two joint positions differ by whole turns only: a failure at one mostly is one at the other,
-    which is tried last."""
+    """Whether two joint positions differ by whole turns only: such a position is tried last, since it mostly
+    fails like the other."""
     return all(abs(math.remainder(a - b, 2 * math.pi)) < 0.1 for a, b in zip(one, other, strict=True))
 
 
@@ -159,7 +159,7 @@ def place_of(motion: Motion, context: Context) -> Place:
 
 
 def _offset_across(place: Place, aside: tuple[float, float]) -> Place:
-    """A place that is off by so much across its approach, to the left, and up [m]."""
+    """Place offset across its approach, to the left, and up [m]."""
     from ..motion_planning.reach import shift
 
     up = np.array([0.0, 0.0, 1.0])

@@ -121,7 +121,7 @@ def _is_closed(_scene: SymbolicWorld, thing: str) -> GoalCondition:
 
 
 def _opened_by(scene: SymbolicWorld, thing: str, amount: str) -> GoalCondition:
-    """Goal of opening by an amount; less than what counts as open is no goal, as no task ends there."""
+    """Goal of opening by an amount; an amount below that of an open joint is refused, as no task ends there."""
     joint = scene.world.thing(thing).joint
     if joint is None:
         raise UserError(f"'{thing}' has no joint to be opened by.")

@@ -56,7 +56,7 @@ class Retracting(TaskType):
 
 
 def _under_a_roof(name: str, belief: Belief) -> bool:
-    """Whether a thing was put onto something that is over it, too."""
+    """Whether a thing was put onto something that is also over it."""
     onto = thing_of(belief.relates("on", name) or "")
     return onto in belief.poses and has_a_roof(belief.thing(onto), belief.pose(onto))
 

@@ -69,7 +69,8 @@ def uncovered(lid: Thing, vessel: Thing) -> str:
 
 
 def near_tip(thing: Thing, hanger: Thing) -> str:
-    """Return by how much too near to the end of a peg a thing hangs; "" where it is far enough inside, or nothing is known of a peg.
+    """Return a clause on a thing that hangs too near to the end of a peg; "" if it is far enough inside, or the
+    peg is unknown.
 
     Args:
         thing, hanger: where they are; the peg's z leads to its tip.
@@ -98,7 +99,7 @@ def _openings(vessel: Thing) -> Iterator[Any]:
 
 
 def unbalanced(thing: Thing, support: Thing) -> str:
-    """Return by how much a thing's centre of mass is too little inside of its support; "" where it is enough.
+    """Return a clause on a thing whose centre of mass is too little inside of its support; "" if it is enough.
 
     Args:
         thing, support: where they are, their z upwards.

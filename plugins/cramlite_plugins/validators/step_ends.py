@@ -78,7 +78,8 @@ def _position(candidate: Candidate, joints: Sequence[float]) -> Floats:
 
 
 def _guarded(run: _Run, step: MoveUntilContact) -> str:
-    """A guarded motion ends where it meets something, before the end of its range; or there, if it need not meet anything."""
+    """Check that a guarded motion ends at a contact before the end of its range, or there if it need not meet
+    anything."""
     touched, way = list(touched_at(run.rollout, held_at(run.rollout))), np.array(step.direction)
     gone = float((run.tools[-1] - run.tools[0]) @ way)
     known = [np.array(s.target.position) for s in run.before[-1:] if isinstance(s, MoveLinear) and not s.relative]

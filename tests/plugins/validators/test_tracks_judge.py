@@ -134,6 +134,17 @@ def test_a_time_without_a_grip_is_from_its_first_sample_to_its_last(count: int, 
     assert (gap(replace(slow, rollout=replace(slow.rollout, times=np.arange(COUNT) * 0.06))) == []) is passes
 
 
+@pytest.mark.parametrize(("count", "passes"), [(4, True), (5, False)])
+def test_what_is_in_the_hand_at_the_start_is_so_from_the_first_sample(count: int, passes: bool) -> None:
+    held = touching(range(count, TAKEN), Touch(LEFT, "block", 50.0, 1.0), Touch("block", RIGHT, 50.0, -1.0))
+    assert held.rollout is not None
+    opening = held.rollout.opening.copy()
+    opening[count:TAKEN] = 0.06
+    slow = replace(held.rollout, opening=opening, times=np.arange(COUNT) * 0.06)
+    begun = replace(held, rollout=slow, handovers=(replace(HANDOVERS[0], by=""), HANDOVERS[1]))
+    assert (gap(begun) == []) is passes
+
+
 def test_code_that_takes_a_thing_may_run_for_one_sample() -> None:
     base = good().rollout
     assert base is not None

@@ -49,7 +49,7 @@ def _one_clock(parts: Parts, tracks: dict[str, Track]) -> None:
 
 
 def _from_motion(episode: Episode) -> Episode:
-    """Events from motion, in place of actions without steps, such as one for all of the recording; these, where there are none."""
+    """Events from motion, which replace actions without steps; without any, these actions."""
     repairs = episode.repairs
     if episode.events:
         named = ", ".join(sorted({e.type for e in episode.events}))

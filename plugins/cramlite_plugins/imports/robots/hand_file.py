@@ -1,4 +1,4 @@
-"""A gripper from a file: what closes it, its pads, and its model as MJCF text for the flange of an arm."""
+"""Gripper from a file: its drives, its pads, and its model as MJCF text for the flange of an arm."""
 
 from __future__ import annotations
 
@@ -99,7 +99,7 @@ def _name_pads(spec: Any, pads: Pads) -> list[Any]:
 
 
 def _resist_turning(pads: Sequence[Any], torsion: float | None) -> tuple[str, ...]:
-    """Give the pads the torsional friction that is stated; else say that the file gives them none."""
+    """Give the pads the stated torsional friction; else note that the file gives them none."""
     for pad in pads if torsion is not None else ():
         pad.condim, pad.friction = max(int(pad.condim), TURNING), [pad.friction[0], torsion, pad.friction[2]]
     if all(int(pad.condim) >= TURNING for pad in pads):

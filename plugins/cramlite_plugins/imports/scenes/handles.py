@@ -1,4 +1,4 @@
-"""Handles and knobs of drawers and doors: by their names, else by what sticks out of the front."""
+"""Handles and knobs of drawers and doors: by their names, else by parts that stick out of the front."""
 
 from __future__ import annotations
 

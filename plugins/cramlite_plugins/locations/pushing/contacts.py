@@ -118,7 +118,8 @@ def _axes(way: Floats, turn: float) -> tuple[Floats, Floats, Pose]:
 
 
 def _floor(thing: Thing, pose: Pose, over: Pose, gripper: Gripper) -> float | None:
-    """The highest of a thing under closed fingers, along z of the base frame [m]; None where its rim hardly stands up from that.
+    """Height of a thing's highest point under closed fingers, along z of the base frame [m]; None if its rim
+    hardly rises above that.
 
     Args:
         over: of the fingers' tips, as high as the thing's rim.
@@ -131,7 +132,8 @@ def _floor(thing: Thing, pose: Pose, over: Pose, gripper: Gripper) -> float | No
 
 
 def free_ahead(thing: Thing, pose: Pose, hand: Pose, ahead: Floats, opening: float, gripper: Gripper) -> float:
-    """How far fingers at a TCP pose go straight ahead until they meet a thing [m]; ``GAP`` where they would miss it."""
+    """Distance that fingers at a TCP pose go straight ahead until they meet a thing [m]; ``GAP`` if they miss
+    it."""
     reach, long = gripper.pad[0] / 2, gripper.pad[1]
     tips = [(x, s * y, long / 2 - z) for x in (reach, -reach) for s in (-1.0, 1.0)
             for y in np.linspace(opening / 2, opening / 2 + FINGER, 5) for z in np.linspace(0.0, long, 11)]  # fmt: skip
@@ -143,8 +145,8 @@ def free_ahead(thing: Thing, pose: Pose, hand: Pose, ahead: Floats, opening: flo
 
 
 def at_front(thing: Thing, joint: Joint, handle: Feature, pose: Pose, gripper: Gripper) -> Iterator[tuple[Pose, str]]:
-    """Closed fingers before a front, and words for where; last those that may slip off, and those much nearer
-    to a hinge than the handle is."""
+    """Closed fingers before a front, with descriptions; last those that may slip off, and those much nearer to
+    a hinge than the handle is."""
     loose, near, far = list[tuple[Pose, str]](), list[tuple[Pose, str]](), NEAR_HINGE * lever(joint, handle.pose)
     over = AT_BAR if joint.kind == "hinge" else FROM_ABOVE
     for spot, tilt, turn in itertools.chain(itertools.product(SPOTS, TILTS, TURNS), itertools.product(*over)):
@@ -161,7 +163,8 @@ def at_front(thing: Thing, joint: Joint, handle: Feature, pose: Pose, gripper: G
 
 
 def at_inner_side(thing: Thing, joint: Joint, handle: Feature, pose: Pose, gripper: Gripper) -> Iterator[tuple[Pose, str]]:
-    """Closed fingers behind a door, over its upper edge, and words for where; last those much nearer to its hinge than its handle is."""
+    """Closed fingers behind a door, over its upper edge, with descriptions; last those much nearer to its hinge
+    than its handle is."""
     near, far = list[tuple[Pose, str]](), NEAR_HINGE * lever(joint, handle.pose)
     out, up = _facing(pose * handle.pose, inner=True)
     side = math.copysign(1.0, np.cross(up, out) @ np.subtract((pose * joint.pose).position, (pose * handle.pose).position))
@@ -210,13 +213,14 @@ def _against(
 
 
 def _facing(handle: Pose, inner: bool) -> tuple[Floats, Floats]:
-    """The direction out of a front, or out of its inner side, and the one that is up along it."""
+    """Direction out of a front, or out of its inner side, and the direction up along it."""
     out = np.asarray(handle.rotate((0.0, 0.0, -1.0 if inner else 1.0)))
     return out, np.array([0.0, 0.0, 1.0]) if abs(out[2]) < UPRIGHT else np.asarray(handle.rotate((0.0, 1.0, 0.0)))
 
 
 def _clear_of(thing: Thing, pose: Pose, hand: Pose, out: Floats, gripper: Gripper) -> float:
-    """How far out closed fingers at a TCP pose must go until they are in nothing of a thing [m]: a bar beside where they point counts."""
+    """Distance that closed fingers at a TCP pose must go out until they are clear of a thing [m], bars beside
+    them included."""
     across, thick = np.linspace(-0.5, 0.5, 3) * gripper.pad[0], np.linspace(-FINGER, FINGER, 5)
     along = np.linspace(-gripper.depth, gripper.pad[1] / 2, 6)
     fingers, to = np.array(list(itertools.product(across, thick, along))), pose.inverse()

@@ -90,6 +90,6 @@ def _needed(entity: str, ahead: Floats, belief: Belief, context: Context) -> flo
 
 
 def _carried(name: str, belief: Belief) -> bool:
-    """Whether something is right below a thing."""
+    """Whether a thing has another one right below it."""
     others = [(belief.world.thing(n), belief.poses[n].pose) for n in belief.poses if n != name]
     return math.isfinite(resting_height(belief.world.thing(name), belief.poses[name].pose, others)[0])

@@ -30,7 +30,7 @@ FARTHEST = math.radians(170)
 
 
 class WristTooFar(UserError):
-    """Refused of a pose that a wrist cannot turn to: what was to be shown does not come off."""
+    """Pose that a wrist cannot turn to: the demonstration is refused."""
 
 
 class HandIndex(EffectorIndex):
