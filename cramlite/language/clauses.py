@@ -15,7 +15,8 @@ from .nouns import NounParser, spoken
 from .tree import Clause, Noun
 
 Found = tuple[Clause, int]
-AMOUNT = re.compile(r"\d+(?:\.\d+)?")
+TIME = ("after", "once", "before")
+"""Words before a clause that is done earlier or later."""
 MOST = 600
 """Readings of one sentence that are looked at."""
 
@@ -68,14 +69,14 @@ class ClauseParser:
         found, ends = [at], []
         while found:
             k = found.pop()
-            if k >= len(self.words) or self.words[k] in (*english.STOPS, "and", "then"):
+            if k >= len(self.words) or self.words[k] in (*english.STOPS, "and", "then", *TIME):
                 ends.append(k)
             found += [e for e in starts(self.words, k, english.CLOSING) if e > k and e not in ends]
         return tuple(dict.fromkeys(sorted(ends, reverse=True)))
 
     def _clauses(self, at: int) -> tuple[Found, ...]:
         if at not in self._parsed:
-            found = (*self._imperative(at), *self._fronted(at), *self._wished(at), *self._after(at))
+            found = (*self._imperative(at), *self._fronted(at), *self._wished(at), *self._after(at), *self._named(at))
             self._parsed[at] = tuple(dict.fromkeys(found))
         return self._parsed[at]
 
@@ -87,10 +88,25 @@ class ClauseParser:
             for theme, last in self._nouns.nouns(end):
                 if not particle:
                     yield from self._complements(frame, verb, theme, last)
+                    yield from self._purpose(theme, last)
                 elif self.words[last : last + len(particle)] == particle:
                     yield from self._complements(frame, (*verb, *particle), theme, last + len(particle))
             if not particle:
                 yield from self._place_first(frame, verb, end)
+
+    def _purpose(self, theme: Noun, at: int) -> Iterator[Found]:
+        """What a theme is moved for: "turn the cup so that it is upside down"."""
+        if self.words[at : at + 2] in (("so", "that"), ("such", "that")):
+            for stands, end in self._nouns.nouns(at + 2):
+                for begin in starts(self.words, end, english.BE) if stands.pronoun else ():
+                    yield from self._predicates(theme, begin)
+
+    def _named(self, at: int) -> Iterator[Found]:
+        """Things that are only named, for what follows: "find the cup and ...", "the cup: ..."."""
+        for start in (*starts(self.words, at, english.PREPARE), at):
+            for noun, end in self._nouns.nouns(start):
+                if start != at or self.words[end : end + 1] in ((",",), (":",)):
+                    yield Clause("", (), noun), end
 
     def _complements(self, frame: Frame, verb: Words, theme: Noun, at: int) -> Iterator[Found]:
         """What follows a verb and its theme."""
@@ -207,7 +223,7 @@ class ClauseParser:
 
     def _after(self, at: int) -> Iterator[Found]:
         """A subordinate clause of time: "after opening the drawer, ...", whose verb is a gerund or a participle."""
-        if self.words[at : at + 1] in (("after",), ("once",), ("by",)):
+        if self.words[at : at + 1] in (("by",), *((w,) for w in TIME)):
             for k in (at + 1, at + 2, at + 3):
                 yield from self._imperative(k) if self.words[at + 1 : k] in ((), ("you", "have"), ("having",)) else ()
             yield from self._wished(at + 1)

@@ -60,6 +60,8 @@ THAT = _table("that")
 """Words before a relation of a description that say nothing more."""
 POLITE, CLOSING = _table("polite"), _table("closing")
 """Words before and behind what is asked for that change nothing."""
+PREPARE = _table("prepare")
+"""Verbs of what only leads to something: "find the cup and ..."."""
 LATER = _set("later")
 """Words by which what follows is done after what came before."""
 WISH = _table("wish")
@@ -153,6 +155,6 @@ def starts(words: Words, at: int, phrases: tuple[Words, ...]) -> tuple[int, ...]
 
 def vocabulary() -> frozenset[str]:
     """Return every word of the tables."""
-    tables = (BESIDE, AMONG, UNDER, TOP, OF, WITH, THAT, POLITE, CLOSING, WISH, BE)
+    tables = (BESIDE, AMONG, UNDER, TOP, OF, WITH, THAT, POLITE, CLOSING, WISH, BE, PREPARE)
     single = (THE, ONE, EVERY, NUMBERS, ORDINALS, PRONOUNS, SIDES, SIZES, EXTRA, PLACED, STOPS, {"and", "or", "then", "by", "other"})
     return frozenset({w for table in tables for phrase in table for w in phrase} | {w for group in single for w in group})

@@ -12,7 +12,7 @@ from ..model.colour_words import COLOURS, colour_of
 from ..model.world import Thing
 from ..ontology.foundation import OBJECT
 from ..ontology.prefixes import local_name
-from ..ontology.taxonomy import words_of
+from ..ontology.taxonomy import Synonyms, words_of
 from .english import GENERAL, PACKAGES, REGIONS, SHADES, TECHNICAL, UNCOLOURED, Words, singular
 
 SHAPES = {"box": "block", "cylinder": "cylinder", "sphere": "ball"}
@@ -60,7 +60,7 @@ class Labels(Value, dict=True):
         named = {w for c in self.of.values() for head in (*c.heads, *c.synonyms) for w in head}
         named |= {w for c in self.of.values() for w in c.words}
         classes = {w for label in self.scene.taxonomy.labels for w in label}
-        synonyms = {w for group in self.scene.taxonomy.synonyms for label in group for w in label}
+        synonyms = {w for group in self.scene.taxonomy.synonyms for labels in group for label in labels for w in label}
         return frozenset(named | classes | synonyms | set(COLOURS) | set(SHADES) | PACKAGES | GENERAL | REGIONS)
 
     def fits(self, name: str, words: Words) -> int:
@@ -140,10 +140,10 @@ def _parts(name: str) -> tuple[Words, Words]:
     return kept[0] or kept[1], kept[1] if kept[0] else ()
 
 
-def _synonyms(heads: set[Words], groups: Iterable[Iterable[Words]]) -> set[Words]:
+def _synonyms(heads: set[Words], groups: Iterable[Synonyms]) -> set[Words]:
     found: set[Words] = set()
-    for group in groups:
-        labels = {normal(label) for label in group}
+    for own, hidden in groups:
+        labels = set(map(normal, own))
         if labels & heads:
-            found |= labels
+            found |= labels | set(map(normal, hidden))
     return found

@@ -33,7 +33,8 @@ class NounParser:
         self._parsed: dict[tuple[int, int, bool], tuple[Found, ...]] = {}
         firsts = {p[0] for p in (*prepositions, *english.BESIDE, *english.UNDER, *english.OF, *english.BE, *english.WITH)}
         firsts -= english.SIDES.keys()
-        self._ends = firsts | english.STOPS | {"and", "or", "but", "that", "which", "so"} | english.NEGATIVE | english.CONDITIONAL
+        small = {"and", "or", "but", "that", "which", "so", "such", "after", "once", "before"}
+        self._ends = firsts | english.STOPS | small | english.NEGATIVE | english.CONDITIONAL
 
     def nouns(self, at: int, deep: int = 0, *, joined: bool = True) -> tuple[Found, ...]:
         """Return the descriptions that may begin at a position, the longer ones first."""
@@ -87,11 +88,23 @@ class NounParser:
 
     def _described(self, at: int, deep: int) -> Iterator[Found]:
         start, noun = self._quantified(at)
+        yield from self._two_sides(at, start, noun)
         for end in self._cores(start):
             named = self._named(noun, self.words[start:end])
             compared = self.words[end : end + 1] in (("from",), ("to",), ("away",)) and self.words[end - 1].endswith("est")
             if named is not None and not compared:
                 yield from ((n, last) for n, last in self._linked(at, named, end, deep) if _complete(n))
+
+    def _two_sides(self, at: int, start: int, noun: Noun) -> Iterator[Found]:
+        """Two descriptions in one: "the top and bottom drawers"."""
+        for end in self._cores(start):
+            core = self.words[start:end]
+            k = core.index("and") if "and" in core else 0
+            if k and k + 1 < len(core) and core[k - 1] in english.SIDES and core[k + 1] in english.SIDES:
+                found = [self._named(noun, c) for c in ((*core[:k], *core[k + 2 :]), (*core[: k - 1], *core[k + 1 :]))]
+                members = tuple(replace(n, said=self._text(at, end), several=False) for n in found if n is not None and n.words)
+                if len(members) == 2:
+                    yield Noun(self._text(at, end), members=members, joined="and", several=True), end
 
     def _quantified(self, at: int) -> tuple[int, Noun]:
         """Quantity of a description, and where its words begin."""
@@ -116,7 +129,7 @@ class NounParser:
             k += 1
             ends.append(k)
         yield from reversed(ends)
-        if ends and self.words[k : k + 1] == ("and",) and k + 1 < len(self.words) and self.words[k + 1] not in english.THE:
+        if ends and self.words[k : k + 1] == ("and",) and k + 1 < len(self.words) and self._alike(k - 1, k + 1):
             more = k + 1
             while more < len(self.words) and more - start < MOST and self.words[more] not in self._ends:
                 more += 1
@@ -125,7 +138,10 @@ class NounParser:
             yield start
 
     def _named(self, noun: Noun, core: Words) -> Noun | None:
-        """Description by its words; None where they name nothing."""
+        """Description by its words; None where they name nothing, or two sides."""
+        k = core.index("and") if "and" in core else 0
+        if k and core[k - 1] in english.SIDES:
+            return None
         kept: list[str] = []
         sides: list[str] = []
         ordinal = size = 0
@@ -175,6 +191,11 @@ class NounParser:
                 end += 1
             if begin != at and end > begin:
                 yield Link("colour", self.words[begin:end]), end
+
+    def _alike(self, one: int, other: int) -> bool:
+        """Whether two words are adjectives that "and" joins: two colours, or two sides."""
+        both = (self.words[one], self.words[other])
+        return (self._is_colour(one) and self._is_colour(other)) or all(w in english.SIDES for w in both)
 
     def _is_colour(self, at: int) -> bool:
         return self.words[at] in COLOURS or self.words[at] in english.SHADES

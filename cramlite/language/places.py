@@ -172,8 +172,8 @@ class Places:
         """Words by which a region may be called."""
         own = {SIDES.get(w, w) for w in _words(region)}
         groups = self._its.scene.taxonomy.synonyms
-        same = [g for g in groups if any(len(label) == 1 and {*normal(label)} & own for label in g)]
-        return own | {w for g in same for label in g for w in normal(label)}
+        same = [labels for labels, _ in groups if any(len(label) == 1 and {*normal(label)} & own for label in labels)]
+        return own | {w for labels in same for label in labels for w in normal(label)}
 
     def under(self, noun: Noun, themes: tuple[str, ...], mentions: Mentions) -> Referents:
         """Return the region under what a description means.

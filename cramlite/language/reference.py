@@ -244,6 +244,8 @@ class Resolver:
             names = self._sized(names, noun)
         sides = [(s, None) for s in noun.sides] + [(k.words[0], k) for k in noun.links if k.relation == "side"]
         if noun.ordinal:
+            if not sides and len(names) > 1:
+                raise Refusal(OPEN, f"'{noun.said}': it is not said from where {listed(names, 'and')} are counted; say 'from the left'")
             return self._ordinal(names, noun, sides[-1][0] if sides else "left")
         for side, link in sides:
             names = self._at_side(names, noun, side, link, mentions)

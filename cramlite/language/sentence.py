@@ -118,17 +118,28 @@ def _viewed(words: english.Words, view: str) -> tuple[english.Words, str]:
     return words, view
 
 
+def _without_phrases(words: english.Words) -> english.Words:
+    """The words without those that are only polite: "if you could"."""
+    left, k = list[str](), 0
+    while k < len(words):
+        ends = english.starts(words, k, (*english.POLITE, *english.CLOSING))
+        left += [] if ends else [words[k]]
+        k = ends[0] if ends else k + 1
+    return tuple(left)
+
+
 def _check_words(sentence: str, words: english.Words) -> None:
     if not words:
         raise NotUnderstood("An empty sentence asks for nothing; say what shall be done, such as 'put the cup on the tray'.")
     if len(words) > LONGEST:
         raise NotUnderstood(f"The sentence has {len(words)} words; up to {LONGEST} are read. Say it in several sentences.")
+    plain = _without_phrases(words)
     denied = [w for w in words if w in english.NEGATIVE]
     if denied:
         raise NotUnderstood(
             f"'{sentence}' says what shall not be ('{denied[0]}'); say what shall hold instead, or write a goal such as 'not tin on tray'."
         )
-    asked = [w for w in words if w in english.CONDITIONAL]
+    asked = [w for w in plain if w in english.CONDITIONAL]
     if asked:
         raise NotUnderstood(f"'{sentence}' has a condition ('{asked[0]}'); a goal has none. Say what shall hold in the end.")
 
@@ -172,9 +183,14 @@ class _Reading:
             for row in self._clause(clause):
                 found = [f for f in found if not self._superseded(f, row, clauses, number)]
                 found.append(row)
+        if not found:
+            raise Refusal(UNREAD, "it names things and asks for nothing")
         return tuple({row.literal.goal: row.literal for row in found}.values())
 
     def _clause(self, clause: Clause) -> Iterable[_Row]:
+        if not clause.phrases:
+            self._mention(clause, self._its.things(clause.theme, lambda _: True, self._mentions).names, ())
+            return []
         phrase = clause.phrases[0]
         themes = self._themes(clause, phrase)
         if clause.theme.words:

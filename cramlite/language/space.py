@@ -18,6 +18,8 @@ MARGIN = 0.02
 """By how much one thing must be farther left, nearer, ... than the others to be meant [m]: twice what a depth camera errs by."""
 WIDE = 0.35
 """Gap up to which things may be called next to one another [m]: two widths of a plate."""
+ASIDE = 0.15
+"""Share of the spread of all things by which the only one of its kind must be off their middle, to be called "the left one"."""
 Plane = tuple[float, float]
 
 
@@ -148,7 +150,7 @@ class Space:
             return True
         if side == "middle":
             return all(abs(self._off(name, s)) < 0.34 for s in ("right", "back"))
-        return self._off(name, side) > 0
+        return self._off(name, side) > ASIDE
 
     def _off(self, name: str, side: str) -> float:
         """How far a thing is to a side of the middle of all, as a share of their spread."""

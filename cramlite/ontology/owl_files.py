@@ -210,11 +210,14 @@ def _aliases(graph: rdflib.Graph, prefixes: dict[str, str]) -> dict[str, str]:
     return found
 
 
-def _synonyms(graph: rdflib.Graph) -> list[list[str]]:
-    """Labels of each concept, by any of which people call the same."""
+def _synonyms(graph: rdflib.Graph) -> list[list[list[str]]]:
+    """Labels of each concept, by any of which people call the same; and those that are said of it, but also of others (hidden labels)."""
     concepts = sorted(graph.subjects(RDF.type, SKOS.Concept), key=lambda c: sorted(map(str, graph.objects(c, SKOS.altLabel))))
-    groups = ({str(label) for kind in (SKOS.prefLabel, SKOS.altLabel) for label in graph.objects(c, kind)} for c in concepts)
-    return sorted(sorted(group) for group in groups if len(group) > 1)
+    found = []
+    for concept in concepts:
+        own = {str(label) for kind in (SKOS.prefLabel, SKOS.altLabel) for label in graph.objects(concept, kind)}
+        found.append([sorted(own), sorted(map(str, graph.objects(concept, SKOS.hiddenLabel)))])
+    return sorted(found)
 
 
 def _individuals(graph: rdflib.Graph, prefixes: dict[str, str]) -> dict[str, list[str]]:

@@ -188,7 +188,7 @@ OFF = "off|off_of|out_of|from|away_from|down_from"
 OPEN_WAY = f"{PUT} THING to|towards|at|over_to PLACE"
 """It is left open whether the thing shall be on or in there."""
 OPEN_UP = "open|open_up|pull_open|slide_open|unclose|swing_open|pull_out|slide_out|uncover|draw_out THING"
-START = "turn_on|switch_on|start|start_up|activate|power_on|ignite|light|light_up|fire_up|enable|flip_on|power_up|heat_up|crank_on THING"
+START = "turn_on|switch_on|start|start_up|activate|power_on|ignite|light|light_up|fire_up|enable|flip_on|power_up|heat_up|heat THING"
 CLOSE = (
     "close|close_up|shut|push_shut|push_closed|push_in|slide_shut|slide_closed|slide_in|swing_shut|close_off|push_to|seal|"
     "push_back_in THING"
