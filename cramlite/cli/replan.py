@@ -128,8 +128,11 @@ def _who_replans(name: str, rounds: int, plugins: PluginChoice) -> tuple[Scenari
 
 
 def _write_round(folder: Path, done: Round, name: str, engine: Engine, *, episode: bool, events: Sequence[Event]) -> None:
-    write_run(folder, done.rollout, name, engine.knowledge, episode=episode, events=events)
-    (folder / f"program{done.attempt.code.suffix}").write_text(done.attempt.code.text, encoding="utf-8", newline="\n")
+    """Write a round whole, or not at all where the process is killed meanwhile."""
+    part = folder.with_name(f".{folder.name}.part")
+    write_run(part, done.rollout, name, engine.knowledge, episode=episode, events=events)
+    (part / f"program{done.attempt.code.suffix}").write_text(done.attempt.code.text, encoding="utf-8", newline="\n")
+    part.rename(folder)
 
 
 def _first_attempt(program: Path, scenario: Scenario, engine: Engine, world: str, seed: int) -> Attempt:

@@ -48,7 +48,7 @@ STILL = 0.005
 BACK = "0.Back"
 """Designator of the way back."""
 STOPS = {"halted": Deviation.REFUSED, "protective stop": Deviation.STOPPED, "killed": Deviation.KILLED}
-"""Outcome -> what it is, of runs that can be gone on from."""
+"""Outcome -> its description, of runs that can be continued."""
 
 
 ACKNOWLEDGED = "a protective stop is acknowledged by a person, who has looked why; execute again with --replan then"

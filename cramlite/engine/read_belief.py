@@ -25,7 +25,7 @@ REACH = 0.02
 LOOSE = 0.002
 """Fingers that are further apart than a thing is wide there by so much do not hold it [m]."""
 SHUT = 0.003
-"""Fingers that press and are wider apart than closed by so much have something between them [m]."""
+"""Width beyond the closed one from which pressing fingers have something between them [m]."""
 
 
 def world_as_read(before: World, readings: Readings, models: World, closed: float) -> World:

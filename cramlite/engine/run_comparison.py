@@ -18,7 +18,7 @@ from ..model.rollout import Rollout
 from .rtde_log import RtdeLog
 
 STEP = 0.02
-"""Grid of offsets, and of what is compared [s]: rollouts are sampled as densely."""
+"""Grid of offsets and of compared samples [s], as dense as rollouts."""
 PARTS = 0.02
 """Joints that differ by more part [rad]: 20 mm at the tool of an arm that reaches 1 m; a real arm follows within a tenth of that."""
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Literal
 from msgspec import DecodeError, json
 
 from ..base.errors import UserError
+from ..base.run_directory import write_whole
 from ..base.value import Value
 from ..model.episode import Event
 from ..model.readings import Notice
@@ -19,8 +20,8 @@ if TYPE_CHECKING:
 
 FILE = "time_line.json"
 What = Literal["fault", "notice", "decision", "resumption", "end"]
-CLASSES = {"fault": "cram:Fault", "decision": "cram:Decision", "resumption": "cram:Resumption"}
-"""Class of a moment; that of a notice is its own."""
+CLASSES = {"fault": "Fault", "decision": "Decision", "resumption": "Resumption"}
+"""Class of a moment in cramlite's ontology; a notice has its own."""
 INSTANT = 0.001
 """How long an event of an instant lasts [s]."""
 
@@ -79,17 +80,21 @@ def events_of(moments: Iterable[Moment], round_: int, rollout: Rollout) -> tuple
     """Return the moments of a round as situations of its episode: faults, what was noticed, decisions and the resumption."""
     things, found = {t.name for t in rollout.world.things}, list[Event]()
     for number, moment in enumerate(moments):
-        kind = f"cram:{moment.notice.kind}" if moment.notice else CLASSES.get(moment.what)
+        kind = moment.notice.kind if moment.notice else CLASSES.get(moment.what)
         if moment.round != round_ or kind is None:
             continue
         roles = {"object": moment.thing} if moment.thing in things else {}
-        found.append(Event(f"{moment.what}_{number}", kind, "situation", moment.since, moment.since + INSTANT, roles))
+        found.append(Event(f"{moment.what}_{number}", f"cram:{kind}", "situation", moment.since, moment.since + INSTANT, roles))
     return tuple(found)
 
 
 def write_time_line(moments: Iterable[Moment], folder: Path) -> None:
-    """Write a time line into a folder of a run."""
-    (folder / FILE).write_bytes(json.format(json.encode(list(moments)), indent=1))
+    """Write a time line into a folder of a run.
+
+    Raises:
+        UserError: it cannot be written.
+    """
+    write_whole(folder / FILE, json.format(json.encode(list(moments)), indent=1))
 
 
 def read_time_line(folder: Path) -> Sequence[Moment]:

@@ -244,7 +244,7 @@ class Fluent(Value):
 
 
 PLAIN = Fluent()
-"""A relation of which nothing is declared: it begins and ends by itself."""
+"""Relation without declarations: it begins and ends by itself."""
 
 
 class Fluents(Value):

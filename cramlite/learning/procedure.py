@@ -16,7 +16,8 @@ from ..base.errors import UserError
 from ..base.value import Value
 
 SURE = 5
-"""Demonstrations from which on an order that was always the same is one that must be: by chance, one of 32 pairs would look so."""
+"""Number of demonstrations from which a constant order counts as required: by chance, one of 32 pairs would look
+so."""
 
 
 class Step(Value, order=True):

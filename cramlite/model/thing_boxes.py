@@ -11,7 +11,7 @@ from .geometry import Pose, Vector3
 from .world import Geom, Thing
 
 CENTRED = 0.5
-"""Share of its half width by which the middle of what turns in place may be off its axis."""
+"""Share of its half width by which a thing's middle may be off the axis to turn in place."""
 Box = tuple[Vector3, Vector3]
 """Lower and upper corner [m]."""
 

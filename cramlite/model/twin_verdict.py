@@ -99,13 +99,13 @@ class TwinVerdict(Value):
         """Share with its interval, for people."""
         low, high = self.interval
         left = self.doubts.runs - self.ran
-        spared = f"; {left} not run, since they could change nothing" if left else ""
+        spared = f"; {left} not run: the verdict is certain" if left else ""
         return f"{self.succeeded} of {self.ran}, interval {share_text(low)} to {share_text(high)}{spared}"
 
     @property
     def reason(self) -> str:
         """Text of it as a finding: the share, the demanded one, and why runs failed."""
-        asked = f"{share_text(self.doubts.at_least)} of {self.doubts.runs} asked for"
+        asked = f"{share_text(self.doubts.at_least)} of {self.doubts.runs} required"
         why = "; ".join(f"twin {t.number}: {t.text}" for t in self.failed)
         return f"{self.text}; {asked}" + (f"; {why}" if why else "")
 

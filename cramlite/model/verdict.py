@@ -92,7 +92,7 @@ class Verdict(Value):
     @property
     def remedy(self) -> Remedy | None:
         """Remedy of the first objection, from which others may follow; None where it is not known."""
-        return next((f.remedy for f in self.objections[:1]), None)
+        return self.objections[0].remedy if self.objections else None
 
     @property
     def measured(self) -> dict[str, float]:

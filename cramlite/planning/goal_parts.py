@@ -22,7 +22,7 @@ PART = "goal part"
 """Designator of the entries of the trace that are about a part of a goal."""
 
 OTHER = "other_task_"
-"""How the numbers of such an entry are called that are tasks of other parts, between the first and the last of its own."""
+"""Name of an entry's numbers for tasks of other parts, between the first and the last of its own."""
 
 Answer = Literal["holds", "achieved", "reached", "missed", "untried"]
 RANKS: Sequence[Answer] = ("holds", "achieved", "reached", "missed", "untried")

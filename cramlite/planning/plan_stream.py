@@ -24,7 +24,8 @@ FEW = 4
 """Things that can be carried, up to which the shortest plans are searched; their states number some 10000 then."""
 
 ON_JOINT = 1 / 3
-"""What a thing on a joint counts as of these: it is open or closed, and three have eight states, as one has that stands in ten places."""
+"""Weight of a thing on a joint among these: open or closed, so three have eight states, as one thing has with
+some ten places."""
 
 WRONG = 3
 """Plans of the planner in a row that are none of the engine's, or bring nothing new, after which it is asked no more."""

@@ -39,7 +39,8 @@ if TYPE_CHECKING:
 
 
 ASIDE = 5
-"""Tasks that are rather done than one that moves something out of the way without holding it: nobody knows as well where that ends."""
+"""Number of tasks that are preferred to one that moves an obstacle without holding it, since the end of that is
+less certain."""
 
 
 class Scope(Value):

@@ -30,7 +30,7 @@ NAMED_BY: Mapping[str, tuple[str, ...]] = {
     "report_sections": ("title", "render", "order"),
     "exporters": ("name", "write", "suffix"),
 }
-"""Hook -> what the things declared under it have: their name, what they do, and what else is asked of all of them."""
+"""Hook -> required attributes of its declarations: name, functions, and others."""
 DECLARING = ("ontologies", *NAMED_BY)
 """Hooks that declare: asked once, at load."""
 

@@ -40,7 +40,7 @@ PHRASES: Mapping[str, tuple[int, str, str, str]] = {
     "SupportState": (2, "Standing or lying on", "{supportee} on {supporter}", "t5"),
     "ContactState": (3, "Touching", "{a} and {b}", "t1"),
 }
-"""States by the local name of their class: order, heading, what is said of one, and colour."""
+"""States by the local name of their class: order, heading, phrase, and colour."""
 TERMS = (
     ("tasks", "naming its tasks", 1),
     ("choices", "which things fill their roles", 1),

@@ -108,7 +108,7 @@ _GO_WITH: Mapping[str, tuple[tuple[str, ...], tuple[str, ...], str]] = {
     "takes": (("sticking",), (), "the force that its joint takes, such as takes: 60 N"),
     "lasts": (("connection", "slip", "readings"), (), "how long, such as lasts: 2 s"),
 }
-"""Key -> the kinds that need it, those that may have it, and what it says."""
+"""Key -> the kinds that need it, those that may have it, and its clause."""
 _NO_TRIGGER = dict.fromkeys(("protective_stop", "connection"), "at its time") | dict.fromkeys(("tool", "sensor"), "from the start")
 _KINDS: Mapping[str, Callable[[Any], Fault]] = {
     "missing": lambda s: Fault(FaultKind.MISSING, s.missing),

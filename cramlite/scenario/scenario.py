@@ -32,7 +32,7 @@ from .thing_spec import HangSpec, LateSpec, ThingSpec, UnknownErrorSpec, VarySpe
 RENAMED: Mapping[str, str] = {"fov": "horizontal_fov", "look": "queries"}
 """Keys that older files have, and what they are called now."""
 STARTS = ("demonstration", "tasks", "designator", "goal")
-"""Keys that say what a scenario starts from; each has exactly one of them."""
+"""Keys of the start of a scenario, which has exactly one of them."""
 
 
 class RecordSpec(Spec):

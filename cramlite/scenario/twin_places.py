@@ -24,7 +24,8 @@ from .scaled_thing import scaled
 INSIDE = 0.01
 """What stands may be this far inside what it stands on when the world is written [m]; it settles."""
 NANOMETRE = 9
-"""Digits of heights on what leans or is scaled [m]: what is neither leaves what it carries as it is, to the last bit."""
+"""Rounding of heights on leaning or scaled supports [m]; others leave the things on them unchanged, to the last
+bit."""
 
 
 class Sight(Value):

@@ -10,8 +10,17 @@ from helpers.short_runs import good
 from helpers.written_runs import Says, Writes, Written, grounded, knowing, planned, ran
 from msgspec.structs import replace
 
-from cramlite.engine.proof import allowances, assemble, conflict_of, findings_of, prove, run_and_judge, text_that_runs
-from cramlite.model import Finding, JudgingLimits, Verdict
+from cramlite.engine.proof import (
+    _on_the_flange,
+    allowances,
+    assemble,
+    conflict_of,
+    findings_of,
+    prove,
+    run_and_judge,
+    text_that_runs,
+)
+from cramlite.model import Estimate, Finding, Held, JudgingLimits, Pose, Verdict
 from cramlite.model.program import Code, LatePose
 from cramlite.model.program_json import is_program_text
 from cramlite.planning.refutation import AsItIs, InTask, Later
@@ -282,3 +291,27 @@ def test_places_that_the_arm_is_only_led_to_come_later_where_it_is_about_things(
     assert {Later(LIFT), GRASP} <= blamed(Finding("a", False, "", origin="2.PickingUp", things=True))
     both = blamed(Finding("a", False, "", things=True), Finding("b", False, "", origin=AWAY, blocking=("cup",)))
     assert AWAY in both and Later(AWAY) not in both and Later(LIFT) in both
+
+
+# What the flange bears at the start
+
+
+def on_the_flange(held: Held | None, mass: float = 1.0, own: float | None = 1.0) -> tuple[float, Any]:
+    """Mass and centre, of a gripper 200 mm long and what it holds: the block, and a cup of 2 kg that goes along."""
+    base = good().belief
+    things = tuple(replace(t, mass={"block": own, "cup": 2.0}.get(t.name, t.mass)) for t in base.world.things)
+    gripper = replace(UR5E.gripper, mass=mass, tcp=Pose((0.0, 0.0, 0.2)))
+    found, centre = _on_the_flange(replace(base, world=replace(base.world, things=things), held=held), gripper)
+    return found, pytest.approx(centre)
+
+
+def test_an_empty_gripper_has_its_mass_in_its_middle() -> None:
+    assert on_the_flange(None) == (1.0, (0.0, 0.0, 0.1)) and on_the_flange(None, mass=0.0) == (0.0, (0.0, 0.0, 0.1))
+
+
+def test_what_is_held_and_what_goes_along_is_borne_where_it_is() -> None:
+    held = Held("block", Pose((0.1, 0.0, 0.1)), 0.05)
+    assert on_the_flange(held) == (2.0, (0.05, 0.0, 0.2)) and on_the_flange(held, mass=0.0) == (1.0, (0.1, 0.0, 0.3))
+    assert on_the_flange(held, own=None) == (1.0, (0.0, 0.0, 0.1)), "nobody knows its mass"
+    along = replace(held, carries={"cup": Estimate(Pose((0.0, 0.4, 0.0)), 0.0, "predicted")})
+    assert on_the_flange(along) == (4.0, (0.075, 0.2, 0.25))

@@ -98,6 +98,14 @@ def test_what_is_held_is_compared_in_the_hand(
     assert found is None or (found.thing, found.measured, found.unit) == ("block", pytest.approx(off), "m")
 
 
+def test_it_is_said_from_where_a_thing_moved(expected: Expectation) -> None:
+    there = TOOL * Pose((0.02, 0.0, -0.1))
+    held = seen(RunWatch(carried(expected)), *(readings(k, block=there) for k in (0.02, 0.04)))
+    assert held is not None and held.reason == "'block' is 20 mm from its place in the hand, more than 15 mm"
+    stood = twice(expected, block=Pose((0.5, 0.02, 0.05)))
+    assert stood is not None and stood.reason == "'block' is 20 mm from where it should be, more than 15 mm"
+
+
 def test_what_is_held_may_lean_in_the_hand(expected: Expectation) -> None:
     """Where it is in the hand is asked, not how it is turned."""
     tilted = SIDE * Pose.from_rotvec((0.0, 0.0, -0.1), (0.5, 0.0, 0.0))

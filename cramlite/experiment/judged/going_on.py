@@ -31,7 +31,7 @@ ROUNDS = 6
 ANOTHER = Limits(place=0.03, lean=0.4, width=math.inf, push=math.inf, slower=3.0, later=4.0)
 """Of runs in another simulator than that of the proof: what is grasped settles otherwise there, fingers creep, forces differ."""
 STOPS = {"halted": Deviation.REFUSED, "protective stop": Deviation.STOPPED}
-"""Outcome -> what it is, of runs that did not come to their end."""
+"""Outcome -> its description, of runs that did not come to their end."""
 PERSON = "a protective stop waits for a person, and an episode has none"
 
 

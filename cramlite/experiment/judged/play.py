@@ -166,11 +166,13 @@ def _attempt(trial: Trial, judge: Judge, engine: Engine, solution: Solution, nam
     notices: tuple[Notice, ...] = ()
     thought: tuple[float, ...] = ()
     corrections: tuple[str, ...] = ()
+    waited = 0
     try:
         if trial.experiment.suite(trial.episode.suite).watched:
             played = play_on(judge, engine, solution, trial.folder, trial.twins)
             rollout, notices, thought, corrections = played.rollout, played.notices, played.thought, played.corrections
             rollout = replace(rollout, reason=played.reason or rollout.reason)
+            waited = round(sum(thought) / float(rollout.times[1] - rollout.times[0])) if len(rollout.times) > 1 else 0
         else:
             rollout = judge.play(code.text, solution.setting)
         save_rollout(rollout, trial.folder / f"{name}.npz")
@@ -187,6 +189,7 @@ def _attempt(trial: Trial, judge: Judge, engine: Engine, solution: Solution, nam
         outcome=rollout.outcome, reason=rollout.reason, first=rested.first, rest=rested.success, steps=ended.steps, ours=ours,
         picture=_kept(trial.folder / f"{name}.png", seen), believed=_kept(trial.folder / f"{name}_believed.jpg", believed),
         changed=ended.changed, avoided=rested.avoided, notices=notices, thought=thought, corrections=corrections,
+        waited=waited,
     )  # fmt: skip
 
 

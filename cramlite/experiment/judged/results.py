@@ -30,6 +30,7 @@ class Attempt(Value, kw_only=True):
         notices: what was noticed, where the suite is watched.
         thought: CPU time from each notice to the next program [s].
         corrections: of poses that were read and cannot be, in clauses.
+        waited: actions that would pass while it thought, by that time.
     """
 
     outcome: str
@@ -45,6 +46,7 @@ class Attempt(Value, kw_only=True):
     notices: tuple[Notice, ...] = ()
     thought: tuple[float, ...] = ()
     corrections: tuple[str, ...] = ()
+    waited: int = 0
 
 
 class EpisodeResult(Value, kw_only=True):
@@ -96,6 +98,11 @@ class EpisodeResult(Value, kw_only=True):
     def rest(self, *, unlimited: bool = False) -> bool:
         """Return whether the check was true, and still is when things are at rest."""
         return self.first(unlimited=unlimited) and self.attempt is not None and self.attempt.rest
+
+    def rest_while_time_passes(self) -> bool:
+        """Return whether it is true at rest, and was within the budget if time passes while it thinks: nothing else happens meanwhile."""
+        first = self.attempt.first if self.attempt else None
+        return self.rest() and first is not None and self.attempt is not None and first + self.attempt.waited <= self.budget
 
 
 def in_time(attempt: Attempt, budget: int, *, unlimited: bool = False) -> bool:

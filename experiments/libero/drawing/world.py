@@ -181,7 +181,8 @@ def _asked(thing: Any, whole: bool) -> tuple[str, ...]:
 
 
 def joint_value(world: World, literal: Literal) -> float:
-    """Return a value of a joint in the range that LIBERO draws a state of it from: the end that is away from the opposite state."""
+    """Return a joint value for a wanted state: the end of LIBERO's range of that state that is farther from the
+    opposite state."""
     env: Any = world.env.env
     site: Any = env.object_sites_dict.get(literal[1])
     thing = env.get_object(site.parent_name if site is not None else literal[1])

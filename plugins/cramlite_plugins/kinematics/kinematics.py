@@ -36,7 +36,7 @@ NEAR = math.pi / 4  # Newton's method that ends within this of its seed stayed o
 SETTLING, SETTLED, FURTHEST = 40, 1e-3, 0.15
 """Steps of a self-motion, a step that is small enough to end it, and the largest [rad]."""
 BEYOND = -0.5
-"""Cosine of a turn that is looked at as a quaternion, which takes three times as long."""
+"""Cosine of a turn beyond which it is computed as a quaternion, in three times the time."""
 ASTRAY = 0.05
 """How far a joint of a led arm may be from where it settles [rad]: in LIBERO's judge the worst of 100 rests was."""
 LEADING = (0.1, 0.4)

@@ -47,7 +47,7 @@ from .reached import Arm, Leg
 STANDOFF = 0.10  # pre-grasp distance [m]: the longest finger pad and the tab of a product fit in between
 ALONG = (1.0, 0.75, 0.5, 0.25)
 """Parts of a way in from aside at which the hand may not touch the thing; the rest is as long as open fingers are apart from it."""
-LIFTED = 0.10  # most things that are grasped are then picked up by so much [m]
+LIFTED = 0.10  # height to which most grasped things are then picked up [m]
 HALF_TURN = Pose((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))
 PER_RADIAN = 0.005
 """Cost of a radian that the hand turns [m]. Of the two ways round the nearer one comes first: half a turn more drives a last axis that

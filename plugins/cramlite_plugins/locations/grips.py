@@ -34,7 +34,7 @@ PARALLEL = math.radians(1)
 MARGIN = 0.004  # pads end this far inside a face's edge [m]
 AGAIN = 0.008  # [m]
 CAUGHT = 0.02  # more than the way round, another turn about the approach, and a further one of one likeness together [m]
-MANY = 3  # parts of a thing; more give many grasps that are alike, of which one is enough
+MANY = 3  # parts of a thing beyond which equal grasps on them count once
 SHIFTS = (0.0, 0.5, 1.0, -0.5, -1.0)  # along a face, as fractions of what the pads leave
 LEAN = math.radians(30)
 """How far a hand leans about the line between its pads, where it has no room over a box, or where the wrist would be too far away."""

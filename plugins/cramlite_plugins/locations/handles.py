@@ -31,14 +31,14 @@ TURN = math.radians(45)  # and turns no further [rad]
 CLOSED, AJAR = 0.005, 0.08
 """Shares of the range that a joint is closed to: by its handle, all but what friction leaves; pushed, so far that the rest is felt."""
 LEFT = 0.015
-"""What is left to be felt of the way of a hand that pushes a door [m], as of a drawer of 0.16 m."""
+"""Last part of the way of a hand that pushes a door or a drawer of 0.16 m [m], left to be felt."""
 OPENED = (0.95, 0.9)
 """Shares of the range that something is opened to: as far as the arm comes, short of the stop."""
 BEGUN = (0.4, 0.3, 0.25, 0.2, 0.175, 0.15)
 """Shares that a door is drawn ajar to by its handle, to be pushed on from inside: as far as the arm comes. Of 2.1 rad the least is 0.3 rad,
 75 mm at a handle 0.25 m from the hinge: closed fingers 32 mm thick still get in behind it."""
 PUSHED_ON = (*OPENED, 0.85, 0.8)
-"""Shares that it is then pushed on to: as far as the arm comes, and no less than by its handle."""
+"""Shares of the range to push on to: as far as the arm comes, and at least as far as by the handle."""
 TURNED = (0.97, 0.6, 0.4)
 """Shares that a knob is turned on to: as far as the wrist turns; from a fifth on it counts as on."""
 

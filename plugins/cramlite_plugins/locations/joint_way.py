@@ -18,7 +18,7 @@ from ..shapes.carried_along import carried_along, gone_along
 from ..shapes.surfaces import standing
 
 STEPS = 0.005, math.radians(1.0)  # between the values of a joint that are looked at [m, rad]
-AHEAD = 0.005  # of where a drawer met a thing, as far as it is known: the ways are looked at by steps of that [m]
+AHEAD = 0.005  # step of the ways on which a drawer meets a thing [m]
 LEVEL = 0.1  # what a drawer drives along must not be lifted or pressed down: sine of the slope
 OVER = 0.002  # what a thing stands on it is while it is driven along: resting contacts are some hundredths of a millimetre deep [m]
 

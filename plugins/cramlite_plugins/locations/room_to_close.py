@@ -15,7 +15,7 @@ from ..shapes.carried_along import carried_along
 from .handles import ajar, joint_value
 from .later import closes
 
-SHUT = 0.05  # share of its range up to which something counts as closed
+SHUT = 0.05  # share of its range up to which a thing counts as closed
 STEPS = 0.01, math.radians(2.0)  # between the values of a joint that are looked at [m, rad]: a door's edge goes on by less than it is thick
 
 

@@ -33,7 +33,7 @@ STEP = 0.02, math.radians(2.0)  # [m, rad]: with 0.6 m from the middle to a corn
 CELL, HEADINGS = 0.10, 8  # of the lattice [m], and in a full turn
 AROUND = 2.5  # how far the lattice reaches beyond start and goal [m]
 LOOKS = 8000  # cells that one search may look at
-TURNING = 0.4  # a turn of one radian counts as so many metres: about as long, at the usual speeds
+TURNING = 0.4  # length of a turn of one radian [m]: about equal in time at the usual speeds
 HALF = 3.0  # legs that turn by more are halved [rad]
 ROBOT, THING = 1, 2
 

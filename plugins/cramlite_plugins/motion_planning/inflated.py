@@ -22,7 +22,7 @@ MESH = int(mujoco.mjtGeom.mjGEOM_MESH)
 # A convex hull does not grow with its size; for it a margin is right: with half of the distance none of 153 pairs that
 # were missed without it was missed (300 arm positions, two hulls), and this is a little more.
 MESH_MARGIN = 0.6
-GROWS = np.zeros((int(mujoco.mjtGeom.mjGEOM_MESH) + 1, 3))  # which of its sizes are lengths, by type
+GROWS = np.zeros((int(mujoco.mjtGeom.mjGEOM_MESH) + 1, 3))  # sizes of a geom that are lengths, by type
 GROWS[int(mujoco.mjtGeom.mjGEOM_SPHERE), :1] = GROWS[int(mujoco.mjtGeom.mjGEOM_CYLINDER), :2] = 1.0
 GROWS[int(mujoco.mjtGeom.mjGEOM_CAPSULE), :2] = GROWS[int(mujoco.mjtGeom.mjGEOM_BOX), :3] = 1.0
 

@@ -138,7 +138,7 @@ def _linear(motion: Motion, belief: Belief, context: Context) -> Groundings:
 
 
 def _straight(motion: Motion, target: Pose, belief: Belief, context: Context) -> MoveLinear:
-    """One line of the tcp from where it is."""
+    """Straight line of the TCP from its present pose."""
     from ..motion_planning.reach import tcp
 
     points, way = line(motion, belief, context, [target]), tcp(belief, context).distance(target)[0]

@@ -11,7 +11,7 @@ import numpy as np
 from cramlite.model import Floats, MeshFile, Value
 
 FINDER = 0.002
-"""Mean distance of the points by which the triangle at a place is found [m], where ``MOST`` of them suffice."""
+"""Mean distance of the points that find the triangle at a place [m], if ``MOST`` of them suffice."""
 MOST = 60_000
 NEAR = 4
 """Points whose triangles are looked at: where triangles are smaller than ``FINDER``, the nearest point may be the neighbour's."""

@@ -27,7 +27,7 @@ LEVEL = math.atan(0.2) / 2
 """What leans more is no surface: wood on wood slides at 11.3 deg (a friction of .2), and half of that is left. A plate whose floor is made
 of boxes that lean by 1.5 deg, and that lies on a box at 3.7 deg, has one."""
 EDGE = 0.005
-"""How far a centre of mass is inside of what supports it [m]."""
+"""Least distance of a centre of mass from its support's border [m]."""
 SURFACE = "vrps:SurfaceFeature"
 FINE, HEIGHT = 4, 5
 """Decimals to which it is told apart how a thing leans, and between which heights it is looked at [m]: 0.01 mm at the far end of a thing
@@ -327,4 +327,4 @@ def resting_height(thing: Thing, pose: Pose, others: Iterable[tuple[Thing, Pose]
 
 
 SUNK = 0.01
-"""What is believed to stand may reach into what it stands on by this [m]: poses are as sure as that."""
+"""Depth by which a standing thing may reach into its support [m]: the accuracy of poses."""

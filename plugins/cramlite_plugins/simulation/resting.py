@@ -34,7 +34,8 @@ LOOKS = 4
 ASIDE = 0.005
 """How far beside its place a thing may be let go of [m]: a streamed arm is up to 5 mm off its path."""
 LEANING = math.radians(3.0)
-"""How far it may lean as it is let go of there, so that what only stands on an edge, as no hand could put it, falls over."""
+"""Lean of a thing at its release from beside its place: one that only stands on an edge, as no hand could put it,
+falls over."""
 AGAIN = 0.015, math.radians(15.0)
 """What comes to rest within this of a pose has come to the same one [m, rad]."""
 STEP = 0.003  # in which a thing is let down until it touches [m]

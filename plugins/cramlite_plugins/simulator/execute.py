@@ -32,7 +32,7 @@ from ..ur_controller.urscript.values import ScriptError
 SETTLE = 2.0
 """And after its end [s]: of 40 products that were dropped into a basket last of all, six still rocked after 1 s."""
 STOPPED = 0.5
-"""As long as it takes an arm to brake that was watched [s]: then it is decided how to go on."""
+"""Time that a watched arm takes to brake [s], before the decision how to continue."""
 PATIENCE = 5.0
 """So long an arm that was stopped waits for readings [s]."""
 BEFORE = 0.5  # the world settles for this long before the program starts [s]

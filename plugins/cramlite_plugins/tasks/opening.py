@@ -15,8 +15,7 @@ from ..shapes.carried_along import driven
 from ..task_kit.bases import FORCES, SPEED, ByHandle
 
 LESS = (0.85, 0.8)
-"""Shares of the range that something is opened to by its handle where no grip of that opens it further, or what is done next needs room
-before it."""
+"""Shares of the range to open by the handle, if no grip opens it further, or the next task needs room in front."""
 DRIVES = "drives"
 """Parameter of the locations of a way on which what a drawer meets goes along."""
 TOUCH = {"speed_m_s": 0.01, "free_m_s": 0.1, "force_n": 3.0, "beyond_m": 0.03}

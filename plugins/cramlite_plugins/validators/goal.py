@@ -32,8 +32,8 @@ NEAR = 0.2
 ASIDE = 0.01
 """And what is left of a thing is so by at least this [m]: half of what places are chosen by, the rest may go in letting go."""
 SURE = 0.001
-"""An origin is in its region by at least this [m]: what rests goes into what it rests on by some 0.5 mm, in another simulator by more or
-less than here, and nobody else would see it as it was proven."""
+"""Least distance of an origin inside its region [m]: a thing sinks into its support by some 0.5 mm, and
+simulators differ by that."""
 PLACES = {"vrps:SurfaceFeature", "cram:Cavity"}
 """Features that things are in or over, and do not touch."""
 SIDES: Mapping[str, tuple[int, float]] = {

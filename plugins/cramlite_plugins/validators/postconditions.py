@@ -33,7 +33,7 @@ NO_STEPS = "its program has no steps"
 OPENING = 0.6  # a thing has left the hand so long before the fingers are open [s]: 85 mm at 150 mm/s, a 2F-85's whole stroke
 LONGEST = 5.0  # or so long, where the hand has stayed since: fingers that are told to open in steps take 2 s [s]
 STAYED = 0.005  # a hand that opens its fingers moves by less [m]
-BORNE = 0.5  # what bears less than this share of a thing's weight only touches it
+BORNE = 0.5  # share of a thing's weight below which a support only touches it
 
 
 class EndState(Value):

@@ -26,7 +26,7 @@ SHIFT, SHARE = 0.002, 0.05
 """A centre of mass is inside of its support by this [m], and by this share of the thing's extents: twins shift things by 2 mm, and
 centres of mass by 5 % of the extents (``ErrorModel``)."""
 SWINGS = 0.01
-"""What hangs may swing by this along its peg [m]: the amplitude of ``rest.SWING``."""
+"""Swing of a hanging thing along its peg [m]: the amplitude of ``rest.SWING``."""
 CONTACT = 0.01
 """Slices of two things so far below and above the height at which they meet are what touches [m]: one may lean by some degrees."""
 

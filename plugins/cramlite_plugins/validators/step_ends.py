@@ -30,8 +30,8 @@ OFF = 0.01
 GAVE_WAY = 0.5
 """Share of its advance after which a search has found what it looks for: a sample may miss the last millimetre."""
 RIM = 1.8
-"""Force of a search, as a multiple of that which it presses with, at which a rim holds the tool: it ends at twice that, and a sample may
-miss the peak."""
+"""Force at which a rim holds the tool, as a multiple of a search's pressing force: the search ends at twice that,
+and a sample may miss the peak."""
 
 
 def wrong_end(candidate: Candidate, steps: Sequence[AnyStep], samples: Sequence[int]) -> str:

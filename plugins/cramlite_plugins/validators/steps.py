@@ -36,7 +36,7 @@ from .task_times import origins
 SHORT = 0.04  # ways below are not judged [m]: a tool that is led lags by up to 5 mm, and touches begin up to 30 mm early
 SHARE = 0.4  # of its way a step covers at least: half of a tilt empties a jug, and a tenth is left for lag
 LEAN = np.radians(10.0)  # of what is held, when a task ends: as far from the vertical is upright (predicates/attitudes.py)
-AHEAD = 0.01  # of the hand's way, what it pushes gets so much farther [m]: as far as a hand may be off (``step_ends``)
+AHEAD = 0.01  # lead of a pushed thing over the hand's way [m]: as far as a hand may be off (``step_ends``)
 LEVER = 0.1  # a turn of 1 rad counts as so much way [m]: what is held reaches about as far from the tool centre point
 
 

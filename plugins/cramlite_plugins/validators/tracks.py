@@ -31,7 +31,7 @@ is believed to be some millimetres off, and lifts begin aslant."""
 BACK = 0.01
 """What a task moves along comes back by at most so much before the task ends [m]."""
 RANGE = 0.1
-"""And what it moves on a joint by this share of the joint's range: fingers that leave a handle push it by some millimetres."""
+"""Share of a joint's range by which leaving fingers may push a handle."""
 
 
 class Tracks(Value):

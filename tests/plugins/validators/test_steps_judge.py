@@ -20,6 +20,7 @@ from cramlite.model import (
     Joints,
     MoveJoints,
     MoveLinear,
+    MoveUntilContact,
     Pose,
     SetGripper,
     SetPayload,
@@ -315,6 +316,20 @@ def test_a_control_step_is_one_whatever_it_does_in_it() -> None:
     assert wrong(ran(steps, [(A, 20), ("2.Moving/a", 20), (C, 20)], hand, without=("2.Moving/b",))) == []
     (late,) = wrong(ran(steps, [(A, 20), (C, 20), ("2.Moving/b", 10)], {**hand, 40: up(0.0)}))
     assert late[0] == "2.Moving/a"
+
+
+# What is felt
+
+
+@pytest.mark.parametrize("met", [True, False])
+def test_a_step_that_feels_its_way_ends_where_it_meets_something(met: bool) -> None:
+    guard = MoveUntilContact((0.0, 0.0, -1.0), 0.01, 3.0, 0.05, 9.0, "contact", origin=A)
+    made = ran((guard,), [(A, 20), ("9.Other/on", 20)], {0: up(0.1), 10: up(0.08)})
+    assert made.rollout is not None
+    rows = tuple((Touch("effector/left", "cup", 5.0, 0.0),) if met and k in (19, 20) else () for k in range(COUNT))
+    (found,) = judged(replace(made, rollout=replace(made.rollout, touches=rows)))
+    assert (found.passed, found.origin) == ((True, "") if met else (False, A))
+    assert met or found.reason == f"{A} was not carried out: it ended after 20 of at most 50 mm, where nothing was met"
 
 
 # What is pushed

@@ -116,7 +116,7 @@ def parallel(arm: Arm, name: str, main: Steps, sides: Sequence[Steps], *, until:
 
 
 def raise_failure(name: str, failure: Exception | None, errors: Sequence[Exception | None], until: str) -> None:
-    """All together: Failed, unless enough of the branches have succeeded."""
+    """Raise the failure of parallel branches, unless enough of them have succeeded."""
     failures = [f for f in (failure, *errors) if f is not None]
     for worse in failures:
         if not isinstance(worse, Failed):

@@ -13,7 +13,7 @@ from ..tracks import rigid_links, world_tracks
 from .parts import Parts
 
 HANDLING = frozenset(f"soma:{n}" for n in ("Grasping", "PickingUp", "Placing", "PuttingDown", "Releasing", "Ungrasping", "Lifting"))
-"""Actions that take a thing or let go of it: who names none of them names the whole of what was done, not its steps."""
+"""Actions that take a thing or let go of it; a recording without any names its whole, not its steps."""
 EPOCH = 1e8
 """Times later than this [s] are counted from 1970: 1e8 s is 1973, and no recording lasts three years."""
 LATER = 10.0

@@ -15,7 +15,7 @@ FILE = re.compile(r"\bfile\s*=\s*[\"']([^\"']+)[\"']")
 COLLIDES = re.compile(r"(^|[_.-])(col|coll|collision|hull|convex)([_.-]|$|\d)", re.IGNORECASE)
 """Names of meshes that are collision shapes of others."""
 GENERAL = frozenset({"textured", "texture", "mesh", "model", "visual", "object", "base", "nontextured", "textured_simple"})
-"""Names of files that say nothing of the kind: its folder does."""
+"""Names of files that do not name the kind; their folder does."""
 
 
 class Sources(Value):

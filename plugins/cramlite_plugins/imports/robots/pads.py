@@ -16,7 +16,7 @@ from cramlite.plugin import UserError
 
 from .hand_motion import at
 
-FACE = 0.0015  # of the points of a finger, those so near to its innermost one are its face [m]
+FACE = 0.0015  # distance from a finger's innermost point within which points are its face [m]
 SNAP = math.cos(math.radians(20))  # an approach that leans less from an axis of the flange is along it
 ASIDE = 0.3  # share of a pad's motion that may be across closing and approach: more is a hand with more fingers
 SMALLEST = 0.002  # side of a face that ends in an edge or a point [m]

@@ -23,7 +23,7 @@ SLENDER = 2.0
 LOOSE = 1.0
 """A hole's play on a peg is at most this share of the peg's radius; what has more is put around it, not onto it."""
 SQUARE = 0.03
-"""Sides of a post that differ by less than this share are those of a square."""
+"""Relative difference of a post's sides below which it is square."""
 LOWEST = -math.sin(math.radians(20.0))
 """Height of the unit vector to a peg's tip: from one that leads further down things slip off."""
 FLIPPED = Pose((0.0, 0.0, 0.0), (0.0, 1.0, 0.0, 0.0))

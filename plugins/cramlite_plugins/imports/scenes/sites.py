@@ -25,7 +25,7 @@ UPRIGHT = math.cos(math.radians(5.0))
 STEEP = math.cos(math.radians(75.0))
 """One that leans more still is no place that things could be put on."""
 THIN = 0.5
-"""Of the next longer side of a box at most, so that it is flat: then it shows which way it faces."""
+"""Largest ratio to the next longer side of a box that counts as flat, and shows the way it faces."""
 OVER = 0.01
 """A cavity reaches above its walls by no more [m]."""
 UPON = 0.05

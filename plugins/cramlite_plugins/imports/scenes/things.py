@@ -18,9 +18,9 @@ from .joints import joint_of
 from .sites import LARGE, NARROW, places
 
 CLASSES = {"free": "cram:Product", "fixed": "soma:DesignedFurniture", "slide": "soma:Drawer", "hinge": "soma:Door", "knob": "cram:Knob"}
-"""What a thing is taken for by how it moves, where its names say nothing."""
+"""Class of a thing by its joint, if its names give none."""
 CONTAINER = "soma:DesignedContainer"
-"""What is taken for one then: what is fixed and has cavities that sites mark."""
+"""Class of a fixed thing with cavities at sites, if its names give none."""
 MOST = 6
 """Surfaces of one thing that become features."""
 

@@ -26,8 +26,8 @@ SIDES = ((1, 0), (0, 1), (-1, 0), (0, -1), (1, 1), (-1, 1), (-1, -1), (1, -1))
 """Of a place of the lattice, to its eight neighbours."""
 ASIDE = (1, 2)  # steps of the lattice
 MOST = 1500  # places that are looked at: a square of 0.7 m
-SHOVED = 0.3  # longer ways around are rather gone than something movable is counted on to be elsewhere by then [m]
-TAKEN_ASIDE = 0.3  # longer ways take at least half as long as to put one thing elsewhere, 10 s at 60 mm/s being 0.6 [m]
+SHOVED = 0.3  # extra length of a way around that is preferred to a movable obstacle being elsewhere by then [m]
+TAKEN_ASIDE = 0.3  # extra length of a way around worth moving one thing [m]: half of 10 s at 60 mm/s
 LIFT, CLEAR = np.array([0.0, 0.0, 0.003]), 0.002  # while its way is checked, above what it slides along, and from all else [m]
 
 Point = tuple[float, float]

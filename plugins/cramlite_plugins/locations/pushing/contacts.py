@@ -20,7 +20,7 @@ from ..handles import lever
 
 GAP = 0.01  # from fingers to the thing behind which they are [m]
 ALMOST = 0.003  # from fingers to a face, where feeling begins [m]
-LOW = 1 / 3  # finger tips over what carries a thing, as a share of its height: under a plate's rim, that they meet
+LOW = 1 / 3  # height of finger tips over the thing's support, as a share of its height: under a plate's rim, so that they meet it
 SHARES = (0.0, 0.35, 0.6)
 """Of a region's half sides, towards the thing, from its middle: ends of the way; the rest is left for how far it slips."""
 HALVES = (0.0, 180.0)
@@ -28,7 +28,7 @@ HALVES = (0.0, 180.0)
 EIGHTHS = (0.0, 180.0, 90.0, 270.0, 45.0, 225.0, 135.0, 315.0)
 """The same of closed fingers in a thing."""
 AMID = ((0.0, 0.0), (0.02, 0.0), (0.0, 0.02), (0.0, -0.02), (-0.02, 0.0))
-"""For these, from its middle, ahead and to the left [m]: where the hand is beside what stands beside the thing."""
+"""Positions of such hands from the thing's middle, ahead and to the left [m]: beside its obstacles."""
 OVER, DEEP, PLAY = 0.0005, 0.006, 0.001  # finger tips in a thing, over its floor; the least that its rim stands up; before it [m]
 SPOTS = ((0.0, 0.0), (0.8, 0.0), (-0.8, 0.0), (0.0, 0.6), (0.8, 0.6), (-0.8, 0.6))
 """On a front: at its handle, towards its edges, and higher."""
@@ -42,8 +42,8 @@ at its bar before, and with a flat side before a corner: beside the bar of a mic
 off it, 15 mm out along the door, and pressed on what is beside that. Higher on the bar where the elbow folds too far else: the hand gives
 way, and was seen to rise by 10 mm."""
 OVER_EDGE = tuple(itertools.product((0.3, 0.0, 0.5, 0.7), (0.8, 0.9))), (-60.0, -45.0, -75.0, -90.0), FROM_ABOVE[2]
-"""The same of a hand behind a door that stands ajar: towards its hinge, where an arm that its handle leads too far away still reaches;
-slanting first, so that it leaves its upper edge as it follows."""
+"""Positions of a hand behind a door that stands ajar: towards its hinge, where an arm still reaches; slanting
+first, so that it leaves the door's upper edge as it follows."""
 NEAR_HINGE = 0.5
 """A hand that is nearer to a hinge than this share of its handle's distance pushes with more than twice the force, and turns as much on
 half the way: it is tried last."""
@@ -53,7 +53,7 @@ the last 10 mm of it, which is round, slid over its end, and came 45 mm farther 
 DOWN = (-45.0, -35.0, -30.0)
 """The same of a hand that presses on a bar from above."""
 UPRIGHT = 0.9
-STEEP = 0.85  # of the hand's approach, downwards, from which on it points nowhere: it would be as high as it is long
+STEEP = 0.85  # downward part of the hand's approach beyond which it counts as pointing down
 UP = np.array([0.0, 0.0, 1.0])
 Hand = tuple[Floats, Pose, float, str]
 """The level way (3,) of a thing, the TCP from where it begins, how far the fingers are open [m], and how the hand is held."""

@@ -11,7 +11,7 @@ from cramlite.model import Robot, RobotMount, Thing, Value, World
 from ...shapes.bounds import radius
 
 APART = 0.1
-"""What is nearer to each other than this may meet, as a stack does that settles [m]."""
+"""Distance below which two things may come into contact, as in a settling stack [m]."""
 
 
 class Apart(Value):

@@ -29,11 +29,11 @@ SETTLE = 1.0
 
 
 MOVED = 0.001
-"""What moves no farther meanwhile stays where it was read [m]."""
+"""Distance within which a thing keeps the pose of its reading [m]."""
 
 
 class _Rest(Value, eq=False):
-    """World at rest after a thing was let go of: how far from its reading it came, and the poses of all that moved."""
+    """World at rest after the release of a thing: its distance from its reading, and the poses of all moved things."""
 
     thing: str
     away: float

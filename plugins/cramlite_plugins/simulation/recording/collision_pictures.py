@@ -22,9 +22,9 @@ from ..model.index import Data, Model
 
 PALE = (0.80, 0.82, 0.84, 1.0)
 STRONG = ((0.86, 0.28, 0.12, 1.0), (0.05, 0.38, 0.78, 1.0))
-"""Colours of the first body and of the other one; told apart by colour-blind people, too."""
+"""Colours of the two bodies, which colour-blind people can tell apart, too."""
 THROUGH = 0.6
-"""Share that what is in front keeps of a pixel behind which one of the two bodies is."""
+"""Opacity of an occluder in front of one of the two bodies."""
 AZIMUTHS, ELEVATIONS = range(0, 360, 45), (20.0, 50.0)
 """Directions that a picture may be taken from [deg]; the one is taken that shows most of both bodies."""
 COARSE = (32, 24)

@@ -162,7 +162,7 @@ def _recorded_bodies(compiled: Compiled, index: EffectorIndex) -> list[int]:
 
 
 def _rows(poses: Sequence[Pose]) -> Floats:
-    """(N, 7) poses as a rollout has them."""
+    """Poses (N, 7) in the layout of a rollout."""
     return np.array([(*p.position, *p.quaternion) for p in poses]).reshape(-1, 7)
 
 

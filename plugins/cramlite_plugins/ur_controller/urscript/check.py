@@ -123,7 +123,7 @@ class _Names:
             yield Lack(call.line, f"{there_is}a URCap, another script or a controller of another version may have it")
 
     def arity(self, name: str) -> Arity:
-        """Return the parameters of a function; those of a built-in one take a while to find, so once."""
+        """Return the parameters of a function, which are found once, since a built-in function's take a while."""
         if name not in self.arities:
             self.arities[name] = _own(self.own[name]) if name in self.own else _built_in(self.library[name])
         return self.arities[name]

@@ -64,7 +64,7 @@ class Stopped(Exception):
 
 
 TOO_DEEP = (RecursionError, MemoryError, SyntaxError)
-"""What Python says of too much of it."""
+"""Python's messages on code that is nested too deep."""
 
 
 def load(text: str, library: Library = PURE) -> Loaded:
