@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     Floats = np.ndarray[Any, np.dtype[np.float64]]
 
 PRIMITIVES = ("box", "cylinder", "capsule", "sphere")
-BLOCK = 20
-"""Pixels of the side of a block of the image, in which errors of depth belong together: a matcher correlates windows of some 10."""
+BLOCK = 40
+"""Pixels of the side of a block of the image, in which errors of depth belong together: matching, lenses and edges err over such patches."""
 
 
 class _Points(Value, eq=False):
@@ -197,7 +197,7 @@ def experts() -> Iterable[Expert]:
         Parameter("reach_m", 0.040, "a camera that is off by 25 mm and 1 deg, at .8 m"),
         Parameter("last_m", 0.008, "three times the noise of depth at 1 m; what stands on a table is farther away"),
         Parameter("iterations", 16, "it moves less than .1 mm afterwards, measured"),
-        Parameter("most", 4000, "points: 5 a block of the image"),
+        Parameter("most", 4000, "points: 20 a block of the image"),
         Parameter("least", 400, "points, a tenth of them"),
         Parameter("share", 0.35, "of the points near fixtures: else they are of something else"),
         Parameter("clear", 0.6, "of the points near a part of a fixture lie on it, or it does not count"),
