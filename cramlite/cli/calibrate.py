@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from ..model.geometry import Pose
     from ..perception.calibration.recording import FlangeOf
     from ..plugin.catalogue import Knowledge
+    from ..plugin.registry import Registry
 
 
 def calibrate(arguments: argparse.Namespace) -> int:
@@ -27,6 +28,7 @@ def calibrate(arguments: argparse.Namespace) -> int:
     from ..perception.calibration.board import BoardSpec, opencv, write_board
     from ..perception.calibration.recording import read_spec
 
+    registry = plugin_choice(arguments).registry()
     folder: Path | None = arguments.folder
     if arguments.view is not None:
         return _by_fixtures(folder, arguments)
@@ -43,17 +45,17 @@ def calibrate(arguments: argparse.Namespace) -> int:
         return 0
     if folder is None:
         raise UserError("Name the folder with the pictures and calibration.yaml, or write a board with --board FILE.png.")
-    return _calibrate(folder, arguments)
+    return _calibrate(folder, registry, arguments)
 
 
-def _calibrate(folder: Path, arguments: argparse.Namespace) -> int:
+def _calibrate(folder: Path, registry: Registry, arguments: argparse.Namespace) -> int:
     from ..perception.calibration.hand_eye import calibrated
     from ..perception.calibration.recording import read_recording, read_spec
     from ..perception.calibration.result import calibration_file, calibration_text, warnings, write_calibration
     from ..plugin.catalogue import Knowledge
 
     spec = read_spec(folder)
-    knowledge = Knowledge(plugin_choice(arguments).registry())
+    knowledge = Knowledge(registry)
     recording = read_recording(folder, spec, flange_of(spec.robot, folder, knowledge))
     found = calibrated(recording.stations, spec.mount, recording.intrinsics, recording.given)
     told, keys = warnings(found, recording), calibration_file(found, recording)

@@ -193,11 +193,22 @@ class Tools:
         """Run the proven program of a run in simulation, in the world that it was proven for, and judge
         it."""
         registry = self._runs_engine(run).registry
-        executor = Executor(PluginChoice(tuple(registry.files), tuple(registry.blocked), tuple(registry.preferred)))
+        executor = Executor(PluginChoice(tuple(registry.files), tuple(registry.blocked), tuple(registry.preferred), registry.models))
         try:
             return await self._work(ctx, lambda say, stop: self._ran(run, executor, say))
         finally:
             executor.kill()
+
+    async def run_watched(self, ctx: Context[Any, Any], run: str) -> Answer:
+        """Run the proven program of a run in simulation, watched: where the world changes, go on with what is proven from there. Gives
+        the time line of faults, notices (class, step, thing, numbers), decisions and resumptions."""
+        return await self._work(ctx, lambda say, stop: self._went_on(run, say))
+
+    def _went_on(self, run: str, say: Say) -> Answer:
+        moments, why = self._runs.go_on(run, say)
+        last = moments[-1].notice if moments else None
+        data: Answer = _data({"run": run, "succeeded": not why and last is None, "reason": why, "time_line": moments})
+        return data
 
     def _runs_engine(self, run: str) -> Engine:
         try:
@@ -280,7 +291,7 @@ def make_server(engine: Engine, files: ClientFiles) -> Server:
     looks: list[Callable[..., Any]] = [
         its.list_tasks, its.list_scenarios, its.list_things, its.list_goals, its.check, its.interpret, its.explain, its.render,
     ]  # fmt: skip
-    acts: list[Callable[..., Any]] = [its.resolve, its.run]
+    acts: list[Callable[..., Any]] = [its.resolve, its.run, its.run_watched]
     tools = [*(_tool(t, read_only=True) for t in looks), *(_tool(t, read_only=False) for t in acts)]
     server = Server(tools, files)
     _add_resources(server, files, runs)

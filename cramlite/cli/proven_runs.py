@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from ..engine.executor import Executor
     from ..engine.reading import Reading
     from ..engine.setting import Setting
+    from ..engine.time_line import Moment
     from ..scenario.scenario import Scenario
 
 KEPT = 16
@@ -166,6 +167,33 @@ class ProvenRuns:
         assert solution.execution is not None
         write_execution(proven.directory, solution.execution, proven.engine)
         return solution
+
+
+    def go_on(self, name: str, say: Say) -> tuple[list[Moment], str]:
+        """Run a proven program in the world that its scenario declares, watched, and go on with what is proven where that changes.
+
+        Returns:
+            Its time line, which is written into its run, too; and why it could not go on, "" where it came to its end.
+
+        Raises:
+            UserError: as ``execute``.
+        """
+        from ..engine.going_on import GoingOn, Stretch
+        from ..engine.time_line import time_line, write_time_line
+
+        proven, why = self.recall(name), ""
+        say("comparing text and world with what was proven")
+        _require_unaltered(proven)
+        say("running the program's text")
+        going, done = GoingOn(proven.asked.read(), proven.engine, proven.asked.seed, say), list[Stretch]()
+        try:
+            for stretch in going.execute(proven.solution):
+                done.append(stretch)
+        except NoSolution as error:
+            why = str(error)
+        moments = list(time_line(done))
+        write_time_line(moments, proven.directory.path)
+        return moments, why
 
 
 def _name(scenario: str, seed: int, key: dict[str, Any]) -> str:

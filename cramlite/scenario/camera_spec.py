@@ -1,4 +1,4 @@
-"""Camera of a scenario file: where it is, what it looks for, and how wide it sees."""
+"""Camera of a scenario file: mount, queries and field of view."""
 
 from __future__ import annotations
 

@@ -15,6 +15,7 @@ from ..base.resources import find_scenario
 from ..base.seeds import whole_seed
 from ..model.geometry import Pose
 from ..model.world import Camera, Physics, Thing, World
+from ..plugin.protocols import Correcting
 from .faults import faulty
 from .imported_world import imported_world
 from .robots import imported_robot, mount_of
@@ -114,7 +115,22 @@ def build_world(
         built[spec.name] = thing
         if spec.hangs_on:
             relations.append(("hangs_on", spec.name, spec.hangs_on.hanger))
-    return _completed(scenario, tuple(built.values()), imported, knowledge), tuple(relations)
+    world = _completed(scenario, tuple(built.values()), imported, knowledge)
+    return corrected(world, knowledge, scenario.spec.world.noise if scenario.spec.world else 0.0), tuple(relations)
+
+
+def corrected(world: World, knowledge: Knowledge, noise: float) -> World:
+    """Return a world of read poses in which things that cannot be where they were read are moved to free
+    places, with a note.
+
+    Args:
+        noise: how far readings may be off [m]; with 0 the world is as it was read.
+    """
+    simulator = knowledge.simulator
+    if not noise or not isinstance(simulator, Correcting):
+        return world
+    apart, said = simulator.put_apart(world, knowledge.robots_of(world), noise)
+    return replace(apart, notes=(*apart.notes, *said))
 
 
 def _completed(

@@ -90,7 +90,7 @@ def parted(inverse: Inverse, front: Mask, limits: Mapping[str, float]) -> Labels
 
 
 def _step(inverse: Inverse, direction: tuple[int, int], least: float) -> Mask:
-    """Where the next pixel in a direction is on another surface: nearer or farther by a step."""
+    """Mask of pixels whose next pixel in a direction is on another surface, nearer or farther by a step."""
     import numpy as np
 
     with np.errstate(invalid="ignore"):
@@ -98,7 +98,7 @@ def _step(inverse: Inverse, direction: tuple[int, int], least: float) -> Mask:
 
 
 def _bends(inverse: Inverse, front: Mask, steps: Sequence[Mask], limits: Mapping[str, float]) -> list[Inverse]:
-    """How much deeper each pixel is than the chord over it, by direction; NaN where a step is in between."""
+    """Depth of each pixel behind the chord over it, by direction; NaN across a step."""
     import numpy as np
     from scipy import ndimage
 
@@ -118,7 +118,7 @@ def _bends(inverse: Inverse, front: Mask, steps: Sequence[Mask], limits: Mapping
 
 
 def _joined(labels: Labels, bends: Sequence[Inverse], limits: Mapping[str, float]) -> Labels:
-    """Labels of which those are one that most of a common border does not part: it is flat or convex across it."""
+    """Labels, merged where most of the common border is flat or convex."""
     import numpy as np
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
