@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 PRIMITIVES = ("box", "cylinder", "capsule", "sphere")
 BLOCK = 40
-"""Pixels of the side of a block of the image, in which errors of depth belong together: matching, lenses and edges err over such patches."""
+"""Side of a block of the image in which errors of depth belong together [pixel]: matching and lenses err over such patches."""
 
 
 class _Points(Value, eq=False):
