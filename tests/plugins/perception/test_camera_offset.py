@@ -17,7 +17,9 @@ from msgspec.structs import replace
 
 from cramlite import Engine
 from cramlite.cli.perceive import fixtures_of
+from cramlite.engine.scenario_doubts import doubts
 from cramlite.model import Camera, Geom, Pose, Thing, View, World
+from cramlite.perception.calibration.recording import written
 from cramlite.perception.camera_check import camera_offset, camera_warning
 from cramlite.scenario.scenario import read_scenario
 from cramlite.scenario.worlds import camera_of
@@ -125,3 +127,16 @@ def test_mistakes_are_one_paragraph(cell: tuple[Path, Path], tmp_path: Path) -> 
     for words in ((tmp_path, "--view", shot), (scenario, "--view", scenario)):
         done = as_a_user.cramlite("calibrate", *words)
         assert done.returncode == 2 and len(done.stderr.strip().splitlines()) == 1, done.stderr
+
+
+def test_resolve_doubts_a_camera_that_is_off(tmp_path: Path) -> None:
+    at = written(EYE)
+    pose = f"position: {list(EYE.position)}, roll: {at.roll}, pitch: {at.pitch}, yaw: {at.yaw}"
+    (tmp_path / "a.yaml").write_text(f"{SCENARIO}poses: camera\ncamera: {{mount: world, at: {{{pose}}}, queries: ['type=unknown']}}\n")
+    scenario = read_scenario(tmp_path / "a.yaml")
+    setting = engine().setting(scenario)
+    assert setting.look is not None and not any("camera is" in d for d in doubts(scenario, setting, engine().knowledge))
+    first = setting.look.pictures[0]
+    off = replace(first, view=believed(first.view, Pose.from_rotvec((0.012, 0.0, 0.0), (0.0, 0.012, 0.0))))
+    told = doubts(scenario, replace(setting, look=replace(setting.look, pictures=(off,))), engine().knowledge)
+    assert any("the camera is " in d and "deg (+-" in d and "a.yaml:" in d for d in told), told
