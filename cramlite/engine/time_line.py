@@ -20,8 +20,8 @@ if TYPE_CHECKING:
 
 FILE = "time_line.json"
 What = Literal["fault", "notice", "decision", "resumption", "end"]
-CLASSES = {"fault": "cram:Fault", "decision": "cram:Decision", "resumption": "cram:Resumption"}
-"""Class of a moment; that of a notice is its own."""
+CLASSES = {"fault": "Fault", "decision": "Decision", "resumption": "Resumption"}
+"""Class of a moment in the ontology, as those of deviations; that of a notice is its own."""
 INSTANT = 0.001
 """How long an event of an instant lasts [s]."""
 
@@ -80,11 +80,11 @@ def events_of(moments: Iterable[Moment], round_: int, rollout: Rollout) -> tuple
     """Return the moments of a round as situations of its episode: faults, what was noticed, decisions and the resumption."""
     things, found = {t.name for t in rollout.world.things}, list[Event]()
     for number, moment in enumerate(moments):
-        kind = f"cram:{moment.notice.kind}" if moment.notice else CLASSES.get(moment.what)
+        kind = str(moment.notice.kind) if moment.notice else CLASSES.get(moment.what)
         if moment.round != round_ or kind is None:
             continue
         roles = {"object": moment.thing} if moment.thing in things else {}
-        found.append(Event(f"{moment.what}_{number}", kind, "situation", moment.since, moment.since + INSTANT, roles))
+        found.append(Event(f"{moment.what}_{number}", f"cram:{kind}", "situation", moment.since, moment.since + INSTANT, roles))
     return tuple(found)
 
 
