@@ -53,7 +53,7 @@ class ClientFiles(Value):
         return path if path.is_file() else shipped_scenario(name)
 
     def read(self, said: str | Mapping[str, Any], goal: Sequence[str] = ()) -> Scenario:
-        """Read a scenario: that of a name, or one that is given as data or as the text of a file; its paths start from the folder.
+        """Read a scenario by its name, or from data or the text of a file; its paths start from the folder.
 
         Args:
             goal: what is asked in it; data that only says where starts from that.

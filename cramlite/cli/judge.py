@@ -20,7 +20,7 @@ from .arguments import Add, plugin_choice
 from .texts import findings_text, warn_of
 
 if TYPE_CHECKING:
-    from ..engine.judging import Judged, Purpose
+    from ..engine.judging import JudgedRun, Purpose
     from ..model.world import World
     from ..plugin.catalogue import Knowledge
     from ..scenario.scenario import Scenario
@@ -62,7 +62,7 @@ def judge_program(
     return 0
 
 
-def judged_text(program: Path, text: str, place: World, purpose: Purpose, knowledge: Knowledge, seed: int) -> Judged:
+def judged_text(program: Path, text: str, place: World, purpose: Purpose, knowledge: Knowledge, seed: int) -> JudgedRun:
     """Run and judge a text; mistakes in it are told with its file."""
     from ..engine.judging import judge_text
 
@@ -70,7 +70,7 @@ def judged_text(program: Path, text: str, place: World, purpose: Purpose, knowle
         return judge_text(text, place, purpose, knowledge, seed)
 
 
-def judged_json(judged: Judged) -> dict[str, Any]:
+def judged_json(judged: JudgedRun) -> dict[str, Any]:
     """Return a verdict as ``--json`` prints it."""
     verdict = judged.verdict
     return {
@@ -80,14 +80,14 @@ def judged_json(judged: Judged) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def refuse(program: Path, judged: Judged) -> None:
-    """End the command where a judge objects, or nobody found anything.
+def refuse(program: Path, judged: JudgedRun) -> None:
+    """End the command where a validator objects, or nobody found anything.
 
     Raises:
         NoSolution: with the objections.
     """
     if not judged.verdict.passed:
-        why = judged.verdict.reason if judged.verdict.findings else "no judge had anything to look at"
+        why = judged.verdict.reason if judged.verdict.findings else "no validator had anything to look at"
         raise NoSolution(f"'{program}' was refused: {why}")
 
 

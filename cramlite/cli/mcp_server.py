@@ -193,7 +193,7 @@ class Tools:
         """Run the proven program of a run in simulation, in the world that it was proven for, and judge
         it."""
         registry = self._runs_engine(run).registry
-        executor = Executor(PluginChoice(tuple(registry.files), tuple(registry.blocked), tuple(registry.preferred)))
+        executor = Executor(PluginChoice(tuple(registry.files), tuple(registry.blocked), tuple(registry.preferred), registry.models))
         try:
             return await self._work(ctx, lambda say, stop: self._ran(run, executor, say))
         finally:

@@ -99,7 +99,7 @@ def _perceive(arguments: argparse.Namespace) -> int:
         attributes=tuple(w for w in arguments.attributes.split(",") if w),
         seed=arguments.seed,
         out=arguments.out,
-        plugins=plugin_choice(arguments),
+        plugins=plugin_choice(arguments).extended((), (), tuple(arguments.models)),
         json_output=arguments.json,
     )
 
@@ -119,5 +119,8 @@ def add_commands(add: Add) -> None:
     perceive.add_argument(
         "--out", type=Path,
         help="folder for perception.html: image, depth, cloud, pipeline and hypotheses on one page",
+    )
+    perceive.add_argument(
+        "--models", type=Path, action="append", default=[], metavar="LIB", help="a library of known kinds; may be repeated"
     )
     perceive.add_argument("--json", action="store_true", help="print as JSON")

@@ -44,7 +44,7 @@ def execute_and_replan(
     json_output: bool = False,
     verbose: bool = False,
 ) -> int:
-    """Run a program of a run directory; where it is stopped, resolve the rest by what is read or seen then, and go on.
+    """Run a program of a run directory; after a stop, resolve the rest from readings or pictures, and continue.
 
     Args:
         scenario: that the program was made from; with ``poses: camera`` its camera looks where a program stops by itself, else poses are
@@ -136,7 +136,7 @@ def _write_round(folder: Path, done: Round, name: str, engine: Engine, *, episod
 
 
 def _first_attempt(program: Path, scenario: Scenario, engine: Engine, world: str, seed: int) -> Attempt:
-    """The program with the plan that lies beside it in its run directory, in the world where it is to run."""
+    """Program and plan of a run directory, in the world of its execution."""
     from ..engine import replanning
     from ..model.program_json import read_program
 

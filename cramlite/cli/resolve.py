@@ -148,14 +148,15 @@ def _solved_before(run: RunDirectory, *, json_output: bool) -> int:
 def _report_nothing(
     run: RunDirectory, reading: Reading, setting: Setting, engine: Engine, trace: Trace, tried: Solution | None, came: Signals
 ) -> None:
-    """Page about a search that proved nothing, with the nearest program; without drawings after a signal."""
+    """Write the page about a search that proved nothing, with the nearest program; without drawings after a
+    signal."""
     from ..report import Finished, write_page
 
     write_page(Finished(engine, run, setting, trace, tried, reading.interpretation, reading.episode), drawn=not came.one())
 
 
 def _changes(scenario: Scenario, setting: Setting, engine: Engine, *, json_output: bool) -> str:
-    """What would have to change, as lines behind a refusal."""
+    """Changes that would make a scenario solvable, as lines behind a refusal."""
     from ..engine.relaxing import relaxations
 
     found = relaxations(scenario, setting, engine, lambda _: None if json_output else print(f"tried: {_}", flush=True))

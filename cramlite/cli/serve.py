@@ -244,7 +244,8 @@ def _finite(text: str) -> float:
 
 
 def _is_id(id_: object) -> bool:
-    """Whether it can name a request; None for one without an id. True is none, though it equals 1."""
+    """Whether a value can be the id of a request; None for a request without an id. True cannot, though it
+    equals 1."""
     return id_ is None or (isinstance(id_, int | float | str) and not isinstance(id_, bool))
 
 

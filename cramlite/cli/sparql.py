@@ -122,7 +122,7 @@ def _shown(node: Any) -> Any:
 
 
 def table(answer: Answer) -> str:
-    """Format an answer for people: a table, and how many rows it has."""
+    """Format an answer for people: a table, and its number of rows."""
     lines = [list(answer.columns), *[["" if v is None else str(v) for v in row] for row in answer.rows]]
     widths = [max(len(line[k]) for line in lines) for k in range(len(answer.columns))]
     shown = ["  ".join(v.ljust(w) for v, w in zip(line, widths, strict=True)).rstrip() for line in lines]

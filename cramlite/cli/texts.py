@@ -102,7 +102,8 @@ def _label(action: Interpreted) -> str:
 
 
 def _repair_lines(repairs: Sequence[Repair], zero: float, most: int = 20) -> list[str]:
-    """A line for each; of many for one reason the first, and how many: a flickering log has hundreds."""
+    """Lines on repairs; of many for one reason the first, and their number, since a flickering log has
+    hundreds."""
     groups: dict[str, list[Repair]] = {}
     for r in repairs:
         groups.setdefault(r.why, []).append(r)
@@ -155,7 +156,7 @@ def _candidates(found: Interpretation) -> list[str]:
 
 
 def rollout_json(rollout: Rollout) -> dict[str, Any]:
-    """Return how a run ended as JSON values: seconds, newtons, last poses (position [m], quaternion w first)."""
+    """Return the end of a run as JSON values: seconds, newtons, last poses (position [m], quaternion w first)."""
     names = [t.name for t in rollout.world.things]
     forces = rollout.contact_force()
     return {
@@ -170,7 +171,7 @@ def rollout_json(rollout: Rollout) -> dict[str, Any]:
 
 
 def rollout_text(rollout: Rollout) -> str:
-    """Return the program's own log, and how it ended, as text."""
+    """Return the program's own log and its end, as text."""
     said = sorted([*rollout.messages, *(replace(f, text=f"fault: {f.text}") for f in rollout.faults)], key=lambda m: m.time)
     lines = [f"{m.time:8.2f} s  {m.text}" for m in said]
     data = rollout_json(rollout)

@@ -48,7 +48,7 @@ STILL = 0.005
 BACK = "0.Back"
 """Designator of the way back."""
 STOPS = {"halted": Deviation.REFUSED, "protective stop": Deviation.STOPPED, "killed": Deviation.KILLED}
-"""Outcome -> what it is, of runs that can be gone on from."""
+"""Outcome -> its description, of runs that can be continued."""
 
 
 ACKNOWLEDGED = "a protective stop is acknowledged by a person, who has looked why; execute again with --replan then"
@@ -211,7 +211,7 @@ class GoingOn:
         return self.setting.robot.gripper.opening[0]
 
     def _decided(self, done: Round, watch: RunWatch, notice: Notice, *, given_up: bool) -> tuple[Attempt | None, str]:
-        """Next program, with words for it; None with the reason where there is none."""
+        """Next program with its description; None with the reason."""
         key = notice.kind, notice.thing, notice.step.partition(".")[2]
         self.noticed[key] += 1
         if given_up:
@@ -223,7 +223,7 @@ class GoingOn:
         return self._next(done, watch, notice)
 
     def _next(self, done: Round, watch: RunWatch, notice: Notice) -> tuple[Attempt | None, str]:
-        """Next program, proven from the readings, with words for it; None with the reason where there is none."""
+        """Next program, proven from the readings, with its description; None with the reason."""
         assert watch.last is not None
         if watch.last.poses is None:
             return None, "there are no readings; when they are back, execute again with --replan"

@@ -104,7 +104,8 @@ def changes(scenario: Scenario, setting: Setting) -> Iterator[Change]:
 
 
 def _smallest(solves: Callable[[int], bool], most: int) -> int:
-    """The smallest number of steps that solves, where one less does not, found by doubling and halving; 0 for none up to ``most``."""
+    """Smallest number of steps that solves, by doubling and halving; one step less fails. 0 if none up to
+    ``most`` does."""
     low, high = 0, 1
     while high <= most and not solves(high):
         low, high = high, 2 * high

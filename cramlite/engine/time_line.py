@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 FILE = "time_line.json"
 What = Literal["fault", "notice", "decision", "resumption", "end"]
 CLASSES = {"fault": "Fault", "decision": "Decision", "resumption": "Resumption"}
-"""Class of a moment in the ontology, as those of deviations; that of a notice is its own."""
+"""Class of a moment in cramlite's ontology; a notice has its own."""
 INSTANT = 0.001
 """How long an event of an instant lasts [s]."""
 
@@ -80,7 +80,7 @@ def events_of(moments: Iterable[Moment], round_: int, rollout: Rollout) -> tuple
     """Return the moments of a round as situations of its episode: faults, what was noticed, decisions and the resumption."""
     things, found = {t.name for t in rollout.world.things}, list[Event]()
     for number, moment in enumerate(moments):
-        kind = str(moment.notice.kind) if moment.notice else CLASSES.get(moment.what)
+        kind = moment.notice.kind if moment.notice else CLASSES.get(moment.what)
         if moment.round != round_ or kind is None:
             continue
         roles = {"object": moment.thing} if moment.thing in things else {}

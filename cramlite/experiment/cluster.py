@@ -118,7 +118,7 @@ def connected(executor: str, workers: int, patience: float = CONNECT) -> Iterato
 
 
 def _handed_out(client: Any, order: Order, left: Sequence[str], key: dict[str, Any], store: Store) -> Iterator[tuple[str, Any]]:
-    """A trial for each place, and none that waits there: Dask blames a death on all that a worker was given."""
+    """Keep one trial at each place and none waiting, since Dask blames a death on all trials of a worker."""
     pool, todo = client.get_executor(pure=False), deque(left)
     waiting: dict[Future[Arrived], str] = {}
     try:

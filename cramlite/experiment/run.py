@@ -68,7 +68,8 @@ def _left(order: Order, store: Store) -> list[str]:
 
 
 def _settle(order: Order, store: Store, say: Callable[[str], None]) -> None:
-    """Give a result to the trials whose robot was moved by a process that ended before it had one: one attempt each."""
+    """Give a failure as the result of trials whose process ended after it had moved the robot: one attempt
+    each."""
     for name in store.marked(MOVED):
         _give_up(order, store, name, STOPPED, say)
 

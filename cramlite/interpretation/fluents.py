@@ -161,7 +161,8 @@ class GoalCondition(Value):
 
     @property
     def denied(self) -> GoalCondition | None:
-        """Condition that its one fact does not hold, or that its one forbidden fact does; None where it is made of more."""
+        """Condition that its one fact does not hold, or that its one forbidden fact does; None for a condition
+        of several facts."""
         facts, (pattern, *others) = self.needs or self.shown, (*self.without, ())
         if len(facts) == 1 and not self.bounds:
             return GoalCondition(without=facts | self.shown)
@@ -226,7 +227,7 @@ class Fluent(Value):
 
 
 PLAIN = Fluent()
-"""A relation of which nothing is declared: it begins and ends by itself."""
+"""Relation without declarations: it begins and ends by itself."""
 
 
 class Fluents(Value):
@@ -318,7 +319,7 @@ class Fluents(Value):
         return ""
 
     def ring(self, facts: Iterable[Fact]) -> tuple[Fact, ...]:
-        """Return facts by which a thing would carry itself, each thing of them the next one; none where there are none."""
+        """Return a cycle of facts by which a thing would carry itself; empty without one."""
         carried = [(f, *self._carries(f)) for f in sorted(facts) if self[f[0]].carrier is not None]
 
         def follow(way: tuple[Fact, ...], first: str, last: str) -> tuple[Fact, ...]:
@@ -339,8 +340,8 @@ class Fluents(Value):
 
     def _contrary(self, scene: SymbolicWorld, one: Fact, other: Fact) -> bool:
         pairs = ((one, other), (other, one))
-        judges = ((self[a[0]].contrary, a, b) for a, b in pairs)
-        return any(self._excluded(a, b) for a, b in pairs) or any(j is not None and j(scene, a, b) for j, a, b in judges)
+        contraries = ((self[a[0]].contrary, a, b) for a, b in pairs)
+        return any(self._excluded(a, b) for a, b in pairs) or any(j is not None and j(scene, a, b) for j, a, b in contraries)
 
     def _parted(self, ended: Iterable[Fact], left: Iterable[Fact]) -> set[Fact]:
         """Facts of whole things that held because of a part that is gone."""
@@ -359,7 +360,7 @@ def _of_wholes(fact: Fact) -> Fact:
 
 
 def _distinct(things: list[str]) -> bool:
-    """Nothing is related to itself, so not to its own parts either."""
+    """Whether all things of a fact differ, since nothing is related to itself or to its own parts."""
     return len(set(things)) == len(things)
 
 

@@ -1,4 +1,4 @@
-"""Learning of a task from episodes: what a person showed becomes a proposal."""
+"""Learning of a task from episodes: from demonstrations to a proposal."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def learn_task(
 
 
 def compared(proposal: Proposal, shown: Shown, knowledge: Knowledge) -> tuple[Deviation, ...]:
-    """Return in what another demonstration, or an execution, differs from how a learned task is done.
+    """Return the deviations of another demonstration, or of an execution, from a learned task's procedure.
 
     Raises:
         UserError: an interval is empty, the demonstration is not of the task, or no known tasks explain the examples.

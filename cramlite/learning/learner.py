@@ -102,7 +102,7 @@ def _learned(
     kept = [e for k, e in enumerate(examples) if k not in left_out]
     shown = Tables(language, [e.span for e in kept])
     choices = [c for roles in range(MOST_ROLES + 1) for c in casts(shown, roles)]
-    told = max((len(c.changes) + c.movers for c in choices), default=0)
+    told = max((c.told for c in choices), default=0)
     best: Learned | None = None
     for cast in choices:
         sure = _sure(rest, tables, cast, frozenset.intersection(*(e.idle for e in kept)))
@@ -112,7 +112,7 @@ def _learned(
         if not all(problem.needed):
             continue
         found = shortest(problem)
-        bits = found.bits + ROLE * cast.roles + EXCEPTION * len(left_out) + UNTOLD * (told - len(cast.changes) - cast.movers)
+        bits = found.bits + ROLE * cast.roles + EXCEPTION * len(left_out) + UNTOLD * (told - cast.told)
         if best is None or bits < best.bits - 1e-3:
             known = tuple(k for k, s in zip(rest, sure, strict=True) if s)
             best = Learned(tuple(literals[k] for k in widened(problem, found.chosen)), cast, tuple(kept), left_out, known, language, bits)
@@ -120,8 +120,8 @@ def _learned(
 
 
 def _sure(rest: Sequence[Known], tables: Tables | None, cast: Cast, idle: frozenset[str]) -> list[bool]:
-    """Whether a known task explains an action, also what changes in it as in the examples: else it may be the task that is learned. What
-    is read as idle is explained, unless the examples are idle in the same way."""
+    """Whether a known task explains an action and the changes that the examples have; if not, it may be the
+    learned task. Idle readings explain, unless the examples are idle in the same way."""
     if tables is None:
         return []
     alike = tables.truths(cast.changes, cast.roles).all(axis=0) & tables.valid(cast.roles)
@@ -152,11 +152,13 @@ def _problem(
     for group in groups:
         for mask in group.refuted:
             telling |= mask
-    needed = [[k for k, one in enumerate(literals) if _happens(one) and (telling >> k & 1 or not groups)]]
+    needed = [[k for k, one in enumerate(literals) if _happens(language, one) and (telling >> k & 1 or not groups)]]
     needed += [[k for k, one in enumerate(literals) if role in one.binds] for role in range(1, roles + 1)]
     changes = [
         ([k for k, one in enumerate(literals) if one == change or _tells(language, one, change)], UNTOLD) for change in cast.changes
     ]
+    if cast.measured:
+        changes.append(([k for k, one in enumerate(literals) if one in cast.measured], UNTOLD))
     return Problem(np.array([language.bits(one, roles) for one in literals]), groups, wishes, needed, changes)
 
 
@@ -171,9 +173,10 @@ def _groups(shown: Tables, literals: Sequence[Literal], cast: Cast) -> list[Grou
     return found
 
 
-def _happens(literal: Literal) -> bool:
-    """Whether a condition says that something begins, ends, or goes on meanwhile: a task is no state."""
-    return literal.kind in ("begins", "ends") or (literal.phase == "run" and not literal.denied)
+def _happens(language: Language, literal: Literal) -> bool:
+    """Whether a condition says that something begins, ends, or goes on meanwhile, standing still included: a task is no state."""
+    motion = language.predicates[literal.predicate].phases == {"run"}
+    return literal.kind in ("begins", "ends") or (literal.phase == "run" and (motion or not literal.denied))
 
 
 def _tells(language: Language, one: Literal, change: Literal) -> bool:
@@ -194,7 +197,7 @@ def _classes(taxonomy: Taxonomy, shown: Tables, cast: Cast) -> Iterator[Literal]
 
 
 def _bounds(tables: Tables, cast: Cast, others: Sequence[Span]) -> Iterator[Literal]:
-    """Bounds between what examples show of a value and the next values of what is no example: in the middle between them."""
+    """Bounds half way between the values of the examples and the next values of the counterexamples."""
     for predicate in tables.language.predicates.values():
         if not predicate.value or predicate.arity > cast.roles:
             continue
@@ -247,7 +250,8 @@ def covers(learned: Learned, span: Span, literals: Sequence[Literal] | None = No
 
 
 def conditions(learned: Learned, names: Sequence[str]) -> Mapping[str, list[str]]:
-    """Return the conditions as a rule file writes them: phase -> texts; ``names`` are of who acts and of the roles."""
+    """Return the conditions as a rule file writes them: phase -> texts; ``names`` are those of the agent and
+    the roles."""
     found: dict[str, list[str]] = {phase: [] for phase in PHASES}
     language = learned.language
     if language.hand and any(0 in one.slots for one in learned.literals):

@@ -64,6 +64,7 @@ if TYPE_CHECKING:
     from .handover import Handover as Handover
     from .imported_robot import ImportedRobot as ImportedRobot
     from .imported_scene import ImportedScene as ImportedScene, StatedJoint as StatedJoint
+    from .known_kind import BuiltLibrary as BuiltLibrary, KnownKind as KnownKind
     from .judging_limits import JudgingLimits as JudgingLimits
     from .linkage import Linkage as Linkage
     from .motion_words import (

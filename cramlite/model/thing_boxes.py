@@ -11,7 +11,7 @@ from .geometry import Pose, Vector3
 from .world import Geom, Thing
 
 CENTRED = 0.5
-"""Share of its half width by which the middle of what turns in place may be off its axis."""
+"""Share of its half width by which a thing's middle may be off the axis to turn in place."""
 Box = tuple[Vector3, Vector3]
 """Lower and upper corner [m]."""
 
@@ -28,7 +28,8 @@ def extents(thing: Thing) -> Vector3:
 
 
 def turns_in_place(thing: Thing) -> bool:
-    """Return whether a thing takes the same room however far its joint is turned, as a knob does: its middle is near the axis."""
+    """Return whether a thing takes the same room at any joint position, as a knob does: its middle is near the
+    axis."""
     if thing.joint is None or thing.joint.kind != "hinge" or not thing.geoms:
         return False
     low, high = around([_box(thing.joint.pose.inverse() * g.pose, g) for g in thing.geoms])

@@ -37,11 +37,11 @@ class Blocking(Value):
 
     @property
     def tracks(self) -> tuple[Track, ...]:
-        """All that it depends on, each once."""
+        """Tracks of all things that the blocking depends on, each once."""
         return tuple(dict.fromkeys(t for any_of in self.sets for tracks in any_of for t in tracks))
 
     def bars(self, before: Sequence[Operator], step: Operator) -> bool:
-        """Check whether a task is refused behind others: whether they have left of each set one as it was."""
+        """Check whether a task is refused after others: they left one thing of each set unchanged."""
         if done(step) != self.task:
             return False
         same = {t for t in self.tracks if history(before, t.thing) == t.past}
@@ -53,8 +53,8 @@ class Blocking(Value):
         return replace(self, sets=tuple(any_of for any_of in self.sets if all(tracks[0].thing not in self.shut for tracks in any_of)))
 
     def while_others_stay(self) -> Blocking:
-        """Return the blocking that holds as long as no other obstacle is moved: the task's own things meet
-        it again, wherever they come from; the same without other obstacles."""
+        """Return the blocking as long as no other obstacle is moved, since the task's own things meet that
+        again from anywhere; the same without other obstacles."""
         own = {thing_of(e) for _, e in self.task[1]}
         others = tuple(any_of for any_of in self.sets if own.isdisjoint(tracks[0].thing for tracks in any_of))
         return replace(self, sets=others) if others else self

@@ -182,7 +182,7 @@ class _Asked(NamedTuple):
     handed: Path | None = None
 
     def at(self, choice: Goal) -> Sequence[str]:
-        """Where each part of a grounded goal is said: one that is said may be about many things."""
+        """Place in the scenario of each part of a grounded goal; one sentence may be about many things."""
         return self.places if len(self.places) == len(choice.says) else list(self.places[:1]) * len(choice.says)
 
 

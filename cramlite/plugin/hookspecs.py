@@ -13,7 +13,7 @@ A plugin is a module (or object) with functions of these names, marked with
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from ..model.episode import Episode
     from ..model.imported_robot import ImportedRobot
     from ..model.imported_scene import ImportedScene, StatedJoint
+    from ..model.known_kind import BuiltLibrary
     from ..model.robot import Robot
     from ..model.robot_file import RobotFile
     from ..model.rollout import Rollout
@@ -160,6 +161,30 @@ def read_view(path: Path) -> View | None:
 
     Raises:
         UserError: it is of this format and cannot be used.
+    """
+
+
+@hookspec(firstresult=True)
+def read_models(path: Path) -> Sequence[ModelMaker] | None:
+    """Read a library of known kinds as object models; None if it is of another format. First answer wins.
+
+    Raises:
+        UserError: it is of this format and cannot be used; with file and line.
+    """
+
+
+@hookspec(firstresult=True)
+def add_models(folder: Path, library: Path, scale: float, density: float, up: str) -> BuiltLibrary | None:
+    """Add the kinds that a folder has files of to a library; None if this plugin makes none. First answer wins.
+
+    Args:
+        library: folder, which may not exist yet.
+        scale: from the unit of mesh files to metres.
+        density: of kinds whose files state no mass [kg/m3].
+        up: direction of their frames that usually points up, x to -z; "" where their shapes are to say it.
+
+    Raises:
+        UserError: the library cannot be used.
     """
 
 

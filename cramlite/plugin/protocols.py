@@ -81,7 +81,7 @@ class Candidate(Value):
 class Validator(Protocol):
     """Check of a candidate. Validators of cost "rollout" are asked after its text ran, the others before.
 
-    One may be a ``GoalJudge`` or an ``Adviser``, too.
+    One may be a ``GoalValidator`` or an ``Adviser``, too.
     """
 
     @property
@@ -98,7 +98,7 @@ class Validator(Protocol):
 
 
 @runtime_checkable
-class GoalJudge(Protocol):
+class GoalValidator(Protocol):
     """Validator that can judge a text that has a goal and no plan."""
 
     by_goal: bool
@@ -279,8 +279,8 @@ class Correcting(Protocol):
     """Simulator that also corrects read poses that cannot be."""
 
     def put_apart(self, world: World, robots: Mapping[str, Robot], most: float) -> tuple[World, tuple[str, ...]]:
-        """Return the world with loose things that were deep inside others where they are free, at most ``most`` [m] off, and what was
-        done, in clauses."""
+        """Return the world with loose things moved out of others to free places, at most ``most`` [m] off, and
+        clauses on the moves."""
         ...
 
 

@@ -32,7 +32,7 @@ class AnySpec(Spec):
 
 
 class CountSpec(Spec):
-    """So many things of a class."""
+    """Number of things of a class."""
 
     count: Annotated[int, Field(ge=1)]
     of: str

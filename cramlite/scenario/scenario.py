@@ -32,7 +32,7 @@ from .thing_spec import HangSpec, LateSpec, ThingSpec, UnknownErrorSpec, VarySpe
 RENAMED: Mapping[str, str] = {"fov": "horizontal_fov", "look": "queries"}
 """Keys that older files have, and what they are called now."""
 STARTS = ("demonstration", "tasks", "designator", "goal")
-"""Keys that say what a scenario starts from; each has exactly one of them."""
+"""Keys of the start of a scenario, which has exactly one of them."""
 
 
 class RecordSpec(Spec):
@@ -118,7 +118,7 @@ class WorldFileSpec(Spec):
 
 
 class LimitsSpec(Spec):
-    """How far a run may disturb what no task is about (``cramlite.model.JudgingLimits``).
+    """Limits on how far a run may disturb bystanders (``cramlite.model.JudgingLimits``).
 
     ``may_push`` is what ``advisory`` says where it is not written: what is told and refuses nothing may be planned.
     """
@@ -162,6 +162,7 @@ class ScenarioSpec(Spec):
     limits: LimitsSpec = LimitsSpec()
     proof: ProofSpec = ProofSpec()
     ontologies: tuple[str, ...] = ()
+    models: tuple[str, ...] = ()
     backend: str | None = None
     block: tuple[str, ...] = ()
     prefer: tuple[str, ...] = ()
@@ -225,7 +226,7 @@ class Scenario(Value):
         return tuple(map(self.resolve_path, self.spec.ontologies))
 
     def with_plugins(self, chosen: PluginChoice) -> PluginChoice:
-        """Return a selection of plugins extended by the scenario's ``block`` and ``prefer``.
+        """Return a selection of plugins extended by the scenario's ``block``, ``prefer`` and ``models``.
 
         Raises:
             UserError: it names a plugin that there is not; with file and line.
@@ -236,7 +237,7 @@ class Scenario(Value):
             for k, name in enumerate(names):
                 if name not in known:
                     raise UserError(f"{self.where(key, k)}: there is no plugin '{name}' to {key}; {nearest(name, known)}.")
-        return chosen.extended(block, prefer)
+        return chosen.extended(block, prefer, tuple(map(self.resolve_path, self.spec.models)))
 
     def demonstrated_by(self, episode: Path) -> Scenario:
         """Return this scenario with a demonstration as its goal, whatever that was before."""
@@ -298,7 +299,7 @@ def read_scenario(path: Path | str | Mapping[str, Any]) -> Scenario:
 
 
 def started_by(data: Any, goal: Any) -> Any:
-    """Return the data of a scenario that a client asks a goal in: one that starts from nothing, only says where, starts from that."""
+    """Return the data of a scenario for a client's goal; a scenario of a world alone starts from the goal."""
     says_where = isinstance(data, Mapping) and data.keys().isdisjoint(STARTS)
     return {**data, "goal": list(goal)} if says_where and isinstance(goal, list | tuple) else data
 

@@ -120,7 +120,8 @@ def build_world(
 
 
 def corrected(world: World, knowledge: Knowledge, noise: float) -> World:
-    """Return a world whose poses were read: what cannot be where it was read is where it is free, by a note.
+    """Return a world of read poses in which things that cannot be where they were read are moved to free
+    places, with a note.
 
     Args:
         noise: how far readings may be off [m]; with 0 the world is as it was read.
@@ -175,12 +176,18 @@ def _varied(scenario: Scenario, thing: Thing, change: VarySpec | None, shifts: d
 
 
 def camera_of(scenario: Scenario) -> Camera | None:
-    """Return the scenario's camera, or None."""
-    spec = scenario.spec.camera
-    if spec is None:
+    """Return the scenario's camera, or None.
+
+    Raises:
+        UserError: its calibration cannot be used.
+    """
+    if scenario.spec.camera is None:
         return None
-    mount = scenario.spec.robot.name if spec.mount == "flange" else None
-    return Camera(spec.at.pose(), mount, intrinsics=spec.pinhole(), noise=spec.noise)
+    spec = scenario.spec.camera.calibrated(scenario.path.parent)
+    mount, pose = scenario.spec.robot.name if spec.mount == "flange" else None, spec.at.pose()
+    if spec.calibration is not None and mount is None:  # it is of the robot's base
+        pose = scenario.spec.robot.at.pose() * pose
+    return Camera(pose, mount, intrinsics=spec.pinhole(), noise=spec.noise)
 
 
 def real_world(scenario: Scenario, world: World, relations: Iterable[Relation], seed: int) -> World:

@@ -121,7 +121,7 @@ class Judge:
         }  # fmt: skip
 
     def hello(self, **_: Any) -> dict[str, Any]:
-        """Say what robot there is."""
+        """Return the description of the robot."""
         controller = self.env.robots[0].controller
         inertia = 1.0 / float(controller.kp[0])  # of a critically damped spring, which is pulled along and holds an action for a period
         lag = 2.0 * inertia**0.5 - 0.5 / RATE
@@ -132,7 +132,7 @@ class Judge:
         } | self.feel()  # fmt: skip
 
     def step(self, delta: list[float], opening: float, grip: float) -> dict[str, Any]:
-        """Take an action; what the hand may press with is LIBERO's own."""
+        """Take an action; LIBERO's own grip force replaces ``grip``."""
         del grip
         controller = self.env.robots[0].controller
         action = np.clip(np.array(delta) / controller.output_max, -1.0, 1.0)
@@ -151,7 +151,7 @@ class Judge:
         return self.feel() | {"stop": instability(self.env.sim.data._data)}
 
     def feel(self) -> dict[str, Any]:
-        """Return what the robot feels."""
+        """Return the robot's state."""
         sim, robot = self.env.sim, self.env.robots[0]
         fingers = [float(sim.data.get_joint_qpos(j)) for j in robot.gripper.joints]
         body = sim.model.body_name2id(HAND)

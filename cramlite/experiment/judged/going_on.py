@@ -1,4 +1,5 @@
-"""Attempts that go on in a judge's simulator when the world changes there: readings come from the judge, plans from what it then says."""
+"""Attempts in a judge's simulator whose world changes on the way: the judge gives readings, and each stop a new
+plan."""
 
 from __future__ import annotations
 
@@ -30,7 +31,7 @@ ROUNDS = 6
 ANOTHER = Limits(place=0.03, lean=0.4, width=math.inf, push=math.inf, slower=3.0, later=4.0)
 """Of runs in another simulator than that of the proof: what is grasped settles otherwise there, fingers creep, forces differ."""
 STOPS = {"halted": Deviation.REFUSED, "protective stop": Deviation.STOPPED}
-"""Outcome -> what it is, of runs that did not come to their end."""
+"""Outcome -> its description, of runs that did not come to their end."""
 PERSON = "a protective stop waits for a person, and an episode has none"
 
 
@@ -53,7 +54,7 @@ class Played(Value):
 
 
 def play_on(judge: Judge, engine: Engine, solution: Solution, folder: Path, twins: int) -> Played:
-    """Play a program, and go on with what is proven from there wherever it is stopped.
+    """Play a program; after each stop prove and play the rest from there.
 
     Args:
         folder: for the scenes and scenarios of later rounds.
@@ -96,7 +97,7 @@ def play_on(judge: Judge, engine: Engine, solution: Solution, folder: Path, twin
 def _following(
     judge: Judge, engine: Engine, watch: RunWatch, folder: Path, twins: int
 ) -> tuple[Solution | None, str, tuple[str, ...]]:
-    """The first program that is proven from what the judge says of its world now, None with the reason; and the world's notes."""
+    """First proven program from the judge's present world, None with the reason; and the world's notes."""
     trace = Trace()
     notes: tuple[str, ...] = ()
     try:
@@ -112,7 +113,7 @@ def _following(
 
 
 def _holding(setting: Setting, watch: RunWatch) -> Setting:
-    """The setting with what is in the hand, by what was read last."""
+    """Setting with the payload of the last readings in the hand."""
     mount, read = setting.world.robots[0], watch.last
     assert read is not None
     holds = in_hand(setting.world.things, read, setting.robot.gripper.opening[0])

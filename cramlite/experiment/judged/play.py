@@ -194,7 +194,7 @@ def _attempt(trial: Trial, judge: Judge, engine: Engine, solution: Solution, nam
 
 
 def _holds_here(judge: Judge, engine: Engine, trial: Trial) -> bool | None:
-    """Whether the goal as it is understood here holds in the judge's world as it is now; None where that cannot be told."""
+    """Whether our reading of the goal holds in the judge's present world; None if unknown."""
     try:
         path, setting = judge.setting(engine, trial.folder / "end", 0)
         goal = Goal(tuple(map(str, read_scenario(path).spec.goal or ())))
@@ -212,7 +212,7 @@ def _kept(path: Path, picture: bytes) -> str:
 
 
 def _refused_state(engine: Engine, setting: Setting, trace: Trace) -> bytes:
-    """The state of the nearest miss among those in which two bodies met; nothing where there is none."""
+    """State of the nearest miss with a collision; nothing without one."""
     missed = nearest_miss([e for e in trace.entries if e.collision is not None])
     if missed is None or missed.collision is None:
         return b""

@@ -52,7 +52,7 @@ def suite_rows(tables: EpisodeTables, experiment: JudgedExperiment) -> list[list
 
 
 def difference(found: Difference) -> str:
-    """Return how much less often variants are true at rest than their originals, in a sentence."""
+    """Return a sentence on how much less often variants are true at rest than their originals."""
     low, high = found.interval
     return (
         f"Variants ({', '.join(found.variants)}) less what they are of ({', '.join(found.bases)}), true at rest: {signed(found.value)} "

@@ -88,7 +88,7 @@ class EpisodeResult(Value, kw_only=True):
 
     @property
     def apart(self) -> bool:
-        """Whether it counts in no rate: the judge's process died while the robot moved, so that nobody judged."""
+        """Whether it counts in no rate: the judge's process died while the robot moved."""
         return self.attempt is not None and self.attempt.outcome == JUDGE_DIED
 
     def first(self, *, unlimited: bool = False) -> bool:
@@ -96,7 +96,7 @@ class EpisodeResult(Value, kw_only=True):
         return self.attempt is not None and in_time(self.attempt, self.budget, unlimited=unlimited)
 
     def rest(self, *, unlimited: bool = False) -> bool:
-        """Return whether it was, and still is when things are at rest."""
+        """Return whether the check was true, and still is when things are at rest."""
         return self.first(unlimited=unlimited) and self.attempt is not None and self.attempt.rest
 
     def rest_while_time_passes(self) -> bool:

@@ -149,7 +149,7 @@ def _watched(results: Episodes) -> Watched | None:
 
 
 def rate(episodes: Iterable[EpisodeResult], hit: Callable[[EpisodeResult], bool]) -> Rate:
-    """Return in how many of the episodes something is so."""
+    """Return the share of the episodes for which something is true."""
     hits = [hit(r) for r in episodes]
     return Rate(sum(hits), len(hits))
 

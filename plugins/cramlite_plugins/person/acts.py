@@ -343,7 +343,7 @@ def is_inside(person: Performer, thing: Thing, into: Thing) -> bool:
 
 
 def opened(person: Performer, thing: Thing) -> float:
-    """Return how far a drawer or a door is open, as a share of its range."""
+    """Return the opening of a drawer or a door, as a share of its range."""
     joint = thing.joint
     if joint is None:
         return 0.0

@@ -30,7 +30,8 @@ EXACT = 0.05
 CONTROL = "cram:Control"
 """What can be turned on and off."""
 SHIFTS = 0.005
-"""By how much less things are put beside one another than they may be [m]: what is let go shifts by a few millimetres."""
+"""Margin inside the allowed distance of things put beside one another [m]: a released thing shifts by a few
+millimetres."""
 STANDS = ("is", "hangs", "stands", "lies")
 
 
@@ -44,7 +45,7 @@ def _held(_scene: SymbolicWorld, thing: str) -> GoalCondition:
 
 
 def _on(scene: SymbolicWorld, thing: str, place: str) -> GoalCondition:
-    """On a thing with a peg it hangs; of a cavity, on is in."""
+    """Goal of a thing on a place: hanging where that has a peg, else supported; on a region, as in it."""
     if place != thing_of(place):
         return _at_region(scene, thing, place)
     peg = scene.world.thing(place).feature(PEG)
@@ -121,7 +122,7 @@ def _is_closed(_scene: SymbolicWorld, thing: str) -> GoalCondition:
 
 
 def _opened_by(scene: SymbolicWorld, thing: str, amount: str) -> GoalCondition:
-    """Goal of opening by an amount; less than what counts as open is no goal, as no task ends there."""
+    """Goal of opening by an amount; an amount below that of an open joint is refused, as no task ends there."""
     joint = scene.world.thing(thing).joint
     if joint is None:
         raise UserError(f"'{thing}' has no joint to be opened by.")

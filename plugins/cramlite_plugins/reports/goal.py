@@ -1,4 +1,4 @@
-"""The goal, ticked off part by part: which tasks achieve it, or why not, and what was measured of it after the run."""
+"""Report of the goal part by part: the tasks that achieve it, or why not, and the measurement after the run."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from cramlite import Finished, GoalAnswer
     from cramlite.model import Finding
 
-JUDGE = "goal"
+VALIDATOR = "goal"
 """Validator that measures each part of a goal at the end of a run."""
 MARKS: Mapping[str, tuple[str, str]] = {
     "holds": ("✓", "good"), "achieved": ("✓", "good"), "reached": ("○", "soft"), "missed": ("✗", "bad"), "untried": ("○", "soft"),
@@ -56,7 +56,7 @@ def render(done: Finished) -> str:
 
 def _rows(done: Finished) -> Iterator[GoalRow]:
     shown = done.shown
-    findings = [f for f in shown.verdict.findings if f.validator == JUDGE] if shown is not None else []
+    findings = [f for f in shown.verdict.findings if f.validator == VALIDATOR] if shown is not None else []
     names = [a.name for a in shown.candidate.actions] if shown is not None else []
     for answer in goal_answers(done.trace, shown.number if done.proven and shown is not None else 0):
         finding = next((f for f in findings if f.literal == answer.says), None)

@@ -35,7 +35,8 @@ class MujocoSimulator:
         return world_doubts(world, robots)
 
     def put_apart(self, world: World, robots: Mapping[str, Robot], most: float) -> tuple[World, tuple[str, ...]]:
-        """Put loose things that are inside others where they are free, at most so far off [m]; say what was done."""
+        """Move loose things that are inside others to free places, at most so far off [m]; return clauses on
+        the moves."""
         from ..simulation.model.put_apart import put_apart
 
         return put_apart(world, robots, most)

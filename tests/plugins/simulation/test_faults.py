@@ -77,25 +77,6 @@ def test_programs_are_stopped_and_killed(knowledge: Knowledge, place: World) -> 
     assert stopped.outcome == "protective stop" and abs(stopped.faults[0].time - 1.0) < 0.02
 
 
-@pytest.mark.parametrize(
-    ("text", "said"),
-    [
-        ("moved: block", "'moved' goes with 'by'"),
-        ("missing: block, by: [1 mm, 0, 0]", "'by' goes with 'moved', 'added', not with 'missing'"),
-        ("fallen: block, near: block", "'near' goes with 'within'"),
-        ("sensor: [1 N, 0, 0], line: x", "'sensor' has no trigger"),
-        ("missing: block, fallen: block", "exactly one"),
-        ("missing: [", "no list of 'key: value'"),
-        ("missing: bloc", "no thing of this world; did you mean 'block'"),
-        ("sticking: block, takes: 60 N", "on no joint"),
-        ("fallen: shelf", "only what is loose"),
-    ],
-)
-def test_faults_that_make_no_sense_are_refused(place: World, text: str, said: str) -> None:
-    with pytest.raises(UserError, match=said.replace("[", r"\[")):
-        faulty(place, [read_fault_text(text)])
-
-
 @pytest.mark.parametrize("kind", [FaultKind.TOOL, FaultKind.SENSOR])
 @pytest.mark.parametrize("when", [{"trigger": Trigger("waiting")}, {"after": 1.0}])
 def test_a_tool_and_a_sensor_are_off_from_the_start_or_not_at_all(place: World, kind: FaultKind, when: dict[str, Any]) -> None:

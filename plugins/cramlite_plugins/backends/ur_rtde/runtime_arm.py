@@ -45,7 +45,7 @@ class Aborted(Exception):
 
 
 class Tripped(Exception):
-    """A control step wants what runs inside it to be stopped."""
+    """Request of a control step to stop the steps inside it."""
 
     def __init__(self, by: object, reason: str) -> None:
         super().__init__(reason)
@@ -120,7 +120,7 @@ class Arm:
         return float(self.receive.getTimestamp())
 
     def tcp(self) -> list[float]:
-        """Where the TCP is."""
+        """Pose of the TCP."""
         return list(self.receive.getActualTCPPose())
 
     def force(self) -> list[float]:
@@ -152,7 +152,7 @@ class Arm:
             guard()
 
     def wait(self, done: Callable[[], bool], timeout: float) -> float:
-        """Until something holds; returns how long it took, or a time beyond ``timeout`` if it never did [s]."""
+        """Wait until something holds; return the time [s], beyond ``timeout`` if it never did."""
         begin = self.time()
         while not done():
             self.guard()
@@ -162,7 +162,7 @@ class Arm:
         return min(self.time() - begin, timeout)
 
     def at(self) -> None:
-        """A step begins: its line in the program goes to an input register, for who watches from outside."""
+        """Begin a step: its line in the program goes to an input register, for watchers outside."""
         self.guard()
         frame = sys._getframe(1)
         while frame.f_back is not None and frame.f_lineno < BEGINS:
@@ -260,7 +260,8 @@ class Arm:
     def move_joints(
         self, step: str, path: Sequence[Vector], *, speed: float, acceleration: float, radii: Vector = ()
     ) -> None:
-        """Through joint positions [rad]; ``radii`` are how far from each one but the last the TCP may cut the corner [m]."""
+        """Move through joint positions [rad]; ``radii`` are the blend radii of the TCP at each one but the last
+        [m]."""
         self.at()
         if any(radii):
             blends = [*radii, 0.0]

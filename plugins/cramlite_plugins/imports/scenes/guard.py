@@ -1,4 +1,4 @@
-"""What a scene file makes MuJoCo do, found out before MuJoCo reads it: which files it opens, and how much it allocates.
+"""Guard before MuJoCo reads a scene file: the files that it would open, and the memory that it would allocate.
 
 MuJoCo itself opens any path, devices included, repeats elements as often as a file says, and crashes on a model that is attached to
 itself (MuJoCo 4.0).

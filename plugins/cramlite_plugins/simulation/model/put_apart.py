@@ -29,11 +29,11 @@ SETTLE = 1.0
 
 
 MOVED = 0.001
-"""What moves no farther meanwhile stays where it was read [m]."""
+"""Distance within which a thing keeps the pose of its reading [m]."""
 
 
 class _Rest(Value, eq=False):
-    """World at rest after a thing was let go of: how far from its reading it came, and the poses of all that moved."""
+    """World at rest after the release of a thing: its distance from its reading, and the poses of all moved things."""
 
     thing: str
     away: float
@@ -41,7 +41,7 @@ class _Rest(Value, eq=False):
 
 
 def put_apart(world: World, robots: Mapping[str, Robot], most: float) -> tuple[World, tuple[str, ...]]:
-    """Put loose things that are too deep inside others where they are free and at rest, as near as can be.
+    """Move loose things that are too deep inside others to the nearest free places at rest.
 
     Args:
         most: that a thing may be from where it was read [m].

@@ -26,7 +26,7 @@ height over what carries it, so that they would pass over one that lies lower by
 
 
 def world_doubts(world: World, robots: Mapping[str, Robot]) -> Iterator[tuple[str, str]]:
-    """List what is implausible about a world at its start: (thing, reason)."""
+    """List implausible things of a world at its start: (thing, reason)."""
     compiled = compile_world(world, robots)
     data = compiled.data()
     for a, b, depth in overlaps(compiled, data):
@@ -82,7 +82,7 @@ def _falling(compiled: Compiled, data: Data) -> Iterator[tuple[str, str]]:
 
 
 def _beneath(compiled: Compiled, data: Data, thing: str) -> str:
-    """What lies under the middle of a thing."""
+    """Clause on the body under the middle of a thing."""
     hit, start = np.zeros(1, np.int32), np.array(compiled.pose(data, thing).position)
     body = compiled.things[thing].body
     gap = mujoco.mj_ray(compiled.model, data, start, np.array([0.0, 0.0, -1.0]), None, 1, body, hit)
