@@ -12,7 +12,7 @@ from ..base.value import Value
 from ..interpretation.timeline import Predicate
 from ..ontology.taxonomy import Taxonomy
 from .example import Example, Known
-from .literal import PHASES, Language, Literal
+from .literal import ANY, PHASES, Language, Literal
 from .roles import MOST_ROLES, Cast, casts, follows
 from .shortest import Group, Problem, Wish, masks, minimal, shortest, widened
 from .span import Span
@@ -157,8 +157,7 @@ def _problem(
     changes = [
         ([k for k, one in enumerate(literals) if one == change or _tells(language, one, change)], UNTOLD) for change in cast.changes
     ]
-    if cast.measured:
-        changes.append(([k for k, one in enumerate(literals) if one in cast.measured], UNTOLD))
+    changes += [([k for k, one in enumerate(literals) if one in measured], UNTOLD) for measured in cast.measured]
     return Problem(np.array([language.bits(one, roles) for one in literals]), groups, wishes, needed, changes)
 
 
@@ -174,9 +173,9 @@ def _groups(shown: Tables, literals: Sequence[Literal], cast: Cast) -> list[Grou
 
 
 def _happens(language: Language, literal: Literal) -> bool:
-    """Whether a condition says that something begins, ends, or goes on meanwhile, standing still included: a task is no state."""
-    motion = language.predicates[literal.predicate].phases == {"run"}
-    return literal.kind in ("begins", "ends") or (literal.phase == "run" and (motion or not literal.denied))
+    """Whether a condition says that something begins, ends, or goes on meanwhile, or that who acts stands still: a task is no state."""
+    still = language.predicates[literal.predicate].phases == {"run"} and not literal.roles and ANY not in literal.slots
+    return literal.kind in ("begins", "ends") or (literal.phase == "run" and (still or not literal.denied))
 
 
 def _tells(language: Language, one: Literal, change: Literal) -> bool:
