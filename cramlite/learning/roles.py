@@ -139,6 +139,16 @@ def _changes(language: Language, common: Sequence[Literal]) -> Iterator[Literal]
             yield one
 
 
+def own_changes(tables: Tables, span: int) -> tuple[Literal, ...]:
+    """Return recorded states between who acts and up to two things of a span that begin or end in it, whoever the things are."""
+    asked = [one for one in tables.language.literals(2) if one.kind in ("begins", "ends") and ANY not in one.slots]
+    literals = [one for one in asked if recorded(tables.language, one)]
+    if not literals or not tables.size:
+        return ()
+    true = (tables.truths(literals, 2)[:, span] & (tables.valid(2) & _distinct(tables.size, 2))[span]).any(axis=1)
+    return tuple(one for one, holds in zip(literals, true, strict=True) if holds)
+
+
 def _measured(language: Language, common: Sequence[Literal], roles: int) -> tuple[tuple[Literal, ...], ...]:
     """Changes of each role that moves, of which one should be told; all changes with nothing left open, where none of those changes."""
     changes = [one for one in common if one.kind in ("begins", "ends") and ANY not in one.slots]
