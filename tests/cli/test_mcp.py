@@ -251,8 +251,8 @@ def test_runs_and_reports_are_resources(proven: Proven) -> None:
 
 
 def test_a_sentence_that_is_not_understood_is_asked_back(proven: Proven) -> None:
-    assert "nothing here is called 'zebra'" in proven.refused("resolve", scenario="table.yaml", say="put the zebra on the box")
-    assert "leave one of them out" in proven.refused("resolve", scenario="table.yaml", say="take the tin", goal=["tin on box"])
+    assert "nothing here is called 'zebra'" in proven.refused("resolve", scenario=yaml.safe_load(TABLE), say="put the zebra on the box")
+    assert "leave one of them out" in proven.refused("resolve", scenario=yaml.safe_load(TABLE), say="take the tin", goal=["tin on box"])
 
 
 def test_no_tool_takes_text_or_joint_values() -> None:
