@@ -104,7 +104,7 @@ def purpose_of(plan: str, goals: Sequence[str], knowledge: Knowledge, place: Wor
     from ..engine.judging import Purpose
 
     if not plan and not goals:
-        raise UserError("Say what the text is judged by: --plan with a run directory or scenario, --goal 'THING on PLACE', or both.")
+        raise UserError("Give the purpose of the text: --plan with a run directory or scenario, --goal 'THING on PLACE', or both.")
     if not plan:
         return Purpose(goal=tuple(goals))
     path = Path(plan)
