@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from ..base.errors import UserError
 from ..base.json_text import as_json
+from ..base.resources import find_scenario
 from .arguments import Add, plugin_choice
 
 if TYPE_CHECKING:
@@ -28,8 +29,10 @@ def calibrate(arguments: argparse.Namespace) -> int:
     from ..perception.calibration.recording import read_spec
 
     registry = plugin_choice(arguments).registry()
-    opencv()
     folder: Path | None = arguments.folder
+    if arguments.view is not None:
+        return _by_fixtures(folder, arguments)
+    opencv()
     if arguments.board is not None:
         board = read_spec(folder).board if folder else BoardSpec()
         write_board(arguments.board, board)
@@ -69,6 +72,36 @@ def _calibrate(folder: Path, registry: Registry, arguments: argparse.Namespace) 
     return 0
 
 
+def _by_fixtures(scenario: Path | None, arguments: argparse.Namespace) -> int:
+    """Correct the pose of a scenario's camera by the fixtures in a recorded view."""
+    from ..engine.engine import Engine
+    from ..perception.calibration.result import correction_file, write_calibration
+    from ..perception.camera_check import camera_offset, moved_text
+    from ..scenario.scenario import read_scenario
+    from .perceive import fixtures_of
+
+    if scenario is None or scenario.is_dir():
+        raise UserError("--view needs a scenario, whose furniture is in the view: cramlite calibrate SCENARIO.yaml --view RECORDING.")
+    engine = Engine.with_plugins(plugin_choice(arguments))
+    source = read_scenario(find_scenario(str(scenario)))
+    view = engine.registry.first("read_view", path=arguments.view)
+    if view is None:
+        raise UserError(f"'{arguments.view}' is in no format that a plugin reads as a view; docs/reference/perception.md lists them.")
+    offset, reason = camera_offset(view, fixtures_of(str(scenario), engine.knowledge, 0), engine.knowledge)
+    if offset is None:
+        raise UserError(
+            f"{arguments.view}: fixtures do not tell where the camera is: {reason}. Let the picture show three faces that differ, "
+            "and the recording's 'camera' be right to 25 mm and 1 deg."
+        )
+    told = f"move it by {moved_text(offset.moved)}" if offset.off else "that is no more than programs are proven for"
+    keys = correction_file(source, view, offset)
+    print(as_json(keys) if arguments.json else f"{reason}; {told}")
+    if arguments.out is not None:
+        write_calibration(arguments.out, keys)
+        print(f"Written: {arguments.out}")
+    return 0
+
+
 def flange_of(robot: str | None, where: Path, knowledge: Knowledge) -> FlangeOf:
     """Return the function from joints to the flange's pose in the base frame of a robot."""
     from ..model.view import Intrinsics
@@ -93,7 +126,10 @@ def flange_of(robot: str | None, where: Path, knowledge: Knowledge) -> FlangeOf:
 def add_commands(add: Add) -> None:
     """Declare ``calibrate`` with its arguments."""
     command = add("calibrate", calibrate)
-    command.add_argument("folder", type=Path, nargs="?", help="pictures with calibration.yaml, which says board, robot and poses")
+    folder = "pictures with calibration.yaml, which says board, robot and poses; with --view a scenario"
+    command.add_argument("folder", type=Path, nargs="?", help=folder)
+    view = "recorded view with depth: correct the camera by the scenario's furniture in it"
+    command.add_argument("--view", type=Path, metavar="RECORDING", help=view)
     board = "write a board to print, as .png or .pdf: that of the folder, else a usual one"
     command.add_argument("--board", type=Path, metavar="FILE", help=board)
     command.add_argument("--out", type=Path, metavar="FILE", help="write a YAML file that a scenario's camera takes as 'calibration'")

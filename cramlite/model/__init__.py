@@ -133,6 +133,7 @@ if TYPE_CHECKING:
     from .verdict import Cost as Cost, Finding as Finding, Verdict as Verdict
     from .view import (
         D435 as D435,
+        CameraOffset as CameraOffset,
         Depth as Depth,
         Image as Image,
         Intrinsics as Intrinsics,

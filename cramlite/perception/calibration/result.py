@@ -4,13 +4,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ...base.errors import UserError
+from ...model.geometry import Pose
 from .hand_eye import Calibration
 from .recording import Recording, written
+
+if TYPE_CHECKING:
+    from ...model.view import CameraOffset, Intrinsics, View
+    from ...scenario.scenario import Scenario
 
 AXES = ("right", "down", "forward")
 DISTORTED = 1.0
@@ -73,18 +78,8 @@ def distortion(recording: Recording, found: Calibration) -> float:
 
 def calibration_file(found: Calibration, recording: Recording) -> dict[str, Any]:
     """Return the keys of a file that ``camera: {calibration: FILE}`` of a scenario takes."""
-    k, at = found.intrinsics, written(found.camera)
     return {
-        "camera": {
-            "mount": found.mount,
-            "at": {
-                "position": [round(v, 6) for v in found.camera.position],
-                **{n: f"{math.degrees(getattr(at, n)):.4f} deg" for n in ("roll", "pitch", "yaw")},
-            },
-            "width": k.width,
-            "height": k.height,
-            "intrinsics": {n: round(float(getattr(k, n)), 3) for n in ("fx", "fy", "cx", "cy")},
-        },
+        "camera": _camera(found.mount, found.camera, found.intrinsics),
         "error_95": {"position": f"{1000 * found.position:.3f} mm", "angle": f"{math.degrees(found.angle):.4f} deg"},
         "measured": {
             "method": "least squares of reprojection errors; error bars by a jackknife over pictures",
@@ -97,6 +92,40 @@ def calibration_file(found: Calibration, recording: Recording) -> dict[str, Any]
                 "mm": [round(1000 * float(s), 4) for s in np.sqrt(np.diag(found.covariance))[3:]],
                 "deg": [round(math.degrees(s), 5) for s in np.sqrt(np.diag(found.covariance))[:3]],
             },
+        },
+    }
+
+
+def _camera(mount: str, pose: Pose, intrinsics: Intrinsics) -> dict[str, Any]:
+    at = written(pose)
+    return {
+        "mount": mount,
+        "at": {
+            "position": [round(v, 6) for v in pose.position],
+            **{n: f"{math.degrees(getattr(at, n)):.4f} deg" for n in ("roll", "pitch", "yaw")},
+        },
+        "width": intrinsics.width,
+        "height": intrinsics.height,
+        "intrinsics": {n: round(float(getattr(intrinsics, n)), 3) for n in ("fx", "fy", "cx", "cy")},
+    }
+
+
+def correction_file(scenario: Scenario, view: View, offset: CameraOffset) -> dict[str, Any]:
+    """Return the same keys for a scenario's camera that fixtures moved; without one, for a fixed camera where the view was taken."""
+    from ...scenario.worlds import camera_of
+
+    before, base = camera_of(scenario), scenario.spec.robot.at.pose()
+    on_flange = before is not None and before.mount is not None
+    pose = before.pose * offset.moved if before is not None and on_flange else base.inverse() * offset.camera
+    position, angle = offset.moved.distance(Pose())
+    return {
+        "camera": _camera("flange" if on_flange else "world", pose, view.intrinsics),
+        "error_95": {"position": f"{2000 * offset.position:.3f} mm", "angle": f"{math.degrees(2 * offset.angle):.4f} deg"},
+        "measured": {
+            "method": "points to surfaces of fixtures; error bars: two standard deviations",
+            "off_by": {"mm": round(1000 * position, 2), "deg": round(math.degrees(angle), 3)},
+            "fixtures_seen_off_mm": [round(1000 * offset.before, 2), round(1000 * offset.after, 2)],
+            "open_directions": offset.open,
         },
     }
 
