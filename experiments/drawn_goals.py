@@ -97,7 +97,7 @@ def _reaches(on: Mapping[str, str], start: str) -> bool:
 
 
 def in_order(goal: Sequence[Literal], owner: Mapping[str, str]) -> list[Literal]:
-    """Return the parts that place things, what bears others first."""
+    """Return the placing parts of a goal, supports before the things on them."""
     places = {p[1]: p for p in goal if p[0] in PLACES}
     found: list[Literal] = []
     while len(found) < len(places):

@@ -33,7 +33,8 @@ def answer(judge: Any, ask: dict[str, Any]) -> dict[str, Any]:
 
 
 def serve(judge: Any) -> None:
-    """Answer until the input ends, or ``end`` is asked. What simulators print goes to standard error."""
+    """Answer requests until the input ends, or ``end`` is asked; the output of simulators goes to standard
+    error."""
     lines = os.fdopen(os.dup(1), "w")
     os.dup2(2, 1)
     for line in sys.stdin:

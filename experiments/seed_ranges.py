@@ -1,4 +1,4 @@
-"""Which seeds of drawn problems are for what. Nothing of cramlite or LIBERO is imported."""
+"""Purposes of the seeds of drawn problems. Nothing of cramlite or LIBERO is imported."""
 
 from __future__ import annotations
 

@@ -18,7 +18,8 @@ BEGINNING, END = 100, 40
 
 
 class CramliteError(Exception):
-    """Base of all errors for people; the message is one paragraph: where, what, what would be right, what next.
+    """Base of all errors for people; the message is one paragraph with the place, the defect, the right input
+    and the next step.
 
     What nobody would read is cut.
     """

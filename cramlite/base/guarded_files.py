@@ -120,7 +120,7 @@ class _State:
 
 
 def check_json_ld(path: Path, text: str) -> None:
-    """Check that a JSON-LD text has its contexts in itself: rdflib would open the file or the address that one names.
+    """Check that a JSON-LD text contains its contexts: rdflib would open any file or address that one names.
 
     Raises:
         UserError: it names one, or is no JSON, or nested too deeply.

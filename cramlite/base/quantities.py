@@ -65,7 +65,8 @@ def beyond_reason(value: float, kind: str) -> str:
 
 
 def beyond_reason_by_name(name: str, value: float) -> str:
-    """Say the same of a parameter whose unit its name ends with, such as "speed_m_s"; others have none that could be exceeded."""
+    """Say the same of a parameter by the unit at the end of its name, such as "speed_m_s"; other names have no
+    limit."""
     kind = next((kind for ending, kind in _ENDINGS if name.endswith(ending)), None)
     return beyond_reason(value, kind) if kind is not None else ""
 

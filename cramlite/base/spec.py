@@ -44,7 +44,7 @@ def read_value(kind: Any, value: Any) -> Any:
 
 
 def _refuse_no_number(written: Any, found: Any, name: str = "this") -> None:
-    """Refuse a truth value that was read as something else, and a number that is not finite.
+    """Refuse a number that is not finite, and a truth value in the place of a number.
 
     Raises:
         ValueError: it was, or something in it.

@@ -1,4 +1,4 @@
-"""Words that stand for one thing of a few, each with a sentence."""
+"""Enumerations of words, each with a sentence that explains it."""
 
 from __future__ import annotations
 

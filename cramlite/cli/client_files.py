@@ -53,7 +53,7 @@ class ClientFiles(Value):
         return path if path.is_file() else shipped_scenario(name)
 
     def read(self, said: str | Mapping[str, Any], goal: Sequence[str] = ()) -> Scenario:
-        """Read a scenario: that of a name, or one that is given as data or as the text of a file; its paths start from the folder.
+        """Read a scenario by its name, or from data or the text of a file; its paths start from the folder.
 
         Args:
             goal: what is asked in it; data that only says where starts from that.
@@ -122,7 +122,7 @@ def inside(folder: Path, name: str) -> Path:
         raise UserError(f"{quoted(name)} cannot be followed: {error}.") from error
     if not path.is_relative_to(folder.resolve()):
         raise UserError(
-            f"{quoted(name)} is outside the folder of this server, so it is not read; whoever starts the server chooses the folder "
+            f"{quoted(name)} is outside the folder of this server, so it is not read; the folder is chosen at the server's start "
             "(cramlite mcp --folder)."
         )
     return path

@@ -164,7 +164,7 @@ def _requirements(extra: str) -> list[Requirement]:
 
 
 def _wrong(wanted: Requirement) -> str:
-    """Why an installed library does not do; "" if it does."""
+    """Defect of an installed library; "" without one."""
     try:
         version = metadata.version(wanted.name)
     except metadata.PackageNotFoundError:

@@ -22,7 +22,7 @@ from .judge import add_purpose, judged_json, judged_text, naming, purpose_of, re
 from .texts import findings_text, rollout_json, rollout_text
 
 if TYPE_CHECKING:
-    from ..engine.judging import Judged
+    from ..engine.judging import JudgedRun
     from ..model.robot_file import RobotFile
     from ..model.rollout import Rollout
     from ..plugin.catalogue import Knowledge
@@ -52,10 +52,10 @@ def execute_program(
         out: folder for the recorded run: ``execution.json``, ``rollout.npz``, ``world.json`` and, with ``episode``, ``episode/``.
 
     Returns:
-        0 when the program came to its end, and no judge objects.
+        0 when the program came to its end, and no validator objects.
 
     Raises:
-        NoSolution: it did not; the reason is its own last message, what stopped it, or what the judges have against it.
+        NoSolution: it did not; the reason is its own last message, what stopped it, or the validators' objections.
         UserError: a file that cannot be used.
     """
     from ..plugin.catalogue import Knowledge
@@ -153,7 +153,7 @@ def _words(command: str) -> list[str]:
     return words
 
 
-def _print(rollout: Rollout, judged: Judged | None, *, json_output: bool) -> None:
+def _print(rollout: Rollout, judged: JudgedRun | None, *, json_output: bool) -> None:
     if json_output:
         print(as_json(rollout_json(rollout) | ({"verdict": judged_json(judged)} if judged else {})))
         return
@@ -201,7 +201,7 @@ def _execute(arguments: argparse.Namespace) -> int:
     if not arguments.world:
         raise UserError("Say where the program runs: --world with a run directory or scenario, or --on with a robot's process.")
     if arguments.replan and (arguments.plan or arguments.goal):
-        raise UserError("--replan makes plans of its own, so --plan and --goal say nothing about its rounds; judge what they write.")
+        raise UserError("--replan makes plans of its own, so --plan and --goal do not apply to its rounds; judge their programs.")
     if arguments.replan:
         from .replan import execute_and_replan
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,6 +12,7 @@ from ..model.rollout import save_rollout
 from .texts import rollout_json, warn_of
 
 if TYPE_CHECKING:
+    from ..model.episode import Event
     from ..model.rollout import Rollout
 
 
@@ -20,9 +22,12 @@ def vacant(out: Path | None) -> None:
         raise UserError(f"'{out}' exists and is not an empty folder; nothing was run. Choose another --out.")
 
 
-def write_run(out: Path, rollout: Rollout, name: str, knowledge: Any, *, episode: bool) -> None:
-    """Write a recorded run into a folder, as ``execute_program`` says."""
+def write_run(
+    out: Path, rollout: Rollout, name: str, knowledge: Any, *, episode: bool, events: Sequence[Event] = ()
+) -> None:
+    """Write a recorded run into a folder, as ``execute_program`` says; its episode has further events."""
     from msgspec import json
+    from msgspec.structs import replace
 
     try:
         out.mkdir(parents=True, exist_ok=True)
@@ -32,5 +37,7 @@ def write_run(out: Path, rollout: Rollout, name: str, knowledge: Any, *, episode
     except OSError as error:
         raise UserError(f"'{out}' cannot be written: {error.strerror}.") from error
     if episode:
-        knowledge.episodes.write(knowledge.episodes.detect(rollout, name), out / "episode")
+        found = knowledge.episodes.detect(rollout, name)
+        whole = replace(found, events=tuple(sorted((*found.events, *events), key=lambda e: e.start)))
+        knowledge.episodes.write(whole, out / "episode")
         warn_of(knowledge.registry.faults)

@@ -20,7 +20,7 @@ from .arguments import Add, plugin_choice
 from .texts import findings_text, warn_of
 
 if TYPE_CHECKING:
-    from ..engine.judging import Judged, Purpose
+    from ..engine.judging import JudgedRun, Purpose
     from ..model.world import World
     from ..plugin.catalogue import Knowledge
     from ..scenario.scenario import Scenario
@@ -62,7 +62,7 @@ def judge_program(
     return 0
 
 
-def judged_text(program: Path, text: str, place: World, purpose: Purpose, knowledge: Knowledge, seed: int) -> Judged:
+def judged_text(program: Path, text: str, place: World, purpose: Purpose, knowledge: Knowledge, seed: int) -> JudgedRun:
     """Run and judge a text; mistakes in it are told with its file."""
     from ..engine.judging import judge_text
 
@@ -70,7 +70,7 @@ def judged_text(program: Path, text: str, place: World, purpose: Purpose, knowle
         return judge_text(text, place, purpose, knowledge, seed)
 
 
-def judged_json(judged: Judged) -> dict[str, Any]:
+def judged_json(judged: JudgedRun) -> dict[str, Any]:
     """Return a verdict as ``--json`` prints it."""
     verdict = judged.verdict
     return {
@@ -80,14 +80,14 @@ def judged_json(judged: Judged) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def refuse(program: Path, judged: Judged) -> None:
-    """End the command where a judge objects, or nobody found anything.
+def refuse(program: Path, judged: JudgedRun) -> None:
+    """End the command where a validator objects, or nobody found anything.
 
     Raises:
         NoSolution: with the objections.
     """
     if not judged.verdict.passed:
-        why = judged.verdict.reason if judged.verdict.findings else "no judge had anything to look at"
+        why = judged.verdict.reason if judged.verdict.findings else "no validator had anything to look at"
         raise NoSolution(f"'{program}' was refused: {why}")
 
 
@@ -104,7 +104,7 @@ def purpose_of(plan: str, goals: Sequence[str], knowledge: Knowledge, place: Wor
     from ..engine.judging import Purpose
 
     if not plan and not goals:
-        raise UserError("Say what the text is judged by: --plan with a run directory or scenario, --goal 'THING on PLACE', or both.")
+        raise UserError("Give the purpose of the text: --plan with a run directory or scenario, --goal 'THING on PLACE', or both.")
     if not plan:
         return Purpose(goal=tuple(goals))
     path = Path(plan)
@@ -144,10 +144,12 @@ def _meant(scenario: Scenario, knowledge: Knowledge, place: World) -> tuple[str,
     from ..interpretation.fluents import symbolic_world
     from ..planning.goal_planner import ground_goal
     from ..planning.operators import Grounder
+    from ..planning.spoken_goals import spoken
     from ..planning.task_goals import Goal
 
-    goal = Goal(scenario.spec.goal or ())
-    grounder = Grounder(symbolic_world(place, knowledge.taxonomy), knowledge.predicates)
+    scene = symbolic_world(place, knowledge.taxonomy)
+    goal = spoken(Goal(scenario.spec.goal or ()), scene, knowledge, f"{scenario.where('goal')}: ")
+    grounder = Grounder(scene, knowledge.predicates)
     choices = list(ground_goal(goal, scenario.spec.objects, grounder))
     if len(choices) != 1:
         may = f"may mean '{choices[0]}' or '{choices[1]}'" if choices else "means nothing that is there"

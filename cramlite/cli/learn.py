@@ -77,7 +77,7 @@ def _learn(arguments: argparse.Namespace) -> int:
 
 
 def _tried(arguments: argparse.Namespace, proposal: Proposal, module: Path) -> int:
-    """What came of it in other worlds; 1 where a trial failed."""
+    """Print how each trial in other worlds ended; 1 where one failed."""
     from ..base.resources import find_scenario
     from ..learning.trial import trials
     from ..scenario.scenario import read_scenario

@@ -26,13 +26,15 @@ COMMANDS: Mapping[str, tuple[str, str]] = {
     "ontology": ("inspect", "check ontologies"),
     "new": ("inspect", "write a package for a new plugin: complete, installable and tested"),
     "execute": ("execute", "run a program's text in a world"),
-    "judge": ("judge", "run any program's text and say what the judges find"),
+    "judge": ("judge", "run any program's text and print the findings of the validators"),
     "preflight": ("preflight", "print one page about a program before a real arm runs it; dry run at a share of its speed"),
     "controller": ("execute", "open the ports of a virtual robot controller"),
     "compare": ("compare", "compare a real arm's log with the run that was proven"),
     "check": ("check", "check a scenario, a rule file or a program without running it"),
     "experiment": ("experiment", "run an experiment and print its tables"),
+    "library": ("library", "make a library of known kinds from meshes and MJCF files"),
     "perceive": ("perceive", "ask what a camera sees"),
+    "calibrate": ("calibrate", "say where a camera is, from pictures of a printed board"),
     "show": ("show", "draw the world of a scenario before anything is resolved"),
     "view": ("view", "look at a run in an interactive 3D viewer"),
     "export": ("export", "write a run as a GIF, MP4, MCAP recording, CSV tables or a behaviour tree, for other programs"),
@@ -108,7 +110,7 @@ def parser(asked: Collection[str] = COMMANDS.keys()) -> argparse.ArgumentParser:
 
 
 def _check_common_options(arguments: argparse.Namespace) -> None:
-    """A seed is one; plugins that are chosen can be had, also where a command asks none: the others see for themselves."""
+    """Check the seed, and that the chosen plugins exist, also for commands that ask no plugin."""
     whole_seed(getattr(arguments, "seed", 0))
     if not arguments.asks_plugins and (arguments.plugin or arguments.block or arguments.prefer):
         plugin_choice(arguments).registry()

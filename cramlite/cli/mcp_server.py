@@ -27,6 +27,7 @@ from ..base.json_text import plain_json
 from ..base.pulse import Stop, Stopped, pulse
 from ..base.resources import shipped_scenarios
 from ..engine.executor import Executor, ExecutorDied
+from ..planning.task_goals import Goal
 from ..plugin.selection import PluginChoice
 from ..version import VERSION
 from .answers import check_answer, goals_answer, interpret_answer, solution_answer, tasks_answer, things_answer
@@ -162,14 +163,18 @@ class Tools:
             ctx, lambda say, stop: _data(interpret_answer(self._engine, self._files.episode(episode)))
         )
 
-    async def resolve(self, ctx: Context[Any, Any], scenario: Named, seed: int = 0, goal: list[str] | None = None) -> Answer:
+    async def resolve(self, ctx: Context[Any, Any], scenario: Named, seed: int = 0, goal: list[str] | None = None, say: str = "") -> Answer:
         """Prove a program in simulation, and give the name of its run. It is not executed; takes up to minutes.
 
         The world is that of a scenario: its name, or the scenario itself, as an object or as YAML text. 'goal' holds sentences such as
         "tin on tray", about its things, of a form that list_goals names; they stand for what the scenario starts from. Without them it
-        is the scenario's own tasks, goal or demonstration.
+        is the scenario's own tasks, goal or demonstration. 'say' holds one sentence in everyday English instead, such as "put both cups
+        onto the tray"; what is ambiguous or not so in the scene is refused with what there is, so ask back.
         """
-        return await self._work(ctx, partial(self._resolved, scenario, seed, tuple(goal or ())))
+        if goal and say:
+            raise ToolError("'say' is a sentence in the place of a 'goal'; leave one of them out.")
+        asked = (str(Goal.said(say)),) if say else tuple(goal or ())
+        return await self._work(ctx, partial(self._resolved, scenario, seed, asked))
 
     async def explain(self, run: str, designator: str = "") -> Answer:
         """Say how the program of a run was decided on: all designators, or one, e.g. object_1."""
@@ -193,11 +198,22 @@ class Tools:
         """Run the proven program of a run in simulation, in the world that it was proven for, and judge
         it."""
         registry = self._runs_engine(run).registry
-        executor = Executor(PluginChoice(tuple(registry.files), tuple(registry.blocked), tuple(registry.preferred)))
+        executor = Executor(PluginChoice(tuple(registry.files), tuple(registry.blocked), tuple(registry.preferred), registry.models))
         try:
             return await self._work(ctx, lambda say, stop: self._ran(run, executor, say))
         finally:
             executor.kill()
+
+    async def run_watched(self, ctx: Context[Any, Any], run: str) -> Answer:
+        """Run the proven program of a run in simulation, watched: where the world changes, go on with what is proven from there. Gives
+        the time line of faults, notices (class, step, thing, numbers), decisions and resumptions."""
+        return await self._work(ctx, lambda say, stop: self._went_on(run, say))
+
+    def _went_on(self, run: str, say: Say) -> Answer:
+        moments, why = self._runs.go_on(run, say)
+        last = moments[-1].notice if moments else None
+        data: Answer = _data({"run": run, "succeeded": not why and last is None, "reason": why, "time_line": moments})
+        return data
 
     def _runs_engine(self, run: str) -> Engine:
         try:
@@ -280,7 +296,7 @@ def make_server(engine: Engine, files: ClientFiles) -> Server:
     looks: list[Callable[..., Any]] = [
         its.list_tasks, its.list_scenarios, its.list_things, its.list_goals, its.check, its.interpret, its.explain, its.render,
     ]  # fmt: skip
-    acts: list[Callable[..., Any]] = [its.resolve, its.run]
+    acts: list[Callable[..., Any]] = [its.resolve, its.run, its.run_watched]
     tools = [*(_tool(t, read_only=True) for t in looks), *(_tool(t, read_only=False) for t in acts)]
     server = Server(tools, files)
     _add_resources(server, files, runs)

@@ -13,6 +13,7 @@ from ..base.json_text import as_json
 from ..base.resources import find_scenario
 from ..model.world import Camera
 from ..perception.active_perception import Look, Picture, ask, pictures
+from ..perception.camera_check import camera_warning
 from ..perception.query import parse_query
 from ..perception.result import perceived_json, perceived_text
 from ..plugin.selection import INSTALLED, PluginChoice
@@ -24,7 +25,9 @@ from .texts import warn_of
 
 if TYPE_CHECKING:
     from ..engine.engine import Engine
+    from ..model.world import Thing
     from ..perception.query import ObjectQuery
+    from ..plugin.catalogue import Knowledge
 
 
 
@@ -37,6 +40,7 @@ def perceive_view(
     out: Path | None = None,
     plugins: PluginChoice = INSTALLED,
     json_output: bool = False,
+    fixtures: str | None = None,
 ) -> int:
     """Answer a query about a scenario's camera, or about a recorded view.
 
@@ -45,6 +49,7 @@ def perceive_view(
         text: the query, as ``object_query.parse_query`` reads it.
         attributes: those that answers should have, beside those that decide.
         out: folder for the page ``perception.html``.
+        fixtures: scenario whose furniture is in a recorded view.
 
     Returns:
         0 when something was found.
@@ -60,13 +65,16 @@ def perceive_view(
     knowledge = engine.knowledge
     query = replace(parse_query(text, knowledge.taxonomy, knowledge.experts), wanted=attributes)
     taken = picture_of(source, query, engine, seed)
+    if fixtures is not None:
+        taken = replace(taken, fixtures=fixtures_of(fixtures, knowledge, seed))
     found = ask(query, taken.view, taken.fixtures, knowledge, robot=taken.robot)
     if out is not None:
         from ..report.perception_page import write_page
 
         write_page(out, found, taken.view, knowledge.products)
     print(as_json(perceived_json(found)) if json_output else perceived_text(found))
-    warn_of(engine.registry.faults)
+    off = camera_warning(taken.view, taken.fixtures, knowledge, taken.robot)
+    warn_of((*([off] if off else []), *engine.registry.faults))
     if not found.answers:
         raise NoSolution("Nothing was found; the reasons are above." if not json_output else found.remarks[0])
     return 0
@@ -91,6 +99,13 @@ def picture_of(source: str, query: ObjectQuery, engine: Engine, seed: int) -> Pi
     return next(pictures(scenario, query, Look((), world, relations, {}, real), robot, knowledge, seed))
 
 
+def fixtures_of(source: str, knowledge: Knowledge, seed: int) -> tuple[Thing, ...]:
+    """Return the furniture of a scenario, by path or name."""
+    scenario = read_scenario(find_scenario(source))
+    world, _ = build_world(scenario, scenario.spec.things, scenario.spec.vary, knowledge, seed)
+    return tuple(t for t in world.things if t.furniture)
+
+
 def _perceive(arguments: argparse.Namespace) -> int:
 
     return perceive_view(
@@ -99,8 +114,9 @@ def _perceive(arguments: argparse.Namespace) -> int:
         attributes=tuple(w for w in arguments.attributes.split(",") if w),
         seed=arguments.seed,
         out=arguments.out,
-        plugins=plugin_choice(arguments),
+        plugins=plugin_choice(arguments).extended((), (), tuple(arguments.models)),
         json_output=arguments.json,
+        fixtures=arguments.fixtures,
     )
 
 
@@ -115,9 +131,13 @@ def add_commands(add: Add) -> None:
         "--attributes", default="type,pose",
         help="values of answers beside those that decide, with commas; default type,pose",
     )
+    perceive.add_argument("--fixtures", metavar="SCENARIO", help="scenario whose furniture is in a recorded view, as from a map")
     perceive.add_argument("--seed", type=int, default=0, help="of the scenario's world and of the camera's noise")
     perceive.add_argument(
         "--out", type=Path,
         help="folder for perception.html: image, depth, cloud, pipeline and hypotheses on one page",
+    )
+    perceive.add_argument(
+        "--models", type=Path, action="append", default=[], metavar="LIB", help="a library of known kinds; may be repeated"
     )
     perceive.add_argument("--json", action="store_true", help="print as JSON")

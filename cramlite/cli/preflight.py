@@ -60,7 +60,7 @@ def preflight(
         out: where the text of the dry run is written.
 
     Returns:
-        0 when nothing is exceeded and no judge objects.
+        0 when nothing is exceeded and no validator objects.
 
     Raises:
         NoSolution: something is; the page was printed.

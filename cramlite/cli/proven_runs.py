@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from ..engine.executor import Executor
     from ..engine.reading import Reading
     from ..engine.setting import Setting
+    from ..engine.time_line import Moment
     from ..scenario.scenario import Scenario
 
 KEPT = 16
@@ -168,6 +169,33 @@ class ProvenRuns:
         return solution
 
 
+    def go_on(self, name: str, say: Say) -> tuple[list[Moment], str]:
+        """Run a proven program in the world that its scenario declares, watched, and go on with what is proven where that changes.
+
+        Returns:
+            Its time line, which is written into its run, too; and why it could not go on, "" where it came to its end.
+
+        Raises:
+            UserError: as ``execute``.
+        """
+        from ..engine.going_on import GoingOn, Stretch
+        from ..engine.time_line import time_line, write_time_line
+
+        proven, why = self.recall(name), ""
+        say("comparing text and world with what was proven")
+        _require_unaltered(proven)
+        say("running the program's text")
+        going, done = GoingOn(proven.asked.read(), proven.engine, proven.asked.seed, say), list[Stretch]()
+        try:
+            for stretch in going.execute(proven.solution):
+                done.append(stretch)
+        except NoSolution as error:
+            why = str(error)
+        moments = list(time_line(done))
+        write_time_line(moments, proven.directory.path)
+        return moments, why
+
+
 def _name(scenario: str, seed: int, key: dict[str, Any]) -> str:
     """Other files, plugins or doubts make another run."""
     return f"{scenario[:60]}-{str(seed)[:20]}-{derive_seed(0, (), json.encode(key).hex()):08x}"
@@ -217,7 +245,7 @@ def _require_unaltered(proven: ProvenRun) -> None:
         same = False
     if not same:
         raise UserError(
-            f"The files of '{proven.name}' are not those that were written after the proof: somebody altered program, plan or "
+            f"The files of '{proven.name}' differ from those of the proof: someone altered program, plan or "
             "world. Nothing was run; 'resolve' proves the scenario anew."
         )
     scenario = proven.asked.read()

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from ..engine.going_on import GoingOn, Stretch
     from ..engine.replanning import Attempt, Round
     from ..engine.time_line import Moment
+    from ..model.episode import Event
     from ..scenario.scenario import Scenario
 
 
@@ -43,7 +44,7 @@ def execute_and_replan(
     json_output: bool = False,
     verbose: bool = False,
 ) -> int:
-    """Run a program of a run directory; where it is stopped, resolve the rest by what is read or seen then, and go on.
+    """Run a program of a run directory; after a stop, resolve the rest from readings or pictures, and continue.
 
     Args:
         scenario: that the program was made from; with ``poses: camera`` its camera looks where a program stops by itself, else poses are
@@ -62,7 +63,8 @@ def execute_and_replan(
     """
     from ..engine import replanning
     from ..engine.going_on import GoingOn
-    from ..engine.time_line import write_time_line
+    from ..engine.time_line import events_of, write_time_line
+    from ..report.time_line_page import TimeLinePage
 
     vacant(out)
     scene, engine = _who_replans(scenario, rounds, plugins)
@@ -71,6 +73,7 @@ def execute_and_replan(
     said: list[str] = []
     done: list[Round] = []
     moments: list[Moment] = []
+    page = TimeLinePage(engine.knowledge)
     say = partial(_say, said, aloud=not json_output)
     if scene.spec.poses == "camera":
         executed: Iterable[Round] = replanning.rounds(first, scene, engine, seed=seed, most=rounds, say=say, verbose=verbose)
@@ -82,9 +85,11 @@ def execute_and_replan(
             if not json_output:
                 print(rollout_text(one.rollout))
             if out is not None:
-                _write_round(out / f"round_{number}", one, program.stem, engine, episode=episode)
+                happened = events_of(moments, number, one.rollout)
+                _write_round(out / f"round_{number}", one, program.stem, engine, episode=episode, events=happened)
                 if moments:
                     write_time_line(moments, out)
+                    page.write(moments, one.rollout, out)
     finally:
         if json_output:
             rows = [rollout_json(one.rollout) for one in done]
@@ -122,13 +127,16 @@ def _who_replans(name: str, rounds: int, plugins: PluginChoice) -> tuple[Scenari
     return scenario, make_engine(scenario, plugins)
 
 
-def _write_round(folder: Path, done: Round, name: str, engine: Engine, *, episode: bool) -> None:
-    write_run(folder, done.rollout, name, engine.knowledge, episode=episode)
-    (folder / f"program{done.attempt.code.suffix}").write_text(done.attempt.code.text, encoding="utf-8", newline="\n")
+def _write_round(folder: Path, done: Round, name: str, engine: Engine, *, episode: bool, events: Sequence[Event]) -> None:
+    """Write a round whole, or not at all where the process is killed meanwhile."""
+    part = folder.with_name(f".{folder.name}.part")
+    write_run(part, done.rollout, name, engine.knowledge, episode=episode, events=events)
+    (part / f"program{done.attempt.code.suffix}").write_text(done.attempt.code.text, encoding="utf-8", newline="\n")
+    part.rename(folder)
 
 
 def _first_attempt(program: Path, scenario: Scenario, engine: Engine, world: str, seed: int) -> Attempt:
-    """The program with the plan that lies beside it in its run directory, in the world where it is to run."""
+    """Program and plan of a run directory, in the world of its execution."""
     from ..engine import replanning
     from ..model.program_json import read_program
 

@@ -68,7 +68,7 @@ def ask(sparql: str, ontologies: Iterable[Path], episodes: Sequence[Episode], re
         except Exception as error:  # whatever a plugin yields, and rdflib says of it
             said = " ".join(str(error).split())[:200]
             raise PluginError(
-                f"What a plugin gives as triples of '{episode.name}' (episode_triples) is no N-Triples: {said}. See 'cramlite plugins'."
+                f"A plugin's triples of '{episode.name}' (episode_triples) are no N-Triples: {said}. See 'cramlite plugins'."
             ) from error
     return _answer(graph.query(prepared))
 
@@ -122,7 +122,7 @@ def _shown(node: Any) -> Any:
 
 
 def table(answer: Answer) -> str:
-    """Format an answer for people: a table, and how many rows it has."""
+    """Format an answer for people: a table, and its number of rows."""
     lines = [list(answer.columns), *[["" if v is None else str(v) for v in row] for row in answer.rows]]
     widths = [max(len(line[k]) for line in lines) for k in range(len(answer.columns))]
     shown = ["  ".join(v.ljust(w) for v, w in zip(line, widths, strict=True)).rstrip() for line in lines]

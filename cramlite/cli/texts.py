@@ -34,6 +34,7 @@ def counted(number: int, noun: str) -> str:
 def solution_text(solution: Solution, folder: str) -> str:
     """Return a short summary of a proven program, and of its first execution."""
     from ..planning.goal_parts import goal_answers
+    from ..planning.spoken_goals import understood_entries
 
     program, plan, execution = solution.program, solution.plan, solution.execution
     lines = [
@@ -46,6 +47,7 @@ def solution_text(solution: Solution, folder: str) -> str:
         entry = chosen.get(designator.name)
         found = f"{entry.text}: {entry.reason}" if entry else "?"
         lines.append(f"  {designator.name} ({', '.join(designator.types) or 'by name'}) = {found}")
+    lines += [f"  Understood: {e.text}, {e.reason}" for e in understood_entries(solution.trace.entries)]
     lines += [f"  Goal: {answer}" for answer in goal_answers(solution.trace, solution.number)]
     lines.append("  Judged after running the text:")
     lines += _finding_lines(solution.verdict)
@@ -102,7 +104,8 @@ def _label(action: Interpreted) -> str:
 
 
 def _repair_lines(repairs: Sequence[Repair], zero: float, most: int = 20) -> list[str]:
-    """A line for each; of many for one reason the first, and how many: a flickering log has hundreds."""
+    """Lines on repairs; of many for one reason the first, and their number, since a flickering log has
+    hundreds."""
     groups: dict[str, list[Repair]] = {}
     for r in repairs:
         groups.setdefault(r.why, []).append(r)
@@ -155,7 +158,7 @@ def _candidates(found: Interpretation) -> list[str]:
 
 
 def rollout_json(rollout: Rollout) -> dict[str, Any]:
-    """Return how a run ended as JSON values: seconds, newtons, last poses (position [m], quaternion w first)."""
+    """Return the end of a run as JSON values: seconds, newtons, last poses (position [m], quaternion w first)."""
     names = [t.name for t in rollout.world.things]
     forces = rollout.contact_force()
     return {
@@ -170,7 +173,7 @@ def rollout_json(rollout: Rollout) -> dict[str, Any]:
 
 
 def rollout_text(rollout: Rollout) -> str:
-    """Return the program's own log, and how it ended, as text."""
+    """Return the program's own log and its end, as text."""
     said = sorted([*rollout.messages, *(replace(f, text=f"fault: {f.text}") for f in rollout.faults)], key=lambda m: m.time)
     lines = [f"{m.time:8.2f} s  {m.text}" for m in said]
     data = rollout_json(rollout)

@@ -62,7 +62,7 @@ class _Tree(Value):
         return back and (bool(self.kept) or self.rivals[entry.number] > 1)
 
     def indent(self, entry: Entry) -> int:
-        """How far in it stands: one step for an answer, and two for each choice above it that another one followed."""
+        """Indentation of an entry: one step for an answer, and two for each choice above it that was given up."""
         return self.depth(entry) + (entry.outcome != "asked" and entry.parent > 0)
 
     def depth(self, entry: Entry) -> int:
@@ -90,7 +90,8 @@ class _Tree(Value):
             yield f"   {why}"
 
     def _why_given_up(self, entry: Entry) -> str:
-        """The nearest miss of all that followed; only where a choice was among several: else it is said there."""
+        """Nearest miss among the decisions after a choice; empty for a choice without rivals, which repeats a
+        miss told elsewhere."""
         miss = nearest_miss(self.entries[entry.number : self.ends[entry.number] - 1]) if self.rivals[entry.number] > 1 else None
         return f"given up: {miss.designator}: {rounded(miss.reason)}" if miss else ""
 

@@ -102,7 +102,7 @@ class CandidateSequence(Value, eq=False):
 
     @property
     def doubted(self) -> list[tuple[int, Match]]:
-        """Readings of actions that the judges of every program of this sequence objected to."""
+        """Readings of actions that the validators of every program of this sequence objected to."""
         said = self.sequence
         return [(said.actions[k - 1], said.matches[k - 1]) for k in sorted(self.effort.objected or ())] if said else []
 
@@ -126,8 +126,8 @@ class CandidateSequence(Value, eq=False):
 def doubted_last(
     plans: Iterable[tuple[Plan, TaskSequence | None]], tried: Sequence[CandidateSequence], trace: Trace
 ) -> Iterator[tuple[Plan, TaskSequence | None]]:
-    """Put task sequences off behind all others that read an action as one did of which the judges of every program objected to just
-    that task: the next ones are tried that read it otherwise.
+    """Put a task sequence off if it reads an action as an earlier one did whose programs all met objections in
+    that very task; sequences that read it otherwise come first.
 
     Args:
         tried: is asked before each.
@@ -141,7 +141,7 @@ def doubted_last(
             yield plan, sequence
             continue
         later.append((plan, sequence))
-        said = f"put off: the judges of every program of an earlier sequence objected to {again.task}"
+        said = f"put off: the validators of every program of an earlier sequence objected to {again.task}"
         trace.add(0, "sequence", str(plan), "nogood", "engine", said, kind="sequence")
     yield from later
 
@@ -223,7 +223,7 @@ def _judged(
 
 
 def _told(verdict: Verdict) -> str:
-    """The first objection, with the task that it is about; how many others there are."""
+    """First objection, with its task, and the number of the others."""
     first, *others = verdict.objections
     where = f" in {task}" if (task := task_of(first.origin)) and task not in first.reason else ""
     more = f" (and {len(others)} more)" if others else ""

@@ -17,7 +17,6 @@ from ..planning.budget import Budget, budget_of, until_late
 from ..planning.heartbeat import Heartbeat
 from ..planning.trace import Trace
 from ..plugin.catalogue import Knowledge
-from ..plugin.registry import Registry
 from ..plugin.selection import INSTALLED, PluginChoice
 from .reading import Reading
 from .solution import Solution
@@ -54,6 +53,7 @@ class Engine:
         blocked, preferred: names of plugins.
         ontologies: further ontology files.
         rules: a folder of rule files that stands for all others.
+        models: libraries of known kinds.
 
     Example:
         >>> from cramlite import Engine, read_scenario          # doctest: +SKIP
@@ -68,10 +68,11 @@ class Engine:
         preferred: Sequence[str] = (),
         ontologies: Sequence[Path] = (),
         rules: Path | None = None,
+        models: Sequence[Path | str] = (),
     ) -> None:
-        self.plugins = PluginChoice(tuple(map(Path, files)), tuple(blocked), tuple(preferred))
+        self.plugins = PluginChoice(tuple(map(Path, files)), tuple(blocked), tuple(preferred), tuple(map(Path, models)))
         self.ontologies, self.rules = tuple(ontologies), rules
-        self.registry = Registry(self.plugins.files, self.plugins.blocked, self.plugins.preferred)
+        self.registry = self.plugins.registry()
         self.knowledge = Knowledge(self.registry, self.ontologies, rules)
         self._suited: dict[object, Engine] = {}
 
@@ -91,8 +92,9 @@ class Engine:
             UserError: as ``PluginChoice.registry``.
         """
         return cls(
-            files=plugins.files, blocked=plugins.blocked, preferred=plugins.preferred, ontologies=ontologies, rules=rules
-        )
+            files=plugins.files, blocked=plugins.blocked, preferred=plugins.preferred, ontologies=ontologies, rules=rules,
+            models=plugins.models,
+        )  # fmt: skip
 
     def suited(self, scenario: Scenario) -> Engine:
         """Return the engine for a scenario: this one, or one with its plugins and ontologies.

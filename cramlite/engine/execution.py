@@ -25,7 +25,7 @@ class Execution(Value):
 
     Args:
         candidate: the program, with rollout and episode of this run; ``candidate.world`` is what was believed.
-        verdict: of those who judge runs. One of them also compares what things were taken for with what they are.
+        verdict: of the validators of runs; one of them also compares what things were taken for with what they are.
     """
 
     candidate: Candidate
@@ -33,7 +33,8 @@ class Execution(Value):
 
 
 def execute(candidate: Candidate, setting: Setting, knowledge: Knowledge, executor: Executor | None = None) -> Execution:
-    """Run a proven program once in the real world of its setting: the believed one, where nothing else is known of it.
+    """Run a proven program once in the real world of its setting, or in the believed one if no other is
+    declared.
 
     Args:
         executor: the process that runs it; None runs it in this one.

@@ -83,8 +83,8 @@ class Executor(Struct):
         return rollout, seconds
 
     def interrupt(self) -> None:
-        """End the run that is under way, whose answer is then a refusal, and leave the process as it is; where there are no such
-        signals, it goes on to its end."""
+        """Interrupt the present run, whose answer is then a refusal, and keep the process; without such signals
+        the run goes on to its end."""
         if self._process is not None and ENDS_RUN is not None:
             self._process.send_signal(ENDS_RUN)
 

@@ -28,7 +28,7 @@ T = TypeVar("T")
 
 
 def processes_here() -> int:
-    """Return how many processes can work at once on this machine."""
+    """Return the number of processes that can work at once on this machine."""
     own = getattr(os, "sched_getaffinity", None)  # not everywhere
     return len(own(0)) if own is not None else os.cpu_count() or 1
 
@@ -106,7 +106,7 @@ class ExecutorGroup:
 
     @contextmanager
     def _idle_ones(self, count: int) -> Iterator[list[Executor]]:
-        """So many processes at most that run nothing, nor begin to in this block."""
+        """Idle processes, so many at most, that begin nothing in this block."""
         idle: list[Executor] = []
         with suppress(Empty):
             while len(idle) < count:
@@ -144,7 +144,7 @@ class ExecutorGroup:
 def group_of(knowledge: Knowledge) -> ExecutorGroup:
     """Make processes with the plugins of an engine, one for each core."""
     registry = knowledge.registry
-    plugins = PluginChoice(tuple(registry.files), tuple(registry.blocked), tuple(registry.preferred))
+    plugins = PluginChoice(tuple(registry.files), tuple(registry.blocked), tuple(registry.preferred), registry.models)
     return ExecutorGroup(plugins, processes_here())
 
 
@@ -174,7 +174,7 @@ class _List:
 
 
 def _ended(processes: Sequence[Executor], threads: ThreadPoolExecutor, owner: int) -> None:
-    """Nobody has the group any more: its processes end. A fork of the process that owns them leaves them alone."""
+    """End the processes, since nobody has the group any more; a fork of their owner leaves them alone."""
     if os.getpid() != owner:
         return
     threads.shutdown(wait=False, cancel_futures=True)  # this may be one of them

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from ..model.rollout import Rollout
 
 PLACE = 0.015
-"""How far a thing may be from where its proof had it [m]: judges let nothing slip by more than 12 mm, or slide by more than 15 mm."""
+"""How far a thing may be from where its proof had it [m]: validators let nothing slip by more than 12 mm, or slide by more than 15 mm."""
 LEAN = math.radians(15.0)
 """How far it may lean from that: 10 deg from the vertical is upright."""
 LOST = 0.05
@@ -43,7 +43,13 @@ MOVING = 0.02
 
 
 class Noise(Value):
-    """Noise of readings: standard deviations of positions [m], turns [rad] and forces [N]."""
+    """Noise of readings: standard deviations.
+
+    Args:
+        position: of things [m].
+        turn: of things [rad].
+        force: that is felt [N].
+    """
 
     position: float = 0.0
     turn: float = 0.0
@@ -54,7 +60,7 @@ EXACT = Noise()
 
 
 class Limits(Value):
-    """Limits of how far a run may be from its proof; see the constants.
+    """Limits of a run's deviation from its proof; see the constants.
 
     Args:
         place: of things [m].
@@ -110,7 +116,8 @@ class Expectation(Value, eq=False):
         return self.steps[max(before)] if before else ""
 
     def rows(self, line: int) -> list[int]:
-        """Return the samples in which a line ran, and those shortly before and after; all of them for a line that none shows."""
+        """Return the samples in which a line ran, and those shortly before and after; all samples for a line
+        that never ran."""
         own = np.flatnonzero(self.lines == line)
         if not len(own):
             return list(range(len(self.lines)))
@@ -207,8 +214,8 @@ class RunWatch:
 
     def _off(self, pose: Pose) -> Pose:
         way, turn = self._draw.normal(0.0, self.noise.position, 3), self._draw.normal(0.0, self.noise.turn, 3)
-        turned = Pose.from_rotvec((0, 0, 0), tuple(turn.tolist())) * Pose((0, 0, 0), pose.quaternion)
-        return Pose(tuple(np.add(pose.position, way).tolist()), turned.quaternion)
+        place = tuple(np.add(pose.position, way).tolist())
+        return Pose.from_rotvec(place, tuple(turn.tolist())) * Pose(quaternion=pose.quaternion)
 
     def _frozen(self, readings: Readings) -> Notice | None:
         """Whether the very same was read for a while in which the arm moves in the proof."""
@@ -257,7 +264,8 @@ class RunWatch:
         yield self._said(kind, now, said, thing if kind is not Deviation.GRIPPER else "", off, self.limits.width, "m")
 
     def _held_then(self, rows: list[int], now: Readings) -> str:
-        """What the proof held in the nearest of these samples in time, counted from where the line began; "" where it held nothing."""
+        """Payload in the proof's nearest sample in time, counted from the beginning of the line; "" without
+        one."""
         own, times = self.expected.own(now.line), self.expected.times
         since = now.time - self._since if now.line == self._line else 0.0
         then = times[own[0]] + since if own else now.time
@@ -279,7 +287,7 @@ class RunWatch:
         hand = float(np.min(np.linalg.norm(expected.in_hand[name][held] - local, axis=1))) if held else math.inf
         world = _distance(expected.poses[name][rows, :3], np.array(pose.position))
         off, limit = hand if always else min(hand, world), self.limits.place + SIGMAS * self.noise.position
-        lean, most = self._lean(name, pose, held if always else rows), self.limits.lean + SIGMAS * self.noise.turn
+        lean, most = self._lean(name, pose, rows), self.limits.lean + SIGMAS * self.noise.turn
         if lean > most and not always:
             said = f"'{name}' leans {math.degrees(lean):.0f} deg from how it stood"
             yield self._said(Deviation.FALLEN, now, said, name, lean, most, "rad")

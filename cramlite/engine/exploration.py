@@ -85,7 +85,8 @@ def explored(setting: Setting, scenario: Scenario, plan: Plan | None, knowledge:
 
 
 def closed(setting: Setting, knowledge: Knowledge) -> Iterator[Thing]:
-    """Generate things that hide a place and that a task can lay open, by its rule, where no camera could look in."""
+    """Generate closed things that hide a place and that a task can open, by its rule, where no camera could
+    look in."""
     from ..planning.operators import Grounder
 
     assert setting.look is not None
@@ -100,8 +101,7 @@ def closed(setting: Setting, knowledge: Knowledge) -> Iterator[Thing]:
 
 
 def _opening(container: Thing, setting: Setting, knowledge: Knowledge) -> Reveal:
-    """Way to see inside a closed thing: into itself, such as a drawer, or into the one that it closes, such as
-    the cupboard of a door."""
+    """Way to see inside a closed thing: into a drawer itself, or into the cupboard behind a door."""
     assert container.joint is not None
     place = container.name if bears(container, knowledge.taxonomy, INSIDE) else container.joint.parent
     task, role = next((n, t.lays_open) for n, t in knowledge.tasks.items() if t.lays_open)
@@ -139,16 +139,22 @@ def _and_look(task: str, roles: dict[str, Object], place: str, setting: Setting,
 
 
 def is_meant(setting: Setting, scenario: Scenario, plan: Plan | None, knowledge: Knowledge) -> bool:
-    """Check whether the things that a goal or a plan is about are among those that are believed."""
+    """Check whether the things of a goal or a plan are among the believed ones."""
     if plan is not None:
         return are_there(plan, setting, knowledge, Trace())
+    from ..language.sentence import NotUnderstood
     from ..planning.goal_planner import ground_goal
     from ..planning.operators import Grounder
+    from ..planning.spoken_goals import spoken
     from ..planning.task_goals import Goal
 
-    grounder = Grounder(setting.symbolic(knowledge.taxonomy), knowledge.predicates)
+    scene = setting.symbolic(knowledge.taxonomy)
+    grounder = Grounder(scene, knowledge.predicates)
     try:
-        return next(ground_goal(Goal(scenario.spec.goal or ()), scenario.spec.objects, grounder), None) is not None
+        goal = spoken(Goal(scenario.spec.goal or ()), scene, knowledge)
+        return next(ground_goal(goal, scenario.spec.objects, grounder), None) is not None
+    except NotUnderstood as error:
+        return error.ambiguous  # it is asked back
     except UserError:
         return False
 

@@ -19,6 +19,7 @@ from ..base.value import Value
 from ..model.designator_name import task_of
 from ..model.fault import FaultKind
 from ..model.readings import Deviation, Notice
+from ..model.rollout import world_after_run
 from ..model.steps import MoveJoints
 from ..planning.budget import budget_of
 from ..planning.failure import brief_failure_text, failure_text
@@ -26,8 +27,9 @@ from ..planning.planning_problem import planning_problem
 from ..planning.task_goals import Goal
 from ..planning.trace import Trace
 from ..scenario.faults import foreseen
+from ..scenario.worlds import corrected
 from .candidates import attempts
-from .expectation import EXACT, Noise, RunWatch, expectation
+from .expectation import EXACT, SIGMAS, Noise, RunWatch, expectation
 from .read_belief import real_after, world_as_read
 from .replanning import SLOW, Attempt, Round, Say, way_back
 from .search_in_setting import search_in
@@ -39,13 +41,14 @@ if TYPE_CHECKING:
     from ..plugin.protocols import Candidate
     from ..scenario.scenario import Scenario
     from .engine import Engine
+    from .solution import Solution
 
 STILL = 0.005
 """What nobody means to move gets no further on the way back [m]; as bystanders by default."""
 BACK = "0.Back"
 """Designator of the way back."""
 STOPS = {"halted": Deviation.REFUSED, "protective stop": Deviation.STOPPED, "killed": Deviation.KILLED}
-"""Outcome -> what it is, of runs that can be gone on from."""
+"""Outcome -> its description, of runs that can be continued."""
 
 
 ACKNOWLEDGED = "a protective stop is acknowledged by a person, who has looked why; execute again with --replan then"
@@ -76,10 +79,10 @@ TO_DO: Mapping[Deviation, str] = {
 
 
 class Stretch(Value):
-    """Executed stretch: a run, its notices, and the decision.
+    """Executed stretch: a run, what was noticed, and the decision.
 
     Args:
-        round: the run.
+        round: the run, with its program and ``rollout``.
         notice: None where the program came to its end and the goal holds.
         decision: as a clause; "" where nothing was to be decided.
         thought: CPU time that it took [s].
@@ -90,25 +93,66 @@ class Stretch(Value):
     decision: str = ""
     thought: float = 0.0
 
+    @property
+    def to_do(self) -> str:
+        """What a person could do about the notice, as a clause; "" without one."""
+        return TO_DO[self.notice.kind] if self.notice else ""
+
 
 class GoingOn:
     """Execution that goes on when the world changes.
 
     Args:
         scenario: that the first program was made from.
-        noise: of the readings.
+        engine: resolves the rest.
+        seed: of sensors and of the search.
         say: is told what happens, in lines.
+        noise: of the readings.
         verbose: whether a refusal has every cause, or three lines.
     """
 
-    def __init__(self, scenario: Scenario, engine: Engine, seed: int, say: Say, noise: Noise = EXACT, *, verbose: bool = False) -> None:
+    def __init__(
+        self, scenario: Scenario, engine: Engine, seed: int = 0, say: Say = lambda _: None, noise: Noise = EXACT, *, verbose: bool = False
+    ) -> None:
         self._failure = failure_text if verbose else brief_failure_text
         self.scenario, self.engine, self.seed, self.say, self.noise = scenario, engine, seed, say, noise
         self.setting = engine.setting(scenario, seed=seed, twins=0)
-        self.goal = tuple(map(str, scenario.spec.goal)) if scenario.spec.goal else None
+        self.goal = self._asked()
         self.at = 0  # the action of the plan that was under way
         self.trace = Trace()
         self.noticed: Counter[tuple[Deviation, str, str]] = Counter()
+
+    def _asked(self) -> tuple[str, ...] | None:
+        """The goal, about things of the world as it is at the start: what "the left one" means does not change when it is moved."""
+        from ..planning.spoken_goals import spoken
+
+        if self.scenario.spec.goal is None:
+            return None
+        scene, knowledge = self.setting.symbolic(self.engine.knowledge.taxonomy), self.engine.knowledge
+        return spoken(Goal(self.scenario.spec.goal), scene, knowledge).says
+
+    def execute(self, solution: Solution, most: int = 6) -> Iterator[Stretch]:
+        """Run a proven program in the world as it really is, and go on with the rest of its plan; see ``stretches``.
+
+        When the iterator has ended, ``setting`` is what was left.
+        """
+        before, self.goal, code = solution.setting, None, solution.candidate.code
+        assert code is not None
+        real = before.real or before.world
+        self.setting, last = replace(before, real=None), None
+        for last in self.stretches(Attempt(solution.plan, solution.program, code, real), most):
+            yield last
+        if last is not None:
+            self._leave(last, real=before.real is not None)
+
+    def _leave(self, last: Stretch, *, real: bool) -> None:
+        """Take the end of the last run for the setting."""
+        rollout, world = last.round.rollout, self.setting.world
+        left = world_after_run(rollout, world)
+        stays = {t.name for t in left.things if _apart(world.thing(t.name).pose.position, t.pose.position) <= STILL}
+        relations = tuple(r for r in self.setting.relations if r[1] in stays)
+        now = world_after_run(rollout, last.round.attempt.world) if real else None
+        self.setting = replace(self.setting, world=left, relations=relations, real=now)
 
     def stretches(self, first: Attempt, most: int) -> Iterator[Stretch]:
         """Run a program, and go on from where it was stopped, with at most ``most`` programs.
@@ -176,7 +220,7 @@ class GoingOn:
         return self.setting.robot.gripper.opening[0]
 
     def _decided(self, done: Round, watch: RunWatch, notice: Notice, *, given_up: bool) -> tuple[Attempt | None, str]:
-        """Next program, with words for it; None with the reason where there is none."""
+        """Next program with its description; None with the reason."""
         key = notice.kind, notice.thing, notice.step.partition(".")[2]
         self.noticed[key] += 1
         if given_up:
@@ -188,7 +232,7 @@ class GoingOn:
         return self._next(done, watch, notice)
 
     def _next(self, done: Round, watch: RunWatch, notice: Notice) -> tuple[Attempt | None, str]:
-        """Next program, proven from the readings, with words for it; None with the reason where there is none."""
+        """Next program, proven from the readings, with its description; None with the reason."""
         assert watch.last is not None
         if watch.last.poses is None:
             return None, "there are no readings; when they are back, execute again with --replan"
@@ -213,7 +257,10 @@ class GoingOn:
         """Take the readings for the setting in which the rest is resolved."""
         before, attempt = self.setting, done.attempt
         assert watch.last is not None
-        world = world_as_read(before.world, watch.last, attempt.world, self._closed)
+        read = world_as_read(before.world, watch.last, attempt.world, self._closed)
+        world = corrected(read, self.engine.knowledge, SIGMAS * self.noise.position)
+        for note in world.notes[len(read.notes) :]:
+            self.say(note)
         where = {t.name: t.pose for t in before.world.things}
         stayed = {t.name for t in world.things if t.name in where and _apart(where[t.name].position, t.pose.position) <= STILL}
         relations = tuple(r for r in before.relations if r[1] in stayed)

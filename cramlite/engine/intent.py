@@ -1,4 +1,4 @@
-"""Intent of a program: all that judges must know beside its text, kept in its run directory as ``intent.json``."""
+"""Intent of a program: all that validators must know beside its text, kept in its run directory as ``intent.json``."""
 
 from __future__ import annotations
 

@@ -23,10 +23,10 @@ from ..model.verdict import Finding, Verdict
 from ..model.world import World
 from ..planning.goal_literals import literals_of_goals, literals_of_plan
 from ..plugin.catalogue import Knowledge, pick
-from ..plugin.protocols import Candidate, GoalJudge
+from ..plugin.protocols import Candidate, GoalValidator
 from .intent import Intent
 from .line_origins import Origins, origins_by_labels, origins_of
-from .proof import allowances, judge
+from .proof import allowances, findings_of
 
 LISTED = 6
 """Lines that a remark names at most."""
@@ -49,7 +49,7 @@ class Purpose(Value):
     limits: JudgingLimits = JudgingLimits()
 
 
-class Judged(Value):
+class JudgedRun(Value):
     """Outcome of judging: the run of a text, and its findings.
 
     Args:
@@ -62,7 +62,7 @@ class Judged(Value):
     remarks: tuple[str, ...]
 
 
-def judge_text(text: str, world: World, purpose: Purpose, knowledge: Knowledge, seed: int) -> Judged:
+def judge_text(text: str, world: World, purpose: Purpose, knowledge: Knowledge, seed: int) -> JudgedRun:
     """Run a text and judge it.
 
     Args:
@@ -78,7 +78,7 @@ def judge_text(text: str, world: World, purpose: Purpose, knowledge: Knowledge, 
     return _judged(text, replace(candidate, rollout=rollout), (*anew, *remarks), purpose, knowledge)
 
 
-def judge_rollout(text: str, rollout: Rollout, purpose: Purpose, knowledge: Knowledge) -> Judged:
+def judge_rollout(text: str, rollout: Rollout, purpose: Purpose, knowledge: Knowledge) -> JudgedRun:
     """Judge a run of a text.
 
     Args:
@@ -91,18 +91,18 @@ def judge_rollout(text: str, rollout: Rollout, purpose: Purpose, knowledge: Know
     return _judged(text, replace(candidate, rollout=rollout), remarks, purpose, knowledge)
 
 
-def _judged(text: str, candidate: Candidate, remarks: tuple[str, ...], purpose: Purpose, knowledge: Knowledge) -> Judged:
-    """Findings of the judges on a candidate's run."""
+def _judged(text: str, candidate: Candidate, remarks: tuple[str, ...], purpose: Purpose, knowledge: Knowledge) -> JudgedRun:
+    """Findings of the validators on a candidate's run."""
     rollout = candidate.rollout
     assert rollout is not None
     episode = knowledge.episodes.detect(rollout, candidate.program.name)
     episode = replace(episode, extras={**episode.extras, "park": np.array(candidate.robot.home)})
     ran = replace(candidate, episode=episode)
     if not candidate.actions:
-        return Judged(rollout, episode, Verdict((*_ended(rollout), *_by_goal(ran, knowledge))), remarks)
+        return JudgedRun(rollout, episode, Verdict((*_ended(rollout), *_by_goal(ran, knowledge))), remarks)
     typed, more = _typed(text, ran, purpose, knowledge)
-    found = [*typed, *judge(ran, knowledge, rollout=True)]
-    return Judged(rollout, episode, Verdict(tuple(found), knowledge.left_out), (*remarks, *more))
+    found = [*typed, *findings_of(ran, knowledge, rollout=True)]
+    return JudgedRun(rollout, episode, Verdict(tuple(found), knowledge.left_out), (*remarks, *more))
 
 
 def _laid_out(text: str) -> tuple[str, tuple[str, ...]]:
@@ -170,19 +170,19 @@ def _remarks(origins: Origins, by_labels: bool) -> tuple[str, ...]:
 
 
 def _typed(text: str, ran: Candidate, purpose: Purpose, knowledge: Knowledge) -> tuple[list[Finding], tuple[str, ...]]:
-    """Findings of judges of the typed program, if the text is one."""
+    """Findings of validators of the typed program, if the text is one."""
     if is_program_text(text):
-        return judge(replace(ran, program=read_program(text).program), knowledge, rollout=False), ()
+        return findings_of(replace(ran, program=read_program(text).program), knowledge, rollout=False), ()
     if purpose.intent is not None and text == purpose.intent.kept.code.text:
-        return judge(ran, knowledge, rollout=False), ()
+        return findings_of(ran, knowledge, rollout=False), ()
     names = ", ".join(v.name for v in knowledge.validators if v.cost != "rollout")
     return [], (f"not judged: {names}; they look at a typed program, and this text is none",)
 
 
 def _by_goal(candidate: Candidate, knowledge: Knowledge) -> list[Finding]:
-    """Findings of judges that judge a text by its goal alone."""
-    names = [v.name for v in knowledge.validators if isinstance(v, GoalJudge) and v.by_goal]
-    return judge(candidate, knowledge, rollout=True, only=names)
+    """Findings of validators that judge a text by its goal alone."""
+    names = [v.name for v in knowledge.validators if isinstance(v, GoalValidator) and v.by_goal]
+    return findings_of(candidate, knowledge, rollout=True, only=names)
 
 
 def _ended(rollout: Rollout) -> Sequence[Finding]:

@@ -66,7 +66,7 @@ def origins_of(text: str, original: Code) -> Origins:
 
 
 def origins_by_labels(text: str, tasks: Collection[str]) -> Origins:
-    """Find the origins of a text that no program here was written to: those that its lines name, as comments or in messages."""
+    """Find the origins of a text without a proven original: from names in its comments or messages."""
     if is_program_text(text):
         return _of_steps(text)
     lines = text.splitlines()
@@ -75,7 +75,7 @@ def origins_by_labels(text: str, tasks: Collection[str]) -> Origins:
 
 
 def named(line: str, known: Collection[str]) -> str:
-    """Find the origin that a line names; "" where it names none that is known."""
+    """Find the origin that a line names; "" without a known one."""
     words = re.findall(r"\d+\.\w+(?:/\w+)*", line)
     return next((w for w in words if w in known), "") or next((task_of(w) for w in words if task_of(w) in known), "")
 
@@ -115,7 +115,7 @@ Change = tuple[str, int, int, int, int]
 
 
 def _gone(old: Sequence[_Line], own: Sequence[str], changes: Sequence[Change]) -> Mapping[str, str]:
-    """Code that no longer stands where it stood, and its origin; without that which had several."""
+    """Code of removed lines with its origin, without code that had several origins."""
     found: dict[str, set[str]] = {}
     for tag, i1, i2, _, _ in changes:
         for k in range(i1, i2) if tag != "equal" else ():
@@ -124,8 +124,8 @@ def _gone(old: Sequence[_Line], own: Sequence[str], changes: Sequence[Change]) -
 
 
 def _of_new(line: _Line, old: Sequence[_Line], own: Sequence[str], moved: Mapping[str, str], known: Collection[str]) -> str | None:
-    """Origin of a new line: the one that its code names, that of the line it replaces, or the one that the
-    nearest comment names; None without any."""
+    """Origin of a new line: named in its code, that of the replaced line, or named in the nearest comment; None
+    without any."""
     if by_code := named(line.code, known):
         return by_code
     replaced = moved[line.code] if line.code in moved else _replaced(line, old, own)
@@ -137,7 +137,7 @@ def _of_new(line: _Line, old: Sequence[_Line], own: Sequence[str], moved: Mappin
 
 
 def _replaced(line: _Line, old: Sequence[_Line], own: Sequence[str]) -> str | None:
-    """The origin of the most similar of the lines that a new one stands for; None where none is like it."""
+    """Origin of the most similar of the replaced lines; None if none is similar."""
     shares = [(SequenceMatcher(None, line.code, other.code, autojunk=False).ratio(), -k) for k, other in enumerate(old)]
     share, k = max(shares, default=(0.0, 0))
     return own[-k] if share >= ALIKE else None

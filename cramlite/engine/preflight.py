@@ -25,7 +25,7 @@ from ..model.verdict import Verdict
 from ..model.world import World
 from ..plugin.catalogue import Knowledge, pick
 from .intent import Intent, read_intent
-from .judging import Judged, Purpose, judge_text
+from .judging import JudgedRun, Purpose, judge_text
 
 MARGIN = 1.2
 """A safety limit is set this far above what the program reaches: closer stops it for nothing. Ours."""
@@ -53,7 +53,7 @@ class Flight(Value):
     program: Program | None = None
     intent: Intent | None = None
     verdict: Verdict | None = None
-    judged: Judged | None = None
+    judged: JudgedRun | None = None
     speed: float = 1.0
 
     @property
@@ -63,7 +63,7 @@ class Flight(Value):
 
     @property
     def twins(self) -> tuple[RunPeaks, ...]:
-        """Peaks of its runs in twins that succeeded, at its own speed; none of a dry run. One that failed counts as such in the proof."""
+        """Peaks of its successful runs in twins, at full speed; none of a dry run."""
         runs = self.verdict.twins.twins if self.verdict is not None and self.verdict.twins is not None else ()
         return tuple(t.peaks for t in runs if t.peaks is not None and t.succeeded) if self.speed == 1.0 else ()
 

@@ -38,7 +38,8 @@ TARE = 0.2
 
 
 def about(program: Program, robot: Robot) -> float:
-    """Return how long a program runs, about [s]: of branches the first, of guarded motions the whole way, corners not rounded."""
+    """Return the estimated duration of a program [s]: of branches the first, of guarded motions the whole way,
+    corners not rounded."""
     return _Clock(program, robot).whole(program.steps)
 
 

@@ -95,7 +95,7 @@ def prove(candidate: Candidate, knowledge: Knowledge, backend: Backend, seed: in
 def _prove(
     candidate: Candidate, knowledge: Knowledge, backend: Backend, seed: int
 ) -> tuple[Candidate, list[Finding]]:
-    findings = judge(candidate, knowledge, rollout=False)
+    findings = findings_of(candidate, knowledge, rollout=False)
     if any(not f.passed for f in findings):
         return candidate, findings
     try:
@@ -134,7 +134,7 @@ def run_and_judge(
     """Run a text of a candidate in a world, once.
 
     Returns:
-        The candidate with the rollout and its episode, and what the judges of rollouts found.
+        The candidate with the rollout and its episode, and the findings of the validators of rollouts.
     """
     mount = candidate.program.robot
     rollout = knowledge.simulator.execute(text.text, world, knowledge.robots_of(world), mount=mount, seed=seed)
@@ -147,11 +147,12 @@ def judge_run(candidate: Candidate, text: Code, rollout: Rollout, knowledge: Kno
     parked = np.array(candidate.robot.home)
     episode = replace(episode, extras={**episode.extras, "park": parked})
     ran = replace(candidate, rollout=rollout, episode=episode)
-    return ran, judge(replace(ran, code=text), knowledge, rollout=True)  # lines of a rollout are those of what ran
+    return ran, findings_of(replace(ran, code=text), knowledge, rollout=True)  # lines of a rollout are those of what ran
 
 
 def _at_the_edges(candidate: Candidate, text: Code, knowledge: Knowledge, seed: int) -> list[Finding]:
-    """Same text with late things as far off as declared: it must do the same as at their planned places."""
+    """Run the same text with late things at the edge of the declared tolerance: it must do the same as at their
+    planned places."""
     findings = []
     for said, moved in worlds_at_tolerance(candidate.world, candidate.program):
         with working(f"the program runs with {said}"):
@@ -187,7 +188,7 @@ def _remark(backend: Backend) -> str:
     return f"{said}; its program was checked, its text was not"
 
 
-def judge(
+def findings_of(
     candidate: Candidate, knowledge: Knowledge, *, rollout: bool, only: Collection[str] | None = None
 ) -> list[Finding]:
     """Return the findings of all validators of the wanted kind; a cost class that objects spares the dearer ones.
@@ -265,7 +266,7 @@ def conflict_of(verdict: Verdict, state: State) -> Conflict:
 
 
 def _led_past(verdict: Verdict, state: State) -> frozenset[str]:
-    """Places that the arm was only led to, where an objection is about things, and none says that something was in the way there."""
+    """Places that the arm only passed, for an objection about poses of things that names no obstacle there."""
     if not any(f.things for f in verdict.objections):
         return frozenset()
     met = {task_of(f.origin) for f in verdict.objections if f.blocking}

@@ -25,7 +25,7 @@ REACH = 0.02
 LOOSE = 0.002
 """Fingers that are further apart than a thing is wide there by so much do not hold it [m]."""
 SHUT = 0.003
-"""Fingers that press and are wider apart than closed by so much have something between them [m]."""
+"""Width beyond the closed one from which pressing fingers have something between them [m]."""
 
 
 def world_as_read(before: World, readings: Readings, models: World, closed: float) -> World:
@@ -76,7 +76,7 @@ def _is_read(thing: Thing) -> bool:
 
 
 def _width(thing: Thing, readings: Readings) -> float:
-    """How wide a thing is between the fingers, by its boxes that have the tool centre point near them [m]."""
+    """Width of a thing between the fingers, by its boxes near the tool centre point [m]."""
     along, point = np.array(readings.across), np.array(readings.tool.position)
     near = [g for g, box in zip(thing.geoms, boxes(thing), strict=True) if _off(point, box) <= REACH]
     placed = [(thing.pose * g.pose, np.array(g.half_extents)) for g in near]
@@ -90,6 +90,6 @@ def _off(point: Floats, box: Box) -> float:
 
 
 def _gap(thing: Thing, tool: Pose) -> float:
-    """How far the tool centre point is from the nearest box of a thing [m]."""
+    """Distance of the tool centre point from the nearest box of a thing [m]."""
     point = np.array(tool.position)
     return min(_off(point, box) for box in boxes(thing))

@@ -69,7 +69,7 @@ class Round(Value):
 
     @property
     def said(self) -> str:
-        """How the run ended, for people."""
+        """Sentence on the end of the run, for people."""
         if self.rollout.outcome == "finished":
             return f"finished after {self.rollout.times[-1]:.1f} s"
         where = f" in {self.step}" if self.step else " before the first step"
@@ -136,8 +136,8 @@ def _next(done: Round, scenario: Scenario, engine: Engine, seed: int, number: in
 
 
 def _back(done: Round, engine: Engine, seed: int, number: int, say: Say) -> Round:
-    """The arm goes back the way it came, by its own encoders, to where the program began: it stands among things of which
-    nobody knows where they are before the camera has looked.
+    """Lead the arm back the way it came, by its own encoders, to the program's start, since nobody knows the
+    things around it before the camera has looked.
 
     Raises:
         NoSolution: it did not get there.

@@ -18,7 +18,7 @@ from ..model.rollout import Rollout
 from .rtde_log import RtdeLog
 
 STEP = 0.02
-"""Grid of offsets, and of what is compared [s]: rollouts are sampled as densely."""
+"""Grid of offsets and of compared samples [s], as dense as rollouts."""
 PARTS = 0.02
 """Joints that differ by more part [rad]: 20 mm at the tool of an arm that reaches 1 m; a real arm follows within a tenth of that."""
 
@@ -140,7 +140,7 @@ def _compared(name: str, unit: str, times: Floats, logged: Floats, ran: Floats) 
 
 
 def _parts(joints: Sequence[Compared], times: Floats, rollout: Rollout, within: float) -> tuple[float, str, float, int] | None:
-    """When a joint first differs by more than is allowed."""
+    """Time at which a joint first differs by more than is allowed."""
     far = np.array([np.abs(c.logged - c.ran) for c in joints])
     over = np.flatnonzero(far.max(axis=0) > within)
     if not over.size:

@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
+from ..perception.camera_check import camera_warning
 from ..plugin.protocols import Doubting
 
 if TYPE_CHECKING:
@@ -28,6 +29,7 @@ def doubts(scenario: Scenario, setting: Setting, knowledge: Knowledge) -> list[s
     shut = setting.look.shut if setting.look else {}
     found += [f"{scenario.where('camera')}: nobody looked into '{name}': {why}" for name, why in shut.items()]
     world = setting.real if setting.look and setting.real else setting.world  # as it was written, not as it was seen
+    found += _camera(scenario, setting, knowledge)
     doubting = knowledge.simulator
     told = doubting.doubts(world, knowledge.robots_of(world)) if isinstance(doubting, Doubting) else ()
     return [*found, *(f"{scenario.where_thing(name)}: {said}" for name, said in told)]
@@ -53,6 +55,13 @@ def _read(scenario: Scenario, setting: Setting) -> frozenset[str]:
         return frozenset()
     there = setting.real if setting.look and setting.real else setting.world
     return frozenset(t.name for t in there.things) - {spec.name for spec in scenario.spec.things}
+
+
+def _camera(scenario: Scenario, setting: Setting, knowledge: Knowledge) -> Iterator[str]:
+    """The camera, if the first picture shows that it is not where it is believed."""
+    first = setting.look.pictures[0] if setting.look and setting.look.pictures else None
+    if first is not None and (off := camera_warning(first.view, first.fixtures, knowledge, first.robot)):
+        yield f"{scenario.where('camera')}: {off}"
 
 
 def _numbers(scenario: Scenario) -> Iterator[str]:

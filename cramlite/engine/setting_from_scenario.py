@@ -75,9 +75,9 @@ def setting_of(
 def _seen(
     scenario: Scenario, written: Setting, knowledge: Knowledge, told: Queries, likeliest: Likeliest, now: World | None
 ) -> Setting:
-    """Setting as the scenario's camera sees it, which is all that is believed of movable things. It looks for what
-    it was ``told``, else for what the likeliest plan is about; for a goal, which cannot be planned before it is known what there is,
-    at all furniture, and then in and behind what is closed.
+    """Setting as the scenario's camera sees it; movable things are believed only as seen. The camera looks for
+    the ``told`` queries, else for the objects of the likeliest plan; for a goal, whose plan needs the pictures,
+    at all furniture, and then in and behind closed things.
 
     Raises:
         NoSolution: what is looked for may be where the camera cannot be brought to look, and is nowhere else.
@@ -131,7 +131,7 @@ def _check_world(scenario: Scenario, world: World, knowledge: Knowledge) -> None
 
 
 def _check_objects(scenario: Scenario, knowledge: Knowledge) -> None:
-    """Classes that describe objects are known: of one that is not nothing could be said, so that anything would do.
+    """Check that the classes which describe objects are known, since anything would fit an unknown one.
 
     Raises:
         UserError: one is not; with file and line.
@@ -143,7 +143,7 @@ def _check_objects(scenario: Scenario, knowledge: Knowledge) -> None:
 
 
 def _check_advisory(scenario: Scenario, knowledge: Knowledge) -> None:
-    """Validators that only advise are there, and declare that they may.
+    """Check that advisory validators exist, and declare that they may advise.
 
     Raises:
         UserError: one is not, or does not; with file and line.

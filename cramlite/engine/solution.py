@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 
 class Solution(Value):
-    """Solution: a program whose text ran in the world as it is believed to be, and in twins of it, and was judged, with everything
+    """Solution: a program whose text was run and judged in the believed world and in its twins, with all stages
     that led to it.
 
     Args:

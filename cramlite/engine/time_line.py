@@ -9,14 +9,21 @@ from typing import TYPE_CHECKING, Literal
 from msgspec import DecodeError, json
 
 from ..base.errors import UserError
+from ..base.run_directory import write_whole
 from ..base.value import Value
+from ..model.episode import Event
 from ..model.readings import Notice
 
 if TYPE_CHECKING:
+    from ..model.rollout import Rollout
     from .going_on import Stretch
 
 FILE = "time_line.json"
 What = Literal["fault", "notice", "decision", "resumption", "end"]
+CLASSES = {"fault": "Fault", "decision": "Decision", "resumption": "Resumption"}
+"""Class of a moment in cramlite's ontology; a notice has its own."""
+INSTANT = 0.001
+"""How long an event of an instant lasts [s]."""
 
 
 class Moment(Value):
@@ -29,6 +36,8 @@ class Moment(Value):
         said: in a clause.
         notice: of a "notice", with its class and numbers.
         thought: CPU time that a "decision" took [s].
+        since: since the start of the program that ran [s].
+        thing: that a fault or a notice is about; "" for none.
     """
 
     time: float
@@ -37,6 +46,8 @@ class Moment(Value):
     said: str
     notice: Notice | None = None
     thought: float = 0.0
+    since: float = 0.0
+    thing: str = ""
 
     def __str__(self) -> str:
         """Return it as a line."""
@@ -49,22 +60,41 @@ def time_line(stretches: Iterable[Stretch]) -> Iterator[Moment]:
     begun = 0.0
     for number, stretch in enumerate(stretches, 1):
         rollout = stretch.round.rollout
-        ended = begun + float(rollout.times[-1])
+        lasted = float(rollout.times[-1])
+        ended, things = begun + lasted, {str(f): f.thing for f in stretch.round.attempt.world.faults}
         if number > 1:
             origins = stretch.round.attempt.code.origins
             yield Moment(begun, number, "resumption", origins[min(origins)] if origins else "")
-        yield from (Moment(begun + f.time, number, "fault", f.text) for f in rollout.faults)
+        for fault in rollout.faults:
+            yield Moment(begun + fault.time, number, "fault", fault.text, since=fault.time, thing=things.get(fault.text, ""))
         if stretch.notice is None:
-            yield Moment(ended, number, "end", stretch.round.said)
+            yield Moment(ended, number, "end", stretch.round.said, since=lasted)
         else:
-            yield Moment(begun + stretch.notice.time, number, "notice", str(stretch.notice), stretch.notice)
-            yield Moment(ended, number, "decision", stretch.decision, thought=stretch.thought)
+            notice = stretch.notice
+            yield Moment(begun + notice.time, number, "notice", str(notice), notice, since=notice.time, thing=notice.thing)
+            yield Moment(ended, number, "decision", stretch.decision, thought=stretch.thought, since=lasted)
         begun = ended
 
 
+def events_of(moments: Iterable[Moment], round_: int, rollout: Rollout) -> tuple[Event, ...]:
+    """Return the moments of a round as situations of its episode: faults, what was noticed, decisions and the resumption."""
+    things, found = {t.name for t in rollout.world.things}, list[Event]()
+    for number, moment in enumerate(moments):
+        kind = moment.notice.kind if moment.notice else CLASSES.get(moment.what)
+        if moment.round != round_ or kind is None:
+            continue
+        roles = {"object": moment.thing} if moment.thing in things else {}
+        found.append(Event(f"{moment.what}_{number}", f"cram:{kind}", "situation", moment.since, moment.since + INSTANT, roles))
+    return tuple(found)
+
+
 def write_time_line(moments: Iterable[Moment], folder: Path) -> None:
-    """Write a time line into a folder of a run."""
-    (folder / FILE).write_bytes(json.format(json.encode(list(moments)), indent=1))
+    """Write a time line into a folder of a run.
+
+    Raises:
+        UserError: it cannot be written.
+    """
+    write_whole(folder / FILE, json.format(json.encode(list(moments)), indent=1))
 
 
 def read_time_line(folder: Path) -> Sequence[Moment]:

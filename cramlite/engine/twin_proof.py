@@ -1,7 +1,7 @@
 """Proof under doubt: a program that was accepted in the believed world runs in twins of it, and most of these runs must succeed.
 
 Each twin is drawn around what is believed; the real world of a setting is entered here no more than in the nominal proof. Runs are
-judged by the same judges, in the order in which the twins were drawn, until those that are left can change nothing any more; so the
+judged by the same validators, in the order in which the twins were drawn, until those that are left can change nothing any more; so the
 verdict is the same for any number of processes. Where a program is refused, each source of error is tried by itself, with the numbers
 of the first twin that failed, so that the reason names what broke it.
 """

@@ -75,7 +75,7 @@ def run_on_cluster(order: Order, left: Sequence[str], key: dict[str, Any], store
             losses = 1 if found else losses + 1
             if losses >= LOSSES:
                 lost = f"The scheduler of '{order.executor}' was lost {losses} times in a row"
-                raise UserError(f"{lost}; what has arrived is kept.") from error
+                raise UserError(f"{lost}; arrived results are kept.") from error
             progress.say(f"the scheduler was lost; {len(left) - len(found)} trials are handed out again when it is back")
             patience = RESTART
 
@@ -111,14 +111,14 @@ def connected(executor: str, workers: int, patience: float = CONNECT) -> Iterato
         said = next(iter(str(error).splitlines()), "")[:200]
         raise UserError(
             f"There is no Dask scheduler at '{executor}' ({type(error).__name__}: {said}). Start one with 'dask scheduler', or correct the "
-            "address; what was finished before is kept."
+            "address; finished trials are kept."
         ) from error
     with client:
         yield client
 
 
 def _handed_out(client: Any, order: Order, left: Sequence[str], key: dict[str, Any], store: Store) -> Iterator[tuple[str, Any]]:
-    """A trial for each place, and none that waits there: Dask blames a death on all that a worker was given."""
+    """Keep one trial at each place and none waiting, since Dask blames a death on all trials of a worker."""
     pool, todo = client.get_executor(pure=False), deque(left)
     waiting: dict[Future[Arrived], str] = {}
     try:

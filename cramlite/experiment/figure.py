@@ -101,7 +101,8 @@ class Plot(Spec):
 
 
 class Figure(Spec):
-    """File of a measurement. ``title``, ``about``, ``given``, ``plot`` and ``beside`` are written by hand, the rest by what measured.
+    """File of a measurement. ``title``, ``about``, ``given``, ``plot`` and ``beside`` are written by hand, the
+    rest by the benchmark.
 
     Args:
         about: what was measured, and what has to be known to read the numbers.

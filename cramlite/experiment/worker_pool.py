@@ -12,8 +12,8 @@ from ..base.process_group import begin_group, end_group, end_own_group
 
 
 def worker_pool(workers: int) -> ProcessPoolExecutor:
-    """Return a pool of processes that start afresh, each when there is work for it; they leave Ctrl-C to this one, and end
-    when it does, each with all processes that it started."""
+    """Return a pool of processes, each started when there is work for it. They ignore Ctrl-C, and end with this
+    process, with all their children."""
     return ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("spawn"), initializer=_begin)
 
 

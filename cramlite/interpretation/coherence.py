@@ -140,7 +140,7 @@ def passive(rule: Rule) -> bool:
 
 
 def same(a: Fact, b: Fact) -> bool:
-    """Check whether two facts unify: equal where both name something; a part counts as its whole."""
+    """Check whether two facts unify: named entities are equal; a part counts as its whole."""
     pairs = zip(a[1:], b[1:], strict=False)
     return a[0] == b[0] and all("_" in (x, y) or thing_of(x) == thing_of(y) for x, y in pairs)
 
@@ -173,8 +173,8 @@ def candidates(
 
 
 def _undecided(matches: Sequence[Match], claimed: Sequence[Claims]) -> list[Claims]:
-    """Claims of the readings of one action. Of several unknown fillings of a task only one can be right:
-    their differences are left open, so that the chosen one explains them."""
+    """Claims of the readings of one action. Of several unknown fillers of a task only one can be right, so
+    their differences are left open."""
     found = list(claimed)
     for task in {m.task for m in matches if m.unknown}:
         alike = [k for k, m in enumerate(matches) if m.task == task and m.unknown]
@@ -285,7 +285,7 @@ Choice = tuple[int, int]
 
 
 class Demand(Value):
-    """Constraint on the choice of readings: one choice requires one of others.
+    """Constraint on readings: one choice requires one of several others.
 
     Args:
         of: the choice that demands it; None if every choice does.

@@ -48,8 +48,8 @@ def _extended(slots: Slots, names: list[str]) -> dict[str, int]:
 
 
 def _plain(condition: Condition, slots: Slots, new: list[str]) -> Step:
-    """Comparisons, and an 'or' with one option that binds more than the others, as ``conditions`` defines
-    it."""
+    """Comparisons, and an 'or' with an option that binds more variables than the others, evaluated as in
+    ``conditions``."""
 
     def step(phases: Sequence[Phase], bindings: list[Values]) -> list[Values]:
         extended = []

@@ -192,7 +192,7 @@ def mentions(condition: Condition) -> frozenset[str]:
 
 
 def tests(condition: Condition) -> frozenset[str]:
-    """Return the variables that a condition only tests: where others bind them, they must be bound before."""
+    """Return the variables that a condition only tests; other conditions must bind them before."""
     match condition:
         case And(parts) | Or(parts):
             return frozenset().union(*map(tests, parts)) | (mentions(condition) - binds(condition))

@@ -161,12 +161,21 @@ class GoalCondition(Value):
 
     @property
     def denied(self) -> GoalCondition | None:
-        """Condition that its one fact does not hold, or that its one forbidden fact does; None where it is made of more."""
+        """Condition that its one fact does not hold, or that its one forbidden fact does; None for a condition
+        of several facts."""
         facts, (pattern, *others) = self.needs or self.shown, (*self.without, ())
         if len(facts) == 1 and not self.bounds:
             return GoalCondition(without=facts | self.shown)
         known = not facts and len(others) == 1 and None not in pattern
         return GoalCondition(needs=frozenset({tuple(map(str, pattern))})) if known else None
+
+
+def _any_thing(_thing: Thing) -> bool:
+    return True
+
+
+def _any_things(_scene: SymbolicWorld, *_things: str) -> bool:
+    return True
 
 
 class GoalPhrase(Value):
@@ -179,11 +188,20 @@ class GoalPhrase(Value):
         meaning: ``meaning(scene, *things)`` says what is asked for; it raises UserError where that makes no sense of these
             things. An amount follows the things, as it was written.
         verbs: words that may stand after the first one and change nothing.
+        asked: how a person asks for it: a verb, then the words of the form, e.g. "put|place THING on|on_top_of PLACE". Bars are between
+            words of which any will do, an underscore stands for a space; a verb's last word may also follow the thing
+            ("turn_on THING").
+        about: of which things it can be asked.
+        suits: ``suits(scene, *things)``: whether people mean it of these things where their words leave open how: "take the tin to the
+            box".
     """
 
     form: str
     meaning: Callable[..., GoalCondition]
     verbs: tuple[str, ...] = ("is",)
+    asked: tuple[str, ...] = ()
+    about: Callable[[Thing], bool] = _any_thing
+    suits: Callable[..., bool] = _any_things
 
 
 class Fluent(Value):
@@ -226,7 +244,7 @@ class Fluent(Value):
 
 
 PLAIN = Fluent()
-"""A relation of which nothing is declared: it begins and ends by itself."""
+"""Relation without declarations: it begins and ends by itself."""
 
 
 class Fluents(Value):
@@ -318,7 +336,7 @@ class Fluents(Value):
         return ""
 
     def ring(self, facts: Iterable[Fact]) -> tuple[Fact, ...]:
-        """Return facts by which a thing would carry itself, each thing of them the next one; none where there are none."""
+        """Return a cycle of facts by which a thing would carry itself; empty without one."""
         carried = [(f, *self._carries(f)) for f in sorted(facts) if self[f[0]].carrier is not None]
 
         def follow(way: tuple[Fact, ...], first: str, last: str) -> tuple[Fact, ...]:
@@ -339,8 +357,8 @@ class Fluents(Value):
 
     def _contrary(self, scene: SymbolicWorld, one: Fact, other: Fact) -> bool:
         pairs = ((one, other), (other, one))
-        judges = ((self[a[0]].contrary, a, b) for a, b in pairs)
-        return any(self._excluded(a, b) for a, b in pairs) or any(j is not None and j(scene, a, b) for j, a, b in judges)
+        contraries = ((self[a[0]].contrary, a, b) for a, b in pairs)
+        return any(self._excluded(a, b) for a, b in pairs) or any(j is not None and j(scene, a, b) for j, a, b in contraries)
 
     def _parted(self, ended: Iterable[Fact], left: Iterable[Fact]) -> set[Fact]:
         """Facts of whole things that held because of a part that is gone."""
@@ -359,7 +377,7 @@ def _of_wholes(fact: Fact) -> Fact:
 
 
 def _distinct(things: list[str]) -> bool:
-    """Nothing is related to itself, so not to its own parts either."""
+    """Whether all things of a fact differ, since nothing is related to itself or to its own parts."""
     return len(set(things)) == len(things)
 
 

@@ -208,12 +208,12 @@ def interpret(
     """
     with paused_collector():
         timeline = Timeline(episode, taxonomy)
-        judge = _Judge(timeline, {r.task: r for r in rules}, DecisionTree(rules, timeline), padding)
-        actions = judge.judge_all(judge.timeline.segments())
-        return Interpretation(episode.name, tuple(judge.merged(actions) if merge else actions), taxonomy, rules)
+        matcher = _Matcher(timeline, {r.task: r for r in rules}, DecisionTree(rules, timeline), padding)
+        actions = matcher.match_all(matcher.timeline.segments())
+        return Interpretation(episode.name, tuple(matcher.merged(actions) if merge else actions), taxonomy, rules)
 
 
-class _Judge(Value):
+class _Matcher(Value):
     """The matcher with its rules and facts."""
 
     timeline: Timeline
@@ -223,11 +223,11 @@ class _Judge(Value):
     known: dict[Hashable, tuple[Match, ...]] = field(default_factory=dict)
     wholes: dict[tuple[float, float], Mapping[str, list[Binding]]] = field(default_factory=dict)
 
-    def judge_all(self, segments: Sequence[Segment]) -> list[Interpreted]:
+    def match_all(self, segments: Sequence[Segment]) -> list[Interpreted]:
         solved = self.tree.solve_all([self.timeline.phases(s, self.padding) for s in segments])
-        return [self.judged(segment, (segment,), found) for segment, found in zip(segments, solved, strict=True)]
+        return [self.matched(segment, (segment,), found) for segment, found in zip(segments, solved, strict=True)]
 
-    def judged(
+    def matched(
         self, segment: Segment, segments: tuple[Segment, ...], solved: Mapping[str, list[Binding]]
     ) -> Interpreted:
         matches = tuple([m for task in sorted(solved) for m in self.matches(task, solved[task])])
@@ -293,7 +293,8 @@ class _Judge(Value):
         return any(time in boundaries(type_) for type_ in self.timeline.taxonomy.restricted_classes(TELLS_APART))
 
     def merged(self, actions: list[Interpreted]) -> list[Interpreted]:
-        """Neighbours joined into one action where it is all that they are, the earlier neighbour last."""
+        """Actions, with neighbours merged that keep all their tasks as one: explained ones first, then
+        unexplained ones with the next, then the rest."""
         spans = [Segment(a.start, b.end) for a, b in pairwise(actions) if self._refine(a, b)]
         solved = self.tree.solve_all([self.timeline.phases(s, self.padding) for s in spans])
         self.wholes.update(zip([(s.start, s.end) for s in spans], solved, strict=True))
@@ -315,7 +316,7 @@ class _Judge(Value):
         return found
 
     def join(self, before: Interpreted, after: Interpreted) -> Interpreted | None:
-        """The two as one action, if that one is all that each of them is; else None.
+        """Two actions as one, if that has all tasks of both; else None.
 
         Only anonymous neighbours are joined, and only if one's tasks are among the other's: the boundary
         between them then told nothing apart. The joined action is judged anew against every rule, and
@@ -350,7 +351,7 @@ class _Judge(Value):
         if key not in self.wholes:
             checkpoint()
             self.wholes[key] = self.tree.solve(self.timeline.phases(segment, self.padding))
-        return self.judged(segment, segments, self.wholes[key])
+        return self.matched(segment, segments, self.wholes[key])
 
 
 def _fillers(rule: Rule, event: Event) -> Iterator[Binding]:

@@ -73,7 +73,7 @@ def matches_of(rule: Rule, bindings: list[Binding]) -> tuple[Match, ...]:
 
 
 def match_of(rule: Rule, binding: Binding, unknown: tuple[str, ...] = ()) -> Match:
-    """Return the match of a rule under a binding; a variable that is not bound is something that nobody knows."""
+    """Return the match of a rule under a binding; an unbound variable is unknown."""
     roles = {role: str(binding[role]) for role in rule.roles if role in binding}
     shown = defaultdict(lambda: "something", {k: _shown(v) for k, v in binding.items()})
     explanation = rule.explain.format_map(shown)

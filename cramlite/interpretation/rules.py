@@ -279,8 +279,8 @@ def _free_in_comparisons(condition: Condition, bound: frozenset[str]) -> frozens
 
 
 def _ordered(clauses: tuple[Clause, ...], cheapest: bool) -> tuple[Clause, ...]:
-    """A condition that only tests a variable comes after those that bind it; so the order of a rule
-    file never changes its meaning."""
+    """Conditions, each after those that bind its variables, so that the order of a rule file never changes its
+    meaning."""
     bound_somewhere = frozenset().union(*(binds(c.condition) for c in clauses))
     left, found = list(clauses), []
     bound: frozenset[str] = frozenset()

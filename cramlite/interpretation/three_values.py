@@ -28,7 +28,7 @@ class Truth(Value):
 
 
 def evaluate(condition: Condition, phase: Phase, binding: Binding) -> Iterator[Truth]:
-    """Yield the bindings under which a condition is true; those under which it is not known, where it is true under none."""
+    """Yield the bindings under which a condition is true; without any, those under which it is unknown."""
     match condition:
         case Atom():
             yield from _or_unknown(condition, phase, binding, [Truth(b) for b in condition.solve(phase, binding)])

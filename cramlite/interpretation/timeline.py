@@ -195,7 +195,8 @@ class Timeline:
         return sorted(self.located.values())
 
     def holding(self, start: float, end: float) -> Hashable:
-        """Return which states hold in [start, end) [s], and of how many things a pose is known by then."""
+        """Return the states that hold in [start, end) [s], and the number of things whose pose is known by
+        then."""
         return self._states.holding(start, end), bisect_right(self._located, end)
 
     def situation(self, holds: Hashable) -> dict[Hashable, Any]:

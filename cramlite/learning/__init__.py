@@ -1,1 +1,1 @@
-"""Learning of tasks from demonstrations: a rule, who fills its roles, and the evidence for each condition."""
+"""Learning of tasks from demonstrations: a rule, its roles, and the evidence for each condition."""

@@ -1,4 +1,4 @@
-"""Examples of a task and of what is none: stretches of episodes that somebody marked, and actions that known tasks explain."""
+"""Examples of a task, and counterexamples: marked stretches of episodes, and actions that known tasks explain."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ BESIDE = 0.2
 
 
 class Marked(Value):
-    """Episode in which somebody marked when the task was done.
+    """Episode with the marked interval of the task.
 
     Args:
         episode: with the task.
@@ -127,7 +127,7 @@ class Library:
         self._spans: dict[tuple[int, float, float], Span] = {}
 
     def known(self, rules: Sequence[Rule]) -> tuple[Known, ...]:
-        """Return the actions of the episodes as rules read them, and as the recordings name them after tasks that have a rule."""
+        """Return the actions of the episodes with the task that rules read, or that the recording names."""
         return tuple(k for number in range(len(self.episodes)) for k in self._known(number, rules))
 
     def _known(self, number: int, rules: Sequence[Rule]) -> Iterator[Known]:
@@ -154,7 +154,8 @@ def _unnamed(episode: Episode) -> Episode:
 
 
 def _read(timeline: Timeline, rules: Sequence[Rule]) -> Iterator[tuple[float, float, Match | None]]:
-    """The actions of an episode, each with what the best reading by the known rules says of it; else that it may be idle."""
+    """Actions of an episode, each with the task of the best reading by the known rules; else with an idle task
+    that fits."""
     read = interpret(timeline.episode, rules, timeline.taxonomy)
     best = next(read.sequences(), None)
     explained = [k for k, a in enumerate(read.actions) if not a.unexplained]
@@ -165,7 +166,7 @@ def _read(timeline: Timeline, rules: Sequence[Rule]) -> Iterator[tuple[float, fl
 
 
 def _explained(span: Span, rules: Mapping[str, Rule], match: Match | None, strict: bool = False, named: bool = False) -> Known:
-    """A stretch with what a task says of it that begins and ends, and with it by what predicates declare."""
+    """Stretch with the changes that a task explains, those that predicates imply included."""
     if match is None:
         return Known(span, strict=strict)
     rule = rules[match.task]

@@ -1,4 +1,4 @@
-"""Learning of a task from episodes: what a person showed becomes a proposal."""
+"""Learning of a task from episodes: from demonstrations to a proposal."""
 
 from __future__ import annotations
 
@@ -46,14 +46,14 @@ def learn_task(
     if contradicted:
         first = ", ".join(str(e.span) for e in examples)
         raise UserError(
-            f"The examples are contradictory: no condition tells {first} from {'; '.join(contradicted)}, of which it was said that it is "
-            "not the task. Mark intervals that differ (--interval), leave one of them out, or write a predicate for what differs."
+            f"The examples are contradictory: no condition tells {first} from {'; '.join(contradicted)}, given after --not. "
+            "Mark intervals that differ (--interval), leave one of them out, or write a predicate for what differs."
         )
     return proposal
 
 
 def compared(proposal: Proposal, shown: Shown, knowledge: Knowledge) -> tuple[Deviation, ...]:
-    """Return in what another demonstration, or an execution, differs from how a learned task is done.
+    """Return the deviations of another demonstration, or of an execution, from a learned task's procedure.
 
     Raises:
         UserError: an interval is empty, the demonstration is not of the task, or no known tasks explain the examples.

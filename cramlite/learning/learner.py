@@ -122,8 +122,8 @@ def _learned(
 
 
 def _sure(rest: Sequence[Known], tables: Tables | None, cast: Cast, idle: frozenset[str]) -> list[bool]:
-    """Whether a known task explains an action, also what changes in it as in the examples: else it may be the task that is learned. What
-    is read as idle is explained, unless the examples are idle in the same way."""
+    """Whether a known task explains an action and the changes that the examples have; if not, it may be the
+    learned task. Idle readings explain, unless the examples are idle in the same way."""
     if tables is None:
         return []
     alike = tables.truths(cast.changes, cast.roles).all(axis=0) & tables.valid(cast.roles)
@@ -198,7 +198,7 @@ def _classes(taxonomy: Taxonomy, shown: Tables, cast: Cast) -> Iterator[Literal]
 
 
 def _bounds(tables: Tables, cast: Cast, others: Sequence[Span]) -> Iterator[Literal]:
-    """Bounds between what examples show of a value and the next values of what is no example: in the middle between them."""
+    """Bounds half way between the values of the examples and the next values of the counterexamples."""
     for predicate in tables.language.predicates.values():
         if not predicate.value or predicate.arity > cast.roles:
             continue
@@ -258,7 +258,8 @@ def covers(learned: Learned, span: Span, literals: Sequence[Literal] | None = No
 
 
 def conditions(learned: Learned, names: Sequence[str]) -> Mapping[str, list[str]]:
-    """Return the conditions as a rule file writes them: phase -> texts; ``names`` are of who acts and of the roles."""
+    """Return the conditions as a rule file writes them: phase -> texts; ``names`` are those of the agent and
+    the roles."""
     found: dict[str, list[str]] = {phase: [] for phase in PHASES}
     language = learned.language
     if language.hand and any(0 in one.slots for one in learned.literals):

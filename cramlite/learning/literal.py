@@ -50,7 +50,7 @@ class Literal(Value, order=True):
 
     @property
     def binds(self) -> frozenset[int]:
-        """Roles of which it says who fills them; a denial and a bound only test."""
+        """Roles that the condition binds to a filler; a denial and a bound only test."""
         return frozenset() if self.denied or self.kind in ("at_least", "at_most") else self.roles
 
     def texts(self, names: Sequence[str]) -> Iterator[tuple[PhaseName, str]]:
@@ -106,8 +106,8 @@ class Language(Value):
 
 
 def _sensible(predicate: Predicate, slots: tuple[int, ...]) -> bool:
-    """Whether a condition is about who acts or a role, rather than the whole scene; nothing is related to itself; and of two ways to write
-    a symmetric relation it is the first."""
+    """Whether a condition is about the agent or a role, relates no thing to itself, and is the first of two
+    ways to write a symmetric relation."""
     named = [s for s in slots if s != ANY]
     if len(set(named)) < len(named) or (slots and not named):
         return False

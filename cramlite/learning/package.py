@@ -34,7 +34,8 @@ def write_package(proposal: Proposal, name: str, out: Path | None = None) -> tup
 
 
 def page_text(proposal: Proposal) -> str:
-    """Return the page about a learned task as HTML: the rule, the evidence for each condition, what was dropped, what is open."""
+    """Return the page about a learned task as HTML: the rule, the evidence for each condition, dropped
+    conditions, open questions."""
     return html_template((files(__package__) / "learned.html.j2").read_text(encoding="utf-8")).render(
         found=proposal, plan=plan_text(proposal.procedure) if proposal.procedure else ""
     )
@@ -66,7 +67,8 @@ def thing_name(role: str) -> str:
 
 
 def _things(proposal: Proposal) -> Iterator[str]:
-    """Things for the roles, as lines of a scenario: blocks for what was moved where it was shown, tables for what was not."""
+    """Things for the roles, as lines of a scenario: blocks for those that a demonstration moved, tables for the
+    others."""
     span = proposal.learned.examples[0].span
     for k, role in enumerate(proposal.roles):
         y, shown = -0.35 + 0.25 * k, proposal.fillers[0][k]

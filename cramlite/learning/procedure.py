@@ -16,7 +16,8 @@ from ..base.errors import UserError
 from ..base.value import Value
 
 SURE = 5
-"""Demonstrations from which on an order that was always the same is one that must be: by chance, one of 32 pairs would look so."""
+"""Number of demonstrations from which a constant order counts as required: by chance, one of 32 pairs would look
+so."""
 
 
 class Step(Value, order=True):
@@ -131,7 +132,8 @@ def _linear(every: Sequence[Step], before: dict[tuple[Step, Step], int], shown: 
 
 
 def deviations(known: Procedure, steps: Sequence[Step]) -> Iterator[Deviation]:
-    """Yield in what a demonstration differs from a procedure: mistakes, and notices of an order that was not seen otherwise."""
+    """Yield the deviations of a demonstration from a procedure: mistakes, and notices of an order not seen
+    otherwise."""
     done = numbered(steps)
     place = {s: k for k, s in enumerate(done)}
     for step in known.steps:
@@ -152,7 +154,8 @@ def deviations(known: Procedure, steps: Sequence[Step]) -> Iterator[Deviation]:
 
 
 def plan_text(known: Procedure) -> str:
-    """Return the procedure in the plan language, as scenarios write tasks: in one order that contradicts none that was seen.
+    """Return the procedure in the plan language, as scenarios write tasks, in an order that contradicts none of
+    the demonstrations.
 
     Alternatives, and neighbours that are exchangeable, are a ``choose``; what was done several times in a row in every demonstration is a
     ``repeat``; optional steps are left out, and named in a comment.

@@ -1,4 +1,5 @@
-"""Proposal of a task: what was learned in the words of a rule file, with names of its roles, the class above it, and the evidence."""
+"""Proposal of a task: the learned rule in the words of a rule file, with names of its roles, its superclass,
+and the evidence."""
 
 from __future__ import annotations
 
@@ -80,7 +81,7 @@ class Proposal(Value, eq=False):
 
 
 def propose(task: str, learned: Learned, rules: Sequence[Rule], taxonomy: Taxonomy, wrong: Sequence[Span] = ()) -> Proposal:
-    """Return what was learned as a proposal of a task.
+    """Return a learned rule as the proposal of a task.
 
     Args:
         task: its class, such as "cram:Stirring".
@@ -98,7 +99,8 @@ def propose(task: str, learned: Learned, rules: Sequence[Rule], taxonomy: Taxono
 
 
 def _called(learned: Learned, names: Sequence[tuple[str, str]]) -> dict[str, str]:
-    """Roles in the order of the rule's variables: the first name is for what is moved farthest, and so on."""
+    """Names of the roles in the order of the rule's variables; the role that is moved farthest gets the first
+    name."""
     shown = list(zip(learned.examples, learned.cast.fillers, strict=True))
     order = sorted(range(learned.cast.roles), key=lambda k: (-max(_moved(e.span, f[k]) for e, f in shown), k))
     called = dict(zip(order, names, strict=False))
@@ -106,13 +108,13 @@ def _called(learned: Learned, names: Sequence[tuple[str, str]]) -> dict[str, str
 
 
 def _moved(span: Span, thing: str) -> float:
-    """How far a thing is from where it was at the start of a span [m], to the millimetre."""
+    """Distance of a thing from its place at the start of a span [m], to the millimetre."""
     before, after = (span.timeline.episode.pose_at(thing, t) for t in (span.start, span.end))
     return 0.0 if before is None or after is None else round(math.dist(before.position, after.position), 3)
 
 
 def _names(rules: Sequence[Rule]) -> list[tuple[str, str]]:
-    """Names of roles with their classes, the first as most known tasks call their first role, and so on."""
+    """Names of roles with their classes, in the order in which most known tasks name theirs."""
     found: list[tuple[str, str]] = []
     for place in range(max((len(r.roles) for r in rules), default=0)):
         asked = Counter(pair for r in rules for pair in list(r.roles.items())[place : place + 1] if pair[0] not in dict(found))
@@ -136,7 +138,8 @@ def _recognised(rule: Rule, span: Span, fillers: Sequence[str]) -> bool:
 
 
 def _evidence(learned: Learned, names: Sequence[str], wrong: Sequence[Span]) -> tuple[Evidence, ...]:
-    """For each condition, the examples that it holds in, and what it alone tells from them."""
+    """Evidence for each condition: the examples in which it holds, and the counterexamples that it alone
+    excludes."""
     roles, rest = learned.cast.roles, [k.span for k in learned.others]
     shown = [e.span for e in learned.examples]
     tables = Tables(learned.language, [*rest, *shown])
@@ -167,7 +170,7 @@ def _without(excludes: Sequence[str], fillers: Sequence[str], literal: Literal, 
 
 
 def _dropped(learned: Learned, names: Sequence[str]) -> tuple[str, ...]:
-    """Conditions that hold in all examples, say something about a role, and tell nothing that the rule does not tell."""
+    """Conditions about a role that hold in all examples and exclude nothing beyond the rule."""
     bits = learned.language.bits
     left = sorted((one for one in learned.cast.common if one not in learned.literals and one.binds and "_" not in _said(one, names)),
                   key=lambda one: (one.kind == "holds", bits(one, learned.cast.roles), one))  # fmt: skip
@@ -179,7 +182,7 @@ def _said(literal: Literal, names: Sequence[str]) -> str:
 
 
 def _undecided(learned: Learned, evidence: Sequence[Evidence], names: Sequence[str]) -> tuple[str, ...]:
-    """What one more demonstration could decide: conditions on little evidence, and bounds."""
+    """Open questions for one more demonstration: conditions on little evidence, and bounds."""
     found = []
     for one, known in zip(learned.literals, evidence, strict=True):
         said = _said(one, names)
@@ -203,7 +206,7 @@ def _covered(learned: Learned) -> list[str]:
 
 
 def _procedure(learned: Learned, roles: Mapping[str, str]) -> Procedure | None:
-    """The known tasks that explain the examples: who fills their roles is a role of ours, or a thing's class."""
+    """Procedure of known tasks that explain all examples; their roles are filled by ours or by classes."""
     shown = [steps_of(e, f, roles) for e, f in zip(learned.examples, learned.cast.fillers, strict=True)]
     return procedure(shown) if all(shown) else None
 
@@ -219,7 +222,7 @@ def steps_of(one: Example, fillers: Sequence[str], roles: Mapping[str, str]) -> 
 
 
 def _ours(span: Span, fillers: Sequence[str], name: str, roles: Mapping[str, str]) -> str:
-    """The role that a thing fills; else the class of the thing; "" for who acts."""
+    """Name of the role that a thing fills; else the thing's class; "" for the agent."""
     whole = span.timeline.episode.whole(name)
     if whole in fillers:
         return list(roles)[fillers.index(whole)]

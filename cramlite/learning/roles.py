@@ -21,7 +21,7 @@ TRIED = 2
 
 
 class Cast(Value, eq=False):
-    """Choice of who fills the roles in each example, with the conditions on them that hold in all.
+    """Fillers of the roles in each example, with the conditions on them that hold in all examples.
 
     Args:
         fillers: for each example the things in the roles.
@@ -48,12 +48,14 @@ class Cast(Value, eq=False):
 
     @property
     def told(self) -> int:
-        """How much happens that a rule should tell: each recorded change, or one of each set of measured ones, and each thing moved."""
+        """Weight of the changes that a rule should explain: each recorded change, or one of each set of measured ones,
+        and each moved thing."""
         return len(self.changes) + len(self.measured) + self.movers
 
 
 def casts(tables: Tables, roles: int) -> list[Cast]:
-    """Return the choices of who fills so many roles that the examples agree upon most, the best first; none where they have too few things.
+    """Return the best choices of fillers for so many roles, by the examples' agreement; none if they have too
+    few things.
 
     Args:
         tables: of the examples.
@@ -71,7 +73,7 @@ def casts(tables: Tables, roles: int) -> list[Cast]:
 
 
 def _who_changes(tables: Tables) -> list[int]:
-    """The things of the first span of which something changes, or that who acts is at, those of which most does first."""
+    """Things of the first span that change or that the agent is at, the most changed first."""
     language = tables.language
     literals = [one for one in language.literals(1) if one.roles and (_moving(language, one) or _with_hand(language, one))]
     weights = np.array([_weight(tables.language, one) for one in literals])
@@ -81,7 +83,7 @@ def _who_changes(tables: Tables) -> list[int]:
 
 
 def _with_hand(language: Language, literal: Literal) -> bool:
-    """Whether a condition says that a recorded state holds between who acts and a role all through."""
+    """Whether a condition asks for a recorded state between the agent and a role throughout the task."""
     return literal.phase == "run" and HAND in literal.slots and not literal.denied and recorded(language, literal)
 
 
@@ -91,7 +93,7 @@ def _moving(language: Language, literal: Literal) -> bool:
 
 
 def _weight(language: Language, literal: Literal) -> float:
-    """How much it says of the roles that examples have a condition in common: of changes more than of what stays."""
+    """Weight of a common condition as evidence for the roles; changes weigh more than lasting states."""
     if not literal.roles:
         return 0.0
     if literal.kind in ("begins", "ends"):
@@ -100,7 +102,8 @@ def _weight(language: Language, literal: Literal) -> float:
 
 
 def recorded(language: Language, literal: Literal) -> bool:
-    """Check whether a condition is about states that are recorded, rather than measured: who says so declares how tasks change them."""
+    """Check whether a condition is about recorded states rather than measurements: its predicate declares how
+    tasks change it."""
     predicate = language.predicates[literal.predicate]
     return predicate.steady and (predicate.fluent.initial is not None or predicate.fluent.in_hand)
 
@@ -126,13 +129,14 @@ def _cast(
 
 
 def _distinct(things: int, roles: int) -> Truths:
-    """Which fillings of the roles have a thing of its own in each."""
+    """Mask of the fillings in which each role has a thing of its own."""
     found = np.array([len(set(k)) == roles for k in np.ndindex(*(things,) * roles)], dtype=np.bool_)
     return found.reshape(1, -1)
 
 
 def _changes(language: Language, common: Sequence[Literal]) -> Iterator[Literal]:
-    """Recorded states that begin or end between who acts and the roles, and that no other such change brings about."""
+    """Recorded states between the agent and the roles that begin or end, without those that another change
+    implies."""
     changes = [one for one in common if one.kind in ("begins", "ends") and ANY not in one.slots and recorded(language, one)]
     for one in changes:
         if not any(follows(language, one, other) for other in changes if other != one):
@@ -158,7 +162,7 @@ def _measured(language: Language, common: Sequence[Literal], roles: int) -> tupl
 
 
 def follows(language: Language, literal: Literal, other: Literal) -> bool:
-    """Check whether a change comes about with another one, by what their predicates declare."""
+    """Check whether a change follows from another one, by the declarations of its predicate."""
     fluent = language.predicates[other.predicate].fluent
     if set(literal.slots) != set(other.slots) or literal.kind != other.kind:
         return False

@@ -77,7 +77,7 @@ def masks(refuted: Truths) -> list[int]:
 
 
 def minimal(found: Iterable[int]) -> frozenset[int]:
-    """Return the sets of which no other one is a part: whoever refutes these refutes all."""
+    """Return the sets without proper subsets among the others: a choice that refutes these refutes all."""
     kept: list[int] = []
     for mask in sorted(set(found), key=lambda m: (m.bit_count(), m)):
         if not any(mask & other == other for other in kept):
@@ -147,7 +147,8 @@ def _wish(wish: Wish, weights: list[float], rows: _Rows, lower: list[float]) -> 
 
 
 def widened(problem: Problem, chosen: Sequence[int]) -> tuple[int, ...]:
-    """Return the conditions with those that pay: each next one saves more bits of narrow stretches than it has, the most first."""
+    """Return the conditions with further ones that pay: each saves more bits of narrow stretches than it costs,
+    the most first."""
     groups = [g for g in merged(problem.groups) if g.narrow]
     bits, found = problem.bits + TIE * np.arange(len(problem.bits)), set(chosen)
     while True:

@@ -15,7 +15,7 @@ Truths = npt.NDArray[np.bool_]
 
 
 class Span:
-    """Stretch of an episode that a task may fill, with what holds just before it, all through it, and just after it.
+    """Stretch of an episode that a task may fill, with the facts just before it, throughout, and just after it.
 
     Args:
         timeline: of the episode.
@@ -52,7 +52,7 @@ class Span:
         return self._holds[key]
 
     def of_class(self, predicate: Predicate, class_: str) -> Truths:
-        """Return of which things a predicate of a thing and a class holds; the effector is the last one."""
+        """Return the things for which a predicate of a thing and a class holds; the effector is the last one."""
         key = (predicate.name, class_)
         if key not in self._holds:
             phase, place = self.phases["pre"], predicate.classes[0]

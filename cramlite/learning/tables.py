@@ -75,7 +75,7 @@ class Tables:
         return span.values(predicate, phase) if predicate.value else span.holds(predicate, phase)  # type: ignore[arg-type]
 
     def _of_slots(self, table: Truths, slots: tuple[int, ...], roles: int) -> Truths:
-        """The table of a predicate as one over roles: anything is quantified, who acts is fixed."""
+        """Table of a predicate over roles: open arguments are quantified, the agent is fixed."""
         places = (self.size if s == HAND else slice(None) if s == ANY else slice(self.size) for s in slots)
         picked = table[(slice(None), *places)]
         left = [s for s in slots if s != HAND]

@@ -1,4 +1,4 @@
-"""Trials of a learned task: a robot does it in worlds in which nobody showed it, and the learned rule reads what became of it."""
+"""Trials of a learned task: a robot does it in new worlds, and the learned rule reads the run."""
 
 from __future__ import annotations
 
@@ -38,7 +38,8 @@ class Trial(Value):
 
 
 def trials(proposal: Proposal, module: Path, scenario: Scenario, seeds: range) -> Iterator[Trial]:
-    """Yield what came of a learned task in worlds of a scenario, one for each seed; its own tasks and goal do not count.
+    """Yield the outcome of a learned task in worlds of a scenario, one for each seed; the scenario's own tasks
+    and goal do not count.
 
     Args:
         module: the plugin that was written.
@@ -79,7 +80,7 @@ def _fillers(proposal: Proposal, world: World, taxonomy: Taxonomy) -> Iterator[t
 
 
 def _unread(proposal: Proposal, span: Span, task: TaskSpec, found: int) -> str:
-    """Which condition of the rule the run does not fulfil; show next what differs there."""
+    """Sentence on the condition of the rule that the run does not fulfil, with the demonstration to show next."""
     if found:
         return "proven, but the learned rule finds other things in the roles; show what tells them apart"
     for evidence, literal in zip(proposal.evidence, proposal.learned.literals, strict=True):

@@ -64,6 +64,7 @@ if TYPE_CHECKING:
     from .handover import Handover as Handover
     from .imported_robot import ImportedRobot as ImportedRobot
     from .imported_scene import ImportedScene as ImportedScene, StatedJoint as StatedJoint
+    from .known_kind import BuiltLibrary as BuiltLibrary, KnownKind as KnownKind
     from .judging_limits import JudgingLimits as JudgingLimits
     from .linkage import Linkage as Linkage
     from .motion_words import (
@@ -132,6 +133,7 @@ if TYPE_CHECKING:
     from .verdict import Cost as Cost, Finding as Finding, Verdict as Verdict
     from .view import (
         D435 as D435,
+        CameraOffset as CameraOffset,
         Depth as Depth,
         Image as Image,
         Intrinsics as Intrinsics,

@@ -100,7 +100,8 @@ class Place(Value):
         path: further TCP poses from ``pose`` onwards, for locations that are traversed.
         thing: the thing that is meant; "" for none.
         values: further numbers, for motions of a plugin's own, with units in their names.
-        swing: of what is grasped there, as it is lifted; None for what is held fast.
+        swing: of what is grasped there, as it is lifted; of what is laid down there, the part that it turns back;
+            None for what is held fast.
         grip: of the thing there; None where nothing is grasped.
         release: of the payload there; None where nothing is let go of.
         carried: what comes along with the hand; None where nothing does.

@@ -137,7 +137,7 @@ def with_grip(twin: World, size: float, draw: Drawing, around: Around) -> World:
 
 
 def with_centres(twin: World, size: float, draw: Drawing, around: Around) -> World:
-    """Return a twin whose free things have their centres of mass beside those of their shapes, along the sides of their boxes."""
+    """Return a twin whose free things have displaced centres of mass, along the sides of their boxes."""
     found: dict[str, Vector3] = {}
     for thing in (t for t in around.world.things if not t.furniture and t.geoms):
         sides = zip("xyz", extents(thing), strict=True)

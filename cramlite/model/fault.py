@@ -93,7 +93,7 @@ class Fault(Value):
         return self.kind in AT_START and self.trigger is None and not self.after
 
     def __str__(self) -> str:
-        """Return what goes wrong, as a clause."""
+        """Return the fault as a clause, with its time and trigger."""
         when = str(self.trigger) if self.trigger else ""
         timed = self.kind in (FaultKind.STOP, FaultKind.CONNECTION)
         if self.after and not timed:

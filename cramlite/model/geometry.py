@@ -159,7 +159,8 @@ def rotvec_quaternion(rotvec: Sequence[float]) -> Quaternion:
 
 
 def _quaternion(r: Floats) -> Quaternion:
-    """Shepperd's method: the largest of the four components is computed first, so that nothing cancels."""
+    """Quaternion of a rotation by Shepperd's method: the largest of the four components is computed first,
+    against cancellation."""
     rows = r.tolist()
     diagonal = [rows[0][0], rows[1][1], rows[2][2]]
     trace = diagonal[0] + diagonal[1] + diagonal[2]

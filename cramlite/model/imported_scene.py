@@ -26,7 +26,7 @@ class StatedJoint(Value):
 
 
 class ImportedScene(Value):
-    """Things that a scene file describes, and what of it could not be taken over.
+    """Things of a scene file, with notes on parts that were left out.
 
     Args:
         things: furniture first, then what is mounted in it, then what is loose.

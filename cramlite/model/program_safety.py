@@ -53,8 +53,8 @@ class Violation(Value):
 
 def violations(program: Program, robot: Robot) -> Iterator[Violation]:
     """Yield every violation of the safety rules by a program, rule by rule."""
-    for rule, judge in PROGRAM_RULES.items():
-        yield from (Violation(rule, "", reason) for reason in judge(program, robot))
+    for rule, check in PROGRAM_RULES.items():
+        yield from (Violation(rule, "", reason) for reason in check(program, robot))
     for step in walk(program.steps):
         for rule, of_step in STEP_RULES.items():
             yield from (Violation(rule, step.origin, reason) for reason in of_step(step, program, robot))

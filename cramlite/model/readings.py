@@ -1,4 +1,4 @@
-"""Readings of a running program, and what is noticed in them."""
+"""Readings of a running program, and notices of deviations from its proof."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class Readings(Value):
 
 
 class Deviation(Word):
-    """Kind of what a run showed otherwise than its proof; each a class of the ontology."""
+    """Kind of a run's deviation from its proof; each is a class of the ontology."""
 
     NO_GRASP = "NoGrasp", "the hand closed on nothing"
     GRASP_LOST = "GraspLost", "what was held is no longer in the hand"
@@ -64,7 +64,7 @@ class Deviation(Word):
 
 
 class Notice(Value):
-    """What was noticed in a run.
+    """Deviation that was noticed in a run.
 
     Args:
         kind: class of the deviation.
@@ -86,7 +86,7 @@ class Notice(Value):
     unit: str = ""
 
     def __str__(self) -> str:
-        """Return it as a clause: what, in which step."""
+        """Return it as a clause: the kind, the step, the reason."""
         where = f" in {self.step}" if self.step else ""
         return f"{self.kind}{where}: {self.reason}"
 
@@ -102,5 +102,5 @@ class Watch(Protocol):
         ...
 
     def rest(self, readings: Readings) -> None:
-        """Take what is read once the arm stands, however the run ended."""
+        """Take the readings of the arm at rest, however the run ended."""
         ...

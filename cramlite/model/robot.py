@@ -107,10 +107,12 @@ class Robot(Value):
             and on straight lines. More than 0 for an arm whose controller leads the tool: it comes through a singularity, as with the arm
             stretched, with another posture than it was planned with. One with a self-motion keeps it along that, too.
         root: frame 0 of ``dh`` in the base frame, which is level: not at its origin, or leaning, where the first axis is or does.
+        rotors: inertia of each joint's motor behind its gear, as the controller of an arm with a ``posture`` counts
+            it [kg m2]; empty where that is what ``mjcf`` says.
 
     Raises:
-        ValueError: ``axis_zeros`` is not a finite angle for each joint, or ``force_limit``, ``pace`` or ``conditioning`` is out of its
-            range.
+        ValueError: ``axis_zeros`` is not a finite angle for each joint, ``rotors`` not an inertia for each, or
+            ``force_limit``, ``pace`` or ``conditioning`` is out of its range.
     """
 
     type: str
@@ -135,11 +137,14 @@ class Robot(Value):
     posture: tuple[float, ...] | None = None
     conditioning: float = 0.0
     root: Pose = Pose()
+    rotors: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
         zeros = self.axis_zeros
         if zeros is not None and (len(zeros) != len(self.joints) or not all(map(math.isfinite, zeros))):
             raise ValueError(f"robot '{self.type}': axis_zeros is a finite angle for each of {len(self.joints)} joints, not {zeros}")
+        if self.rotors and not (len(self.rotors) == len(self.joints) and all(0 <= v < math.inf for v in self.rotors)):
+            raise ValueError(f"robot '{self.type}': rotors is an inertia for each of {len(self.joints)} joints, not {self.rotors}")
         if not 0 < self.force_limit <= HIGHEST_FORCE_LIMIT:
             raise ValueError(f"robot '{self.type}': force_limit {self.force_limit:g} N is not in 0 .. {HIGHEST_FORCE_LIMIT:g} N")
         if not 0 < self.pace <= FASTEST:

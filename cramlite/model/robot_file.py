@@ -7,7 +7,7 @@ from .geometry import Pose
 
 
 class HandFile(Value):
-    """File of a gripper, and what its data sheet says and the file does not.
+    """File of a gripper, with statements of its data sheet that the file lacks.
 
     Args:
         path: of an MJCF or URDF file; empty if the hand is in the arm's own file.
@@ -31,7 +31,7 @@ class HandFile(Value):
 
 
 class Stated(Value):
-    """What a data sheet says of an arm, and its file does not; angles count as the file counts.
+    """Statements of an arm's data sheet that its file lacks; angles count as the file counts.
 
     Args:
         payload: of the arm, gripper included [kg]; 0 where nobody says it, which is refused.
@@ -59,7 +59,7 @@ class Stated(Value):
 
 
 class RobotFile(Value):
-    """File of an arm, and what is stated beside it.
+    """File of an arm, with the statements beside it.
 
     Args:
         path: of an MJCF or URDF file.

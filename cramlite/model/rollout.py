@@ -74,7 +74,7 @@ class Touch(Value):
 
     @property
     def pressed(self) -> float:
-        """Return ``press``, or ``force``, which is no less, where nobody measured it [N]."""
+        """Return ``press``; without a measurement ``force``, which is no less [N]."""
         return self.force if self.press is None else self.press
 
 
@@ -169,7 +169,7 @@ class Rollout(Value, dict=True):
 
 
 def world_after_run(rollout: Rollout, world: World) -> World:
-    """Return the world as a run left it that began in ``world``: things where they are, the robot as it stands.
+    """Return the world as a run in ``world`` left it, with the present poses of things and robot.
 
     Loose fillings are as at the start.
     """

@@ -8,7 +8,7 @@ from .rollout import Rollout
 
 
 class RunPeaks(Value):
-    """Peaks of a run, as the robot moved and not as it was told to.
+    """Peaks of a run in measured motion, not commanded motion.
 
     Args:
         seconds: until the last line ended.

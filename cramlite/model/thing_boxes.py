@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -9,6 +10,8 @@ import numpy as np
 from .geometry import Pose, Vector3
 from .world import Geom, Thing
 
+CENTRED = 0.5
+"""Share of its half width by which a thing's middle may be off the axis to turn in place."""
 Box = tuple[Vector3, Vector3]
 """Lower and upper corner [m]."""
 
@@ -22,6 +25,16 @@ def extents(thing: Thing) -> Vector3:
     """Return the side lengths of the box around a thing with geoms, along its own axes [m]."""
     low, high = around([_box(g.pose, g) for g in thing.geoms])
     return (high[0] - low[0], high[1] - low[1], high[2] - low[2])
+
+
+def turns_in_place(thing: Thing) -> bool:
+    """Return whether a thing takes the same room at any joint position, as a knob does: its middle is near the
+    axis."""
+    if thing.joint is None or thing.joint.kind != "hinge" or not thing.geoms:
+        return False
+    low, high = around([_box(thing.joint.pose.inverse() * g.pose, g) for g in thing.geoms])
+    off = math.hypot(low[0] + high[0], low[1] + high[1]) / 2
+    return off <= CENTRED * min(high[0] - low[0], high[1] - low[1]) / 2
 
 
 def around(found: Sequence[Box]) -> Box:

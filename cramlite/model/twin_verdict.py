@@ -19,7 +19,7 @@ class TwinRun(Value):
         number: from 1.
         seed: that the twin was drawn from.
         draws: how the twin differs from the believed world.
-        succeeded: no judge objects.
+        succeeded: no validator objects.
         reason: of the first objection; "" where there is none.
         origin: the task or step that it is about.
         causes: sources of error that break the program by themselves; empty where that was not tried, or where no source does.
@@ -40,7 +40,7 @@ class TwinRun(Value):
     remedy: Remedy | None = None
 
     def largest(self, count: int = 3) -> str:
-        """Name the draws that are largest for their range; those of the causes, where there are any."""
+        """Name the draws that are largest for their range; if causes are known, theirs."""
         asked = [d for d in self.draws if not self.causes or d.source in self.causes]
         return ", ".join(map(str, sorted(asked, key=lambda d: -abs(d.share))[:count]))
 
@@ -81,7 +81,7 @@ class TwinVerdict(Value):
 
     @property
     def passed(self) -> bool:
-        """Whether as many succeeded as were asked for."""
+        """Whether enough runs succeeded."""
         return self.succeeded >= self.doubts.needed
 
     @property
@@ -99,13 +99,13 @@ class TwinVerdict(Value):
         """Share with its interval, for people."""
         low, high = self.interval
         left = self.doubts.runs - self.ran
-        spared = f"; {left} not run, since they could change nothing" if left else ""
+        spared = f"; {left} not run: the verdict is certain" if left else ""
         return f"{self.succeeded} of {self.ran}, interval {share_text(low)} to {share_text(high)}{spared}"
 
     @property
     def reason(self) -> str:
         """Text of it as a finding: the share, the demanded one, and why runs failed."""
-        asked = f"{share_text(self.doubts.at_least)} of {self.doubts.runs} asked for"
+        asked = f"{share_text(self.doubts.at_least)} of {self.doubts.runs} required"
         why = "; ".join(f"twin {t.number}: {t.text}" for t in self.failed)
         return f"{self.text}; {asked}" + (f"; {why}" if why else "")
 

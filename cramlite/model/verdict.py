@@ -91,8 +91,8 @@ class Verdict(Value):
 
     @property
     def remedy(self) -> Remedy | None:
-        """What to try against the first objection, from which others may follow; None where that is not known."""
-        return next((f.remedy for f in self.objections[:1]), None)
+        """Remedy of the first objection, from which others may follow; None where it is not known."""
+        return self.objections[0].remedy if self.objections else None
 
     @property
     def measured(self) -> dict[str, float]:

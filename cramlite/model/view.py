@@ -169,3 +169,28 @@ class View(Value, eq=False, dict=True):
                 f"The mask has the shape {mask.shape}, the image {self.depth.shape}; they must be the same."
             )
         return np.asarray(self.valid & mask)
+
+
+class CameraOffset(Value):
+    """Offset of a camera from where it is believed, as fixtures in its picture tell it.
+
+    Args:
+        camera: where it is, optical frame in the world.
+        moved: from where it is believed, in its own frame.
+        position: standard deviation of its position [m].
+        angle: standard deviation of its orientation [rad].
+        before, after: median distances of the points from fixtures [m].
+        shift: what points on fixtures move by, root of the mean square [m].
+        off: whether that is more than errors of depth explain, and than programs are proven for.
+        open: directions that the fixtures do not tell, of six.
+    """
+
+    camera: Pose
+    moved: Pose
+    position: float
+    angle: float
+    before: float
+    after: float
+    shift: float
+    off: bool
+    open: int

@@ -103,12 +103,14 @@ class MeshFile(Value):
     """Visual mesh of a thing, whose geoms collide in its place.
 
     Args:
-        path: of an STL, OBJ or PLY file.
+        path: of an STL, OBJ, PLY, OFF or GLB file; an OBJ's material and a GLB may have a texture.
         scale: from the file's unit to metres.
+        up: direction of the thing's frame that usually points up; None where nobody says.
     """
 
     path: str
     scale: float = 1.0
+    up: Vector3 | None = None
 
 
 class Feature(Value):
@@ -240,7 +242,7 @@ class Thing(Value):
 
 
 class InHand(Value):
-    """What a robot holds at the start of a run.
+    """Payload of a robot at the start of a run.
 
     Args:
         thing: its name.

@@ -18,10 +18,10 @@ AGENT = "dul:Agent"
 """Who acts, which no thing does."""
 
 ACTION = "soma:PhysicalAction"
-"""An event of which nothing is known but that somebody acts."""
+"""Class of an event of which only an agent's action is known."""
 
 STATE = "soma:StateType"
-"""What every state of an episode is; what it says of whom, its class says with ``STATE_ROLES``."""
+"""Class of every state of an episode; its own class names its roles by ``STATE_ROLES``."""
 
 STATE_ROLES = "cram:stateRoles"
 """Property of a state's class: the names of its roles, in order."""

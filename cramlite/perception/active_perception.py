@@ -101,7 +101,7 @@ class Look(Value):
 
     @property
     def camera(self) -> Camera | None:
-        """Camera that took the last picture; None where there was nothing to look for."""
+        """Camera of the last picture; None without one."""
         return self.pictures[-1].camera if self.pictures else None
 
     @property
@@ -218,7 +218,7 @@ def _wary(seen: Look, taken: Picture, there: tuple[Thing, ...], container: str, 
 
 
 def _is_in(pose: Pose, container: Thing, knowledge: Knowledge) -> bool:
-    """Whether something is in the cavity of a container, or reaches out of it by less than a hand's breadth."""
+    """Whether a thing is in the cavity of a container, or reaches out of it by less than a hand's breadth."""
     for feature in (f for f in container.features if INSIDE in knowledge.taxonomy.fillers(f.type, BEARS)):
         x, y, z = (container.pose * feature.pose).inverse().apply(pose.position)
         if abs(x) <= feature.size["width"] / 2 and abs(y) <= feature.size["depth"] / 2 and -feature.size["height"] <= z <= 0.1:
@@ -278,7 +278,7 @@ def _unexplained(taken: Picture, fixed: Iterable[Thing], moved: Iterable[Thing],
 
 
 def _fixtures(taken: Picture, perceived: Perceived, before: Look) -> tuple[tuple[Thing, ...], dict[str, Estimate]]:
-    """The furniture, some of it moved to where it was seen: once, in the picture that was taken of it."""
+    """Furniture, with moved parts at the pose at which one picture showed them."""
     said = perceived.scene.get("refined")
     seen: Mapping[str, Judged] = said.value if said is not None else {}
     moved = {n: judged for n, judged in seen.items() if n not in before.estimates}

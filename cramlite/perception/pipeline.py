@@ -163,7 +163,7 @@ class _Planner(Struct, dict=True):
         return [why for e in self.experts for o in e.outputs if (why := self._unfit(e, o))]
 
     def why(self, output: str, open_: tuple[str, ...] = ()) -> str:
-        """The chain down to the input that nobody makes."""
+        """Chain of experts down to the input that nobody makes."""
         makers = [e for e in self.experts if output in e.outputs]
         if not makers:
             return f"no expert makes '{output}', and no prior value gives it"

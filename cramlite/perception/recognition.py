@@ -60,7 +60,7 @@ def facts(name: str, percept: Percept, fixtures: tuple[Thing, ...]) -> tuple[Rel
 
 
 def renamed(real: World, belief: World) -> World:
-    """Return the real world under the names of the believed one, for judges: a believed thing is the nearest real one.
+    """Return the real world under the names of the believed one, for validators: a believed thing is the nearest real one.
 
     Nobody who decides sees this: physics and controllers do not know names.
     """

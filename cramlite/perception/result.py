@@ -58,7 +58,7 @@ class Percept(Value):
 
 
 class Run(Value):
-    """Run of an expert: over how many objects, CPU time [ms], and what went wrong."""
+    """Run of an expert: number of objects, CPU time [ms], and failures."""
 
     expert: str
     output: str
@@ -97,7 +97,7 @@ SHOWN = 3
 
 
 def perceived_text(found: Perceived) -> str:
-    """Return the answers, what was left out and why, and the pipeline as text."""
+    """Return the answers, the dropped objects with reasons, and the pipeline as text."""
     lines = [f"{len(found.answers)} answers to '{found.query}' in {found.ms:.0f} ms of CPU time"]
     for k, answer in enumerate(found.answers, 1):
         lines.append(f"  {k}. object {answer.number}, confidence {answer.confidence:.2f}")

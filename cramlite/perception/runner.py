@@ -241,7 +241,7 @@ def _words(value: Any) -> str:
 
 
 def _not(condition: Condition, said: Annotation, how: str) -> str:
-    """Why a condition does not hold; of the relations of an object only those that are asked about."""
+    """Reason why a condition does not hold; of an object's relations only the asked ones."""
     if condition.output != "relations":
         return f"{condition.output} is {_words(said.value)}, {how} {condition}" + _because(said)
     near = tuple(f for f in said.value if f[0] == condition.key)

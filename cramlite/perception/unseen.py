@@ -79,7 +79,7 @@ def _depths(points: Points, depth: Depth, camera: Pose, intrinsics: Intrinsics) 
 
 
 def _inside(points: Points, thing: Thing) -> Mask:
-    """Which points are in the boxes around a thing's parts, or within ``GAP`` of them."""
+    """Mask of points in the boxes around a thing's parts, or within ``GAP`` of them."""
     found = np.zeros(len(points), bool)
     for geom in thing.geoms:
         local = (thing.pose * geom.pose).inverse().apply(points)

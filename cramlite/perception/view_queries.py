@@ -78,8 +78,8 @@ def _things(wanted: Object, furniture: World, taxonomy: Taxonomy) -> tuple[Thing
 
 
 def _named_together(wanted: Object, plan: Plan, tasks: Mapping[str, TaskType], put: bool) -> Iterator[str]:
-    """Variables that tasks name together with a thing, by whether they put something down, in order; parts
-    stand for their wholes."""
+    """Variables that tasks name together with a thing, in order, placing tasks apart from others; parts stand
+    for their wholes."""
     wholes = {o.name: o.part_of or o.name for o in plan.objects}
     for action in _actions(plan.actions):
         names = [o.name for o in action.roles.values()]

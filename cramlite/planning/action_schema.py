@@ -26,7 +26,8 @@ SYMBOLS = dict(zip(OPERATORS, ("lt", "le", "gt", "ge", "eq", "eq", "ne"), strict
 """Words for comparisons, as names have none of their signs."""
 
 LENGTH = 1000
-"""Cost of a task: a plan of fewer tasks is cheaper than any longer one, and of two as long the one with tasks of earlier rules."""
+"""Cost of a task: a plan of fewer tasks is cheaper than any longer one, and of equal ones the one with tasks of
+earlier rules."""
 
 TableRow = tuple[str, ...]
 

@@ -125,8 +125,8 @@ class Alternatives(Value):
         return f": no relation '{item.relation}'; {nearest(item.relation, self.relations)}" if isinstance(item, Location) else ""
 
     def _accepted(self, plugin: str, answers: Iterable[Any], point: ChoicePoint) -> Iterator[Alternative]:
-        """Answers of one plugin. What they depend on follows from the item's domain, unless the plugin
-        says it."""
+        """Accept the answers of one plugin; their dependences follow from the item's domain unless the plugin
+        gives them."""
         made = {name for name, _ in point.state.choices}
         earlier = point.domain if isinstance(point.item, Motion) else made
         try:

@@ -191,7 +191,7 @@ class Answers(Struct):
         return next((q for q in others if q.refused_anywhere and q.suits(item, _as_near(belief, q.belief), context)), None)
 
     def _told(self, question: Question, plugin: str, context: Context, ask: Callable[[Context], Streams]) -> Iterator[Any]:
-        """Answers of a plugin; later look-ups go to the bindings of the one who asks for the next answer."""
+        """Answers of a plugin; later look-ups use the bindings of the query that asks for the next answer."""
         number = 0
         while True:
             if not question.suits(question.item, question.belief, context):

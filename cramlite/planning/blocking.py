@@ -37,11 +37,11 @@ class Blocking(Value):
 
     @property
     def tracks(self) -> tuple[Track, ...]:
-        """All that it depends on, each once."""
+        """Tracks of all things that the blocking depends on, each once."""
         return tuple(dict.fromkeys(t for any_of in self.sets for tracks in any_of for t in tracks))
 
     def bars(self, before: Sequence[Operator], step: Operator) -> bool:
-        """Check whether a task is refused behind others: whether they have left of each set one as it was."""
+        """Check whether a task is refused after others: they left one thing of each set unchanged."""
         if done(step) != self.task:
             return False
         same = {t for t in self.tracks if history(before, t.thing) == t.past}
@@ -53,8 +53,8 @@ class Blocking(Value):
         return replace(self, sets=tuple(any_of for any_of in self.sets if all(tracks[0].thing not in self.shut for tracks in any_of)))
 
     def while_others_stay(self) -> Blocking:
-        """Return the blocking that holds as long as no other obstacle is moved: the task's own things meet
-        it again, wherever they come from; the same without other obstacles."""
+        """Return the blocking as long as no other obstacle is moved, since the task's own things meet that
+        again from anywhere; the same without other obstacles."""
         own = {thing_of(e) for _, e in self.task[1]}
         others = tuple(any_of for any_of in self.sets if own.isdisjoint(tracks[0].thing for tracks in any_of))
         return replace(self, sets=others) if others else self
@@ -66,14 +66,16 @@ class Blocking(Value):
 
 
 def blocking_of(
-    found: Refutation, steps: Sequence[Operator], facts: Sequence[frozenset[Fact]], loose: frozenset[str]
-) -> Blocking | None:
+    found: Refutation, steps: Sequence[Operator], facts: Sequence[frozenset[Fact]], loose: frozenset[str],
+    same_room: frozenset[str] = frozenset(),
+) -> Blocking | None:  # fmt: skip
     """Return the lesson of a refuted task sequence for all: its last refused task fails while all that its
     failure depends on is unchanged.
 
     Args:
         facts: before each step, those that rules ask about.
         loose: things that tasks can change. With one of them goes what may carry it, or be carried by it.
+        same_room: of them those that take the same room whatever is done to them, as a knob: no task about one clears the way of another.
 
     Returns:
         None where nothing was refused in a task of the sequence.
@@ -83,8 +85,9 @@ def blocking_of(
         return None
     before, last = steps[: tasks[-1] - 1], steps[tasks[-1] - 1]
     own = {thing_of(e) for k in tasks for e in steps[k - 1].roles.values()} & loose
-    sets: set[tuple[str, ...]] = {(t,) for t in (own if found.things is not None else loose)}
-    sets |= {any_of for any_of in found.things or () if loose.issuperset(any_of)}  # else one that stays is in the way
+    movable = loose - same_room | own
+    sets: set[tuple[str, ...]] = {(t,) for t in (own if found.things is not None else movable)}
+    sets |= {any_of for any_of in found.things or () if movable.issuperset(any_of)}  # else one that stays is in the way
     least = sorted((s for s in sets if not any(set(other) < set(s) for other in sets)), key=lambda s: (len(s), s))
     tracks = {t: _tracks(t, before, facts[len(before)], loose) for any_of in least for t in any_of}
     return Blocking(done(last), tuple(tuple(tracks[t] for t in any_of) for any_of in least))

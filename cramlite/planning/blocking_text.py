@@ -48,7 +48,8 @@ class BlockingText:
             yield f"(not {self.atom(_name(schema.doing), [t for t in terms if t != EFFECTOR])})"
 
     def derived(self) -> Iterator[str]:
-        """Generate the derived predicates: a thing is as it was; of some things any one is; and a task is blocked with its things.
+        """Generate the derived predicates: a thing is unchanged; any one of some things is; a task is blocked
+        with its things.
 
         Each "or" has a predicate of its own: planners write conditions out as alternatives of "and", of which there would be many.
         """
@@ -78,7 +79,7 @@ class BlockingText:
         return self.atom(f"one of tracks {' '.join(names)} is done", ())
 
     def effects(self, schema: ActionSchema, fluents: Fluents) -> Iterator[str]:
-        """Generate how an action leads things along their tracks, or off them."""
+        """Generate the effects of an action on things' tracks: along them, or off."""
         change = schema.change
         for term, how in handled(change.needs, change.adds, change.removes, fluents, change.moves).items():
             for track in self.tracks if term.startswith("?") else ():

@@ -150,7 +150,8 @@ class ChoicePoint(Struct):
 
     @property
     def _held_before(self) -> set[str]:
-        """Places where earlier tasks held or touched a thing on a joint: however they did, it is as far along that as they moved it."""
+        """Places at which earlier tasks held or touched a thing on a joint before they moved it; only the
+        joint's value matters now."""
         now, earlier = {i.action.name for i in self.state.agenda if isinstance(i, Effect)}, dict[str, Place]()
         for name in takewhile(lambda n: n not in now, (n for n, _ in self.state.choices)):
             if isinstance(place := self.state.bindings.get(name), Place) and isinstance(self.item, Location):
@@ -166,7 +167,7 @@ class ChoicePoint(Struct):
 
     @property
     def unfit(self) -> set[Unfit]:
-        """The named thing, where it was refused whatever else was chosen, and not for how anything is."""
+        """Named thing that was refused whatever else was chosen, and not for the state of the world."""
         named = self.item.entity if isinstance(self.item, Object) else None
         depends = any(isinstance(c, str) or (isinstance(c, AsItIs) and ANY in c.things) for c in self.conflict)
         return {Unfit(named)} if named and not depends else set()

@@ -39,8 +39,8 @@ def _left_out(entries: Sequence[Entry]) -> list[Entry]:
 
 
 def nearest_miss(entries: Sequence[Entry]) -> Entry | None:
-    """Return the refusal that came after the most choices, of these one that says what is missing; a program whose text ran comes nearer
-    than any."""
+    """Return the refusal after the most choices, preferably one with a remedy or a collision; a refused program
+    comes before all others."""
     known = {e.number: e for e in entries}
     reasons = [
         e
@@ -55,7 +55,7 @@ def nearest_miss(entries: Sequence[Entry]) -> Entry | None:
 
 
 def _says_more(entry: Entry) -> bool:
-    """Whether a refusal names what is missing, and not only that there is no way."""
+    """Whether a refusal has a remedy or a collision to show."""
     return entry.remedy is not None or entry.collision is not None
 
 

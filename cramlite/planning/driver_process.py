@@ -1,4 +1,4 @@
-"""Process of Fast Downward's driver, run as a script: it ends, with all that it started, when whoever started it does.
+"""Process of Fast Downward's driver, run as a script: it ends, with all its children, when its parent does.
 
     python driver_process.py DRIVER ARGUMENTS...
 

@@ -16,7 +16,8 @@ PART_OF = "part_of"
 """Static relation of a part and its whole."""
 
 DEEPEST = 4
-"""Steps from what a task denies to what ends with it: of supporting, touching, and touching of parts it takes three."""
+"""Steps from a task's denials to the facts that end with them: supporting, touching, and touching of parts takes
+three."""
 
 Kinds = Mapping[tuple[str, int], frozenset[str]]
 """Predicate and place of an argument, from 1 -> kinds of entities that ever stand there: "hand", "body", "component"."""

@@ -1,4 +1,5 @@
-"""Text for a person on a search that found nothing: how it ended, the nearest miss, what each goal came to, and what to try."""
+"""Text for a person on a search that found nothing: its end, the nearest miss, the answer for each goal, and
+remedies."""
 
 from __future__ import annotations
 
@@ -15,7 +16,8 @@ CAUSES = 3
 
 
 def failure_text(trace: Trace, faults: Iterable[object]) -> str:
-    """Return why nothing was found: the nearest miss of all, those of other candidates, each cause once, and what to try."""
+    """Return the report of a failed search: the nearest miss, those of other candidates, each cause once, and
+    remedies."""
     lines = [f"No solution: {how_it_ended(trace.entries)}."]
     lines += [f"  Fault: {f}" for f in dict.fromkeys(str(f) for f in faults)]
     nearest, *others = misses(trace.entries) or [()]
@@ -28,7 +30,8 @@ def failure_text(trace: Trace, faults: Iterable[object]) -> str:
 
 
 def brief_failure_text(trace: Trace, faults: Iterable[object], run: str = "") -> str:
-    """Return three lines for a terminal: how it ended and where the rest is, the nearest miss or a plugin's fault, what to try first.
+    """Return three lines for a terminal: the end of the search, the nearest miss or a plugin's fault, and
+    remedies.
 
     Args:
         run: its directory, for ``cramlite explain``; "" where there is none.
@@ -50,7 +53,7 @@ OBJECTION = re.compile(r"[a-z_]+: ")
 
 
 def first_objection(reason: str) -> str:
-    """Return the first objection of a reason that joins several with ";", and how many others there are."""
+    """Return the first objection of a reason that joins several with ";", and the number of the others."""
     first, *rest = reason.split("; ")
     others = sum(1 for part in rest if OBJECTION.match(part))
     return (f"{first} (and {others} more)" if others else first) if OBJECTION.match(reason) else reason

@@ -134,7 +134,8 @@ def _places(phrase: GoalPhrase) -> list[str]:
 
 
 def _pattern(phrase: GoalPhrase) -> str:
-    """The form as an expression whose groups are its things, and, where it names a place, a side and the thing there."""
+    """Form as a regular expression with groups for its things, and for a place also for a side and the thing
+    there."""
     words_of = {AMOUNT: NUMBER, PLACE: r"(\w+(?:/\w+)?)"}
     first, *words = (words_of.get(w, r"(\w+)") if w.isupper() else re.escape(w) for w in phrase.form.split())
     verbs = f"(?:(?:{'|'.join(map(re.escape, phrase.verbs))}) )?" if phrase.verbs else ""

@@ -22,7 +22,7 @@ PART = "goal part"
 """Designator of the entries of the trace that are about a part of a goal."""
 
 OTHER = "other_task_"
-"""How the numbers of such an entry are called that are tasks of other parts, between the first and the last of its own."""
+"""Name of an entry's numbers for tasks of other parts, between the first and the last of its own."""
 
 Answer = Literal["holds", "achieved", "reached", "missed", "untried"]
 RANKS: Sequence[Answer] = ("holds", "achieved", "reached", "missed", "untried")
@@ -70,7 +70,8 @@ def trace_parts(problem: PlanningProblem, plan: TaskPlan, trace: Trace) -> None:
 
 
 def serving(goal: GoalFacts, facts: frozenset[Fact], steps: Sequence[Operator]) -> tuple[int, ...]:
-    """Return the steps that a goal needs, from 1, up to the one after which it holds for good; none where it holds before."""
+    """Return the steps that a goal needs, from 1, up to the one after which it holds for good; none if it holds
+    before."""
     states = list(accumulate(steps, lambda state, step: step.apply(state), initial=facts))
     last = next((k for k in range(len(steps), 0, -1) if not goal.met(states[k - 1])), 0)
     found: list[int] = []
@@ -135,7 +136,7 @@ def _unproven(parts: Iterable[Entry], entries: Sequence[Entry]) -> Iterator[Goal
 
 
 def _by(says: str, tasks: tuple[int, int], others: Set[int], miss: Entry, known: dict[int, Entry]) -> GoalAnswer:
-    """The answer by the nearest miss of a candidate, for a part of the goal with its tasks but the others among them."""
+    """Answer for a part of the goal by the nearest miss of a candidate in the tasks of that part."""
     said = f"{miss.designator}: {miss.reason}"
     if miss.kind == "proof":
         own = [c for c in miss.reason.split("; ") if f"'{says}' is not reached" in c]
@@ -150,7 +151,8 @@ def _by(says: str, tasks: tuple[int, int], others: Set[int], miss: Entry, known:
 
 
 def _at(miss: Entry, known: Mapping[int, Entry]) -> tuple[int, ...]:
-    """The tasks of the plan that a miss is about: the one in which it came up, or the first and the last that need an object."""
+    """Tasks of the plan that a miss is about: the task in which it came up, or the first and last that need an
+    object."""
     if task := task_of(miss, known):
         return (task,)
     asked = known.get(miss.parent, miss).numbers

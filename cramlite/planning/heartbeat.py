@@ -78,7 +78,8 @@ class Heartbeat:
 
 
 def searching_text(trace: Trace, tasks: int = 0) -> str:
-    """Return a line on a search that goes on: what was asked last, and what refuses most since the last program, or the last sequence.
+    """Return a progress line of a search: the last question, and the most frequent refusal since the last
+    program or sequence.
 
     Args:
         tasks: how many the sequence has that is tried; 0 where that is not known.
@@ -118,8 +119,8 @@ def _refused(entries: Iterable[Entry]) -> tuple[int, str]:
 
 
 def interrupted_text(trace: Trace) -> str:
-    """Return where a search was interrupted, its nearest miss, and what to try. A program that runs is behind all that was refused on
-    the way to it: of such a search only other programs are a miss; how much was refused on the way to the first is told."""
+    """Return the state of an interrupted search, its nearest miss, and remedies. Once a program runs, only
+    programs count as misses; the number of refusals on the way to the first one is told."""
     runs = next((e.text for e in trace.entries if e.kind == "stop" and e.text), "")
     entries = [e for e in trace.entries if e.kind == "proof" or not runs]
     miss = nearest_miss(entries)

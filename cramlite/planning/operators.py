@@ -106,7 +106,7 @@ class Operator(Value):
 
 
 def _others(fact: Fact, pattern: Fact) -> list[str]:
-    """The entity that ``OTHER`` stands for where a fact matches; none where it does not."""
+    """Entity that ``OTHER`` stands for in a matching fact."""
     bare = tuple(None if p == OTHER else p for p in pattern)
     return [e for e, p in zip(fact, pattern, strict=True) if p == OTHER] if matches(fact, bare) else []
 
@@ -116,7 +116,7 @@ def _with(pattern: Fact, entity: str) -> Fact:
 
 
 class Change(Value):
-    """Preconditions and effects of a task as facts, and what it moves: the sets of an operator.
+    """Preconditions and effects of a task as facts, and the things that it moves: the sets of an operator.
 
     Args:
         needs, without, adds, removes, never, moves: as ``Operator`` has them.

@@ -24,7 +24,8 @@ FEW = 4
 """Things that can be carried, up to which the shortest plans are searched; their states number some 10000 then."""
 
 ON_JOINT = 1 / 3
-"""What a thing on a joint counts as of these: it is open or closed, and three have eight states, as one has that stands in ten places."""
+"""Weight of a thing on a joint among these: open or closed, so three have eight states, as one thing has with
+some ten places."""
 
 WRONG = 3
 """Plans of the planner in a row that are none of the engine's, or bring nothing new, after which it is asked no more."""
@@ -36,7 +37,7 @@ def task_plans(
     most: int = MOST,
     trace: Trace | None = None,
 ) -> Iterator[TaskPlan]:
-    """Generate task sequences that achieve a goal with the things that it is about, or, where there is none, with all.
+    """Generate task sequences that achieve a goal with its own things, or else with all things.
 
     No sequence contains an earlier one, and none has a step that nothing asks for. But where the trace says what the failure of
     one depends on, the next are those in which that is another: what was in the way is moved first. Where it says that a thing
@@ -137,7 +138,7 @@ def _answer(text: PddlText, problem: PlanningProblem, scope: Scope, progress: Ca
 
 
 def _better(given: _Given, problem: PlanningProblem, scope: Scope, found: FoundPlan, progress: Callable[[str], None]) -> FoundPlan:
-    """A plan, or the one with added tasks that is shorter and has no effects that nothing asks for beyond those of the plan.
+    """Plan, or the shorter one with added tasks if that has no further effects that nothing asks for.
 
     Where plans are not the shortest, their lengths say nothing; and after a plan that failed, the known tasks' others come first.
     """

@@ -13,6 +13,7 @@ from ..base.value import Value
 from ..interpretation.conditions import atoms
 from ..interpretation.fluents import EFFECTOR, Fact, Fluents, SymbolicWorld, matching, pattern_text
 from ..model.entity_name import thing_of
+from ..model.thing_boxes import turns_in_place
 from .action_schema import ActionSchema, Table, action_schemas
 from .blocking import Blocking, blocking_of
 from .goal_planner import (
@@ -38,7 +39,8 @@ if TYPE_CHECKING:
 
 
 ASIDE = 5
-"""Tasks that are rather done than one that moves something out of the way without holding it: nobody knows as well where that ends."""
+"""Number of tasks that are preferred to one that moves an obstacle without holding it, since the end of that is
+less certain."""
 
 
 class Scope(Value):
@@ -81,10 +83,10 @@ class PlanningProblem(Value, eq=False):
     blocked: tuple[Blocking, ...] = ()
 
     def scopes(self) -> Iterator[Scope]:
-        """Generate what plans may use, least first: what the goal names, and what was in the way, with all that this stands on or
-        carries, put where the goal says or on what cannot be moved; the same, pushed there, too; put on anything; and all things.
-        What was in the way of a drawer and is shut stays shut at first: open it takes more room. And what was in the way is moved itself
-        at first: a tin that meets a cup where it is put down meets it again, whatever was done to the tin before."""
+        """Generate scopes of plans, the least first: things of the goal and obstacles, with their supports and
+        payloads, put where the goal says or on furniture; the same, pushed there, too; put on anything; and all
+        things. An obstacle that is a closed drawer stays closed at first, since an open one takes more room;
+        and obstacles are moved themselves at first, since a moved payload would meet them again."""
         names = {e for f in (*self.wanted.needs, *self.wanted.without) for e in f[1:] if e is not None}
         names |= {w for asked in self.wanted.constraints.values() for w in asked.where.values()}
         names |= {t.thing for b in self.blocked for t in b.tracks}
@@ -161,8 +163,8 @@ class PlanningProblem(Value, eq=False):
         return frozenset(t.thing for b in self.blocked for t in b.tracks)
 
     def _allowed(self, schema: ActionSchema, table: Table, scope: Scope) -> Table:
-        """Table of fillers without movable things, except where the goal asks for them. A thing that only
-        the task is about, such as the drawer that it opens, is no place."""
+        """Table of fillers without movable things, except those that the goal asks for. A thing that only the
+        task is about, such as the drawer that it opens, is no place."""
         new = [f for f in schema.change.adds - schema.change.needs if len(f) > 2]
         made = [(f[0], k) for f in new for k, t in enumerate(f) if (t,) == table.terms]
         if not scope.on_fixed or not made or table.terms[0] in schema.in_hand | _moved_unheld(schema, self.grounder.fluents):
@@ -224,8 +226,7 @@ class PlanningProblem(Value, eq=False):
         return tuple(kept)
 
     def shut_first(self, steps: tuple[Operator, ...]) -> tuple[Operator, ...]:
-        """Return a plan in which things are opened after all those that it closes, as far as it stays a
-        plan.
+        """Return a plan with its closing tasks before its opening tasks, as far as it stays a plan.
 
         What is open takes room: before a cabinet the handle of an open drawer keeps the hand from closing the one below.
         """
@@ -272,7 +273,8 @@ class PlanningProblem(Value, eq=False):
         for step in steps:
             facts.append(step.apply(facts[-1]))
         loose = (n for n, t in self.grounder.things.items() if t.movable or t.joint is not None)
-        new = blocking_of(found, steps, [self._asked_about(f) for f in facts], frozenset(loose))
+        same_room = frozenset(n for n, t in self.grounder.things.items() if turns_in_place(t))
+        new = blocking_of(found, steps, [self._asked_about(f) for f in facts], frozenset(loose), same_room)
         if new is not None and found.tasks:
             new = replace(new, shut=self._shut(new, facts[found.tasks[-1] - 1]))
         return new if new not in self.blocked else None
@@ -297,7 +299,7 @@ class PlanningProblem(Value, eq=False):
         return tuple(b for b in (new, part and new and replace(new, task=part)) if b is not None and b not in self.blocked)
 
     def _part(self, found: Refutation) -> Done | None:
-        """The part that a refutation names as a task that plans have; None where it names none, or plans have no such task."""
+        """Part of a task that a refutation names, as plans name it; None if plans have no such part."""
         task, fillers = found.part or WHOLE
         rule = next((r for r in self.knowledge.goal_rules if r.task == task), None)
         roles = {} if rule is None else {r: dict(fillers).get(r, EFFECTOR) for r in rule.roles}

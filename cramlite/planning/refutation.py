@@ -31,7 +31,8 @@ class InTask(Value):
 
 
 class AsItIs(Value):
-    """Part of a conflict set: something was refused while any one of these things, or ``ANY``, was where it is, and as it is."""
+    """Part of a conflict set: something was refused while any one of these things, or ``ANY``, was unmoved and
+    unchanged."""
 
     things: frozenset[str]
 
@@ -78,7 +79,8 @@ def as_they_are(things: InTheWay) -> frozenset[AsItIs]:
 
 
 def refutation(conflict: Iterable[object], reason: str = "") -> Refutation:
-    """Return what a conflict set says of tasks and things; of the sets of things the least alone, as they say the most."""
+    """Return the refutation that a conflict set means; of its sets of things only the minimal ones, which say
+    the most."""
     found = tuple(conflict)
     sets = {c.things for c in found if isinstance(c, AsItIs)}
     least = sorted(tuple(sorted(s)) for s in sets if not any(other < s for other in sets))

@@ -40,7 +40,7 @@ class Effort(Struct):
         expanded, proofs: nodes that were expanded, and programs that were run.
         nogoods: choices that do not go together.
         capped: whether the last round left out alternatives, so that a wider one may find more.
-        objected: tasks of the plan, from 1, that the judges of every program objected to; None before one ran.
+        objected: tasks of the plan, from 1, that the validators of every program objected to; None before one ran.
     """
 
     breadth: int = 1
@@ -51,7 +51,7 @@ class Effort(Struct):
     objected: frozenset[int] | None = None
 
     def judged(self, conflict: Conflict) -> None:
-        """Take over which tasks the judges of one more program objected to."""
+        """Take over which tasks the validators of one more program objected to."""
         tasks = frozenset(c.number for c in conflict if isinstance(c, InTask))
         self.objected = tasks if self.objected is None else self.objected & tasks
 
@@ -124,8 +124,8 @@ class Search(Struct, dict=True):
         return (yield from self._choose(item, behind, parent))
 
     def _failed(self, state: State, conflict: Conflict | None) -> Conflict:
-        """Remember that a grounded state could not be proven, or was not enough; return the choices that
-        it depends on, postponed ones only if they are not postponed any more."""
+        """Remember that a grounded state failed; return the choices to blame, with a cap for those that are
+        still postponed."""
         everything = _everything(state)
         said = everything if conflict is None else conflict
         later = frozenset(c.choice for c in said if isinstance(c, Later)) & everything
@@ -200,7 +200,8 @@ class Search(Struct, dict=True):
         return {"task": self._planned - left, "depth": depth}
 
     def _part(self, item: Designator, state: State, tried: int) -> Part | None:
-        """The task in which something comes up, of those that a task of the plan is made of; None of a task of the plan that was tried."""
+        """Part of a plan's task in which something came up: the subtask with its fillers, ``WHOLE`` for the
+        task itself; None for a task that was tried."""
         opened = [i.action for i in reversed(state.agenda) if isinstance(i, Effect)]
         tasks = [a for a in (*opened, item) if isinstance(a, Action) and not isinstance(a, Compound)]
         inner = tasks[1] if len(tasks) > 1 else None

@@ -148,14 +148,14 @@ def _state_led_on(state: State, motion: Motion, after: State, anew: bool) -> Sta
 
 
 def _state_used_at(state: State, motion: Motion, after: State) -> State:
-    """The state after a motion, which says of its place whether more was done there than lead the arm to it."""
+    """State after a motion; its place counts as used if the motion did more there than lead the arm to it."""
     place = motion.to.name if motion.to is not None else state.here
     leads = all(isinstance(s, MoveJoints | MoveLinear) for s in after.bindings[motion.name]) and _at_rest(state, after)
     return replace(after, here=place, used=state.used if leads else state.used | {place})
 
 
 def _at_rest(state: State, after: State) -> bool:
-    """Whether nothing but the arm was moved in between."""
+    """Whether only the arm was moved in between."""
     one, other = state.belief, after.belief
     return one.poses == other.poses and one.held == other.held and one.at == other.at
 

@@ -131,7 +131,7 @@ def has_planner() -> bool:
 
 
 def _too_large() -> str:
-    """What is said where the translation takes too much memory."""
+    """Sentence on a translation that takes too much memory."""
     return (
         f"the planning problem takes more than {TRANSLATOR_ROOM} of memory before any plan is searched: too much can be done with its "
         "things. Ask for less at a time, leave things out of the scenario that the goal does not need, or name tasks under 'tasks'."
@@ -170,7 +170,7 @@ def _wait(process: subprocess.Popen[bytes], began: float) -> int | None:
 
 
 def _end(process: subprocess.Popen[bytes]) -> None:
-    """End the planner with the processes that it started, unless it came to its end by itself."""
+    """End the planner with its child processes, unless it has ended by itself."""
     if process.poll() is None or process.returncode < 0:
         with contextlib.suppress(OSError):
             end_group(process.pid)

@@ -25,7 +25,7 @@ KNOWN = "answered before"
 
 
 class Entry(Value):
-    """Entry of the trace: what was asked, chosen or refused, by whom and why.
+    """Entry of the trace: a question, choice or refusal, with its plugin and reason.
 
     Args:
         number: position in the trace.
@@ -90,8 +90,9 @@ class Trace(Struct):
 
     @property
     def seconds(self) -> dict[str, float]:
-        """CPU time of the search so far by stage [s]: "planning" (task sequences, and all that plugins were asked), "proof" (nominal
-        runs of complete programs, and their judges) and "twins". They are never part of what is written: runs would differ."""
+        """CPU time of the search so far by stage [s]: "planning" (task sequences and plugins' answers), "proof"
+        (nominal runs of complete programs, and their validators) and "twins". No written file has them, since
+        runs would differ."""
         return {"planning": 0.0, "proof": 0.0, "twins": 0.0, **self.watch.read()}
 
     def add(
@@ -125,7 +126,8 @@ class Trace(Struct):
         self.add(0, "budget", text, "capped", "engine", reason, kind="budget", numbers={budget: limit})
 
     def widened(self, plan: str, breadth: int) -> None:
-        """Append an entry that a wider round of the task sequence that is being tried begins; what earlier ones left out is tried now.
+        """Append an entry for a wider round of the present task sequence, with the alternatives that earlier
+        rounds left out.
 
         Args:
             breadth: how many times as many alternatives of each designator are tried as in the first round.

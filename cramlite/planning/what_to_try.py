@@ -20,8 +20,8 @@ ROUNDED = 0.0005  # depth of a collision that is told in whole millimetres [m]
 
 
 def what_to_try(entries: Sequence[Entry], most: int = MOST) -> tuple[str, ...]:
-    """Return what to try, against what stopped programs first, the cause that refused most first, each cause once with the least that is
-    missing.
+    """Return remedies: of programs' objections first, then of refusals, the most frequent cause first, each
+    once with the least that is missing.
 
     Only refusals in the task that a candidate failed in count. Where none of them knows a remedy, the most frequent reasons are told.
     """
@@ -50,15 +50,16 @@ def _against(ran: Sequence[Entry]) -> Iterator[str]:
 
 
 def _first_objection(proof: Entry) -> str:
-    """The first of what judges said of a program that ran, which is what stopped it, if anything did: the others may follow from it. Of one
-    that failed in twins that is what was said of the first of these, not how many there were."""
+    """Advice on the first objection to a program that ran, from which others may follow; of a program that
+    failed in twins, on that of the first failed twin."""
     said = proof.reason.split("; ")
     first = next((part for part in said if IN_TWIN.match(part)), said[0])
     return f"mend the first objection, others may follow from it: {first}"
 
 
 def decisive(entries: Sequence[Entry]) -> list[Entry]:
-    """Return the refusals of one candidate in the last task that it came to; of one whose programs ran, what was said of these."""
+    """Return the refusals of one candidate in its last task; of one with programs that ran, the objections to
+    these."""
     known = {e.number: e for e in entries}
     if ran := [e for e in entries if e.kind == "proof" and e.outcome == "failed"]:
         return ran
@@ -101,8 +102,8 @@ def _room(collision: Collision) -> Remedy:
 
 
 def _reasons(refusals: Sequence[Entry], most: int) -> Iterator[str]:
-    """The reasons that refused most, where nothing knows a remedy; of one refusal the nearest miss has said all. Those that differ in
-    numbers only, those of tasks among them, are one."""
+    """Most frequent reasons of refusals without a remedy, one for each text apart from numbers; none for a
+    single refusal, which the nearest miss tells."""
     first = _each_once(f"{e.designator}: {e.reason}" for e in refusals)
     counted = Counter(without_numbers(f"{e.designator}: {e.reason}") for e in refusals)
     nearest = nearest_miss(refusals)

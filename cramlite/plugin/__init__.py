@@ -92,11 +92,12 @@ if TYPE_CHECKING:
         Adviser as Adviser,
         Backend as Backend,
         Candidate as Candidate,
+        Correcting as Correcting,
         Doubting as Doubting,
         Driver as Driver,
         EpisodeRepair as EpisodeRepair,
         Exporter as Exporter,
-        GoalJudge as GoalJudge,
+        GoalValidator as GoalValidator,
         ModelMaker as ModelMaker,
         Remarking as Remarking,
         ReportSection as ReportSection,
@@ -106,7 +107,7 @@ if TYPE_CHECKING:
     )
     from .task_type import Decomposition as Decomposition, Parameter as Parameter, Role as Role, TaskType as TaskType
 
-_NAMES = LazyNames(__name__)
+_NAMES = LazyNames(__name__, deprecated={"GoalJudge": ("GoalValidator", "0.1")})
 
 if not TYPE_CHECKING:  # else any name would do
     __getattr__, __dir__ = _NAMES.load, _NAMES.known

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -102,8 +102,27 @@ class Knowledge:
 
     @cached_property
     def models(self) -> Mapping[str, ModelMaker]:
-        """Name -> parametric object model."""
-        return self.registry.named("object_models", "name")
+        """Name -> parametric object model, those of libraries among them.
+
+        Raises:
+            UserError: a library cannot be used, or has a name that another one or a plugin has.
+        """
+        found: dict[str, ModelMaker] = dict(self.registry.named("object_models", "name"))
+        for path in self.registry.models:
+            for maker in self._library(path):
+                if maker.name in found:
+                    raise UserError(
+                        f"The library '{path}' has a kind '{maker.name}', and there is a model of that name already; rename the kind."
+                    )
+                found[maker.name] = maker
+        return found
+
+    def _library(self, path: Path) -> Sequence[ModelMaker]:
+        """Kinds of a library, by the first plugin that reads it."""
+        found: Sequence[ModelMaker] | None = self.registry.first("read_models", path=path)
+        if found is None:
+            raise UserError(f"'{path}' is no library of known kinds; make one with 'cramlite library add FOLDER --out {path}'.")
+        return found
 
     @cached_property
     def record_scripts(self) -> Mapping[str, RecordScript]:
@@ -153,7 +172,7 @@ class Knowledge:
         found = tuple(self.registry.named("validators", "name").values())
         for fault in self.registry.unheard("validators"):
             raise PluginError(
-                f"A judge is missing, and without it nothing is proven: {fault}. Mend or reinstall the plugin, or leave it out "
+                f"A validator is missing, and without it nothing is proven: {fault}. Mend or reinstall the plugin, or leave it out "
                 f"knowingly with --block {fault.plugin}."
             )
         return found

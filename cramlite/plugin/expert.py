@@ -115,4 +115,4 @@ class Expert(Value):
 RELATIONS = ("on", "in", "hangs_on", "left_of", "right_of", "above", "below")
 """Spatial relations between objects that scene experts may state."""
 UNKNOWN = "unknown"
-"""Value that an expert gives where the true one is none of those that it knows."""
+"""Value of an expert for a true value outside its domain."""

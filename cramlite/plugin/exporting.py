@@ -26,7 +26,7 @@ def require_installed(exporter: Exporter) -> None:
 
 
 def require_absent(target: Path) -> None:
-    """Check that nothing is where something is to be written.
+    """Check that the path of an export does not exist yet.
 
     Raises:
         UserError: something is.

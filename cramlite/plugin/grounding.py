@@ -107,7 +107,7 @@ class LaterTask(Value):
 
     @property
     def entities(self) -> Mapping[str, str]:
-        """Role -> the entity that it is bound to, or is to be by name; "" where nobody knows."""
+        """Role -> its bound or named entity; "" if unknown."""
         return {role: str(self.bindings.get(o.name, o.entity or "")) for role, o in self.action.roles.items()}
 
     @property

@@ -13,19 +13,21 @@ A plugin is a module (or object) with functions of these names, marked with
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pluggy
 
 if TYPE_CHECKING:
+    from ..interpretation.fluents import SymbolicWorld
     from ..interpretation.timeline import Predicate
     from ..model.belief import Belief
     from ..model.designators import Action, Late, Location, Motion, Object
     from ..model.episode import Episode
     from ..model.imported_robot import ImportedRobot
     from ..model.imported_scene import ImportedScene, StatedJoint
+    from ..model.known_kind import BuiltLibrary
     from ..model.robot import Robot
     from ..model.robot_file import RobotFile
     from ..model.rollout import Rollout
@@ -164,6 +166,30 @@ def read_view(path: Path) -> View | None:
 
 
 @hookspec(firstresult=True)
+def read_models(path: Path) -> Sequence[ModelMaker] | None:
+    """Read a library of known kinds as object models; None if it is of another format. First answer wins.
+
+    Raises:
+        UserError: it is of this format and cannot be used; with file and line.
+    """
+
+
+@hookspec(firstresult=True)
+def add_models(folder: Path, library: Path, scale: float, density: float, up: str) -> BuiltLibrary | None:
+    """Add the kinds that a folder has files of to a library; None if this plugin makes none. First answer wins.
+
+    Args:
+        library: folder, which may not exist yet.
+        scale: from the unit of mesh files to metres.
+        density: of kinds whose files state no mass [kg/m3].
+        up: direction of their frames that usually points up, x to -z; "" where their shapes are to say it.
+
+    Raises:
+        UserError: the library cannot be used.
+    """
+
+
+@hookspec(firstresult=True)
 def read_scene(
     path: Path, packages: Mapping[str, Path], keyframe: str, joints: Mapping[str, StatedJoint]
 ) -> ImportedScene | None:
@@ -188,6 +214,19 @@ def read_robot(file: RobotFile, name: str) -> ImportedRobot | None:
 
     Raises:
         UserError: it is of this format and cannot be used; says what would be right.
+    """
+
+
+@hookspec(firstresult=True)
+def read_sentence(sentence: str, scene: SymbolicWorld, forms: tuple[str, ...]) -> list[str] | None:
+    """Read a sentence that the grammar has no words for, as goals: "tin on tray"; None if this plugin cannot. First answer wins.
+
+    A language model may answer here. What it says is shown as a plugin's, and refused unless all of it are goals about things that
+    there are; a sentence that is ambiguous or false of the scene is not asked.
+
+    Args:
+        scene: its things, with classes and poses.
+        forms: of the goals that can be said, e.g. "THING on PLACE".
     """
 
 

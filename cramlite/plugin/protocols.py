@@ -81,7 +81,7 @@ class Candidate(Value):
 class Validator(Protocol):
     """Check of a candidate. Validators of cost "rollout" are asked after its text ran, the others before.
 
-    One may be a ``GoalJudge`` or an ``Adviser``, too.
+    One may be a ``GoalValidator`` or an ``Adviser``, too.
     """
 
     @property
@@ -98,7 +98,7 @@ class Validator(Protocol):
 
 
 @runtime_checkable
-class GoalJudge(Protocol):
+class GoalValidator(Protocol):
     """Validator that can judge a text that has a goal and no plan."""
 
     by_goal: bool
@@ -257,7 +257,7 @@ class Illustrator(Protocol):
 
 
 class Simulator(ProgramRunner, VirtualController, SimulatedCamera, SimulatedPerson, Illustrator, Protocol):
-    """Physics simulator: all five trades over one model of the world. It may be ``Doubting``, too."""
+    """Physics simulator: all five trades over one model of the world. It may be ``Doubting`` and ``Correcting``, too."""
 
     @property
     def name(self) -> str:
@@ -271,6 +271,16 @@ class Doubting(Protocol):
 
     def doubts(self, world: World, robots: Mapping[str, Robot]) -> Iterable[tuple[str, str]]:
         """Return things that are implausible at the world's start, with reasons."""
+        ...
+
+
+@runtime_checkable
+class Correcting(Protocol):
+    """Simulator that also corrects read poses that cannot be."""
+
+    def put_apart(self, world: World, robots: Mapping[str, Robot], most: float) -> tuple[World, tuple[str, ...]]:
+        """Return the world with loose things moved out of others to free places, at most ``most`` [m] off, and
+        clauses on the moves."""
         ...
 
 

@@ -43,7 +43,7 @@ class PluginInfo(Value):
 
 
 class Fault(Value):
-    """Defect of a plugin: where it happened and what it was."""
+    """Defect of a plugin, with its place and error."""
 
     plugin: str
     version: str
@@ -74,6 +74,7 @@ class Registry(Struct, dict=True):
         preferred: names of plugins that are asked first.
         strict: a file that cannot be used is input of whoever named it. False: recorded like an installed plugin that
             cannot be, which is what ``cramlite plugins`` lists.
+        models: libraries of known kinds, which the engine asks plugins to read.
 
     Raises:
         UserError: a file or a name that there is not, or, if strict, a file that cannot be used.
@@ -85,6 +86,7 @@ class Registry(Struct, dict=True):
     strict: bool = True
     infos: list[PluginInfo] = field(default_factory=list)
     faults: list[Fault] = field(default_factory=list)
+    models: tuple[Path, ...] = ()
 
     def __post_init__(self) -> None:
         self._manager = _Manager(GROUP)
@@ -109,8 +111,8 @@ class Registry(Struct, dict=True):
                 raise UserError(f"The plugin '{name}' is both blocked and preferred; leave one of them out.")
 
     def _load_file(self, file: Path, installed: Point | None) -> None:
-        """Load a file, unless it is blocked. One with the name of an installed plugin never stands in its place unsaid, and
-        to block that name would leave out both: it is refused."""
+        """Load a file, unless it is blocked. A file with an installed plugin's name is refused, since blocking
+        that name would leave out both."""
         if file.stem in self.blocked and installed is None:
             return
         fault = "" if installed is None else installed.taken()
@@ -119,7 +121,7 @@ class Registry(Struct, dict=True):
             self._refuse(file)
 
     def _refuse(self, file: Path) -> None:
-        """Raise UserError if the file that was loaded last cannot be used, or declares what it should not."""
+        """Raise UserError if the last loaded file cannot be used, or declares wrongly."""
         for hook in [] if self.faults else [h for h in DECLARING if h in self.infos[-1].hooks]:
             for _ in self.collect(hook):
                 pass
@@ -194,7 +196,7 @@ class Registry(Struct, dict=True):
                 yield from getattr(point.load(), hook)()
 
     def unheard(self, hook: str) -> Iterator[Fault]:
-        """Yield the faults that kept a plugin from declaring what it has under a hook, after that was collected."""
+        """Yield the faults that kept plugins from declaring under a hook, after that was collected."""
         lost = {f.plugin for f in self.faults if f.hook == "import"}
         would = {p.name for p in entry_points() if p.name in lost and p.defines(hook)} if lost else set()
         for fault in self.faults:
@@ -202,7 +204,8 @@ class Registry(Struct, dict=True):
                 yield fault
 
     def examine(self) -> None:
-        """Ask for all that plugins declare, so that ``faults`` holds what is wrong with it, name conflicts included.
+        """Collect the declarations of all plugins, so that ``faults`` lists their errors, name conflicts
+        included.
 
         What a source tree declares and its installation does not know is a fault, too: no other command looks for that.
         """

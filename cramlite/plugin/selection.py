@@ -19,15 +19,18 @@ class PluginChoice(Value):
         files: plugin modules to load by path.
         blocked: names of plugins that are not loaded, be they installed or in a file.
         preferred: names of plugins that are asked first.
+        models: libraries of known kinds that plugins read.
     """
 
     files: tuple[Path, ...] = ()
     blocked: tuple[str, ...] = ()
     preferred: tuple[str, ...] = ()
+    models: tuple[Path, ...] = ()
 
-    def extended(self, blocked: tuple[str, ...], preferred: tuple[str, ...]) -> PluginChoice:
-        """Return this selection extended by further names to block and to prefer."""
-        return PluginChoice(self.files, _joined(self.blocked, blocked), _joined(self.preferred, preferred))
+    def extended(self, blocked: tuple[str, ...], preferred: tuple[str, ...], models: tuple[Path, ...] = ()) -> PluginChoice:
+        """Return this selection extended by further names to block and to prefer, and by further libraries."""
+        more = tuple(dict.fromkeys((*self.models, *models)))
+        return PluginChoice(self.files, _joined(self.blocked, blocked), _joined(self.preferred, preferred), more)
 
     def registry(self, *, strict: bool = True) -> Registry:
         """Return a registry of these plugins.
@@ -41,7 +44,7 @@ class PluginChoice(Value):
         """
         from .registry import Registry
 
-        return Registry(self.files, self.blocked, self.preferred, strict)
+        return Registry(self.files, self.blocked, self.preferred, strict, models=self.models)
 
 
 INSTALLED = PluginChoice()

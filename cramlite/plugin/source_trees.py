@@ -24,7 +24,7 @@ class Unknown(Value):
 
     @property
     def reason(self) -> str:
-        """Say why it is not loaded, and what to do."""
+        """Sentence on why it is not loaded, and on the remedy."""
         return (
             f"'{self.file}' declares it, and what is installed of {self.distribution} was made before that and does not; "
             f"install it again: pip install -e {self.file.parent}"

@@ -43,7 +43,7 @@ class Role(Value):
     aliases: tuple[str, ...] = ()
 
     def constrain(self, designator: Object) -> Object:
-        """Return the designator with what this role requires added."""
+        """Return the designator with this role's requirements added."""
         return designator.merged(Object(designator.name, (), self.features, self.affords, filled=self.filled))
 
 
@@ -109,15 +109,15 @@ class TaskType(ABC):
     touches: ClassVar[tuple[tuple[str, str], ...] | None] = None
     """Pairs that may come to touch while it runs: names of roles, ``HAND``, and ``HELD`` for what the hand holds. None: the
     hand, what it holds, and the things of all roles, any two of them; what it holds may also touch what it was taken from.
-    () for free motions: nothing. The judge of collisions objects to every other touch."""
+    () for free motions: nothing. The validator of collisions objects to every other touch."""
     carries_on: ClassVar[bool] = False
     """True for a task that declares its ``touches`` and lets what it holds touch what it was taken from, until it was lifted from that."""
     moves: ClassVar[tuple[str, ...]] = ()
-    """Roles whose things it moves without holding them, such as what is pushed. The judge of bystanders objects where any
+    """Roles whose things it moves without holding them, such as what is pushed. The validator of bystanders objects where any
     other thing moves that is not held."""
 
     slides: ClassVar[bool] = True
-    """Whether it may move what is held along what that touches, as a task that wipes does. The judge of tracks objects where one
+    """Whether it may move what is held along what that touches, as a task that wipes does. The validator of tracks objects where one
     that may not drags its payload."""
 
     @abstractmethod
@@ -129,7 +129,7 @@ class TaskType(ABC):
         """
 
     def effects(self, action: Action, belief: Belief) -> Belief:
-        """Return the belief after the task succeeded, beyond what its motions already changed."""
+        """Return the belief after the task succeeded; its motions' changes are in ``belief`` already."""
         return belief
 
     def begins_at(self, action: Action) -> Location | None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib.metadata
 import inspect
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from types import ModuleType
 from typing import Any, get_args
@@ -30,7 +30,7 @@ NAMED_BY: Mapping[str, tuple[str, ...]] = {
     "report_sections": ("title", "render", "order"),
     "exporters": ("name", "write", "suffix"),
 }
-"""Hook -> what the things declared under it have: their name, what they do, and what else is asked of all of them."""
+"""Hook -> required attributes of its declarations: name, functions, and others."""
 DECLARING = ("ontologies", *NAMED_BY)
 """Hooks that declare: asked once, at load."""
 
@@ -168,7 +168,7 @@ def check_many(hook: str, answer: Any) -> Iterable[Any]:
 
 
 def check_answer(hook: str, answer: object) -> None:
-    """Check that an answer that is not None has the type that its hook, or what was declared under it, has to give.
+    """Check that the answer of a hook has the hook's type; None passes.
 
     Raises:
         WrongAnswer: it has not; names what it is, or what is in it that does not belong there.
@@ -185,6 +185,10 @@ def _answer_type(hook: str) -> type:
         from ..model.view import View
 
         return View
+    if hook == "add_models":
+        from ..model.known_kind import BuiltLibrary
+
+        return BuiltLibrary
     if hook == "read_scene":
         from ..model.imported_scene import ImportedScene
 
@@ -197,7 +201,7 @@ def _answer_type(hook: str) -> type:
         from ..model.episode import Episode
 
         return Episode
-    return {"write_episode": Path, "episode_triples": Iterable}[hook]
+    return {"write_episode": Path, "episode_triples": Iterable, "read_models": Sequence, "read_sentence": list}[hook]
 
 
 def _check_episode(hook: str, episode: Any) -> None:
@@ -212,7 +216,8 @@ def _check_episode(hook: str, episode: Any) -> None:
 
 
 def _check_values(hook: str, item: object) -> None:
-    """Attributes have the types and words that the engine reads: one that nothing matches would switch a thing off unsaid."""
+    """Check that attributes have the types and words that the engine reads, since an unknown word would
+    silently switch something off."""
     key, does, *_ = NAMED_BY[hook]
     name = getattr(item, key)
     if not isinstance(name, str) or not name:

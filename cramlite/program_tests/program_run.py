@@ -26,7 +26,7 @@ from .miss import Miss, ProgramFailure, name_is, names_of, said_touch
 from .snapshots import Tolerances, compare, read_snapshot, taken, write_snapshot
 
 AT_LEAST = ProofDoubts().at_least
-"""Share of all runs that an assertion must hold in: that of proofs."""
+"""Share of all runs in which an assertion must hold, as in proofs."""
 Quantity = float | str
 """A number in SI units, or text with a unit: "5 mm"."""
 
@@ -75,7 +75,7 @@ class ProgramRun:
 
     @property
     def seconds(self) -> float:
-        """Return how long the program took, without the time in which things came to rest after it [s]."""
+        """Return the duration of the program, without the time in which things came to rest after it [s]."""
         return _ends(self.rollout)
 
     def ends(self, *goals: str) -> ProgramRun:
@@ -138,7 +138,7 @@ class ProgramRun:
         return self._hold(f"pushes(at_most={at_most!r})", lambda way: _too_strong(way, most, first, last))
 
     def takes(self, at_most: Quantity) -> ProgramRun:
-        """Assert how long the program takes, to its end [s]."""
+        """Assert the duration of the program, to its end [s]."""
         __tracebackhide__ = True
         most = _quantity(at_most, "time")
         return self._hold(f"takes(at_most={at_most!r})", lambda way: _too_long(way, most))
@@ -173,7 +173,7 @@ class ProgramRun:
         path: Quantity = 0.005,
         places: Quantity = 0.005,
     ) -> ProgramRun:
-        """Assert that the run is as it was when a snapshot of it was taken: a text file that is reviewed as others are.
+        """Assert that the run equals its snapshot, a text file that is reviewed like code.
 
         A missing one is written, and the assertion fails once. ``pytest --cramlite-accept`` writes them anew.
 

@@ -60,7 +60,7 @@ def cramlite_robot(request: pytest.FixtureRequest, cramlite_world: str | None) -
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_makereport(call: pytest.CallInfo[None]) -> Generator[None, pytest.TestReport, pytest.TestReport]:
-    """Show a mistake of the user as its message, with the line of the test; how it was found out matters to nobody."""
+    """Show a mistake of the user as its message, with the line of the test, without the engine's traceback."""
     report = yield
     error = call.excinfo.value if call.excinfo is not None else None
     if error is not None and (type(error).__module__, type(error).__name__) == ("cramlite.base.errors", "UserError"):

@@ -40,7 +40,7 @@ PHRASES: Mapping[str, tuple[int, str, str, str]] = {
     "SupportState": (2, "Standing or lying on", "{supportee} on {supporter}", "t5"),
     "ContactState": (3, "Touching", "{a} and {b}", "t1"),
 }
-"""States by the local name of their class: order, heading, what is said of one, and colour."""
+"""States by the local name of their class: order, heading, phrase, and colour."""
 TERMS = (
     ("tasks", "naming its tasks", 1),
     ("choices", "which things fill their roles", 1),
@@ -52,8 +52,8 @@ TERMS = (
 
 
 class Block(Value):
-    """Rectangle of a lane: left edge and width [pixel], lines of text that fit in it, or a word that stands upright in it, the whole
-    text with its time, and classes of the page."""
+    """Rectangle of a lane: left edge and width [pixel], its lines of text or an upright word, the whole text
+    with its time, and CSS classes."""
 
     x: float
     width: float
@@ -72,7 +72,7 @@ class Lane(Value):
 
 
 class Told(Value):
-    """Actions, one after the other, of which both readings say the same.
+    """Successive actions on which both readings agree.
 
     Args:
         numbers: of the first and the last.

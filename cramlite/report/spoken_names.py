@@ -24,7 +24,7 @@ class SpokenNames(Value):
     spoken: Mapping[str, str]
 
     def __call__(self, name: str) -> str:
-        """Return what is said for a name; one that is not in the recording is said as it is written."""
+        """Return the name for people; a name that is not in the recording is returned as it is."""
         return self.spoken.get(name, name)
 
     def text(self, sentence: str, about: Iterable[str]) -> str:

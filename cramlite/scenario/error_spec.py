@@ -66,7 +66,7 @@ def _pair(size: Size) -> Any:
 
 
 class ErrorSpec(create_model("ErrorKeys", __base__=Spec, **keys_of(ErrorModel))):  # type: ignore[misc]
-    """Keys of an error model (``cramlite.model.ErrorModel``); what is not written is as it was before."""
+    """Keys of an error model (``cramlite.model.ErrorModel``); an absent key keeps its value."""
 
     def errors(self, before: ErrorModel, sensor: SensorErrors) -> ErrorModel:
         """Return an error model with the written changes.

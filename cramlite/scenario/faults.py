@@ -20,7 +20,7 @@ Vector = tuple[Length, Length, Length]
 
 
 class FaultSpec(Spec):
-    """Fault as it is written: one key says what goes wrong, and of what; the others how, and when.
+    """Fault of a file: one key is the kind, with its thing or number; the others say how and when.
 
     Args:
         missing, moved, added, fallen, sticking: name of a thing.
@@ -91,7 +91,7 @@ class FaultSpec(Spec):
         return self
 
     def trigger(self) -> Trigger | None:
-        """Return what must hold for it to happen; None for nothing."""
+        """Return the condition that starts the fault; None for a fault by time alone."""
         if not (self.line or self.force or self.near):
             return None
         return Trigger(self.line, self.force, self.near, self.within or 0.0)
@@ -108,7 +108,7 @@ _GO_WITH: Mapping[str, tuple[tuple[str, ...], tuple[str, ...], str]] = {
     "takes": (("sticking",), (), "the force that its joint takes, such as takes: 60 N"),
     "lasts": (("connection", "slip", "readings"), (), "how long, such as lasts: 2 s"),
 }
-"""Key -> the kinds that need it, those that may have it, and what it says."""
+"""Key -> the kinds that need it, those that may have it, and its clause."""
 _NO_TRIGGER = dict.fromkeys(("protective_stop", "connection"), "at its time") | dict.fromkeys(("tool", "sensor"), "from the start")
 _KINDS: Mapping[str, Callable[[Any], Fault]] = {
     "missing": lambda s: Fault(FaultKind.MISSING, s.missing),
@@ -177,7 +177,7 @@ def faulty(world: World, faults: Iterable[Fault]) -> World:
 
 
 def foreseen(faults: Iterable[Fault], world: World) -> World:
-    """Return a world as it is believed before faults happen: without what they add to it."""
+    """Return the world as it is believed before faults happen: without the things that they add."""
     unknown = {f.thing for f in faults if f.kind is FaultKind.ADDED}
     return replace(world, things=tuple(t for t in world.things if t.name not in unknown))
 
@@ -187,7 +187,7 @@ LASTING = frozenset({FaultKind.STICKING, FaultKind.FRICTION, FaultKind.CLOSES_SH
 
 
 def left_over(faults: Iterable[Fault], happened: Iterable[str], seconds: float) -> tuple[Fault, ...]:
-    """Return the faults of a world in which a run has ended: what goes on, and what is still to come.
+    """Return the faults that last beyond a run: those that go on, and those still to come.
 
     Args:
         happened: those that happened in the run, as text.
@@ -202,11 +202,15 @@ def left_over(faults: Iterable[Fault], happened: Iterable[str], seconds: float) 
     return tuple(found)
 
 
+UNTIMED = frozenset({FaultKind.TOOL, FaultKind.SENSOR})
+"""Kinds of which a simulation cannot let any happen while a program runs."""
 _PUT = (FaultKind.MISSING, FaultKind.MOVED, FaultKind.ADDED, FaultKind.FALLEN)
 
 
 def _check(world: World, fault: Fault) -> None:
     names = [t.name for t in world.things]
+    if fault.kind in UNTIMED and not fault.from_start:
+        raise UserError(f"A fault says that {fault}; such a fault has no trigger and no time: it is so from the start.")
     for name in filter(None, (fault.thing, fault.trigger.near if fault.trigger else "")):
         if name not in names:
             raise UserError(f"A fault is about '{name}', which is no thing of this world; {nearest(name, names)}.")
@@ -216,7 +220,7 @@ def _check(world: World, fault: Fault) -> None:
     if fault.kind is FaultKind.STICKING and thing.joint is None:
         raise UserError(f"A fault says that '{thing.name}' sticks; it is on no joint.")
     if fault.kind in _PUT and not (thing.movable and thing.joint is None):
-        raise UserError(f"A fault moves '{thing.name}' while the program runs; only what is loose can be moved then.")
+        raise UserError(f"A fault moves '{thing.name}' while the program runs; only loose things can be moved then.")
 
 
 def _faulty(world: World, fault: Fault) -> World:

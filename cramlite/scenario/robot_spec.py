@@ -12,7 +12,7 @@ from .pose_spec import PoseSpec
 
 
 class GripperSpec(Spec):
-    """Gripper from a file, its own or the arm's, and what the file does not say.
+    """Gripper from a file, its own or the arm's, with statements that the file lacks.
 
     ``at``: of the hand's root on the flange; ``pads``: geoms or bodies that grip, one of each finger; ``tcp``: site or body at the
     pinch point; ``opening``, ``force`` and ``speed`` [m/s]: lowest and highest; ``torsion``: lever of the pads' torsional friction.

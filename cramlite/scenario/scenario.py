@@ -23,7 +23,7 @@ from ..plugin.selection import PluginChoice
 from .camera_spec import CameraSpec, IntrinsicsSpec
 from .error_spec import ErrorSpec, PoseErrorSpec, ProofSpec, ThingErrorSpec
 from .faults import FaultSpec
-from .goal_spec import GoalText, goal_texts
+from .goal_spec import GoalTexts, goal_texts, listed_goals
 from .pose_spec import PoseSpec
 from .robot_spec import GripperSpec, RobotSpec
 from .task_specs import TaskEntry
@@ -32,7 +32,7 @@ from .thing_spec import HangSpec, LateSpec, ThingSpec, UnknownErrorSpec, VarySpe
 RENAMED: Mapping[str, str] = {"fov": "horizontal_fov", "look": "queries"}
 """Keys that older files have, and what they are called now."""
 STARTS = ("demonstration", "tasks", "designator", "goal")
-"""Keys that say what a scenario starts from; each has exactly one of them."""
+"""Keys of the start of a scenario, which has exactly one of them."""
 
 
 class RecordSpec(Spec):
@@ -104,7 +104,8 @@ class WorldFileSpec(Spec):
     """Scene file of another program, whose things are in the robot's world beside the scenario's own.
 
     ``types``: pattern of names -> class; ``packages``: name in ``package://`` -> folder; ``leave_out``: patterns of names;
-    ``joints``: pattern of names of jointed things -> what is wrong in what was found of their joints.
+    ``joints``: pattern of names of jointed things -> what is wrong in what was found of their joints; ``noise``: how far its poses of
+    loose things may be off.
     """
 
     file: str
@@ -113,10 +114,11 @@ class WorldFileSpec(Spec):
     leave_out: tuple[str, ...] = ()
     keyframe: str = ""
     joints: dict[str, JointSpec] = Field({})
+    noise: Length = Field(0.0, ge=0.0, le=0.1)
 
 
 class LimitsSpec(Spec):
-    """How far a run may disturb what no task is about (``cramlite.model.JudgingLimits``).
+    """Limits on how far a run may disturb bystanders (``cramlite.model.JudgingLimits``).
 
     ``may_push`` is what ``advisory`` says where it is not written: what is told and refuses nothing may be planned.
     """
@@ -142,7 +144,7 @@ class ScenarioSpec(Spec):
     tasks: tuple[TaskEntry, ...] | None = None
     designator: TaskEntry | None = None
     reading: str | int | None = None
-    goal: tuple[GoalText, ...] | None = Field(default=None, min_length=1)
+    goal: GoalTexts | None = Field(default=None, min_length=1)
     plan: str | None = None
     objects: dict[str, ObjectSpec] = Field({})
     robot: RobotSpec
@@ -160,6 +162,7 @@ class ScenarioSpec(Spec):
     limits: LimitsSpec = LimitsSpec()
     proof: ProofSpec = ProofSpec()
     ontologies: tuple[str, ...] = ()
+    models: tuple[str, ...] = ()
     backend: str | None = None
     block: tuple[str, ...] = ()
     prefer: tuple[str, ...] = ()
@@ -223,7 +226,7 @@ class Scenario(Value):
         return tuple(map(self.resolve_path, self.spec.ontologies))
 
     def with_plugins(self, chosen: PluginChoice) -> PluginChoice:
-        """Return a selection of plugins extended by the scenario's ``block`` and ``prefer``.
+        """Return a selection of plugins extended by the scenario's ``block``, ``prefer`` and ``models``.
 
         Raises:
             UserError: it names a plugin that there is not; with file and line.
@@ -234,7 +237,7 @@ class Scenario(Value):
             for k, name in enumerate(names):
                 if name not in known:
                     raise UserError(f"{self.where(key, k)}: there is no plugin '{name}' to {key}; {nearest(name, known)}.")
-        return chosen.extended(block, prefer)
+        return chosen.extended(block, prefer, tuple(map(self.resolve_path, self.spec.models)))
 
     def demonstrated_by(self, episode: Path) -> Scenario:
         """Return this scenario with a demonstration as its goal, whatever that was before."""
@@ -254,11 +257,11 @@ class Scenario(Value):
             raise UserError(f"{self.path}: a reading is one of a demonstration, and this scenario has none.")
         return replace(self, spec=self.spec.model_copy(update={"reading": reading}))
 
-    def with_goal(self, goal: Sequence[Any]) -> Scenario:
+    def with_goal(self, goal: Sequence[Any] | Mapping[str, Any]) -> Scenario:
         """Return this scenario with a goal as its start.
 
         Args:
-            goal: sentences such as "tin on tray", or goals as data (``goal_spec``).
+            goal: sentences such as "tin on tray", or goals as data (``goal_spec``), of which ``{"say": ...}`` may stand alone.
 
         Raises:
             UserError: it is no list of goals.
@@ -296,8 +299,9 @@ def read_scenario(path: Path | str | Mapping[str, Any]) -> Scenario:
 
 
 def started_by(data: Any, goal: Any) -> Any:
-    """Return the data of a scenario that a client asks a goal in: one that starts from nothing, only says where, starts from that."""
+    """Return the data of a scenario for a client's goal; a scenario of a world alone starts from the goal."""
     says_where = isinstance(data, Mapping) and data.keys().isdisjoint(STARTS)
+    goal = listed_goals(goal)
     return {**data, "goal": list(goal)} if says_where and isinstance(goal, list | tuple) else data
 
 

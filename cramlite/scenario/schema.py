@@ -19,7 +19,7 @@ def scenario_schema() -> dict[str, Any]:
 
 
 def _task() -> dict[str, Any]:
-    """A task as it is written: a name, a mapping with its roles, or a rule of the plan language over tasks."""
+    """Entry for a task: a name, a mapping with its roles, or a rule of the plan language over tasks."""
     from .task_specs import OWN, RULES
 
     entry = {"$ref": "#/$defs/task"}

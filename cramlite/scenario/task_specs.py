@@ -83,7 +83,7 @@ Parameters = Annotated[dict[str, float], AfterValidator(_within_reason)]
 
 
 class TaskSpec(Spec):
-    """Task with its roles: what scenarios write under ``tasks``, and one goal of ``Engine.resolve``.
+    """Task with its roles: an entry under ``tasks`` of a scenario, and one goal of ``Engine.resolve``.
 
     Whether there are such a task, roles, things and parameters is seen when it is planned: ``Engine.resolve`` and ``Engine.plans``
     raise UserError with the nearest right name.

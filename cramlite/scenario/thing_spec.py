@@ -51,7 +51,7 @@ class VarySpec(Spec):
 
 
 class UnknownErrorSpec(Spec):
-    """Bound on the unknown position error of a thing: how far it may be, when programs run, from where it is believed to be.
+    """Bound on the unknown position error of a thing when programs run.
 
     The thing is moved, with what hangs on it, by a vector that is drawn uniformly from the ball of radius
     ``position`` [m]; every seed has its own, seed 0 included. Belief, search and program are not told.
@@ -62,7 +62,7 @@ class UnknownErrorSpec(Spec):
 
 
 class LateSpec(Spec):
-    """Thing whose pose the program asks for when it runs, and how far from the planned one it may be then."""
+    """Thing whose pose the program asks for when it runs, with the tolerance around the planned pose."""
 
     thing: str
     position: Length = Field(ge=0.0)

@@ -24,7 +24,8 @@ from .scaled_thing import scaled
 INSIDE = 0.01
 """What stands may be this far inside what it stands on when the world is written [m]; it settles."""
 NANOMETRE = 9
-"""Digits of heights on what leans or is scaled [m]: what is neither leaves what it carries as it is, to the last bit."""
+"""Rounding of heights on leaning or scaled supports [m]; others leave the things on them unchanged, to the last
+bit."""
 
 
 class Sight(Value):
@@ -69,7 +70,7 @@ class _Placing:
         return replace(self._sized(thing), pose=carrier * before.pose.inverse() * own if carrier != before.pose else own)
 
     def _set(self, thing: Thing) -> Thing:
-        """Fixed or standing things, each with its own error."""
+        """Thing with its own error: displaced, leaning and scaled."""
         under, lifted = self._support(thing)
         lean = self.leans.get(under if thing.movable else thing.name, Pose())
         if thing.movable:
@@ -91,7 +92,7 @@ class _Placing:
         return _shifted(pose, (x, y, z))
 
     def _support(self, thing: Thing) -> tuple[str, float]:
-        """Support of a thing, and how far that was lifted there [m]; "" and 0 for none."""
+        """Support of a thing, and the height that the support gained there [m]; "" and 0 for none."""
         if not thing.movable or not thing.geoms:
             return "", 0.0
         x, y, _ = thing.pose.position
@@ -141,7 +142,7 @@ def _lean(thing: Thing, errors: ErrorModel, draw: Drawing) -> Pose:
 
 
 def _offsets(world: World, errors: ErrorModel, draw: Drawing, sight: Sight | None) -> dict[str, Pose]:
-    """Offset of each thing: its own, and that of the camera that saw it."""
+    """Offset of each thing: its own, and the one of the camera that saw it."""
     seen, offs = _hand_eye(errors, draw, sight) if sight is not None else None, dict[str, Pose]()
     for thing in world.things:
         off = _offset(thing, errors, draw)
@@ -172,7 +173,7 @@ def _hand_eye(errors: ErrorModel, draw: Drawing, sight: Sight) -> Callable[[Pose
 
 
 def _heights(middle: tuple[float, float], thing: Sequence[Box], other: Sequence[Box]) -> Iterator[float]:
-    """Heights at which another thing may carry one whose middle is over it, or between parts of it that it lies on [m]."""
+    """Heights at which another thing may carry a thing whose middle is over it, or between its parts [m]."""
     foot = min(low[2] for low, _ in thing)
     below = [box for box in other if box[1][2] <= foot + INSIDE]
     yield from (high[2] for low, high in below if _over(middle, low, high))
@@ -194,8 +195,8 @@ def _meet(one: Box, other: Box) -> bool:
 
 
 def _displaced(thing: Thing, off: Pose, lifted: float) -> tuple[Pose, float]:
-    """Pose of a thing, and how much higher it is [m]: fixed things are off in every direction, movable
-    ones go with their support."""
+    """Pose of a thing, and the height that it gained [m]: fixed things are off in every direction, movable ones
+    go with their support."""
     x, y, z = off.position
     height = lifted if thing.movable else z
     if off == Pose() and not lifted:
@@ -217,8 +218,8 @@ def _hung(thing: Thing, hanger: Thing, factor: float) -> Pose:
 
 
 def _swung(thing: Thing, hanger: Thing, off: Pose) -> Pose:
-    """Pose of a hanging thing with its error: shifted along its peg, turned about the vertical through the
-    point where it hangs."""
+    """Pose of a hanging thing with its error: shifted along its peg, turned about the vertical through its
+    hanging point."""
     resting = _resting(thing, hanger)
     if resting is None or off == Pose():
         return thing.pose

@@ -15,6 +15,7 @@ from ..base.resources import find_scenario
 from ..base.seeds import whole_seed
 from ..model.geometry import Pose
 from ..model.world import Camera, Physics, Thing, World
+from ..plugin.protocols import Correcting
 from .faults import faulty
 from .imported_world import imported_world
 from .robots import imported_robot, mount_of
@@ -114,7 +115,22 @@ def build_world(
         built[spec.name] = thing
         if spec.hangs_on:
             relations.append(("hangs_on", spec.name, spec.hangs_on.hanger))
-    return _completed(scenario, tuple(built.values()), imported, knowledge), tuple(relations)
+    world = _completed(scenario, tuple(built.values()), imported, knowledge)
+    return corrected(world, knowledge, scenario.spec.world.noise if scenario.spec.world else 0.0), tuple(relations)
+
+
+def corrected(world: World, knowledge: Knowledge, noise: float) -> World:
+    """Return a world of read poses in which things that cannot be where they were read are moved to free
+    places, with a note.
+
+    Args:
+        noise: how far readings may be off [m]; with 0 the world is as it was read.
+    """
+    simulator = knowledge.simulator
+    if not noise or not isinstance(simulator, Correcting):
+        return world
+    apart, said = simulator.put_apart(world, knowledge.robots_of(world), noise)
+    return replace(apart, notes=(*apart.notes, *said))
 
 
 def _completed(
@@ -160,12 +176,18 @@ def _varied(scenario: Scenario, thing: Thing, change: VarySpec | None, shifts: d
 
 
 def camera_of(scenario: Scenario) -> Camera | None:
-    """Return the scenario's camera, or None."""
-    spec = scenario.spec.camera
-    if spec is None:
+    """Return the scenario's camera, or None.
+
+    Raises:
+        UserError: its calibration cannot be used.
+    """
+    if scenario.spec.camera is None:
         return None
-    mount = scenario.spec.robot.name if spec.mount == "flange" else None
-    return Camera(spec.at.pose(), mount, intrinsics=spec.pinhole(), noise=spec.noise)
+    spec = scenario.spec.camera.calibrated(scenario.path.parent)
+    mount, pose = scenario.spec.robot.name if spec.mount == "flange" else None, spec.at.pose()
+    if spec.calibration is not None and mount is None:  # it is of the robot's base
+        pose = scenario.spec.robot.at.pose() * pose
+    return Camera(pose, mount, intrinsics=spec.pinhole(), noise=spec.noise)
 
 
 def real_world(scenario: Scenario, world: World, relations: Iterable[Relation], seed: int) -> World:

@@ -1,4 +1,4 @@
-"""Checks of a whole plugin, and what installed plugins declare."""
+"""Checks of a whole plugin, and the declarations of installed plugins."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ RELATIONS: tuple[str, ...]
 
 
 def __getattr__(name: str) -> Any:
-    """Ask installed plugins for what they declare when it is first needed, and keep it."""
+    """Collect the declarations of installed plugins at their first use, and keep them."""
     if name not in ("KINDS", "RELATIONS"):
         raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
     globals()[name] = motion_kinds() if name == "KINDS" else tuple(location_kinds())

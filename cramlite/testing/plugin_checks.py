@@ -1,4 +1,4 @@
-"""Contract checks of what plugins declare beside task types, as ``cramlite.testing`` offers them."""
+"""Contract checks of declarations other than task types, as ``cramlite.testing`` offers them."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ def sample_program(robot: Robot | None = None) -> Program:
 
 
 def check_expert(expert: Expert) -> None:
-    """Check that an expert says what it needs, what it makes, and what it may say of each.
+    """Check that an expert declares inputs, outputs and the domain of each.
 
     Raises:
         AssertionError: with what is wrong, as all checks here.

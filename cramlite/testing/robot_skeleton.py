@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 PARTS = (".xml", ".mjcf", ".urdf", ".stl", ".obj", ".msh", ".png", ".txt", ".md")
 """Endings of files that belong to a model; licences and notes are copied with it."""
 LARGEST = 200 * 2**20
-"""Bytes of a model's folder; one that has more holds other things, too."""
+"""Largest size of a model's folder [bytes]; a larger one holds other things, too."""
 
 
 class WrittenRobot(Value):

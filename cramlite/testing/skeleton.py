@@ -144,7 +144,7 @@ def _taken(kind: str, name: str) -> str:
 
 
 def _taken_task(local: str, knowledge: Knowledge) -> str:
-    """Why there cannot be a task "cram:LOCAL": another has the name, or its rule, or something that is no task is called so."""
+    """Reason why there cannot be a task "cram:LOCAL": the name is a task's, a rule's or another class's."""
     for task in knowledge.tasks.values():
         if local in (task.task.split(":")[-1], *task.aliases):
             return f"'{local}' is a name of the task '{task.task}', of the plugin '{knowledge.task_owners[task.task]}'"

@@ -1,4 +1,4 @@
-"""Suite of tests around somebody's robot programs: a world to be corrected, a test a program, a workflow."""
+"""Suite of tests around a user's robot programs: a world to be corrected, a test for each program, a workflow."""
 
 from __future__ import annotations
 
@@ -99,7 +99,7 @@ def is_client(text: str) -> bool:
 
 
 def _lacks(text: str, knowledge: Knowledge) -> Iterator[tuple[int, str]]:
-    """Lines of URScript that cannot run here. A text that is none has no such lines: it runs nowhere, and its test shall fail."""
+    """Lines of URScript that cannot run here; empty for a text that is no URScript, whose test shall fail."""
     with contextlib.suppress(UserError):
         yield from ((line, said) for line, said in knowledge.simulator.inspect(text) if said.startswith("cannot run here"))
 

@@ -249,7 +249,8 @@ def _check_location(task: TaskType, location: Location, known: _Known) -> None:
 
 
 def _answered(designator: Location | Motion, hooks: Hooks) -> bool:
-    """Whether the plugin itself or an installed one says "mine"; one that fails for want of a context meant to answer."""
+    """Whether the plugin itself or an installed one answers; a failure for want of a context counts as an
+    answer."""
     hook, registry = HOOKS[type(designator)], Registry()
     asked = {"designator": designator, "location": designator, "motion": designator, "belief": sample_belief(), "context": None}
     if hook in hooks:

@@ -1,4 +1,4 @@
-"""An ablation: no force control. What would be felt for is left out; what would give way is driven as a plain line."""
+"""Ablation without force control: guarded motions are left out, compliant ones become plain lines."""
 
 from __future__ import annotations
 

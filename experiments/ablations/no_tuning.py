@@ -1,4 +1,5 @@
-"""An ablation: no tuned numbers. Each speed, force and distance of a motion is drawn between a third and three times what it is."""
+"""Ablation without tuned numbers: each speed, force and distance of a motion is drawn between a third and three
+times its value."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Changes of LIBERO-MAX: what happens to a scene in mid-run, by manifests in a folder that the user names.
+"""Changes of LIBERO-MAX in the middle of a run, by manifests in a folder that the user names.
 
 Only the judge's process reads them. A case is a pair: the same task and initial state without the change (state 0 of its suite here) and
 with it (state 1). What is kept for the end is in suites whose name ends with "_end": of physical changes the third whose name has a BLAKE2b
@@ -70,7 +70,7 @@ class Change:
         self.rested: Any = None
 
     def set_up(self, env: Any) -> None:
-        """Take away what the case removes before the start, in both arms of the pair."""
+        """Remove the things that the case removes before the start, in both arms of the pair."""
         for one in self.scenario.get("setup", ()):
             name = one["object"]
             self.heights[name] = float(origin(env, name)[2])
@@ -105,7 +105,7 @@ class Change:
         return net <= NET and along <= ALONG and self.moved <= STILL
 
     def move_object(self, env: Any, change: dict[str, Any], hand: Any) -> None:
-        """Displace a thing; what has no free joint by its body."""
+        """Displace a thing, by its body if it has no free joint."""
         put(env, change["object"], origin(env, change["object"]) + np.array(change["delta_position_m"]))
 
     def insert_obstacle(self, env: Any, change: dict[str, Any], hand: Any) -> None:
@@ -161,7 +161,7 @@ def put(env: Any, name: str, place: Any) -> None:
 
 
 def solid(env: Any, name: str, here: bool) -> None:
-    """Let a thing collide and have weight, or neither: what is away stays where it is."""
+    """Let a thing collide and have weight, or neither: an absent thing stays where it is."""
     model, body = env.sim.model, body_of(env, name)
     inside = [b for b in range(model.nbody) if _within(model, b, body)]
     for geom in range(model.ngeom):

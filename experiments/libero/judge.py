@@ -107,7 +107,7 @@ class Judge:
         self.steps, self.first = 0, None
 
     def scene(self) -> dict[str, Any]:
-        """Describe the world: the model as MJCF, its state, the goal, and where the goal's regions are."""
+        """Describe the world: the model as MJCF, its state, the goal and its sentence, the regions of goals, and the camera's place."""
         env, sim = self.env.env, self.env.sim
         base = sim.model.body_name2id("robot0_link0")
         things = {n: env.get_object(n) for n in (*env.objects_dict, *env.fixtures_dict)}
@@ -117,11 +117,12 @@ class Judge:
             "bodies": {n: thing.root_body for n, thing in things.items() if hasattr(thing, "root_body")},
             "regions": {n: {"bodies": above(sim, n), "box": site_box(sim, n)} for n in env.object_sites_dict},
             "absent": sorted(things[n].root_body for n in self.away), "strict": self.obstacles is not None,
+            "language": self.env.language_instruction, "agentview": sim.data.get_camera_xpos("agentview").tolist(),
             "base": [*sim.data.body_xpos[base].tolist(), *sim.data.body_xquat[base].tolist()],
         }  # fmt: skip
 
     def hello(self, **_: Any) -> dict[str, Any]:
-        """Say what robot there is."""
+        """Return the description of the robot."""
         controller = self.env.robots[0].controller
         inertia = 1.0 / float(controller.kp[0])  # of a critically damped spring, which is pulled along and holds an action for a period
         lag = 2.0 * inertia**0.5 - 0.5 / RATE
@@ -132,7 +133,7 @@ class Judge:
         } | self.feel()  # fmt: skip
 
     def step(self, delta: list[float], opening: float, grip: float) -> dict[str, Any]:
-        """Take an action; what the hand may press with is LIBERO's own."""
+        """Take an action; LIBERO's own grip force replaces ``grip``."""
         del grip
         controller = self.env.robots[0].controller
         action = np.clip(np.array(delta) / controller.output_max, -1.0, 1.0)
@@ -151,7 +152,7 @@ class Judge:
         return self.feel() | {"stop": instability(self.env.sim.data._data)}
 
     def feel(self) -> dict[str, Any]:
-        """Return what the robot feels."""
+        """Return the robot's state."""
         sim, robot = self.env.sim, self.env.robots[0]
         fingers = [float(sim.data.get_joint_qpos(j)) for j in robot.gripper.joints]
         body = sim.model.body_name2id(HAND)

@@ -159,7 +159,7 @@ class Judge:
         return re.sub(r'(<body name="bin2"[^>]*>)', rf"\1{site}", text, count=1)
 
     def hello(self, **_: Any) -> dict[str, Any]:
-        """Say what robot there is."""
+        """Return the description of the robot."""
         controller, robot = self.env.robots[0].part_controllers["right"], self.robot
         inertia = 1.0 / float(controller.kp[0])  # of a critically damped spring, which is pulled along and holds an action for a period
         lag = 2.0 * inertia**0.5 - 0.5 / RATE
@@ -191,7 +191,7 @@ class Judge:
         return vectors * np.tile(TURNED, 2) if self.robot.turned else vectors
 
     def feel(self) -> dict[str, Any]:
-        """Return what the robot feels."""
+        """Return the robot's state."""
         sim, robot = self.env.sim, self.env.robots[0]
         body = sim.model.body_name2id(robot.gripper["right"].root_body)
         turn = sim.data.get_site_xmat("gripper0_right_ft_frame")

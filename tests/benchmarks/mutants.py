@@ -35,7 +35,7 @@ from figure import add_figure, value, write
 
 ROOT = Path(__file__).parents[2]
 PATIENCE = 6  # so many times as long as they take for the module as it is, and a second, its tests may: a mutant may run on for ever
-PLAINLY = ("-x", "-q", "-o", "addopts=", "-p", "no:cacheprovider", "--assert=plain")
+PLAINLY = ("-x", "-q", "-o", "addopts=", "-m", "not heavy", "-p", "no:cacheprovider", "--assert=plain")
 """How pytest runs in each process: without its plugins, and without words for what fails, which take most of a quick test's time."""
 BINARY = ("Add_Sub", "Sub_Add", "Mul_Div", "Div_Mul", "Mod_Mul", "BitAnd_BitOr", "BitOr_BitAnd")
 COMPARISON = (

@@ -175,6 +175,21 @@ def test_a_goal_is_proven_in_the_world_of_a_scenario_and_runs(proven: Proven) ->
 
 
 @pytest.mark.heavy
+@pytest.mark.parametrize(
+    ("fault", "kind", "succeeds"), [("moved: tin, by: [0, 50 mm, 0]", "ObjectMoved", True), ("missing: tin", "ObjectMissing", False)]
+)
+def test_a_watched_run_tells_what_it_noticed(fault: str, kind: str, succeeds: bool, proven: Proven) -> None:
+    world = yaml.safe_load(TABLE) | {"faults": [yaml.safe_load("{" + fault + ", line: Grasping/transfer}")]}
+    run = call(proven.server, "resolve", scenario=world, goal=["tin on box"]).structured_content["run"]
+    answer = call(proven.server, "run_watched", run=run)
+    assert not answer.is_error, told(answer)
+    told_ = answer.structured_content
+    assert told_["succeeded"] == succeeds and bool(told_["reason"]) != succeeds, told_
+    assert [m["notice"]["kind"] for m in told_["time_line"] if m["notice"]] == [kind]
+    assert (proven.folder / "runs" / run / "time_line.json").is_file()
+
+
+@pytest.mark.heavy
 @pytest.mark.parametrize("given", [TABLE, yaml.safe_load(TABLE)], ids=["text", "data"])
 def test_a_world_that_is_given_with_the_call_is_proven_and_runs(given: Any, proven: Proven) -> None:
     things = call(proven.server, "list_things", scenario=given).structured_content["things"]
@@ -276,7 +291,7 @@ def test_what_was_altered_after_the_proof_does_not_move(proven: Proven, file: st
     whole = path.read_bytes()
     try:
         path.write_bytes(whole.replace(b"1", b"2", 1))
-        assert "somebody altered program, plan or world. Nothing was run" in proven.refused("run", run=proven.run)
+        assert "someone altered program, plan or world. Nothing was run" in proven.refused("run", run=proven.run)
         path.unlink()
         assert "Nothing was run" in proven.refused("run", run=proven.run)
     finally:

@@ -13,7 +13,7 @@ from cramlite.base.run_directory import RunDirectory
 from cramlite.cli.answers import solution_answer
 from cramlite.cli.run_files import solution_summary
 from cramlite.cli.texts import _finding_lines, findings_text, solution_text
-from cramlite.engine.proof import judge
+from cramlite.engine.proof import findings_of
 from cramlite.model import JudgingLimits
 from cramlite_plugins.reports import summary
 
@@ -66,7 +66,7 @@ def test_limits_that_say_more_than_validators_declare_are_not_heeded(tmp_path: P
     halts = replace(solution.candidate, limits=JudgingLimits(advisory=("execution", "goal", "bystanders")))
     assert halts.rollout is not None
     halts = replace(halts, rollout=replace(halts.rollout, outcome="halted", reason="it was told to"))
-    (said,) = (f for f in judge(halts, engine.knowledge, rollout=True, only=["execution"]))
+    (said,) = (f for f in findings_of(halts, engine.knowledge, rollout=True, only=["execution"]))
     assert not said.passed and not said.advice
 
 

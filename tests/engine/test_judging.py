@@ -8,7 +8,7 @@ import pytest
 from helpers.written_runs import Says, Written, grounded, intent, knowing, planned, ran, written
 from msgspec.structs import replace
 
-from cramlite.engine.judging import Judged, Purpose, judge_text
+from cramlite.engine.judging import JudgedRun, Purpose, judge_text
 from cramlite.model import JudgingLimits, Pose, RobotMount
 from cramlite.model.program_json import typed_code
 from cramlite.plugin import UserError
@@ -23,7 +23,7 @@ class ByGoal(Says):
     by_goal = True
 
 
-def judged(text: str, purpose: Purpose, *judges: Says, outcome: str = "finished") -> Judged:
+def judged(text: str, purpose: Purpose, *judges: Says, outcome: str = "finished") -> JudgedRun:
     simulator = Written(ran(outcome))
     found = judge_text(text, WORLD, purpose, knowing(simulator, judges), 5)
     ((asked, world, mount, seed),) = simulator.asked
@@ -31,7 +31,7 @@ def judged(text: str, purpose: Purpose, *judges: Says, outcome: str = "finished"
     return found
 
 
-def words(found: Judged) -> list[tuple[str, bool]]:
+def words(found: JudgedRun) -> list[tuple[str, bool]]:
     return [(f.validator, f.passed) for f in found.verdict.findings]
 
 

@@ -10,8 +10,17 @@ from helpers.short_runs import good
 from helpers.written_runs import Says, Writes, Written, grounded, knowing, planned, ran
 from msgspec.structs import replace
 
-from cramlite.engine.proof import allowances, assemble, conflict_of, judge, prove, run_and_judge, text_that_runs
-from cramlite.model import Finding, JudgingLimits, Verdict
+from cramlite.engine.proof import (
+    _on_the_flange,
+    allowances,
+    assemble,
+    conflict_of,
+    findings_of,
+    prove,
+    run_and_judge,
+    text_that_runs,
+)
+from cramlite.model import Estimate, Finding, Held, JudgingLimits, Pose, Verdict
 from cramlite.model.program import Code, LatePose
 from cramlite.model.program_json import is_program_text
 from cramlite.planning.refutation import AsItIs, InTask, Later
@@ -143,15 +152,15 @@ def test_one_that_fails_where_it_was_planned_is_not_tried_at_the_edges() -> None
 
 def test_a_dearer_judge_is_not_asked_where_a_cheaper_one_objects() -> None:
     judges = [Says("path", cost="path"), Says("facts", cost="facts"), Says("ik", False, "ik"), Says("ik too", cost="ik"), Says("run")]
-    found = judge(good(), knowing(Written(), judges), rollout=False)
+    found = findings_of(good(), knowing(Written(), judges), rollout=False)
     assert [f.validator for f in found] == ["facts", "ik", "ik too"]
-    found = judge(good(), knowing(Written(), judges), rollout=True)
+    found = findings_of(good(), knowing(Written(), judges), rollout=True)
     assert [f.validator for f in found] == ["run"]
 
 
 def test_those_are_asked_who_are_named() -> None:
     judges = [Says("one"), Says("other"), Says("facts", cost="facts")]
-    found = judge(good(), knowing(Written(), judges), rollout=True, only=["other", "facts"])
+    found = findings_of(good(), knowing(Written(), judges), rollout=True, only=["other", "facts"])
     assert [f.validator for f in found] == ["other"]
 
 
@@ -159,14 +168,14 @@ def test_those_are_asked_who_are_named() -> None:
 def test_a_judge_that_may_advise_and_is_asked_to_objects_and_refuses_nothing(named: bool, may: bool, advises: bool) -> None:
     made = replace(good(), limits=JudgingLimits(advisory=("one",) if named else ()))
     judges = [Says("one", False, may_advise=may), Says("other", False, may_advise=True)]
-    one, other = judge(made, knowing(Written(), judges), rollout=True)
+    one, other = findings_of(made, knowing(Written(), judges), rollout=True)
     assert (one.passed, one.advice, other.passed, other.advice) == (advises, advises, False, False)
 
 
 def test_a_judge_that_says_nothing_of_it_may_not_advise() -> None:
     silent = Says("one", False)
     del silent.may_advise
-    (found,) = judge(replace(good(), limits=JudgingLimits(advisory=("one",))), knowing(Written(), [silent]), rollout=True)
+    (found,) = findings_of(replace(good(), limits=JudgingLimits(advisory=("one",))), knowing(Written(), [silent]), rollout=True)
     assert not found.passed and not found.advice
 
 
@@ -185,16 +194,16 @@ def broken(_: Candidate) -> Any:
     ],
 )
 def test_a_judge_that_breaks_has_not_approved(answer: Any, said: str) -> None:
-    (found,) = judge(good(), knowing(Written(), [Says("one", answer)]), rollout=True)
+    (found,) = findings_of(good(), knowing(Written(), [Says("one", answer)]), rollout=True)
     assert not found.passed and found.reason.startswith("the validator itself failed: ") and said in found.reason
     advised = replace(good(), limits=JudgingLimits(advisory=("one",)))
-    (found,) = judge(advised, knowing(Written(), [Says("one", answer, may_advise=True)]), rollout=True)
+    (found,) = findings_of(advised, knowing(Written(), [Says("one", answer, may_advise=True)]), rollout=True)
     assert not found.passed and not found.advice
 
 
 @pytest.mark.parametrize("passed", [True, False, np.True_, np.False_])
 def test_a_judge_may_answer_one_by_one_and_with_what_numpy_compares(passed: Any) -> None:
-    (found,) = judge(good(), knowing(Written(), [Says("one", lambda _: iter([Finding("one", passed, "r")]))]), rollout=True)
+    (found,) = findings_of(good(), knowing(Written(), [Says("one", lambda _: iter([Finding("one", passed, "r")]))]), rollout=True)
     assert found.passed is passed
 
 
@@ -282,3 +291,27 @@ def test_places_that_the_arm_is_only_led_to_come_later_where_it_is_about_things(
     assert {Later(LIFT), GRASP} <= blamed(Finding("a", False, "", origin="2.PickingUp", things=True))
     both = blamed(Finding("a", False, "", things=True), Finding("b", False, "", origin=AWAY, blocking=("cup",)))
     assert AWAY in both and Later(AWAY) not in both and Later(LIFT) in both
+
+
+# What the flange bears at the start
+
+
+def on_the_flange(held: Held | None, mass: float = 1.0, own: float | None = 1.0) -> tuple[float, Any]:
+    """Mass and centre, of a gripper 200 mm long and what it holds: the block, and a cup of 2 kg that goes along."""
+    base = good().belief
+    things = tuple(replace(t, mass={"block": own, "cup": 2.0}.get(t.name, t.mass)) for t in base.world.things)
+    gripper = replace(UR5E.gripper, mass=mass, tcp=Pose((0.0, 0.0, 0.2)))
+    found, centre = _on_the_flange(replace(base, world=replace(base.world, things=things), held=held), gripper)
+    return found, pytest.approx(centre)
+
+
+def test_an_empty_gripper_has_its_mass_in_its_middle() -> None:
+    assert on_the_flange(None) == (1.0, (0.0, 0.0, 0.1)) and on_the_flange(None, mass=0.0) == (0.0, (0.0, 0.0, 0.1))
+
+
+def test_what_is_held_and_what_goes_along_is_borne_where_it_is() -> None:
+    held = Held("block", Pose((0.1, 0.0, 0.1)), 0.05)
+    assert on_the_flange(held) == (2.0, (0.05, 0.0, 0.2)) and on_the_flange(held, mass=0.0) == (1.0, (0.1, 0.0, 0.3))
+    assert on_the_flange(held, own=None) == (1.0, (0.0, 0.0, 0.1)), "nobody knows its mass"
+    along = replace(held, carries={"cup": Estimate(Pose((0.0, 0.4, 0.0)), 0.0, "predicted")})
+    assert on_the_flange(along) == (4.0, (0.075, 0.2, 0.25))

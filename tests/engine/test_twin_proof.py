@@ -93,7 +93,7 @@ def test_small_errors_break_nothing_and_a_large_one_is_named(picked: Candidate, 
     assert not bad.passed and bad.twins is not None
     first = bad.twins.failed[0]
     assert first.causes == ("poses",) and first.origin.startswith("1.Grasping") and "block: " in first.largest()
-    assert "of 5 asked for" in bad.reason and "broken by poses alone" in bad.reason and bad.twins.ran < 5
+    assert "of 5 required" in bad.reason and "broken by poses alone" in bad.reason and bad.twins.ran < 5
     assert [f.validator for f in bad.objections] == ["twins"] and bad.objections[0].origin.startswith("1.Grasping")
 
 
@@ -210,7 +210,7 @@ def test_what_a_scenario_changes_and_what_it_leaves() -> None:
 @pytest.mark.heavy
 def test_the_command_line_says_it(run: Run, tmp_path: Path) -> None:
     said = run("resolve", PICK, "--twins", "1", "--out", tmp_path / "run")
-    assert said.code == 0 and "ok  twins: 2 of 2, interval .34 to 1.00; .85 of 2 asked for" in said.out
+    assert said.code == 0 and "ok  twins: 2 of 2, interval .34 to 1.00; .85 of 2 required" in said.out
     assert "ok twin 1 succeeded (" in run("explain", tmp_path / "run").out
     page = (tmp_path / "run" / "report.html").read_text()
     assert "Proof under doubt</h2>" in page and "block: friction" in page

@@ -12,6 +12,7 @@ from typing import Any
 
 import pytest
 from helpers.edited import engine, proven
+from helpers.written_runs import Says, Written, knowing
 from msgspec.structs import replace
 
 from cramlite import find_scenario, read_scenario
@@ -32,6 +33,7 @@ from cramlite.model import (
     World,
 )
 from cramlite.model.error_model import NO_ERRORS
+from cramlite.model.remedy import Remedy
 from cramlite.perception.active_perception import Look, Picture
 from cramlite.plugin import Candidate
 from cramlite.plugin.selection import INSTALLED
@@ -89,7 +91,7 @@ def text() -> str:
 def test_runs_that_succeed_end_as_soon_as_they_are_enough() -> None:
     found, group, said = doubted(True, True, True, at_least=0.5)
     assert found.passed and found.twins is not None and (found.twins.succeeded, found.twins.ran) == (2, 2)
-    spared = "2 not run, since they could change nothing"
+    spared = "2 not run: the verdict is certain"
     assert len(group.asked) == 1 and said == ["twin 1 of 3: succeeded", f"twins: 2 of 2, interval .34 to 1.00; {spared}"]
     (finding,) = found.findings[1:]
     assert (finding.validator, finding.passed, finding.value, finding.limit, finding.origin) == ("twins", True, 1.0, 0.5, "")
@@ -126,6 +128,16 @@ def test_of_the_first_that_failed_each_source_of_error_is_tried_by_itself() -> N
     seeds = [seed for _, seed in group.asked]
     assert seeds[2:] == [seeds[1]] * 2
     assert not found.findings[-1].passed and found.findings[-1].value == pytest.approx(2 / 3)
+
+
+@pytest.mark.parametrize(("wrong", "passes"), [(1, True), (9, False)])
+def test_what_to_try_is_told_where_too_many_runs_failed(wrong: int, passes: bool) -> None:
+    candidate, remedy, left = proven("picking_up"), Remedy("far", "put it nearer"), [False] * wrong
+    judge = Says("bad", lambda _: [Finding("bad", left.pop() if left else True, "it is far", remedy=remedy)])
+    group, doubts = Answers(candidate, *[True] * 12), ProofDoubts(3, 0.5, TWO)
+    found = doubt(candidate, NOMINAL, setting(doubts), knowing(Written(), [judge]), group, lambda _: None, 0.0)
+    assert found is not None and found.passed is passes and found.twins is not None and found.twins.failed
+    assert found.findings[-1].remedy == (None if passes else remedy)
 
 
 def test_without_doubts_there_is_nothing_to_explain_but_all_of_them_may_break_it_together() -> None:

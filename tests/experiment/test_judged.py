@@ -168,6 +168,23 @@ def test_a_judge_that_dies_while_the_robot_moves_is_counted_apart(
 
 
 @pytest.mark.heavy
+@pytest.mark.parametrize("what", ["", "stop 60"])
+def test_a_protective_stop_ends_an_episode_that_is_watched(
+    what: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, small: JudgedExperiment
+) -> None:
+    monkeypatch.setenv("SMALL_JUDGE", what)
+    order = Order(Episodes(small, small.episodes("watched", "0", "0"), pictures=False), tmp_path, workers=1)
+    (found,) = played(order, lambda _: None)
+    assert found.proven and found.attempt is not None
+    if not what:
+        assert found.rest() and not found.attempt.notices, found.attempt.reason
+        return
+    assert found.attempt.outcome == "protective stop" and [n.kind for n in found.attempt.notices] == ["ProtectiveStop"]
+    assert "somebody pressed the button; a protective stop waits for a person" in found.attempt.reason
+    assert not found.attempt.thought and not list(tmp_path.rglob("round_2")) and not found.rest()
+
+
+@pytest.mark.heavy
 def test_a_worker_that_dies_after_the_robot_moved_has_failed_at_once(tmp_path: Path, small: JudgedExperiment) -> None:
     folder, told = tmp_path / "deadly", list[str]()
     folder.mkdir()
@@ -444,3 +461,17 @@ def test_variants_are_held_against_what_they_are_of(small: JudgedExperiment) -> 
     assert found is not None and found.value == pytest.approx(-0.2) and found.interval[0] < -0.2 < 0 < found.interval[1]
     text = markdown(tables([*done, *variants], both), both)
     assert "Variants (turned) less what they are of (table), true at rest: -.20 (-.62 to +.26" in text
+
+
+@pytest.mark.parametrize(
+    ("first", "waited", "rest", "in_passing_time"), [(90, 5, True, True), (90, 11, True, False), (101, 0, False, False)]
+)
+def test_time_that_passes_while_it_thinks_is_taken_from_the_budget(
+    first: int, waited: int, rest: bool, in_passing_time: bool, small: JudgedExperiment
+) -> None:
+    one = replace(result(0, first=first, rest=True, waited=waited), suite="watched")
+    assert (one.rest(), one.rest_while_time_passes()) == (rest, in_passing_time)
+    counted = tables([one], small)
+    assert counted.watched is not None and (counted.watched.still.hits, counted.watched.passing.hits) == (rest, in_passing_time)
+    assert f"{counted.watched.passing.text} if it passes" in markdown(counted, small)
+    assert tables([result(0, first=first, rest=True)], small).watched is None

@@ -6,7 +6,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from cramlite.engine.line_origins import origins_of
-from cramlite.engine.proof import judge
+from cramlite.engine.proof import findings_of
 from cramlite.model import Finding, World
 from cramlite.plugin import Candidate
 from helpers.task_scenarios import attempted, engine
@@ -65,7 +65,7 @@ def objections(candidate: Candidate) -> dict[str, str]:
 
 
 def findings(candidate: Candidate) -> list[Finding]:
-    return judge(candidate, engine().knowledge, rollout=True)
+    return findings_of(candidate, engine().knowledge, rollout=True)
 
 
 def against(candidate: Candidate, text: str, world: World | None = None) -> dict[str, str]:

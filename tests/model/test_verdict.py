@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import pytest
+from msgspec.structs import replace
 
 from cramlite.model import Finding, Verdict
+from cramlite.model.remedy import Remedy
 
 GOOD = Finding("one", True, "0.1 m, limit 0.2 m", 0.1, 0.2, "m")
 BAD = Finding("slip", False, "0.3 m, limit 0.2 m", 0.3, 0.2, "m", "1.Grasping")
@@ -59,3 +61,11 @@ def test_measured_values_are_named_with_their_units() -> None:
 def test_who_was_not_asked_is_named() -> None:
     assert Verdict((GOOD,), ("goal", "collision")).not_judged == "not judged, since blocked: goal, collision"
     assert Verdict((GOOD,)).not_judged == ""
+
+
+def test_what_to_try_is_that_of_the_first_objection() -> None:
+    """Others may follow from it, so that what would help against them is not told."""
+    nearer, wider = Remedy("far", "put it nearer"), Remedy("narrow", "open wider")
+    first, second = replace(BAD, remedy=nearer), replace(OTHER, remedy=wider)
+    assert Verdict((replace(GOOD, remedy=wider), first, second)).remedy is nearer
+    assert Verdict((BAD, second)).remedy is None and Verdict((GOOD,)).remedy is None

@@ -104,6 +104,21 @@ def test_what_is_in_the_way_is_moved_and_put_down_elsewhere_first(problem: Plann
     assert said == ["no Grasping(prize) with 'other' as it was and 'prize' as it was"]
 
 
+@pytest.mark.parametrize(("model", "clears"), [("knob", False), ("switch", True)])
+def test_a_knob_takes_the_same_room_however_it_is_turned(model: str, clears: bool, tmp_path: Path) -> None:
+    """So nothing is turned on to make room; a lever that is thrown stands elsewhere."""
+    path = tmp_path / "stove.yaml"
+    path.write_text(SCENE.replace("name: other, model: block", f"name: other, model: {model}"))
+    setting = ENGINE.setting(read_scenario(path), twins=0)
+    with_it = planning_problem(Goal(("prize on tray",)), setting.symbolic(ENGINE.knowledge.taxonomy), ENGINE.knowledge)
+    plans, trace = replanned(with_it, Refutation((1,), (("other",),)))
+    (said,) = [e.reason for e in trace.entries if e.kind == "goal" and e.outcome == "refused"]
+    assert ("'other' as it was" in said) == clears and (len(plans) == 2 and "TurningOn" in plans[1]) == clears
+    own, trace = replanned(planning_problem(Goal(("other turned on",)), setting.symbolic(ENGINE.knowledge.taxonomy), ENGINE.knowledge),
+                           Refutation((1,), (("prize",),)))  # fmt: skip
+    assert "'other' as it was" in next(e.reason for e in trace.entries if e.outcome == "refused"), own
+
+
 def test_a_grasp_that_ends_where_it_began_moves_nothing(problem: PlanningProblem) -> None:
     (_, second), _ = replanned(problem, Refutation((1,), (("other",),)))
     assert "Releasing" not in second

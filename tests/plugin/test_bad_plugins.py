@@ -93,6 +93,8 @@ EVERY_COMMAND = {
     "perceive": ("fetch_from_hanger_camera",),
     "query": ("SELECT ?a WHERE { ?a ?b ?c }",),
     "learn": ("shown", "--task", "shelving"),
+    "library": ("add", "cartons"),
+    "calibrate": ("pictures",),
     "record": ("fetch_from_hanger", "--out", "recorded"),
     "resolve": ("fetch_from_hanger", "--out", "run"),
     "schema": ("rule",),

@@ -178,7 +178,7 @@ def test_nothing_is_proven_without_a_judge_that_cannot_be_loaded(monkeypatch: py
 
     found = [replace(p, load=cut_off) if p.name == "bystanders" else p for p in entry_points()]
     monkeypatch.setattr("cramlite.plugin.registry.entry_points", lambda: found)
-    with pytest.raises(PluginError, match=r"A judge is missing.*'bystanders'.*box_around.*--block bystanders"):
+    with pytest.raises(PluginError, match=r"A validator is missing.*'bystanders'.*box_around.*--block bystanders"):
         _ = Engine().knowledge.validators
     blocked = Engine(blocked=["bystanders"]).knowledge
     assert "bystanders" not in {v.name for v in blocked.validators}
@@ -187,5 +187,5 @@ def test_nothing_is_proven_without_a_judge_that_cannot_be_loaded(monkeypatch: py
 def test_nothing_is_proven_without_a_judge_that_is_declared_wrong(plugin: Plugin) -> None:
     file = plugin("half", "@hookimpl\ndef validators():\n    return [1 / 0]\n")
     registry = Registry((file,), strict=False)
-    with pytest.raises(PluginError, match=r"A judge is missing.*'half'.*ZeroDivisionError"):
+    with pytest.raises(PluginError, match=r"A validator is missing.*'half'.*ZeroDivisionError"):
         _ = Knowledge(registry).validators

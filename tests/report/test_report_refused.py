@@ -70,8 +70,8 @@ def test_a_run_that_was_refused_is_shown(tmp_path: Path, run: Run) -> None:
     assert done.code == 1, done.err
     page = (tmp_path / "run" / "report.html").read_text("utf-8")
     assert faults(page) == []
-    assert titles(page)[:4] == ["Summary", "Why nothing was proven", "The run", "What the judges found"]
-    assert titles(page).index("What collides with what") > titles(page).index("What the judges found")
+    assert titles(page)[:4] == ["Summary", "Why nothing was proven", "The run", "What the validators found"]
+    assert titles(page).index("What collides with what") > titles(page).index("What the validators found")
     assert "One complete program ran; it is shown below as it failed" in page
     checks = page.split('class="stack checks"')[1]
     assert checks.index("no weather for it") < checks.index("✓")

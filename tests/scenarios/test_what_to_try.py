@@ -213,7 +213,7 @@ def test_causes_that_differ_in_numbers_and_their_units_only_are_told_once() -> N
 
 def test_of_a_program_that_failed_in_twins_it_is_said_what_failed_there() -> None:
     trace = Trace()
-    reason = "twins: 2 of 4, interval .15 to .85; 5 not run, since they could change nothing; twin 2: grasp_slip: 'obj' moved 12.1 mm"
+    reason = "twins: 2 of 4, interval .15 to .85; 5 not run: the verdict is certain; twin 2: grasp_slip: 'obj' moved 12.1 mm"
     trace.add(0, "proof", "plan", "failed", "urscript", reason, kind="proof")
     assert what_to_try(trace.entries) == (
         "mend the first objection, others may follow from it: twin 2: grasp_slip: 'obj' moved 12.1 mm",

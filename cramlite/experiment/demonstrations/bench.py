@@ -13,7 +13,7 @@ from ...base.stopwatch import Stopwatch
 from ...base.value import Value
 from ...engine.engine import Engine
 from ...engine.executor import Executor
-from ...engine.proof import judge
+from ...engine.proof import findings_of
 from ...planning.budget import Budget
 from ...plugin.protocols import Candidate
 from ...plugin.selection import INSTALLED, PluginChoice
@@ -93,7 +93,7 @@ def goal_missed(place: Bench, candidate: Candidate) -> str:
     """
     spec = place.experiment.spec
     aim = replace(candidate, belief=replace(candidate.belief, relations=frozenset({spec.goal}), held=None))
-    findings = judge(aim, place.engine.knowledge, rollout=True, only=spec.judges)
+    findings = findings_of(aim, place.engine.knowledge, rollout=True, only=spec.judges)
     said = "; ".join(f"{f.validator}: {f.reason}" for f in findings if not f.passed)
     return said or (
         "" if any(f.validator == "end_state" for f in findings) else "nothing was moved that the goal is about"

@@ -125,7 +125,7 @@ def html(
 
 
 def _share(value: Share) -> str:
-    """On two lines at most: a number and its unit, and an interval, stay together."""
+    """Text of a share that breaks into two lines at most: its counts, and its interval."""
     counts, _, rest = share(value).partition(" (")
     return counts.replace(" ", "\u00a0") + " (" + rest.replace(" ", "\u00a0")
 

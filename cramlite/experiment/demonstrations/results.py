@@ -13,7 +13,7 @@ class Execution(Value):
     Args:
         scale: how many times the declared errors the twin was drawn from.
         succeeded: whether it ran to its end, nothing was hit or overloaded, and the goal holds at the end.
-        reason: what the judges said against it; empty if nothing.
+        reason: objections of the validators; empty if nothing.
         peak_force: at the wrist [N].
         seconds: of simulated time.
         picture: file name of the last sample.

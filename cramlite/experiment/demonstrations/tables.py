@@ -103,8 +103,8 @@ class Confusion(Value):
 
     @property
     def mcnemar(self) -> float | None:
-        """P value of McNemar's exact test of twins against the nominal run alone, as predictors of execution: which of them is right
-        where they disagree (McNemar, Psychometrika 12, 1947); None where they never do."""
+        """P value of McNemar's exact test of twins against the nominal run as predictors of execution (McNemar,
+        Psychometrika 12, 1947); None if they never disagree."""
         from scipy.stats import binomtest
 
         differ = self.doubted_succeeded + self.doubted_failed

@@ -170,7 +170,7 @@ def _attempts(trial: Trial, candidate: CandidateSequence) -> Iterator[Program]:
 def _twin_runs(trial: Trial) -> ExecutorGroup:
     """Processes that run programs in twins."""
     registry = trial.place.engine.registry
-    plugins = PluginChoice(tuple(registry.files), tuple(registry.blocked), tuple(registry.preferred))
+    plugins = PluginChoice(tuple(registry.files), tuple(registry.blocked), tuple(registry.preferred), registry.models)
     return ExecutorGroup(plugins, min(trial.processes, trial.place.experiment.spec.proof.twins or 1))
 
 

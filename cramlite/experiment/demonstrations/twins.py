@@ -23,7 +23,7 @@ PICTURE = (320, 240)
 
 
 def doubts(place: Bench, setting: Setting) -> ProofDoubts:
-    """Return the doubts that programs of an experiment must stand: twins of the proof, other ones than those of executions."""
+    """Return the errors of an experiment's proofs: twins of their own, other than those of executions."""
     spec = place.experiment.spec
     sensor = setting.robot.sensor_errors
     errors = spec.proof.errors.errors(spec.twin.errors(NO_ERRORS, sensor), sensor)

@@ -1,4 +1,5 @@
-"""Attempts that go on in a judge's simulator when the world changes there: readings come from the judge, plans from what it then says."""
+"""Attempts in a judge's simulator whose world changes on the way: the judge gives readings, and each stop a new
+plan."""
 
 from __future__ import annotations
 
@@ -30,6 +31,8 @@ ROUNDS = 6
 ANOTHER = Limits(place=0.03, lean=0.4, width=math.inf, push=math.inf, slower=3.0, later=4.0)
 """Of runs in another simulator than that of the proof: what is grasped settles otherwise there, fingers creep, forces differ."""
 STOPS = {"halted": Deviation.REFUSED, "protective stop": Deviation.STOPPED}
+"""Outcome -> its description, of runs that did not come to their end."""
+PERSON = "a protective stop waits for a person, and an episode has none"
 
 
 class Played(Value):
@@ -40,22 +43,29 @@ class Played(Value):
         notices: what was noticed in each but the last, in order.
         thought: CPU time from each notice to the next program [s].
         reason: why it was not gone on with; "" where it was not stopped.
+        corrections: of poses that were read and cannot be, in clauses.
     """
 
     rollout: Rollout
     notices: tuple[Notice, ...]
     thought: tuple[float, ...]
     reason: str = ""
+    corrections: tuple[str, ...] = ()
 
 
 def play_on(judge: Judge, engine: Engine, solution: Solution, folder: Path, twins: int) -> Played:
-    """Play a program, and go on with what is proven from there wherever it is stopped.
+    """Play a program; after each stop prove and play the rest from there.
 
     Args:
         folder: for the scenes and scenarios of later rounds.
         twins: in how many their programs are tried.
     """
-    notices, thought, asked = list[Notice](), list[float](), None
+    notices, thought, corrections, asked = list[Notice](), list[float](), list[str](), None
+
+    def played(reason: str = "") -> Played:
+        return Played(rollout, tuple(notices), tuple(thought), reason, tuple(corrections))
+
+    known = frozenset(solution.setting.world.notes)
     for number in range(1, ROUNDS + 1):
         code, proof = solution.candidate.code, solution.candidate.rollout
         assert code is not None and proof is not None
@@ -67,37 +77,43 @@ def play_on(judge: Judge, engine: Engine, solution: Solution, folder: Path, twin
         if rollout.outcome in STOPS:
             notice = Notice(STOPS[rollout.outcome], float(rollout.times[-1]), rollout.reason)
         if notice is None:
-            return Played(rollout, tuple(notices), tuple(thought))
+            return played()
         notices.append(notice)
         asked = watch.last.goal if watch.last is not None else asked
         if notice.kind is Deviation.CANCELLED or number == ROUNDS:
-            return Played(rollout, tuple(notices), tuple(thought), str(notice))
+            return played(str(notice))
+        if notice.kind is Deviation.STOPPED:
+            return played(f"{notice}; {PERSON}")
         began = time.process_time()
-        following, why = _following(judge, engine, watch, folder / f"round_{number + 1}", twins)
+        following, why, notes = _following(judge, engine, watch, folder / f"round_{number + 1}", twins)
         thought.append(time.process_time() - began)
+        corrections += [n for n in notes if n not in known]
         if following is None:
-            return Played(rollout, tuple(notices), tuple(thought), f"{notice}; {why}")
+            return played(f"{notice}; {why}")
         solution = following
     raise AssertionError("the last round returns")
 
 
-def _following(judge: Judge, engine: Engine, watch: RunWatch, folder: Path, twins: int) -> tuple[Solution | None, str]:
-    """The first program that is proven from what the judge says of its world now; None with the reason."""
+def _following(
+    judge: Judge, engine: Engine, watch: RunWatch, folder: Path, twins: int
+) -> tuple[Solution | None, str, tuple[str, ...]]:
+    """First proven program from the judge's present world, None with the reason; and the world's notes."""
     trace = Trace()
+    notes: tuple[str, ...] = ()
     try:
         path, setting = judge.setting(engine, folder, twins)
-        setting = _holding(setting, watch)
+        setting, notes = _holding(setting, watch), setting.world.notes
         found = engine.resolve(read_scenario(path), setting=setting, trace=trace)
         solution = next(found, None)
     except UserError as error:
-        return None, str(error)
+        return None, str(error), notes
     from ...planning.failure import failure_text
 
-    return solution, "" if solution else failure_text(trace, engine.registry.faults)
+    return solution, "" if solution else failure_text(trace, engine.registry.faults), notes
 
 
 def _holding(setting: Setting, watch: RunWatch) -> Setting:
-    """The setting with what is in the hand, by what was read last."""
+    """Setting with the payload of the last readings in the hand."""
     mount, read = setting.world.robots[0], watch.last
     assert read is not None
     holds = in_hand(setting.world.things, read, setting.robot.gripper.opening[0])

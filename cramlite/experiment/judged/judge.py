@@ -36,7 +36,7 @@ class Judgement(Protocol):
 
     @property
     def avoided(self) -> bool | None:
-        """Whether what must not be moved was not; None where nothing must not."""
+        """Whether the obstacles that must not move did not; None in tasks without one."""
 
     @property
     def changed(self) -> int | None:
@@ -54,16 +54,16 @@ class Judge(Protocol):
         """Begin an episode and return the name of its task."""
 
     def setting(self, engine: Engine, folder: Path, twins: int) -> tuple[Path, Setting]:
-        """Write the scenario of the episode that has begun, with its goal, into a folder; return its file, and where it is resolved."""
+        """Write the scenario of the present episode, with its goal, into a folder; return its file and setting."""
 
     def play(self, program: str, setting: Setting, watch: Watch | None = None) -> Rollout:
-        """Run a program in the judge's simulator to its end, or until a watcher of what the judge reads stops it."""
+        """Run a program in the judge's simulator to its end, or until a watcher of its readings stops it."""
 
     def rest(self) -> None:
         """Do nothing until things are at rest."""
 
     def check(self) -> Judgement:
-        """Return the judgement, as it is by now."""
+        """Return the present judgement."""
 
     def picture(self) -> bytes:
         """Return the picture of the judge's camera as PNG; nothing without a camera."""

@@ -59,7 +59,7 @@ def why(result: EpisodeResult) -> str:
 
 
 def outcome_text(result: EpisodeResult) -> str:
-    """Return how an episode ended, in a word or two."""
+    """Return the end of an episode, in a word or two."""
     if result.apart:
         return f"{result.failure}, counted in no rate"
     return "true at rest" if result.rest() else f"failed: {result.failure}"

@@ -165,11 +165,14 @@ def _attempt(trial: Trial, judge: Judge, engine: Engine, solution: Solution, nam
     write_whole(trial.folder / MOVED, name)
     notices: tuple[Notice, ...] = ()
     thought: tuple[float, ...] = ()
+    corrections: tuple[str, ...] = ()
+    waited = 0
     try:
         if trial.experiment.suite(trial.episode.suite).watched:
             played = play_on(judge, engine, solution, trial.folder, trial.twins)
-            rollout, notices, thought = played.rollout, played.notices, played.thought
+            rollout, notices, thought, corrections = played.rollout, played.notices, played.thought, played.corrections
             rollout = replace(rollout, reason=played.reason or rollout.reason)
+            waited = round(sum(thought) / float(rollout.times[1] - rollout.times[0])) if len(rollout.times) > 1 else 0
         else:
             rollout = judge.play(code.text, solution.setting)
         save_rollout(rollout, trial.folder / f"{name}.npz")
@@ -185,12 +188,13 @@ def _attempt(trial: Trial, judge: Judge, engine: Engine, solution: Solution, nam
     return Attempt(
         outcome=rollout.outcome, reason=rollout.reason, first=rested.first, rest=rested.success, steps=ended.steps, ours=ours,
         picture=_kept(trial.folder / f"{name}.png", seen), believed=_kept(trial.folder / f"{name}_believed.jpg", believed),
-        changed=ended.changed, avoided=rested.avoided, notices=notices, thought=thought,
+        changed=ended.changed, avoided=rested.avoided, notices=notices, thought=thought, corrections=corrections,
+        waited=waited,
     )  # fmt: skip
 
 
 def _holds_here(judge: Judge, engine: Engine, trial: Trial) -> bool | None:
-    """Whether the goal as it is understood here holds in the judge's world as it is now; None where that cannot be told."""
+    """Whether our reading of the goal holds in the judge's present world; None if unknown."""
     try:
         path, setting = judge.setting(engine, trial.folder / "end", 0)
         goal = Goal(tuple(map(str, read_scenario(path).spec.goal or ())))
@@ -208,7 +212,7 @@ def _kept(path: Path, picture: bytes) -> str:
 
 
 def _refused_state(engine: Engine, setting: Setting, trace: Trace) -> bytes:
-    """The state of the nearest miss among those in which two bodies met; nothing where there is none."""
+    """State of the nearest miss with a collision; nothing without one."""
     missed = nearest_miss([e for e in trace.entries if e.collision is not None])
     if missed is None or missed.collision is None:
         return b""

@@ -8,7 +8,7 @@ from ...base.rate import Rate, digits
 from ..figure import Number
 from ..measured import rates, value
 from .spec import JudgedExperiment
-from .tables import Difference, EpisodeRow, EpisodeTables, Spread
+from .tables import Difference, EpisodeRow, EpisodeTables, Spread, Watched
 
 WITHIN = (
     "Within the budget means that the judge's check was true for the first time within it; unlimited, at any time. At rest: still true "
@@ -27,6 +27,7 @@ def markdown(tables: EpisodeTables, experiment: JudgedExperiment) -> str:
         "## What the proof was worth", "", *worth(tables), "",
         "## Suites", "", *grid(("suite", "about", "budget", *HEAD), suite_rows(tables, experiment)), "",
         *([difference(tables.difference), ""] if tables.difference else []),
+        *([watched(tables.watched), ""] if tables.watched else []),
         "## Tasks", "", *grid(("suite", "task", "name", *HEAD), task_rows(tables)), "",
         "## Failures", "", *failures(tables), "",
         "## Time", "", *grid(("time [s]", "median", "95 % under", "longest", "episodes"), times(tables.seconds)), "",
@@ -51,11 +52,19 @@ def suite_rows(tables: EpisodeTables, experiment: JudgedExperiment) -> list[list
 
 
 def difference(found: Difference) -> str:
-    """Return how much less often variants are true at rest than their originals, in a sentence."""
+    """Return a sentence on how much less often variants are true at rest than their originals."""
     low, high = found.interval
     return (
         f"Variants ({', '.join(found.variants)}) less what they are of ({', '.join(found.bases)}), true at rest: {signed(found.value)} "
         f"({signed(low)} to {signed(high)}, Newcombe): {found.rate.text} less {found.base_rate.text}."
+    )
+
+
+def watched(found: Watched) -> str:
+    """Return the rates of watched suites, if time stands still and if it passes while a program is looked for, in a sentence."""
+    return (
+        f"Watched suites, true at rest: {found.still.text} if simulated time stands still while the rest is resolved; "
+        f"{found.passing.text} if it passes, by CPU time."
     )
 
 
@@ -98,6 +107,8 @@ def numbers(tables: EpisodeTables) -> list[Number]:
     """Return the numbers of a figure: rates by suite, the worth of a verdict, and CPU times."""
     rows = [(r.suite, r) for r in tables.suites] + ([("all", tables.whole)] if len(tables.suites) > 1 else [])
     found = [number for name, row in rows for number in rates(name, _columns(row))]
+    if tables.watched:
+        found += rates("watched suites, true at rest", {"time stands still": tables.watched.still, "time passes": tables.watched.passing})
     found += rates("a passing verdict was right", {"": tables.passing_was_right})
     return found + [value(stage, s.median, "s", "CPU, median") for stage, s in tables.seconds.items()]
 

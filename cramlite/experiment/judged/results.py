@@ -29,6 +29,8 @@ class Attempt(Value, kw_only=True):
         avoided: whether what must not be moved was not, until things were at rest; None where nothing must not.
         notices: what was noticed, where the suite is watched.
         thought: CPU time from each notice to the next program [s].
+        corrections: of poses that were read and cannot be, in clauses.
+        waited: actions that would pass while it thought, by that time.
     """
 
     outcome: str
@@ -43,6 +45,8 @@ class Attempt(Value, kw_only=True):
     avoided: bool | None = None
     notices: tuple[Notice, ...] = ()
     thought: tuple[float, ...] = ()
+    corrections: tuple[str, ...] = ()
+    waited: int = 0
 
 
 class EpisodeResult(Value, kw_only=True):
@@ -84,7 +88,7 @@ class EpisodeResult(Value, kw_only=True):
 
     @property
     def apart(self) -> bool:
-        """Whether it counts in no rate: the judge's process died while the robot moved, so that nobody judged."""
+        """Whether it counts in no rate: the judge's process died while the robot moved."""
         return self.attempt is not None and self.attempt.outcome == JUDGE_DIED
 
     def first(self, *, unlimited: bool = False) -> bool:
@@ -92,8 +96,13 @@ class EpisodeResult(Value, kw_only=True):
         return self.attempt is not None and in_time(self.attempt, self.budget, unlimited=unlimited)
 
     def rest(self, *, unlimited: bool = False) -> bool:
-        """Return whether it was, and still is when things are at rest."""
+        """Return whether the check was true, and still is when things are at rest."""
         return self.first(unlimited=unlimited) and self.attempt is not None and self.attempt.rest
+
+    def rest_while_time_passes(self) -> bool:
+        """Return whether it is true at rest, and was within the budget if time passes while it thinks: nothing else happens meanwhile."""
+        first = self.attempt.first if self.attempt else None
+        return self.rest() and first is not None and self.attempt is not None and first + self.attempt.waited <= self.budget
 
 
 def in_time(attempt: Attempt, budget: int, *, unlimited: bool = False) -> bool:

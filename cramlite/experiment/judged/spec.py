@@ -15,9 +15,9 @@ from ..experiment_file import ExperimentFile, read_spec
 
 
 class SuiteSpec(Spec):
-    """Suite of tasks, numbered from 0, and the actions that an episode of it may take in the published protocol; ``of`` is the suite
-    that it is a variant of. In a ``watched`` one the judge tells poses while the robot moves, and what was proven is gone on from where the
-    world changes."""
+    """Suite of tasks, numbered from 0, with the actions that the published protocol allows an episode; ``of``
+    is the suite that it varies. In a ``watched`` suite the judge sends poses while the robot moves, and the
+    rest is proven anew where the world changes."""
 
     tasks: int = Field(ge=1)
     states: int = Field(ge=1)
@@ -44,7 +44,7 @@ class FailureSpec(Spec):
 
 
 class PublishedSpec(Spec):
-    """Published rate of another system over some suites, and what that system was given."""
+    """Published rate of another system over some suites, and the input that it was given."""
 
     system: str
     given: str

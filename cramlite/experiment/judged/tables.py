@@ -80,6 +80,13 @@ class Difference(Value):
     interval: tuple[float, float]
 
 
+class Watched(Value):
+    """Episodes of watched suites, true at rest within the budget: if simulated time stands still while it thinks, and if it passes."""
+
+    still: Rate
+    passing: Rate
+
+
 class EpisodeTables(Value):
     """Tables of a judged experiment.
 
@@ -94,6 +101,7 @@ class EpisodeTables(Value):
         refused_for: reason -> how many refusals name it first.
         difference: between variants of suites and those suites; None where not both were played.
         published: of the suites that were played.
+        watched: None where no suite was that was played.
     """
 
     passing_was_right: Rate
@@ -108,6 +116,7 @@ class EpisodeTables(Value):
     refused_for: dict[str, int]
     difference: Difference | None
     published: tuple[PublishedRate, ...]
+    watched: Watched | None = None
 
 
 def tables(results: Episodes, experiment: JudgedExperiment) -> EpisodeTables:
@@ -129,11 +138,18 @@ def tables(results: Episodes, experiment: JudgedExperiment) -> EpisodeTables:
         refused_for=dict(Counter(plain_reason(r.reason) for r in results if not r.proven).most_common()),
         difference=_difference(results, experiment),
         published=tuple(_published_rate(p, results) for p in experiment.spec.published if set(p.suites) & set(suites)),
+        watched=_watched([r for r in results if experiment.suite(r.suite).watched]),
     )
 
 
+def _watched(results: Episodes) -> Watched | None:
+    if not results:
+        return None
+    return Watched(rate(results, lambda r: r.rest()), rate(results, lambda r: r.rest_while_time_passes()))
+
+
 def rate(episodes: Iterable[EpisodeResult], hit: Callable[[EpisodeResult], bool]) -> Rate:
-    """Return in how many of the episodes something is so."""
+    """Return the share of the episodes for which something is true."""
     hits = [hit(r) for r in episodes]
     return Rate(sum(hits), len(hits))
 

@@ -116,7 +116,8 @@ class Hand:
             yield np.array([middle[0] + x * half[0], middle[1] + y * half[1], z]), turn
 
     def _box(self, literal: Literal) -> tuple[Any, Any]:
-        """Where a thing's origin may be: in a region, above one, or within what the judge lets be beside the middle of a thing."""
+        """Bounds of a thing's origin: in a region, above one, or near the middle of a thing as the judge
+        allows."""
         world, name = self.world, literal[2]
         if name not in world.env.env.object_sites_dict:
             middle, top = world.data.body(world.root(name)).xpos.copy(), world.corners(name)[:, 2].max()
@@ -160,12 +161,12 @@ class Hand:
         mujoco.mj_forward(world.model, world.data)
 
     def _hold(self) -> None:
-        """Keep the arm, what takes no part, and joints whose state is asked, where they are."""
+        """Keep the arm, uninvolved things, and joints of the goal where they are."""
         data = self.world.data
         data.qpos[self.held], data.qvel[self.braked] = self.at, 0.0
 
     def _holding(self) -> None:
-        """Say which positions are held, and where: those of the arm, of what takes no part, and of joints whose state is asked."""
+        """Set the held positions: those of the arm, of uninvolved things, and of joints of the goal."""
         model = self.world.model
         places = {int(model.jnt_qposadr[j]): float(self.kept[1 + model.jnt_qposadr[j]]) for j in self.arm}
         brakes = [int(model.jnt_dofadr[j]) for j in (*self.arm, *self.still)]

@@ -52,7 +52,7 @@ FACTS = "problem.json"
 
 
 def draw(seed: int, folder: Path) -> dict[str, Any]:
-    """Draw the problem of a seed into a folder; gives what there is to say of it."""
+    """Draw the problem of a seed into a folder, and return its record."""
     told: Counter[str] = Counter()
     for attempt in count():
         told["states drawn"] += 1
@@ -152,7 +152,7 @@ def written(made: Problem, goal: tuple[Literal, ...], state: Any, folder: Path, 
 
 
 def _begins(folder: Path, goal: tuple[Literal, ...], state: Any) -> bool:
-    """Whether the judge begins an episode as it does all, and no part of the goal holds then."""
+    """Whether the judge can begin an episode in the state, and no part of the goal holds then."""
     try:
         world = World(folder / TEXT, parsed(folder / TEXT), 0)
     except RandomizationError:
@@ -171,7 +171,7 @@ def _facts(seed: int, scene: str, made: Problem, goal: tuple[Literal, ...], fold
 
 
 def told_of(facts: list[dict[str, Any]]) -> str:
-    """Return what the rules left out, of all problems of a folder, as lines."""
+    """Return the shares of problems that each rule left out, as lines."""
     whole: Counter[str] = Counter()
     for fact in facts:
         whole.update(fact["told"])

@@ -1,4 +1,4 @@
-"""What LIBERO has: the scenes of libero_90, the goals of its 130 tasks, kinds of things and their regions.
+"""Library of LIBERO: the scenes of libero_90, the goals of its 130 tasks, kinds of things and their regions.
 
 It runs in the judge's environment.
 """

@@ -27,7 +27,7 @@ COLUMNS, LINE, WIDTH = 4, 12, 40
 
 
 def picture(judge: Judge, seed: int) -> tuple[Any, str]:
-    """Return what is seen of a problem, and its name."""
+    """Return the picture of a problem, and its name."""
     name = str(judge.reset("drawn", seed, 0)["task"])
     return Image.open(io.BytesIO(base64.b64decode(judge.cameras()["agentview"]["png"]))), name
 

@@ -89,7 +89,7 @@ class World:
         return str(self.env.env.get_object(thing).root_body)
 
     def holds(self, literal: Literal) -> bool:
-        """Return what the judge says of a part of a goal."""
+        """Return the judge's answer for a part of a goal."""
         return bool(self.env.env._eval_predicate(list(literal)))
 
     def holds_nearly(self, literal: Literal) -> bool:
@@ -126,14 +126,14 @@ class World:
         return np.ptp(self.own_corners(thing), axis=0)
 
     def own_corners(self, thing: str) -> Any:
-        """Return the corners of the boxes about what a thing collides with, in its own frame [m]."""
+        """Return the corners of the boxes about a thing's colliding geoms, in its own frame [m]."""
         if thing not in self.known_corners:
             body = self.data.body(self.root(thing))
             self.known_corners[thing] = (self.corners(thing) - body.xpos) @ body.xmat.reshape(3, 3)
         return self.known_corners[thing]
 
     def footprint(self, literal: Literal) -> Any:
-        """Return the horizontal extents of what a thing is to be put in or on [m]: of the compartment, or of the thing that bears it."""
+        """Return the horizontal extents of the target of a part [m]: of the compartment, or of the support."""
         predicate, _, name = literal
         site = self.env.env.object_sites_dict.get(name)
         if predicate == "in" and site is not None:
@@ -143,7 +143,7 @@ class World:
         return np.full(2, np.inf) if bearer is None else np.ptp(self.corners(bearer), axis=0)[:2]  # a table bears all
 
     def geoms(self, thing: str) -> tuple[int, ...]:
-        """Return what a thing collides with."""
+        """Return the geoms of a thing that collide."""
         if thing not in self.known_geoms:
             inside, model = self._inside(int(self.model.body(self.root(thing)).id)), self.model
             own = (g for g in range(model.ngeom) if int(model.geom_bodyid[g]) in inside)
@@ -181,7 +181,8 @@ def _asked(thing: Any, whole: bool) -> tuple[str, ...]:
 
 
 def joint_value(world: World, literal: Literal) -> float:
-    """Return a value of a joint in the range that LIBERO draws a state of it from: the end that is away from the opposite state."""
+    """Return a joint value for a wanted state: the end of LIBERO's range of that state that is farther from the
+    opposite state."""
     env: Any = world.env.env
     site: Any = env.object_sites_dict.get(literal[1])
     thing = env.get_object(site.parent_name if site is not None else literal[1])

@@ -11,7 +11,21 @@ from collections.abc import Callable
 
 import py_trees
 
-from cramlite import Engine, Goal, RuleSpec, Setting, Solution, TaskSpec, Trace, nearest_miss
+from cramlite import (
+    Engine,
+    Goal,
+    GoingOn,
+    NoSolution,
+    RuleSpec,
+    Scenario,
+    Setting,
+    Solution,
+    Stretch,
+    TaskSpec,
+    Trace,
+    nearest_miss,
+)
+from cramlite.model import Deviation, Notice
 from cramlite.plugin import CramliteError
 
 Work = Goal | TaskSpec | RuleSpec | list[TaskSpec | RuleSpec]
@@ -142,3 +156,52 @@ class Place:
         if done.succeeded:
             self._setting = done.setting_after()
         return done.succeeded
+
+
+NOTICE = "cramlite/notice"
+"""Key on the blackboard under which the last notice is; None before the first, and after a run without one."""
+
+
+class WatchedPlace(Place):
+    """Place whose runs are watched, and gone on with where the world changes; each notice is on the blackboard.
+
+    There ``cramlite/notice`` is a dictionary: ``type`` (a class of the ontology), ``step``, ``thing``, ``reason``, ``measured``, ``limit``,
+    ``unit``, ``decision`` and ``to_do``, what a person could do. A tree chooses a recovery by them when a run fails.
+
+    Args:
+        scenario: where.
+        seed: of its world.
+        rounds: programs that a run may take, the first one included.
+    """
+
+    def __init__(self, engine: Engine, scenario: Scenario, seed: int = 0, rounds: int = 6) -> None:
+        super().__init__(engine, engine.setting(scenario, seed=seed))
+        self._scenario, self._seed, self._rounds = scenario, seed, rounds
+        self._board = py_trees.blackboard.Client(name="cramlite")
+        self._board.register_key(key=NOTICE, access=py_trees.common.Access.WRITE)
+        self._board.set(NOTICE, None)
+        self.notices: list[Notice] = []
+
+    def run(self, solution: Solution) -> bool:
+        """Execute a program's text, and go on; True if it came to its end, False where it could not go on or was cancelled."""
+        going = GoingOn(self._scenario, self._engine, self._seed)
+        self._board.set(NOTICE, None)
+        cancelled = False
+        try:
+            for stretch in going.execute(solution, self._rounds):
+                cancelled = stretch.notice is not None and stretch.notice.kind is Deviation.CANCELLED
+                self._tell(stretch)
+        except NoSolution:
+            return False
+        finally:
+            self._setting = going.setting
+        return not cancelled
+
+    def _tell(self, stretch: Stretch) -> None:
+        notice = stretch.notice
+        if notice is None:
+            return
+        self.notices.append(notice)
+        numbers = {"measured": notice.measured, "limit": notice.limit, "unit": notice.unit}
+        what = {"type": f"cram:{notice.kind}", "step": notice.step, "thing": notice.thing, "reason": notice.reason}
+        self._board.set(NOTICE, {**what, **numbers, "decision": stretch.decision, "to_do": stretch.to_do})

@@ -61,7 +61,7 @@ def world_tracks(rows: dict[str, Rows]) -> tuple[dict[str, Track], tuple[Repair,
 
 
 def rigid_links(rows: dict[str, Rows]) -> dict[str, str]:
-    """Return the frames that never move in their one parent, with it; what hangs from the root of the tree is free."""
+    """Return the frames that never move in their one parent, with it; children of the tree's root stay free."""
     links = {}
     for name, recorded in rows.items():
         if len(set(recorded.names)) == 1 and recorded.names[0] in rows and not _ROOT.search(recorded.names[0]):
@@ -137,7 +137,8 @@ def _resolve(name: str, rows: dict[str, Rows], tracks: dict[str, Track], repairs
 
 
 def _in_world(rows: Rows, tracks: dict[str, Track]) -> Track:
-    """One frame, once its parents are known: it moves when it is recorded, and when its parent moves."""
+    """Track of a frame in the world, once its parents are known: it moves with its own records and its
+    parent's."""
     if not any(p in tracks for p in rows.names):
         return Track(rows.times, rows.poses)
     bounds = [0, *(np.flatnonzero(np.diff(rows.parents)) + 1).tolist(), len(rows.times)]

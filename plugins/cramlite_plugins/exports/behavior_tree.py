@@ -1,4 +1,4 @@
-"""BehaviorTree.CPP tree of a program: XML of version 4, with the manifest of the nodes that somebody must implement.
+"""BehaviorTree.CPP tree of a program: XML of version 4, with the manifest of the nodes to be implemented.
 
 The order of tasks and steps, fallbacks, loops and monitors are those of the program that was proven. Each step is an action node
 whose input ports are the step's fields (``cramlite.model.Step``): numbers, and lists of numbers as BehaviorTree.CPP writes

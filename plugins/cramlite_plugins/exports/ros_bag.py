@@ -136,7 +136,8 @@ class Messages:
         return self._make("geometry_msgs/msg/WrenchStamped", header=header, wrench=made)
 
     def _happened(self, run: RunRecord) -> Iterator[Said]:
-        """Tasks and steps as they begin, "" when the last one has ended; events as they begin and end; the program's log."""
+        """Messages at the beginning of tasks and steps, "" after the last one; at the beginning and end of
+        events; and of the program's log."""
         for topic, spans in (("/task", run.tasks), ("/step", run.steps)):
             ends = [("", spans[-1].end)] if spans else []
             for name, time in [(s.name, s.start) for s in spans] + ends:

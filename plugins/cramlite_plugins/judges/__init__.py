@@ -1,1 +1,1 @@
-"""Judges: processes that simulate episodes somebody else defined, and the scenes of these episodes as scenarios."""
+"""Judges: processes that simulate the episodes of a benchmark, and the scenes of these episodes as scenarios."""

@@ -1,4 +1,4 @@
-"""A robot process that simulates the world around its robot, in episodes that somebody else defined, and judges them.
+"""Robot process that simulates the episodes of a benchmark, and judges them.
 
 Beside what a robot process answers (docs/how-to/drive_a_robot.md) it answers ``reset`` (suite, task, state), ``scene``, ``check`` and
 ``cameras``, each with one JSON object; one with ``error`` says, in a clause, why it cannot.
@@ -84,7 +84,8 @@ class JudgeEnvironment(Value):
 
 
 class JudgeProcess:
-    """Process that simulates episodes and judges them; one attempt each. Its script may import what the shipped judges share.
+    """Process that simulates episodes and judges them; one attempt each. Its script may import the shipped
+    judges' shared modules.
 
     Args:
         command: starts it.
@@ -126,7 +127,7 @@ class JudgeProcess:
         return str(said["task"])
 
     def scene(self) -> dict[str, Any]:
-        """Return what the process says of the world as it is now."""
+        """Return the process's description of the present world."""
         return self.ask({"ask": "scene"}, self.patience)
 
     def check(self) -> Check:
@@ -138,7 +139,7 @@ class JudgeProcess:
             raise self.lines.wrong(f"answered 'check' with what is no judgement: {error}") from None
 
     def picture(self) -> bytes:
-        """Return what its first camera sees, as PNG; nothing where it has no camera that works."""
+        """Return the picture of its first camera, as PNG; empty without a working camera."""
         try:
             shown: dict[str, Any] = next(iter(self.ask({"ask": "cameras"}, self.patience).values()), {})
             return base64.b64decode(shown["png"], validate=True)
@@ -146,7 +147,8 @@ class JudgeProcess:
             return b""
 
     def play(self, program: str, setting: Setting, watch: Watch | None = None) -> Rollout:
-        """Stream a typed program to its robot; the rollout is what the robot felt. A hand that holds something goes on pressing."""
+        """Stream a typed program to its robot; the rollout has the robot's states. A hand with a payload goes
+        on pressing."""
         return stream(load_program(program, setting.robot), setting.robot, self, watch, setting.world.robots[0])
 
     def rest(self) -> None:
@@ -160,20 +162,20 @@ class JudgeProcess:
 
     @property
     def name(self) -> str:
-        """Return what it is called in errors."""
+        """Return the name of the process in errors."""
         return self.lines.name
 
     def hello(self) -> Hello:
-        """Return what robot there is."""
+        """Return the description of the robot."""
         return self.robot.hello()
 
     def step(self, action: Action) -> State:
-        """Send an action and return what the robot feels after it."""
+        """Send an action and return the state of the robot after it."""
         self.last = action
         return self.robot.step(action)
 
     def ask(self, ask: dict[str, Any], patience: float) -> dict[str, Any]:
-        """Send a request and return what is answered.
+        """Send a request and return the answer.
 
         Raises:
             UserError: it refuses, has died, does not answer within ``patience`` [s], or answers what is no object.

@@ -19,6 +19,9 @@ from ..backends.stream.messages import Hello
 SEARCH = {"proofs": 4, "expansions": 300}
 """Work that an episode's search may take over one task sequence: less than usual (8 and 3000), so that a refusal takes some ten seconds;
 all of it is counted, so that an episode has the same program on any machine."""
+NOISE = "30 mm"
+"""Of poses that are read while a judge moves things: as far as they may be from the proof before it is noticed. It may move a thing into
+another, where it stays: a basket's wall was 15 mm inside a box, at rest."""
 SEQUENCES = 3
 """Task sequences for each part of its goal, usually 12 in all: each part may have things in its way, which a sequence finds out."""
 
@@ -45,6 +48,7 @@ def scene_setting(
     (folder / "scene.xml").write_text(scene["xml"].replace("</mujoco>", key), encoding="utf-8", newline="\n")
     absent = {"leave_out": list(scene["absent"])} if scene.get("absent") else {}
     world = {"file": str(folder.resolve() / "scene.xml"), "keyframe": "state", "packages": _assets(scene["xml"])} | absent
+    world |= {"noise": NOISE} if hello.poses is not None else {}
     whole = {"scenario": "episode", "world": world, **spec}
     setting = engine.setting(read_scenario(whole | {"tasks": []}), twins=twins)
     parts = goal(setting.world.things)

@@ -32,4 +32,7 @@ def _model(robot: Robot, thread: int) -> tuple[Any, Any, list[int], list[int]]:
 
     model = mujoco.MjModel.from_xml_string(robot.mjcf())
     joints = [model.joint(name) for name in robot.joints]
-    return model, mujoco.MjData(model), [int(j.dofadr[0]) for j in joints], [int(j.qposadr[0]) for j in joints]
+    dofs = [int(j.dofadr[0]) for j in joints]
+    if robot.rotors:
+        model.dof_armature[dofs] = robot.rotors
+    return model, mujoco.MjData(model), dofs, [int(j.qposadr[0]) for j in joints]

@@ -36,9 +36,9 @@ NEAR = math.pi / 4  # Newton's method that ends within this of its seed stayed o
 SETTLING, SETTLED, FURTHEST = 40, 1e-3, 0.15
 """Steps of a self-motion, a step that is small enough to end it, and the largest [rad]."""
 BEYOND = -0.5
-"""Cosine of a turn that is looked at as a quaternion, which takes three times as long."""
-ASTRAY = 0.13
-"""How far a joint of a led arm may be from where it settles [rad]: in LIBERO's judge the worst tenth was."""
+"""Cosine of a turn beyond which it is computed as a quaternion, in three times the time."""
+ASTRAY = 0.05
+"""How far a joint of a led arm may be from where it settles [rad]: in LIBERO's judge the worst of 100 rests was."""
 LEADING = (0.1, 0.4)
 """Between poses on the way of a tool that is led [m, rad]."""
 STEPS = (0.48, 0.06)
@@ -125,8 +125,8 @@ def smallest_singular_value(robot: Robot, q: Sequence[float]) -> float:
 
 
 def conditioning(robot: Robot, q: Sequence[float]) -> float:
-    """Return the smallest singular value of the Jacobian: of an arm that is led by its tool and can move beside that, wherever
-    ``ASTRAY`` leaves it."""
+    """Return the smallest singular value of the Jacobian; of a seven-axis arm that is led by its tool, the
+    smallest within ``ASTRAY`` along its null space."""
     if robot.posture is None or len(q) < 7:
         return smallest_singular_value(robot, q)
     beside = np.linalg.svd(jacobian(robot, q))[2][6]
@@ -363,7 +363,8 @@ def reach_shortfall(robot: Robot, target: Pose) -> str:
 
 
 def reach_gap(robot: Robot, target: Pose) -> tuple[float, str]:
-    """Return how far a pose is out of reach [m], negative where it is too near, and why, as a clause with numbers; (0, "") within reach.
+    """Return the distance of a pose out of reach [m], negative for too near, and a clause with numbers; (0, "")
+    within reach.
 
     For a six-axis arm whose joints 2 to 4 are parallel, the wrist centre (the origin of frame 5, on
     the axis of joint 6 behind the flange) lies within the annulus that both links and the

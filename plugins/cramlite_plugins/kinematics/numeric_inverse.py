@@ -29,7 +29,7 @@ ROUNDS = 20  # quadratic programs of a start
 NEAR = 1e-3  # error that Newton's method is started below [m, rad]
 LONGEST = 0.8  # longest step of a joint in one round [rad]: the linearisation does not hold for more
 DAMPING = 1e-4  # of the quadratic program, in units of its cost
-SWEEP = 0.48  # between values of the redundant joint [rad]: 13 of them for one that turns almost once around
+SWEEP = 0.48  # step of the redundant joint [rad]: 13 values for one that turns almost once around
 SAME = 1e-4  # two solutions nearer than this are one [rad]
 
 

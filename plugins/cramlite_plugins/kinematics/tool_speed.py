@@ -39,7 +39,7 @@ def tool_way(robot: Robot, path: Sequence[Sequence[float]]) -> float:
 
 
 def passable_speed(robot: Robot, path: Sequence[Sequence[float]], speed: float, acceleration: float) -> float:
-    """Return the speed of the leading axis that is asked for, or a lower one with which the tool is no faster than it may be [rad/s].
+    """Return the wanted speed of the leading axis, or a lower one that keeps the tool within its limit [rad/s].
 
     Args:
         path: joint positions, the start included [rad].

@@ -28,7 +28,7 @@ SAMPLES = 0.10  # how far behind the pinch point the swept fingers are looked at
 STEP = 0.005  # along the fingers [m]
 TIPS = 0.008  # of the pads, in a grasp by the tips [m]
 ENDS = 0.005  # and in one by no more than their ends: half of pads that are 20 mm long [m]
-THIN = 0.6  # share of a thin thing's thickness that they overlap: hands stay off what it lies on
+THIN = 0.6  # overlap of the pads as a share of a thin thing's thickness: hands stay off its support
 BEFORE, INTO = 0.003, 0.004  # a shallow grasp: tips before the far side, pinch point behind the near one [m]
 DEEP = 0.004  # what stays between the palm and the near side [m]
 FACE = 0.001  # pads are pressed in by less, and lean by less [m]
@@ -150,7 +150,7 @@ def _meets(geom: Geom, hands: Hands, row: int, segments: tuple[Floats, Floats]) 
 
 @lru_cache(maxsize=16)
 def _finger(gripper: Gripper) -> tuple[Floats, Floats]:
-    """Segments that fill a swept finger, in the frame of its middle: along each axis, so that no wall is missed."""
+    """Segments that fill a swept finger along each axis, in the frame of its middle, so that no wall is missed."""
     half, long = gripper.pad[0] / 2, (gripper.pad[1] / 2 + SAMPLES) / 2
     across, thick = np.linspace(-half, half, 4), (np.array([0.0, 0.3, 0.65, 1.0]) - 0.5) * FINGER
     along = np.arange(long, -long, -STEP)
@@ -188,8 +188,9 @@ def shallow(pose: Pose, near: float, far: float, gripper: Gripper) -> Pose | Non
 def by_tips(
     pose: Pose, near: float, far: float, gripper: Gripper, corner: float = 0.0, most: float = TIPS
 ) -> tuple[Pose, float] | None:
-    """The pose drawn back until the pads overlap a geom by twice ``most``, of a thin one by ``THIN`` of its thickness, and how far
-    before it the contacts then are; None where it is as far back already. A rim above a floor, or a box that lies flat, is gripped so.
+    """Pose drawn back until the pads overlap a geom by twice ``most`` (of a thin geom by ``THIN`` of its
+    thickness), with the contacts' distance before it; None if it is as far back already. So a rim above a
+    floor, or a flat box, is gripped.
 
     Args:
         near, far: of the geom along the approach, from the TCP [m].
@@ -202,7 +203,8 @@ def by_tips(
 
 
 def depths(shape: Body, poses: Sequence[Pose], gripper: Gripper) -> Iterator[list[tuple[Pose, float, str]]]:
-    """Yield, for each contact pair at a pose, TCP poses that bring the pads there, how far before the TCP it then is [m], and words for it.
+    """Yield, for each contact pair at a pose, TCP poses that bring the pads there, each with the contacts'
+    distance before the TCP [m] and a description.
 
     As deep as the hand is; drawn back until the pads end before the far side; and by the tips of the pads.
     """

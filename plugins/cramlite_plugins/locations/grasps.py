@@ -47,7 +47,7 @@ from .reached import Arm, Leg
 STANDOFF = 0.10  # pre-grasp distance [m]: the longest finger pad and the tab of a product fit in between
 ALONG = (1.0, 0.75, 0.5, 0.25)
 """Parts of a way in from aside at which the hand may not touch the thing; the rest is as long as open fingers are apart from it."""
-LIFTED = 0.10  # most things that are grasped are then picked up by so much [m]
+LIFTED = 0.10  # height to which most grasped things are then picked up [m]
 HALF_TURN = Pose((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))
 PER_RADIAN = 0.005
 """Cost of a radian that the hand turns [m]. Of the two ways round the nearer one comes first: half a turn more drives a last axis that
@@ -147,7 +147,7 @@ def _says(grasp: Grasp) -> str:
 
 
 def _openings(grasp: Grasp, thing: Thing, belief: Belief, gripper: Gripper) -> Iterator[float]:
-    """How wide the fingers may open for a grasp where nothing is in the way [m], best first.
+    """Openings of the fingers for a grasp without obstacles [m], best first.
 
     Around a thing whose pose is given not as wide as they can: they take 0.1 s to close by 10 mm. A thing that is 4 mm from where it is
     believed to be, and turned by 5 deg, is pushed by a pad that passes it by 5 mm.
@@ -161,9 +161,9 @@ def _openings(grasp: Grasp, thing: Thing, belief: Belief, gripper: Gripper) -> I
 def _in_order(
     grips: Sequence[Grip], thing: Thing, belief: Belief, context: Context, room: HandRoom
 ) -> list[tuple[float, Grasp]]:
-    """All grasps with their cost [m]: those without room for the hand last, after them the late kinds of
-    grips; those with the hand inside the thing are left out. Of a payload that goes under a roof those that
-    fit there come first, of one that is let down leaning those of a hand that leans."""
+    """Grasps with their cost [m]: those without room for the hand last, after them the late kinds of grips;
+    without those with the hand inside the thing. Of a payload for a place under an overhang the fitting grasps
+    come first, of one that is let down leaning those of a leaning hand."""
     pose, here, most = belief.pose(thing.name), tcp(belief, context), context.robot.gripper.opening[1]
     loads, found = _loads(grips, thing, belief, context), []
     for grip, load in zip(grips, loads.tolist(), strict=True):

@@ -34,7 +34,7 @@ PARALLEL = math.radians(1)
 MARGIN = 0.004  # pads end this far inside a face's edge [m]
 AGAIN = 0.008  # [m]
 CAUGHT = 0.02  # more than the way round, another turn about the approach, and a further one of one likeness together [m]
-MANY = 3  # parts of a thing; more give many grasps that are alike, of which one is enough
+MANY = 3  # parts of a thing beyond which equal grasps on them count once
 SHIFTS = (0.0, 0.5, 1.0, -0.5, -1.0)  # along a face, as fractions of what the pads leave
 LEAN = math.radians(30)
 """How far a hand leans about the line between its pads, where it has no room over a box, or where the wrist would be too far away."""
@@ -76,7 +76,7 @@ class Grip(Value):
 
     @property
     def late(self) -> int:
-        """After how many other kinds of grips it comes: those of a hand that leans, and last those by the ends of the pads."""
+        """Rank of the kind of grip: 0, 1 for a hand that leans, 2 for grips by the ends of the pads."""
         return 2 if self.ends else int(bool(self.lean))
 
     @property
@@ -221,7 +221,7 @@ def _thinnest(geom: Geom) -> float:
 
 
 def _checked(shape: rays.Body, centre: Floats, grips: Sequence[Grip], gripper: Gripper, cone: float) -> list[Grip]:
-    """The candidates on the whole shape, without those that do not fit, slip or are obstructed; of those alike on many parts, one."""
+    """Candidates on the whole shape that fit, hold and are free; one of each set of equal ones on many parts."""
     aheads, most = np.array([g.ahead for g in grips]), gripper.opening[1]
     proposed = antipodal.Hands.at([g.pose for g in grips])
     found = antipodal.pinches(shape, proposed.moved(aheads))

@@ -10,7 +10,8 @@ from .reached import Arm, Leg
 
 STANDOFF = 0.08  # in front of the handle [m]: the fingers, open, are clear of the bar
 SLACK = (0.05, 0.03, 0.016, 0.01)
-"""How much wider than the bar the fingers open [m]: it may be off by half of that. The widest that nothing beside it forbids."""
+"""Opening of the fingers beyond the bar's width [m], whose half is the bar's error; the widest that obstacles
+allow."""
 
 
 class HandAround:

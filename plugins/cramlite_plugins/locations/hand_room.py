@@ -28,7 +28,7 @@ AROUND = 0.30  # of a thing that hands about it reach [m]
 
 
 class _Box(NamedTuple):
-    """A box in the TCP frame: centre (3,) [m], axes as columns (3, 3), side lengths (3,), halved [m]."""
+    """Box in the TCP frame: centre (3,) [m], axes as columns (3, 3), half side lengths (3,) [m]."""
 
     centre: Floats
     turn: Floats
@@ -120,7 +120,7 @@ def _reaches_into(shape: rays.Body, hands: Hands, part: Part, distance: float) -
 
 
 def _column(hole: Feature) -> Geom | None:
-    """Column through a hole, to both sides of it, for a peg or bar; None for a feature that nothing is threaded by."""
+    """Column through a hole, to both sides, as room for a peg or bar; None for other features."""
     if hole.type != HOLE or "diameter" not in hole.size:
         return None
     half = hole.size["diameter"] / 2

@@ -31,14 +31,14 @@ TURN = math.radians(45)  # and turns no further [rad]
 CLOSED, AJAR = 0.005, 0.08
 """Shares of the range that a joint is closed to: by its handle, all but what friction leaves; pushed, so far that the rest is felt."""
 LEFT = 0.015
-"""What is left to be felt of the way of a hand that pushes a door [m], as of a drawer of 0.16 m."""
+"""Last part of the way of a hand that pushes a door or a drawer of 0.16 m [m], left to be felt."""
 OPENED = (0.95, 0.9)
 """Shares of the range that something is opened to: as far as the arm comes, short of the stop."""
 BEGUN = (0.4, 0.3, 0.25, 0.2, 0.175, 0.15)
 """Shares that a door is drawn ajar to by its handle, to be pushed on from inside: as far as the arm comes. Of 2.1 rad the least is 0.3 rad,
 75 mm at a handle 0.25 m from the hinge: closed fingers 32 mm thick still get in behind it."""
 PUSHED_ON = (*OPENED, 0.85, 0.8)
-"""Shares that it is then pushed on to: as far as the arm comes, and no less than by its handle."""
+"""Shares of the range to push on to: as far as the arm comes, and at least as far as by the handle."""
 TURNED = (0.97, 0.6, 0.4)
 """Shares that a knob is turned on to: as far as the wrist turns; from a fifth on it counts as on."""
 
@@ -69,7 +69,8 @@ def handle_grasps(location: Location, belief: Belief, context: Context) -> Itera
 
 
 def check_way(location: Location, thing: Thing, belief: Belief, context: Context) -> None:
-    """Check that a thing gets as far along its joint as a location says in "least" (a share of the range), before any hand is tried.
+    """Check that a thing can move as far along its joint as the location's "least" (a share of the range),
+    before hands are tried.
 
     Raises:
         Unresolvable: something is in its way; whatever hand moves it, it meets that.
@@ -127,7 +128,8 @@ def joint_way(location: Location, belief: Belief, context: Context) -> Iterator[
 
 
 def _driving(led: Grounding, thing: Thing, now: Pose, belief: Belief, context: Context) -> Grounding | Refused:
-    """Same path of a drawer, with how far it drives each loose thing before it; or the obstacles of that."""
+    """Path of a drawer with the distance that it drives each loose thing before it; or a refusal with the
+    obstacles."""
     there, place = Estimate(belief.base() * now), led.value
     free = belief.released(there, belief.opening) if belief.held else belief
     value = joint_value(free, thing.name, there.pose)
@@ -139,8 +141,8 @@ def _driving(led: Grounding, thing: Thing, now: Pose, belief: Belief, context: C
 
 
 def _shares(location: Location, joint: Joint, hand: Pose, held: bool) -> tuple[float, ...]:
-    """Motion of a thing by a hand at a pose in its frame, as shares of its joint's range, best first; a
-    pushed one goes on from there to its stop."""
+    """Motion of a thing by a hand at a pose in its frame, as shares of its joint's range, best first; a pushed
+    thing goes on to its stop."""
     said = asked(location, JointWay)
     if said.share:
         return (said.share,)
@@ -184,7 +186,7 @@ def along_joint(thing: Thing, belief: Belief, hand: Pose, share: float) -> tuple
 
 
 def way_along(joint: Joint, now: Pose, hand: Pose) -> Floats:
-    """Return the direction (3,) in which a hand that a thing takes along sets off when its joint begins to close.
+    """Return the direction (3,) in which a closing joint first moves a hand on its thing.
 
     Of a door it is not that into its front: at a handle that stands 40 mm before it the two were 14 deg apart, and fingers that went into
     the front, held to the bar by friction, pressed 14 N along the door without feeling 3 N into it.
@@ -199,7 +201,7 @@ def way_along(joint: Joint, now: Pose, hand: Pose) -> Floats:
 
 
 def _corners(joint: Joint, now: Pose, tcp: Pose, way: float) -> tuple[Pose, ...]:
-    """The TCP at a thing, from a pose on, while its joint moves on by so much [m, rad]: a line, or the chords of an arc."""
+    """TCP poses at a thing whose joint moves on by ``way`` [m, rad]: a line, or the chords of an arc."""
     hand = now.inverse() * tcp
     radius = lever(joint, hand)
     most = min(TURN, 2 * math.acos(max(0.0, 1.0 - CHORD / max(radius, CHORD))))

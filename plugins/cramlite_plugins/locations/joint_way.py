@@ -18,15 +18,15 @@ from ..shapes.carried_along import carried_along, gone_along
 from ..shapes.surfaces import standing
 
 STEPS = 0.005, math.radians(1.0)  # between the values of a joint that are looked at [m, rad]
-AHEAD = 0.005  # of where a drawer met a thing, as far as it is known: the ways are looked at by steps of that [m]
+AHEAD = 0.005  # step of the ways on which a drawer meets a thing [m]
 LEVEL = 0.1  # what a drawer drives along must not be lifted or pressed down: sine of the slope
 OVER = 0.002  # what a thing stands on it is while it is driven along: resting contacts are some hundredths of a millimetre deep [m]
 
 
 def met_on_its_way(thing: Thing, value: float, goal: float, belief: Belief, context: Context) -> Refused | None:
-    """Return the first obstacle of a thing and its load, while its joint goes from a value to a goal [m,
-    rad], and all obstacles; None where it is free, and where something touches it already, which planned
-    paths judge better."""
+    """Return the first obstacle, and all, of a thing and its payload while its joint goes from a value to a
+    goal [m, rad]; None if its way is free, or something touches it already, since planned paths then judge
+    better."""
     assert thing.joint is not None
     met = _met(thing, value, goal, belief, context)
     if not met:
@@ -38,8 +38,8 @@ def met_on_its_way(thing: Thing, value: float, goal: float, belief: Belief, cont
 
 
 def _met(thing: Thing, value: float, goal: float, belief: Belief, context: Context) -> dict[float, Refused]:
-    """Obstacles of a thing on its way, by the distance until then [m, rad]; {} where something touches it at
-    the start."""
+    """Obstacles of a thing on its way, by the distance to them [m, rad]; {} if something touches it at the
+    start."""
     assert thing.joint is not None
     joint, now, way, step = thing.joint, belief.pose(thing.name), goal - value, STEPS[thing.joint.kind == "hinge"]
     count = max(1, math.ceil(abs(way) / step))
@@ -61,9 +61,9 @@ def _met_at(poses: Sequence[Pose], name: str, belief: Belief, context: Context, 
 
 
 def driven_along(thing: Thing, value: float, goal: float, belief: Belief, context: Context) -> Mapping[str, float] | Refused:
-    """Return how far a drawer drives each loose thing before it on its level way from a joint value to a goal
-    [m]; {} where it meets none. Or the obstacles of the drawer or of them: nothing is driven into another
-    thing, and none that would tip over, such as a bottle."""
+    """Return the distance that a drawer drives each loose thing before it on its level way from a joint value
+    to a goal [m]; {} for none. Else the refusal: nothing is driven into another thing, and nothing that would
+    tip over."""
     assert thing.joint is not None
     found, after, line = dict[str, float](), belief, _direction(thing, goal - value, belief)
     while met := _met(thing, value, goal, after, context):
@@ -100,8 +100,8 @@ def _direction(thing: Thing, way: float, belief: Belief) -> Floats:
 
 
 def _driven_into(name: str, way: Floats, along: tuple[str, ...], begin: Belief, end: Belief, context: Context) -> Refused | None:
-    """Obstacles of a thing on a way (3,) in the base frame [m], but for those that go the same way; just over
-    its support."""
+    """Obstacles of a thing on a way (3,) just over its support, in the base frame [m], without things that move
+    along."""
     start, line = begin.poses[name].pose, np.asarray(begin.base().rotate(way))
     count = max(1, math.ceil(float(np.linalg.norm(way)) / STEPS[0]))
     ways = (np.asarray(start.position) + (0.0, 0.0, OVER) + line * k / count for k in range(1, count + 1))
@@ -111,7 +111,8 @@ def _driven_into(name: str, way: Floats, along: tuple[str, ...], begin: Belief, 
 
 
 def _all_of(blocking: Sequence[InTheWay]) -> InTheWay:
-    """Changes that remove the obstacles at several places: all of them; none where at one of them no task can."""
+    """Changes that remove the obstacles at all places together; none if a place has an obstacle that no task
+    can remove."""
     if not all(blocking):
         return ()
     entries = (entry for entries in blocking for entry in entries or ())

@@ -14,7 +14,7 @@ from cramlite.plugin import Context, Grounding, LocationKind, Refused, hookimpl
 
 from .parameters import Along, Back, Begun, Handle, InnerSide, JointWay, PushedThing, Sight, Tilting, Up, Where
 
-Found = Iterable[Grounding | Refused]
+Groundings = Iterable[Grounding | Refused]
 
 
 class Lazy(Value):
@@ -23,9 +23,9 @@ class Lazy(Value):
     module: str
     function: str
 
-    def __call__(self, location: Location, belief: Belief, context: Context) -> Found:
+    def __call__(self, location: Location, belief: Belief, context: Context) -> Groundings:
         """Ground a location."""
-        found: Found = getattr(importlib.import_module(f".{self.module}", __package__), self.function)(location, belief, context)
+        found: Groundings = getattr(importlib.import_module(f".{self.module}", __package__), self.function)(location, belief, context)
         return found
 
 
@@ -106,7 +106,7 @@ KINDS: Mapping[str, LocationKind] = {
 }  # fmt: skip
 
 
-def ground(location: Location, belief: Belief, context: Context) -> Found:
+def ground(location: Location, belief: Belief, context: Context) -> Groundings:
     """Ground a location of a shipped relation."""
     return KINDS[location.relation].ground(location, belief, context)
 

@@ -22,13 +22,16 @@ from ..shapes.bounds import corners
 PART = math.radians(10.0)  # of the turn on each line: the chord of an arc of 0.13 m is then 0.5 mm from it
 OVER = 0.001  # the surface its lowest point is led along [m]
 ABOVE = 0.03  # the first contact the way begins [m]
+LEFT = 0.008
+"""Of the hand's way down when it lets go [m]: pads creep down a rim that becomes flat, 7 mm before the hand is as
+low as where it took hold, and would then press the near side down and the far one up."""
 EDGE = 0.0005  # points that are no higher than this over the lowest one touch as well [m]
 
 Spots = Callable[[Location, Belief, Context], Iterator[Grounding | Refused]]
 
 
 def laid_down(location: Location, belief: Belief, context: Context, spots: Spots) -> Iterator[Grounding | Refused]:
-    """Yield the placements of a thing as it lies in the hand when it does not hang, each with the way on which it comes to lie.
+    """Yield the placements of a hanging payload that lies at the end, each with the way on which it turns.
 
     Args:
         spots: placements of what is held fast.
@@ -44,22 +47,41 @@ def _led(answer: Grounding, location: Location, belief: Belief, context: Context
     held, place = belief.held, answer.value
     assert held is not None and held.swing is not None
     lies = shift(place.pose, (0.0, 0.0, OVER - place.release.height_m))
-    shares, way = rolled(belief.world.thing(held.thing), lies, held.swing)
+    thing = belief.world.thing(held.thing)
+    share, hand = released(*rolled(thing, lies, held.swing))
+    swing = held.swing.part(share, 1.0)
+    settles = (hand * swing.start).inverse() * lies * held.swing.start * place.release.settles
+    shares, way = rolled(thing, hand, swing)
     before, seed = shift(way[0], (0.0, 0.0, ABOVE)), belief.joints
     for share, hand, touch in ((1.0, before, ()), *((s, h, (bound(context, location.of),)) for s, h in zip(shares, way, strict=True))):
-        there = replace(belief, held=replace(held, tcp_to_thing=held.swing.at(share)))
+        there = replace(belief, held=replace(held, tcp_to_thing=swing.at(share)))
         scene = make_scene(there, context, touch, clearance=0.0, hand=False)
         found = collision_free_ik(scene, context, hand, seed)
         if isinstance(found, Refused):
-            said = f"{answer.key}, laid down, {math.degrees(_angle(held.swing)) * share:.0f} deg to go"
+            said = f"{answer.key}, laid down, {math.degrees(_angle(swing)) * share:.0f} deg to go"
             return replace(found, reason=f"not led down: {found.reason}").of(said)
         seed = found
-    led = replace(place, pose=way[0], before=before, path=tuple(way[1:]))
+    led = replace(
+        place, pose=way[0], before=before, path=tuple(way[1:]), swing=swing,
+        release=replace(place.release, settles=settles),
+    )  # fmt: skip
     return replace(answer, value=led, reason=f"{answer.reason}, led down about its far side")
 
 
+def released(shares: list[float], hands: list[Pose]) -> tuple[float, Pose]:
+    """Return the share of a swing, and the TCP, ``LEFT`` above the end of a way down: there the hand lets go.
+
+    Args:
+        shares, hands: as ``rolled`` returns them.
+    """
+    ways = np.array([hand.position for hand in hands])
+    share = float(np.interp(ways[-1, 2] + LEFT, ways[::-1, 2], shares[::-1]))
+    x, y, z = (float(np.interp(share, shares[::-1], way)) for way in ways[::-1].T)
+    return share, Pose((x, y, z), hands[-1].quaternion)
+
+
 def rolled(thing: Thing, lies: Pose, swing: Swing) -> tuple[list[float], list[Pose]]:
-    """Return shares of a swing, from 1 to 0, and the TCP poses at which the thing then rolls on the level that it lies on in the end.
+    """Return shares of a swing, from 1 to 0, and the TCP poses at which the thing rolls on its final level.
 
     Args:
         lies: the TCP there.
@@ -90,6 +112,6 @@ def _angle(swing: Swing) -> float:
 
 
 def dropped(thing: Thing, hand: Pose, swing: Swing) -> float:
-    """Return how much farther below the hand its lowest point is when it hangs than as it lies [m]."""
+    """Return the height that the payload's lowest point loses below the hand from lying to hanging [m]."""
     lowest: Sequence[float] = [float(np.min(corners(thing, hand * at)[:, 2])) for at in (swing.start, swing.end)]
     return lowest[0] - lowest[1]

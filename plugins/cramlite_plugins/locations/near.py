@@ -18,7 +18,7 @@ from .reached import Arm, Candidate, Leg, reached
 GAPS = (0.03, 0.06)
 """Between the two bodies [m]: more than paths keep, and with half of most things that fit a hand less than ``NEAR``."""
 TURNS = (0.0, 45.0, -45.0, 90.0, -90.0)  # of the hand about the vertical, from facing it [deg]
-PER_TURN = 0.1  # cost of a radian of turn, as of putting down
+PER_TURN = 0.1  # cost of a radian of turn, as in placing
 PER_METRE = 1.0  # cost of the way there: the nearest place that is near is near enough
 
 
@@ -45,7 +45,8 @@ def near_thing(location: Location, belief: Belief, context: Context) -> Iterator
 
 
 def _around(entity: str, there: Pose, body: Pose, belief: Belief) -> Iterator[tuple[str, str, Floats, float]]:
-    """Side and its name; position of the origin of hand or payload, in the base frame; distance [m]."""
+    """Sides of a thing to come near to: side, name, position of the hand's or payload's origin in the base
+    frame, distance [m]."""
     thing, held = belief.thing(entity), belief.thing(belief.held.thing) if belief.held else None
     out = np.array([*there.position[:2], 0.0]) / max(math.hypot(*there.position[:2]), 1e-9)
     side, up = np.array([-out[1], out[0], 0.0]), np.array([0.0, 0.0, 1.0])

@@ -23,7 +23,7 @@ def resolve_object(designator: Object | Late, belief: Belief, context: Context) 
 
 
 def _candidates(wanted: Object, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
-    answers = [_judge(entity, wanted, belief, context) for entity in _entities(wanted, belief, context)]
+    answers = [_grounded(entity, wanted, belief, context) for entity in _entities(wanted, belief, context)]
     yield from (a for a in answers if isinstance(a, Refused))
     yield from sorted((a for a in answers if isinstance(a, Grounding)), key=lambda a: (a.cost, str(a.value)))
 
@@ -38,7 +38,7 @@ def _entities(wanted: Object, belief: Belief, context: Context) -> list[str]:
     return [t.name for t in belief.world.things]
 
 
-def _judge(entity: str, wanted: Object, belief: Belief, context: Context) -> Grounding | Refused:
+def _grounded(entity: str, wanted: Object, belief: Belief, context: Context) -> Grounding | Refused:
     """Checks in order; the further a candidate comes, the nearer it was."""
     fit = _fit(entity, wanted, belief, context)
     if isinstance(fit, Refused):

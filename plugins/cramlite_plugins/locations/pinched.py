@@ -11,8 +11,8 @@ from ..motion_planning.reach import tcp
 from .reached import Arm, Candidate, Leg, reached
 from .rim_pinches import OPENING, RimPinch, rim_pinches
 
-COST = 1.0  # more than any grasp that holds a thing as it is
-PER_RADIAN = 0.005  # as of other grasps: of what the hand turns on the way
+COST = 1.0  # beyond that of any grasp without a turn in the hand
+PER_RADIAN = 0.005  # cost of a radian that the hand turns on its way, as for other grasps
 STANDOFF = 0.06  # before it [m]: the thing is lower than the tips are then
 
 

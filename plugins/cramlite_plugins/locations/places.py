@@ -19,7 +19,7 @@ from .laying_down import dropped
 from .parameters import Along, Back, Up, asked
 from .reached import Arm, Candidate, Leg, reached
 
-Found = Iterator[Grounding | Refused]
+Groundings = Iterator[Grounding | Refused]
 BACK = (0.12, 0.08, 0.05)  # retreat distances that are tried [m]: the longest frees the pads of a 2F-85, 38 mm long
 DIRECTIONS = (0.0, 180.0, 90.0, -90.0)  # of a slide, in the base frame [deg]
 SHARES = (1.0, 0.7, 0.4)  # of its height that a lift leads aside, where straight up something is in the way
@@ -28,13 +28,13 @@ ALONG = (0.1, 0.2, 0.3, 0.45, 0.65, 1.0)
 """Parts of a lift at which all must be free: before the first the thing may touch what it stands on."""
 
 
-def home(location: Location, belief: Belief, context: Context) -> Found:
+def home(location: Location, belief: Belief, context: Context) -> Groundings:
     """Generate the home position."""
     pose = forward(context.robot, context.robot.home)
     yield Grounding(Place(pose, pose, joints=context.robot.home), f"the home position of '{context.robot.type}'", key="home")
 
 
-def retreat(location: Location, belief: Belief, context: Context) -> Found:
+def retreat(location: Location, belief: Belief, context: Context) -> Groundings:
     """Generate ways back from where the hand is."""
     yield from _reachable(ways_back(tcp(belief, context), asked(location, Back).straight), belief, context)
 
@@ -51,7 +51,7 @@ def ways_back(here: Pose, straight: bool = False) -> list[tuple[str, Pose]]:
     return [(f"{d * 1000:.0f} mm {way}", shift(here, v * d)) for way, v in ways for d in BACK]
 
 
-def lift(location: Location, belief: Belief, context: Context) -> Found:
+def lift(location: Location, belief: Belief, context: Context) -> Groundings:
     """Generate ways up from where the hand is."""
     height, here = asked(location, Up).height_m, tcp(belief, context)
     if belief.held is not None and belief.held.swing is not None:
@@ -64,8 +64,8 @@ def lift(location: Location, belief: Belief, context: Context) -> Found:
         yield from _out_from_under(here, heights, belief, context)
 
 
-def _until_it_hangs(here: Pose, height: float, belief: Belief, swing: Swing, context: Context) -> Found:
-    """Ways up by so much that a payload that swings down in the hand is off its support."""
+def _until_it_hangs(here: Pose, height: float, belief: Belief, swing: Swing, context: Context) -> Groundings:
+    """Ways up until a payload that swings down in the hand is off its support."""
     assert belief.held is not None
     needed = dropped(belief.world.thing(belief.held.thing), here, swing) + OFF
     hanging = replace(belief, held=replace(belief.held, tcp_to_thing=swing.end))
@@ -73,7 +73,7 @@ def _until_it_hangs(here: Pose, height: float, belief: Belief, swing: Swing, con
     yield from _reachable(ways, hanging, context)
 
 
-def _out_from_under(here: Pose, heights: Sequence[float], belief: Belief, context: Context) -> Found:
+def _out_from_under(here: Pose, heights: Sequence[float], belief: Belief, context: Context) -> Groundings:
     """Lifts that lead aside as well, free all the way, those that keep a distance first.
 
     Few where one straight up is free: what comes next fails for them as for that, unless that ends too near to something.
@@ -90,14 +90,14 @@ def _out_from_under(here: Pose, heights: Sequence[float], belief: Belief, contex
             yield Grounding(Place(place, place), name, 0.1 * (first + len(done) - 1), key=name)
 
 
-def _reachable(options: list[tuple[str, Pose]], belief: Belief, context: Context) -> Found:
+def _reachable(options: list[tuple[str, Pose]], belief: Belief, context: Context) -> Groundings:
     """Options whose end is reachable and free, in order."""
     ends = (Candidate(name, Place(pose, pose), (Leg(pose),)) for name, pose in options)
     for answer in reached(ends, Arm(belief, context)):
         yield replace(answer, because=led_here(context)) if isinstance(answer, Refused) else answer
 
 
-def slide(location: Location, belief: Belief, context: Context) -> Found:
+def slide(location: Location, belief: Belief, context: Context) -> Groundings:
     """Generate straight paths along a surface."""
     distance = asked(location, Along).distance_m
     for k, angle in enumerate(DIRECTIONS):

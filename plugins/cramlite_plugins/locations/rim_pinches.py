@@ -27,11 +27,11 @@ SLOPES = math.radians(8.0), math.radians(50.0)
 """Of a rim, from level: what is flatter gives the tips nothing to turn it by, and what is steeper is gripped as a wall."""
 LEANS = (math.radians(15.0), math.radians(12.0))
 """Of the hand, outwards: at 20 deg the outer corner of a Panda's finger is in the table, at 10 deg every third pinch slides off."""
-THICKEST = 0.012  # of a rim [m]: half of what open fingers leave to both sides of it
+THICKEST = 0.012  # largest thickness of a rim [m]: half of open fingers' room on both sides
 SHORTEST, LONGEST = 0.015, 0.06  # along the slope [m]: pads need something to lie on
 DEEPER = 0.003  # than the slope's upper face in its middle the tips go [m]: of those 3 mm above it a third was lost
 LEAST = 0.8  # friction of pads and thing: see above
-OPENING = 0.04  # of the fingers about it [m]: at 30 mm one of them comes down on its edge; wider ones meet the table sooner
+OPENING = 0.04  # of the fingers about the rim [m]: narrower ones come down on its edge (30 mm), wider ones meet the table sooner
 
 
 class RimPinch(Value):
@@ -152,7 +152,8 @@ def _centred(rim: Rim, at: Pose, pose: Pose, tips: float) -> tuple[Rim, Pose]:
 
 
 def _swing(rim: Rim, pose: Pose, at: Pose) -> Swing:
-    """From as it lies to flat between the pads, the slope up along the hand; the rim's lower edge stays as far up the pads as it is."""
+    """Swing of a plate from lying to flat between the pads, the slope up along the hand; the rim's lower edge
+    keeps its height on the pads."""
     end, hand = rim.middle + rim.half * rim.up, at.inverse()
     up, lies = hand.rotate(rim.up), hand * pose
     angle = math.atan2(float(np.cross(up, (0.0, 0.0, -1.0))[0]), float(-up[2]))  # about the hand's x, which is level

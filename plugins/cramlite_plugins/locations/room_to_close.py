@@ -15,13 +15,13 @@ from ..shapes.carried_along import carried_along
 from .handles import ajar, joint_value
 from .later import closes
 
-SHUT = 0.05  # share of its range up to which something counts as closed
+SHUT = 0.05  # share of its range up to which a thing counts as closed
 STEPS = 0.01, math.radians(2.0)  # between the values of a joint that are looked at [m, rad]: a door's edge goes on by less than it is thick
 
 
 def first_met(put: str, after: Belief, context: Context, clearance: float | None) -> Refused | None:
-    """Return the obstacles of all that a later task closes, with a thing at its believed place: until the
-    rest is felt, where no clearance [m] is asked for, else to its stop."""
+    """Return the obstacles of all things that later tasks close, with a thing at its believed place: up to the
+    stop, or without a clearance [m] until the last part, which is felt."""
     for thing in after.world.things:
         if thing.joint is not None and thing.name in after.poses:
             met = _met(thing, put, after, context, clearance)
@@ -31,8 +31,8 @@ def first_met(put: str, after: Belief, context: Context, clearance: float | None
 
 
 def _met(closing: Thing, put: str, after: Belief, context: Context, clearance: float | None) -> Refused | None:
-    """First contact between a thing that was put somewhere and one that closes; or, where it goes along with
-    that, so that its shift does not matter, between it and furniture."""
+    """First contact between a placed thing and one that closes; between the placed thing and furniture, if it
+    moves along with that."""
     assert closing.joint is not None
     joint, at, here = closing.joint, after.poses[closing.name].pose, after.poses[put].pose
     value, whole = joint_value(after, closing.name, at), joint.upper - joint.lower
@@ -55,8 +55,8 @@ def _met(closing: Thing, put: str, after: Belief, context: Context, clearance: f
 
 
 def _on_its_way(joint: Joint, at: Pose, value: float, end: float) -> Iterator[tuple[float, Pose]]:
-    """How far something is open still as its joint goes from a value to an end [m, rad], and its pose in the
-    world then; the end first, where most contacts are."""
+    """Remaining opening of a joint on its way from a value to an end [m, rad], with the thing's pose in the
+    world; the end first, where most contacts are."""
     count = max(1, math.ceil((value - end) / STEPS[joint.kind == "hinge"]))
     ways = ((value - end) * k / count for k in (count, *range(1, count)))
     return ((value - way - joint.lower, joint.moved(at, -way)) for way in ways)

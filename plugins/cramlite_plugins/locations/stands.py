@@ -32,7 +32,7 @@ DISTANCES = (0.45, 0.55, 0.65, 0.75)  # of the arm's axis from the target [m]
 BEST = 0.60  # two thirds of a UR5e's reach with its gripper pointing down [m]
 BEARINGS, ASIDE = 16, (0.0, 30.0, -30.0, 90.0, -90.0)  # places around, and where the target is from ahead [deg]
 PER_METRE, PER_RADIAN = 0.10, 0.05  # cost of the way there and of a target that is not ahead
-GRASPS = 12  # of one thing, that are tried at one stand
+GRASPS = 12  # number of grasps of one thing that are tried at one stand
 OVER, TURNS = 0.15, 8  # of the tool over a target that is not grasped [m], and about the vertical
 EDGE = 0.10  # such a target is the nearest point of its box that is so far from the edge [m]
 DRIVES = "soma:Navigating"
@@ -58,7 +58,7 @@ def stands(location: Location, belief: Belief, context: Context) -> Iterator[Gro
     for cost, name, arm in _around(belief.base() * _middle(belief, targets[0]), belief.base()):
         stand = level(at(robot.stand_of(arm)))
         there = belief.driven(robot.arm_at(stand))
-        passed, why = _judged(stand, there, destination, targets, floor, context)
+        passed, why = _checked(stand, there, destination, targets, floor, context)
         if why:
             yield Refused(name, why, passed)
             continue
@@ -98,10 +98,10 @@ def _around(target: Pose, base: Pose) -> list[tuple[float, str, Pose]]:
     return sorted(found, key=lambda f: (round(f[0], 6), f[1]))
 
 
-def _judged(
+def _checked(
     stand: Pose, there: Belief, destination: str, targets: list[Target], floor: Ground, context: Context
 ) -> tuple[int, str]:
-    """How many checks a stand passes, and why not the next one; "" for all."""
+    """Number of checks that a stand passes, with the reason of the next one; "" for all."""
     if blocked := floor.hit(at(stand)):
         return 0, blocked
     if (gap := _gap(stand, destination, there, context)) > BESIDE:

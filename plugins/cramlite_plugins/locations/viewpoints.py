@@ -31,7 +31,7 @@ HEIGHTS = (25.0, 40.0, 10.0)  # above the horizontal [deg]: from aside and above
 INTO = (60.0, 75.0, 45.0)  # the same of a cavity, over whose rim the camera looks [deg]
 FLOOR = 0.6  # share of a cavity's floor, about its middle, that is looked at: in its corners little can lie
 BORDER = 1 / 16  # share of the image's width that stays free around what is looked at
-SEEN = 0.5  # share of each thing that others may not hide, as of a place that a camera should see
+SEEN = 0.5  # share of each thing that must be visible, as for places that a camera looks at
 COST = 0.05  # of each viewpoint that comes before
 BELOW = 0.08  # what hangs from a peg is about that far below it [m]
 
@@ -76,7 +76,7 @@ def _points(belief: Belief, entity: str) -> Sequence[Sequence[float]]:
 
 
 def _cavity(thing: Thing) -> Feature | None:
-    """Cavity of a thing that holds things inside alone; None of one that something can hang from, or stand on."""
+    """Cavity of a thing that only holds things inside; None of a thing that others hang from or stand on."""
     if any(f.type in ("vrps:Peg", "vrps:SurfaceFeature") for f in thing.features):
         return None
     return thing.feature("cram:Cavity")
@@ -113,7 +113,7 @@ def _in_view(camera: Intrinsics, optical: Pose, points: Floats) -> bool:
 
 
 def _hidden(eye: Floats, around: Sequence[str], belief: Belief) -> str:
-    """Which of the things others hide from there, as far as they are known; "" if all are seen."""
+    """Names of things that others hide from a viewpoint, as far as known; "" if all are seen."""
     for name in around:
         points = _seen_of(belief, name)
         whole = thing_of(name)

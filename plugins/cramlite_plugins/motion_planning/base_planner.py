@@ -33,7 +33,7 @@ STEP = 0.02, math.radians(2.0)  # [m, rad]: with 0.6 m from the middle to a corn
 CELL, HEADINGS = 0.10, 8  # of the lattice [m], and in a full turn
 AROUND = 2.5  # how far the lattice reaches beyond start and goal [m]
 LOOKS = 8000  # cells that one search may look at
-TURNING = 0.4  # a turn of one radian counts as so many metres: about as long, at the usual speeds
+TURNING = 0.4  # length of a turn of one radian [m]: about equal in time at the usual speeds
 HALF = 3.0  # legs that turn by more are halved [rad]
 ROBOT, THING = 1, 2
 
@@ -275,7 +275,7 @@ def _shortened(floor: Ground, places: list[Vector3]) -> list[Vector3]:
 
 
 def _halved(places: list[Vector3]) -> list[Vector3]:
-    """The ends of all legs; one that turns by nearly half a turn is two, so that both are the shorter way round."""
+    """Ends of all legs; a leg of nearly half a turn becomes two, each the shorter way round."""
     done: list[Vector3] = []
     for a, b in itertools.pairwise(places):
         if abs(b[2] - a[2]) > HALF:

@@ -78,8 +78,8 @@ def line(motion: Motion, belief: Belief, context: Context, targets: list[Pose]) 
 
 
 def _refused(said: str, motion: Motion, belief: Belief, context: Context, no: Refused) -> Unresolvable:
-    """Refusal where there is no straight line. If hand or payload meets something, the way that
-    the arm came is not to blame; if a door or a drawer does, neither is the hand's place on it."""
+    """Refusal without a straight line. If hand or payload meets an obstacle, the arm's way there is not to
+    blame; if a door or a drawer does, neither is the hand's place on it."""
     pair = no.collision.pair if no.collision else ()
     if motion.to is None or no.collision is None or any(thing_of(n) == no.collision.robot for n in pair):
         return Unresolvable(said, blocking=no.blocking, collision=no.collision, remedy=no.remedy)
@@ -225,7 +225,7 @@ def _singular(robot: Robot, q: Joints) -> str:
 
 
 def _stopped(scene: PlanningScene, points: Sequence[Joints]) -> tuple[int, Refused] | None:
-    """How many points are reached before a collision, which one it is, and the things that must be moved before there is none."""
+    """Number of points reached before a collision, the collision, and the things that must be moved."""
     eased = scene.relaxed([points[0], points[-1]])
     for k, (a, b) in enumerate(pairwise(points)):
         checkpoint()

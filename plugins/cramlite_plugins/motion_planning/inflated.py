@@ -22,7 +22,7 @@ MESH = int(mujoco.mjtGeom.mjGEOM_MESH)
 # A convex hull does not grow with its size; for it a margin is right: with half of the distance none of 153 pairs that
 # were missed without it was missed (300 arm positions, two hulls), and this is a little more.
 MESH_MARGIN = 0.6
-GROWS = np.zeros((int(mujoco.mjtGeom.mjGEOM_MESH) + 1, 3))  # which of its sizes are lengths, by type
+GROWS = np.zeros((int(mujoco.mjtGeom.mjGEOM_MESH) + 1, 3))  # sizes of a geom that are lengths, by type
 GROWS[int(mujoco.mjtGeom.mjGEOM_SPHERE), :1] = GROWS[int(mujoco.mjtGeom.mjGEOM_CYLINDER), :2] = 1.0
 GROWS[int(mujoco.mjtGeom.mjGEOM_CAPSULE), :2] = GROWS[int(mujoco.mjtGeom.mjGEOM_BOX), :3] = 1.0
 
@@ -63,7 +63,8 @@ def inflated(model: Any, apart: Floats, distance: float) -> Inflated:
 
 
 def _mask(model: Any, meets: Any) -> None:
-    """Geoms that no joint moves apart never meet; a bit for each group of geoms that are alike in that, the last one for all others."""
+    """Bit masks of geoms: geoms that no joint moves apart never meet; alike geoms share a bit, the last bit is
+    for all others."""
     rows, group = np.unique(meets, axis=0, return_inverse=True)
     group, others = np.minimum(group.reshape(-1), BITS - 1), (1 << (BITS - 1)) if len(rows) > BITS else 0
     first = [int(np.flatnonzero(group == k)[0]) for k in range(min(len(rows), BITS))]

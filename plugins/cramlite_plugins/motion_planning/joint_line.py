@@ -18,7 +18,7 @@ PROBED = 0.05  # largest joint difference [rad] between two places at which a li
 
 
 class Rates(Value):
-    """How far each two geoms (geoms, geoms) may move towards one another over a whole line, and any at most [m]."""
+    """Bounds of the approach of each two geoms (geoms, geoms) over a whole line, and of any at most [m]."""
 
     between: Floats
     most: float
@@ -60,7 +60,8 @@ def _spread(count: int) -> Floats:
 
 
 def rates(line: JointLine, half: float, movers: Movers, data: Any, bounds: Floats, first: int) -> Rates:
-    """Compute how far each joint may move any point of each geom over a whole line, within ``half`` of where ``data`` is now.
+    """Compute bounds of each joint's motion of any point of each geom over a whole line, within ``half`` of the
+    state in ``data``.
 
     The lever is the distance of the geom's centre p from the axis u through a, |p - a|^2 - ((p - a) u)^2 under
     a root, and its bounding radius. It grows by no more than the way G that the geom itself moves:

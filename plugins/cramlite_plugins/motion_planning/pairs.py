@@ -21,7 +21,7 @@ COAXIAL = 1e-6  # distance and turn [m, rad] within which a round geom's axis is
 
 
 class Movers(Value):
-    """Which joints of an arm move which geoms (geoms, joints), 1 or 0.
+    """Table of the joints of an arm that move each geom (geoms, joints), 1 or 0.
 
     A round geom about a joint's own axis stays as it is when that joint turns: its own link's last joint then does not move it, and
     the first joint beyond it brings nothing nearer to it.
@@ -37,14 +37,14 @@ class Movers(Value):
     still: Floats
 
     def apart(self) -> Floats:
-        """Return (geoms, geoms): how many joints change where one is as seen from the other."""
+        """Return (geoms, geoms): the number of joints between two geoms."""
         one = self.turned @ self.still.T
         both: Floats = one + one.T
         return both
 
 
 def movers(compiled: Compiled, index: RobotIndex) -> Movers:
-    """Return which joints of an arm, whose joints follow one another, move which geoms."""
+    """Return the table of the joints of a serial arm that move each geom."""
     model = compiled.model
     joints = [int(np.flatnonzero(model.jnt_qposadr == a)[0]) for a in index.joints]
     bodies = [int(model.jnt_bodyid[j]) for j in joints]
@@ -61,7 +61,7 @@ def movers(compiled: Compiled, index: RobotIndex) -> Movers:
 
 
 def _round_about(compiled: Compiled, joints: Sequence[int]) -> Floats:
-    """(geoms, joints) 1 where a round geom's axis is that of a hinge, with the arm as the model has it."""
+    """Table (geoms, joints) with 1 for a round geom about the hinge's own axis, with the arm as in the model."""
     model, data = compiled.model, compiled.data()
     mujoco.mj_kinematics(model, data)
     u, a = data.xaxis[joints], data.xanchor[joints]

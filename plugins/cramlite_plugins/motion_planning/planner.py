@@ -145,8 +145,8 @@ def start_blocked(scene: Space, start: Joints) -> Refused | None:
 
 
 def in_the_way(scene: Space, positions: Sequence[Sequence[float]]) -> tuple[tuple[str, ...], ...]:
-    """Return of each blocked joint position, that moving things can free, the things that must be moved: none is free while of each
-    set one is left. Sets that have another one in them say nothing more, and are left out."""
+    """Return, of each blocked joint position that moving things can free, the things to be moved; minimal sets
+    only."""
     found = set(filter(None, map(scene.blocking, positions)))
     return tuple(sorted(one for one in found if not any(set(other) < set(one) for other in found)))
 

@@ -42,7 +42,7 @@ def _model(
 
 
 def arm_movers(compiled: Compiled, mount: str) -> Movers:
-    """Return which joints of the robot of a mount move which geoms."""
+    """Return the table of the joints of a mount's robot that move each geom."""
     return _movers(Itself(compiled), mount)
 
 

@@ -24,7 +24,8 @@ SIGMAS = 2.0
 """Standard deviations of a thing's position that paths keep from it beyond their clearance: 98 % of normal errors along the
 line between two bodies are smaller."""
 WIDEST = 0.01
-"""What is kept so at most [m]: what is less sure, such as what fell into a basket, is kept in its place by something else."""
+"""Largest clearance for an uncertain pose [m]; less certain things, such as those in a basket, are kept in place
+by something else."""
 TRIED = 24  # nearest inverse solutions that are looked at: eight branches with their nearest turns
 
 
@@ -176,8 +177,7 @@ def causes(location: Location, context: Context) -> tuple[str, ...]:
 
 
 def taken_at(belief: Belief, context: Context) -> tuple[str, ...]:
-    """Return the names of the payload's grasps: its pose in the hand depends on these, and on no place that
-    it was led to since."""
+    """Return the names of the payload's grasps, on which its pose in the hand depends."""
     held = belief.held.thing if belief.held else ""
     return tuple(n for n, v in context.bindings.items() if isinstance(v, Place) and v.thing == held and v.grip is not None)
 

@@ -89,8 +89,8 @@ class UprightScene(Value):
 
 
 def load(belief: Belief, context: Context) -> Load | None:
-    """Return the payload, if its class limits its tilt, and that limit, or its present lean if that is more;
-    from an upside-down payload nothing can be spilled."""
+    """Return the payload if its class limits its tilt, and that limit, or its present lean if larger; an
+    upside-down payload has no limit."""
     if belief.held is None:
         return None
     thing = belief.world.thing(belief.held.thing)
@@ -249,7 +249,8 @@ def _arc(a: Pose, b: Pose) -> list[Pose]:
 def _followed(
     corners: list[Pose], place: Place, belief: Belief, context: Context, carry: Load, scene: PlanningScene
 ) -> list[Sequence[Joints]] | Refused:
-    """The joint positions along the line to each corner, or why the way cannot be gone, or does not lead straight on to the place."""
+    """Joint positions along the line to each corner, or the reason why the way is blocked or does not end in a
+    straight line to the place."""
     here = forward(context.robot, belief.joints)
     worst = max(carry.tilt(p) for p in sampled(here, corners, *STEP))
     if worst > carry.limit:

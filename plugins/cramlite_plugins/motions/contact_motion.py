@@ -201,7 +201,7 @@ def _until_contact(motion: Motion, belief: Belief, context: Context) -> Groundin
 
 
 def _in_the_air(motion: Motion, belief: Belief, context: Context, target: Pose, way: Any) -> tuple[MoveLinear, ...]:
-    """The part of a guarded motion's way on which nothing is touched yet; none where hand or thing is so near to something already."""
+    """Contact-free part of a guarded motion's way; none if hand or thing is near to something already."""
     from ..motion_planning.cartesian import line
     from ..motion_planning.reach import tcp
 

@@ -77,8 +77,8 @@ def _transfer(motion: Motion, belief: Belief, context: Context) -> Groundings:
 
 
 def _turned(one: Sequence[float], other: Sequence[float]) -> bool:
-    """Whether two joint positions differ by whole turns only: a failure at one mostly is one at the other,
-    which is tried last."""
+    """Whether two joint positions differ by whole turns only: such a position is tried last, since it mostly
+    fails like the other."""
     return all(abs(math.remainder(a - b, 2 * math.pi)) < 0.1 for a, b in zip(one, other, strict=True))
 
 
@@ -138,7 +138,7 @@ def _linear(motion: Motion, belief: Belief, context: Context) -> Groundings:
 
 
 def _straight(motion: Motion, target: Pose, belief: Belief, context: Context) -> MoveLinear:
-    """One line of the tcp from where it is."""
+    """Straight line of the TCP from its present pose."""
     from ..motion_planning.reach import tcp
 
     points, way = line(motion, belief, context, [target]), tcp(belief, context).distance(target)[0]
@@ -159,7 +159,7 @@ def place_of(motion: Motion, context: Context) -> Place:
 
 
 def _offset_across(place: Place, aside: tuple[float, float]) -> Place:
-    """A place that is off by so much across its approach, to the left, and up [m]."""
+    """Place offset across its approach, to the left, and up [m]."""
     from ..motion_planning.reach import shift
 
     up = np.array([0.0, 0.0, 1.0])

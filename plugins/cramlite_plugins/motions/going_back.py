@@ -102,8 +102,8 @@ def _open(motion: Motion, start: Belief, after: list[AnyStep]) -> Iterator[AnySt
 
 
 def _straight(motion: Motion, context: Context, pivot: Joints, rest: list[AnyStep]) -> Iterator[AnyStep]:
-    """Motions back: to the pose first, so that a touched thing is left in a straight line; then to the
-    very joint position."""
+    """Motions back: to the pose first, so that a touched thing is left in a straight line; then to the joint
+    position."""
     from ..kinematics.kinematics import forward
 
     if _ends(rest):

@@ -74,7 +74,8 @@ class GripLoad(Value):
 
 
 def load(thing: Thing) -> float:
-    """Return the mass that hangs on the hand that holds a thing, contents included [kg]; a joint carries what it moves."""
+    """Return the mass of a thing in the hand, contents included [kg]; 0 for a thing on a joint, which carries
+    it."""
     content = thing.filling.count * thing.filling.mass if thing.filling else 0.0
     return 0.0 if thing.joint is not None else (thing.mass or 0.0) + content
 
@@ -115,7 +116,7 @@ def grip_force(grip: GripLoad, asked: float, context: Context, of_thing: tuple[s
 
 
 def _doubt(grip: GripLoad, force: float) -> str:
-    """That a given force does not carry the weight, where it does not; else nothing."""
+    """Doubt that a given force carries the weight; nothing if it does."""
     carried = 2 * grip.friction * force
     return f", which carries {carried:.1f} N: doubtful for {grip}" if carried < GRAVITY * grip.mass else ""
 

@@ -77,7 +77,7 @@ def _names_of(thing: str, context: Context) -> tuple[str, ...]:
 
 
 def _open(motion: Motion, belief: Belief, context: Context) -> Groundings:
-    """Open all the way, or as wide as a grasp was gone about with ("open"), shut on nothing ("shut"), or as wide as a place asks
+    """Open all the way, or as for the grasp ("open"); close on nothing ("shut"); or open as the place asks
     ("place")."""
     gripper = context.robot.gripper
     opening = _opening(motion, belief, context)
@@ -105,8 +105,8 @@ def _speed(robot: Robot) -> float:
 
 
 def release_opening(belief: Belief, context: Context) -> float:
-    """Return how wide fingers open to let go [m]: as their place has room for them; else as wide as they were on the way to what they hold,
-    where that had; a finger in a bowl would else push against its other side."""
+    """Return the opening of the fingers for a release [m]: that of the payload's latest place, for its release
+    or else its grasp; the widest without one."""
     held, most = belief.held.thing if belief.held else "", context.robot.gripper.opening[1]
     said = [
         v.release.opening_m if v.release and v.release.opening_m is not None else v.opening

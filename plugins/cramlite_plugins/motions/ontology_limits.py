@@ -57,7 +57,8 @@ def known(class_: str, property_: str, context: Knowing, of: str = "") -> Known 
 
 
 def classes(thing: Thing, context: Knowing) -> Iterator[str]:
-    """Yield the class of a thing, and those that it belongs to by its mass: what is on rails or a hinge is carried by them."""
+    """Yield the class of a thing, and the classes that its mass makes it one of; a joint carries its thing, so
+    that has no mass here."""
     yield thing.type
     if thing.joint is not None:
         return
@@ -106,7 +107,8 @@ def noted(motion: Motion) -> str:
 
 
 def _things(motion: Motion, parameter: str, belief: Belief, context: Context) -> list[Thing]:
-    """Things that limit a motion: for forces the payload and what may be touched, for rates the payload."""
+    """Things that limit a motion: for forces the payload and the things that may be touched, for rates the
+    payload."""
     names = [belief.held.thing] if belief.held else []
     if parameter.endswith("_n"):
         names += [thing_of(str(context.bindings[n])) for n in motion.may_touch if n in context.bindings]

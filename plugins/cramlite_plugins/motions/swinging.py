@@ -29,7 +29,8 @@ def _swing(motion: Motion, belief: Belief, context: Context) -> Iterator[Groundi
     held = belief.held
     assert held is not None and held.swing is not None, f"motion '{motion.name}' needs something that swings in the hand"
     place, hangs = place_of(motion, context), word(motion, "to", Hang) is Hang.HANGS
-    targets, shares, swing = _raised(place.pose, belief, context) if hangs else place.path, (0.0, 1.0) if hangs else (1.0, 0.0), held.swing
+    targets, shares = (_raised(place.pose, belief, context), (0.0, 1.0)) if hangs else (place.path, (1.0, 0.0))
+    swing = place.swing or held.swing
     steps, now = list[MoveLinear](), belief
     speed, acceleration = value(motion, "speed_m_s"), value(motion, "acceleration_m_s2")
     for target, (first, last) in zip(targets, pairwise(np.linspace(*shares, len(targets) + 1).tolist()), strict=True):
@@ -39,7 +40,8 @@ def _swing(motion: Motion, belief: Belief, context: Context) -> Iterator[Groundi
         now = now.moved(points[-1])
     if hangs:
         steps = [replace(steps[-1], swing=swing)]
-    after = replace(now, held=replace(held, tcp_to_thing=swing.at(shares[1])))
+    comes_to = swing.end if hangs else swing.start * (place.release.settles if place.release else Pose())
+    after = replace(now, held=replace(held, tcp_to_thing=comes_to))
     angle = math.degrees(math.hypot(*(swing.start.inverse() * swing.end).rotvec))
     yield Grounding(tuple(steps), f"turns by {angle:.0f} deg between the pads, {len(steps)} lines", 0.0, after, key="swing")
 

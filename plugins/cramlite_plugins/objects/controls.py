@@ -1,4 +1,4 @@
-"""Knobs and switches on a panel: what turns something on and off.
+"""Knobs and switches on a panel, which turn an appliance on and off.
 
 Both have the same frame: on the panel, x out of it, z up. At 0 they are off. Each is held by a grip that the fingers of a 2F-85
 close around, and stays where it is left by the friction of its hinge.

@@ -54,7 +54,7 @@ def mesh_thing(
     detect: bool = True,
     rgba: Colour = (0.62, 0.58, 0.70, 1.0),
 ) -> Thing:
-    """Make a thing from an STL, OBJ, PLY or OFF file, in the file's frame, z up.
+    """Make a thing from an STL, OBJ, PLY, OFF or GLB file, in the file's frame, z up.
 
     Its collision shape is convex parts, between which holes stay open; mass is ``mass``, or ``density`` times the volume.
     Holes ("hole"), handles ("handle") and the face it stands on ("bottom") are found in the shape; a declared feature
@@ -104,7 +104,7 @@ def _inertia(shape: Shape, mass: float) -> Inertia:
 
 
 def _bottom(shape: Shape) -> Iterable[Feature]:
-    """Face that it stands on, if its lowest points are one."""
+    """Standing face of a mesh, if its lowest points form one."""
     corners = np.concatenate([g.pose.apply(np.asarray(g.corners)) for g in shape.geoms])
     lowest = corners[:, 2].min()
     face = corners[corners[:, 2] < lowest + STANDS]

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     Floats = np.ndarray[Any, np.dtype[np.float64]]
 
 SIZES = (("small", 0.09), ("medium", 0.16), ("large", math.inf))
-"""Longest extents that people call so, of what a hand lifts [m]: a box of matches, a pack of tea, a pack of cereals."""
+"""Longest extents of a thing that a hand lifts, by word [m]: a box of matches, a pack of tea, a pack of cereals."""
 TURNS = 18  # directions about the vertical that are tried for the smallest rectangle, over a quarter turn
 
 

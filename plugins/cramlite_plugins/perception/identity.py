@@ -56,8 +56,7 @@ def _named(objects: Sequence[Mapping[str, Judged]], kept: Mapping[int, str], use
 
 
 def _sure(i: int, name: str, kept: Mapping[int, str], known: list[str], costs: Any, limit: float) -> float:
-    """Certainty that the nearest is nearer than the next; that of a new object grows with the distance of
-    all."""
+    """Certainty that the nearest is nearer than the next; for a new object it grows with the distance of all."""
     if i not in kept:
         return 0.9
     others = sorted(c for j, c in enumerate(costs[i]) if known[j] != name)

@@ -284,7 +284,7 @@ def reach_for(person: Performer, world: World, thing: Thing) -> None:
     """Bring the open hand in front of a thing."""
     grip = choose_grip(person, thing, facing(world))
     if grip is None:
-        raise UserError(f"the simulated hand has no room in front of '{thing.name}'; move what stands beside it")
+        raise UserError(f"the simulated hand has no room in front of '{thing.name}'; move the obstacle beside it")
     person.grip(grip.opening, 0.3)
     go(person, world, grip.tool * Pose((0, 0, -0.06)), person.between(0.25, 0.4))
 
@@ -343,7 +343,7 @@ def is_inside(person: Performer, thing: Thing, into: Thing) -> bool:
 
 
 def opened(person: Performer, thing: Thing) -> float:
-    """Return how far a drawer or a door is open, as a share of its range."""
+    """Return the opening of a drawer or a door, as a share of its range."""
     joint = thing.joint
     if joint is None:
         return 0.0

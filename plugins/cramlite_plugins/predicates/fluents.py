@@ -56,7 +56,7 @@ def is_flat(scene: SymbolicWorld, entity: str) -> bool:
 
 
 def low(size: Floats) -> bool:
-    """Check whether sides (3,) [m] are those of something flat: so low fingers get no hold of it from the side."""
+    """Check whether sides (3,) [m] are too low for fingers to grip from the side."""
     return float(size[2]) <= FLAT * float(min(size[:2]))
 
 
@@ -151,7 +151,7 @@ def _stacked(thing: Thing, scene: SymbolicWorld, boxes: list[tuple[str, Floats, 
 
 
 def _stood_on(thing: Thing, scene: SymbolicWorld) -> str | None:
-    """What a thing that is in the hand still stands on; None where it was lifted."""
+    """Support of a gripped thing that was not lifted yet; None where it was."""
     height, owner = resting_height(thing, thing.pose, [(t, t.pose) for t in scene.world.things if t.name != thing.name])
     return owner if abs(lowest(thing, thing.pose) + thing.pose.position[2] - height) < LIFTED else None
 
@@ -203,7 +203,7 @@ def _open(scene: SymbolicWorld) -> Iterator[tuple[str]]:
 
 
 def _joints(scene: SymbolicWorld) -> Iterator[tuple[Thing, float]]:
-    """Things with a joint, and how far it is open as a share of its range."""
+    """Things with a joint, and their opening as a share of its range."""
     for thing in scene.world.things:
         if (joint := thing.joint) is not None and _hanger(thing, scene) is None:
             yield thing, (joint.value - joint.lower) / (joint.upper - joint.lower)
@@ -215,7 +215,8 @@ def _two_in_hand(_scene: SymbolicWorld, fact: Fact, other: Fact) -> bool:
 
 
 def _two_places(scene: SymbolicWorld, fact: Fact, other: Fact) -> bool:
-    """Nothing is at two places that stand still and apart: over both, or, if it is carried, farther apart than it is long."""
+    """Whether two facts put a thing at two fixed places that are apart: over both at once, or, if carried,
+    farther apart than it is long."""
     one, two = _put(scene, fact), _put(scene, other)
     if one is None or two is None or one[0] != two[0] or one[1] == two[1]:
         return False

@@ -22,7 +22,7 @@ GRIPPER_MOVED = 0.020
 THING_MOVED = 0.005
 """[m]: what counts as displaced; five times the arm's threshold, because tracked things are less exact."""
 TURNED = 0.1
-"""[rad]: what counts as turned; a box of 0.1 m then moves its corners by 5 mm."""
+"""Least turn that counts [rad]: a box of 0.1 m then moves its corners by 5 mm."""
 TILTED = np.deg2rad(30.0)
 """[rad] from the attitude in which it was first seen: the usual angle of repose of granular material."""
 CLOSED, OPENED = 0.25, 0.75
@@ -161,7 +161,8 @@ def swings(phase: Phase, thing: str | None) -> Iterator[Row]:
 
 
 def _smoothed(times: Floats, values: Floats) -> Floats:
-    """Averaged over TREMOR, which leaves 2 mm of 5 mm of a tracker's noise at 45 Hz; slow recordings as they are."""
+    """Values averaged over TREMOR, which leaves 2 mm of 5 mm of a tracker's noise at 45 Hz; slow recordings are
+    unchanged."""
     count = round(TREMOR / float(np.median(np.diff(times)))) if len(times) > 2 else 1
     half = count // 2
     padded = np.pad(values, half, mode="edge")

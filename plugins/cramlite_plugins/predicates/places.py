@@ -30,7 +30,8 @@ VIEW = np.deg2rad(30.0)
 DRAWN_IN = 0.9
 """Share of a box's corners' distances: its very edge may touch what it stands on."""
 BESIDE = 0.6
-"""[m] from the outline of what drives to that of what it stands at: an arm on it still reaches what lies at the edge."""
+"""Distance of a platform's outline from that of its destination [m] within which its arm reaches things at the
+edge."""
 APPROACHED = 0.01
 """[m] by which a distance must shrink to count."""
 

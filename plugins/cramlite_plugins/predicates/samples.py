@@ -36,7 +36,7 @@ class Samples:
         return found
 
     def window(self, start: float, end: float) -> slice:
-        """Return the samples of [start, end): from the last one before it; never none."""
+        """Return the samples of [start, end), from the last one before it on."""
         first, last = self.row(start), self._ends.get(end)
         if last is None:
             last = self._ends[end] = int(self.times.searchsorted(end, side="left"))
@@ -60,7 +60,8 @@ class Samples:
         return dict(pairwise(self._cuts))
 
     def pieces(self, start: float, end: float) -> list[float]:
-        """Return where the windows between neighbouring cuts begin that make up [start, end); empty if none do."""
+        """Return the starts of the windows between neighbouring cuts that make up [start, end); empty if none
+        do."""
         if self._next.get(start) == end:
             return [start]
         found, at = [], start

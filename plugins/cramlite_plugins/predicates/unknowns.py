@@ -22,7 +22,7 @@ def no_pose_of(phase: Phase, *names: str | None) -> str | None:
 
 
 def no_hand(phase: Phase, *_names: str | None) -> str | None:
-    """Return why nobody knows where the hand was."""
+    """Return the clause of an unknown position of the hand."""
     return no_pose(phase)
 
 

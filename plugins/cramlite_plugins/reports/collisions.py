@@ -47,7 +47,7 @@ class Pair(Value):
 
     @property
     def depths(self) -> str:
-        """How deep they were in each other, from the least to the most."""
+        """Depths of the overlaps, from the least to the most."""
         low, high = (1e3 * _collision(self.entries[k]).depth for k in (0, -1))
         if high <= 0:
             return f"{-high:.1f} mm apart" if low == high else f"{-high:.1f} to {-low:.1f} mm apart"

@@ -16,7 +16,7 @@ WHOLE = ("twin", "proof", "budget", "stop")
 
 
 class Branch(Value):
-    """Alternative that was tried: what was decided below it, and its outcome."""
+    """Alternative that was tried, with the decisions below it and its outcome."""
 
     entry: Entry
     decisions: tuple[Decision, ...]

@@ -1,4 +1,4 @@
-"""How the first execution went: the proven program in the world as it really is, once, and what the judges found there."""
+"""Report of the first execution: the proven program in the real world, once, with the validators' findings."""
 
 from __future__ import annotations
 

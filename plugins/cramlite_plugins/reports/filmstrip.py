@@ -48,7 +48,7 @@ def filmstrip(done: Finished, tasks: Sequence[Span]) -> list[Frame]:
 
 
 def as_animation(done: Finished, size: tuple[int, int], about: Sequence[str] = ()) -> tuple[str, str, float]:
-    """Return a run as an animated WebP data URI, its first picture, and how much faster than the run it is."""
+    """Return a run as an animated WebP data URI, its first picture, and its speed relative to the run."""
     from PIL import Image
 
     times = done.solution.candidate.rollout.times  # type: ignore[union-attr]

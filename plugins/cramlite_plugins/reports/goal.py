@@ -1,11 +1,11 @@
-"""The goal, ticked off part by part: which tasks achieve it, or why not, and what was measured of it after the run."""
+"""Report of the goal part by part: the tasks that achieve it, or why not, and the measurement after the run."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING
 
-from cramlite import goal_answers, nearest_miss
+from cramlite import goal_answers, nearest_miss, understood_entries
 from cramlite.model import Value
 from cramlite.plugin import ReportSection, hookimpl
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from cramlite import Finished, GoalAnswer
     from cramlite.model import Finding
 
-JUDGE = "goal"
+VALIDATOR = "goal"
 """Validator that measures each part of a goal at the end of a run."""
 MARKS: Mapping[str, tuple[str, str]] = {
     "holds": ("✓", "good"), "achieved": ("✓", "good"), "reached": ("○", "soft"), "missed": ("✗", "bad"), "untried": ("○", "soft"),
@@ -51,12 +51,13 @@ def render(done: Finished) -> str:
     rows = tuple(_rows(done))
     nearest = None if done.proven else nearest_miss(done.trace.entries)
     miss = f"{nearest.designator}: {nearest.reason}" if nearest is not None else ""
-    return fill("goal", done=done, rows=rows, known=targets(done), miss=miss) if rows else ""
+    said = understood_entries(done.trace.entries)
+    return fill("goal", done=done, rows=rows, known=targets(done), miss=miss, said=said) if rows else ""
 
 
 def _rows(done: Finished) -> Iterator[GoalRow]:
     shown = done.shown
-    findings = [f for f in shown.verdict.findings if f.validator == JUDGE] if shown is not None else []
+    findings = [f for f in shown.verdict.findings if f.validator == VALIDATOR] if shown is not None else []
     names = [a.name for a in shown.candidate.actions] if shown is not None else []
     for answer in goal_answers(done.trace, shown.number if done.proven and shown is not None else 0):
         finding = next((f for f in findings if f.literal == answer.says), None)

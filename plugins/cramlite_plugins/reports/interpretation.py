@@ -1,4 +1,4 @@
-"""Interpretation of each action: what it may have been and why it was nothing else; readings that were tried."""
+"""Interpretation of each action: the tasks that fit and why others do not; readings that were tried."""
 
 from __future__ import annotations
 

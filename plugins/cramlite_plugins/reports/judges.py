@@ -1,4 +1,4 @@
-"""Verdict: what the validators measured in the run, and the files beside the page."""
+"""Verdict: the validators' measurements in the run, and the files beside the page."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class Measured(Value):
-    """Finding with its numbers in units that people read, and how much of the limit was used."""
+    """Finding with its numbers in units that people read, and the share of the limit that was used."""
 
     finding: Finding
     value: str
@@ -27,7 +27,7 @@ class Measured(Value):
 
 @hookimpl
 def report_sections() -> Iterable[ReportSection]:
-    yield ReportSection("What the judges found", 25, render, refused=True)
+    yield ReportSection("What the validators found", 25, render, refused=True)
 
 
 def render(done: Finished) -> str:

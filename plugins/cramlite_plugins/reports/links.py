@@ -53,7 +53,7 @@ def lines_of(steps: Sequence[str]) -> Mapping[str, list[tuple[int, int]]]:
 
 
 def steps_of(code: Code) -> list[str]:
-    """Return the step that each line came from; a comment or an empty line leads to what follows it."""
+    """Return the step of each line; a comment or an empty line has that of the next line."""
     texts = code.text.splitlines()
     steps, step = [""] * len(texts), ""
     for k in range(len(texts)):

@@ -21,7 +21,7 @@ SIZE = (480, 360)
 
 
 class Moment(Value):
-    """Picture as a data URI, and what it shows; ``still`` is its first picture where it moves."""
+    """Picture as a data URI, with its caption; ``still`` is the first picture of an animation."""
 
     uri: str
     says: str

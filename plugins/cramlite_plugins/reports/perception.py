@@ -1,4 +1,4 @@
-"""Views of the robot: pictures with what was recognised in them, and what is believed since."""
+"""Views of the robot: pictures with the recognised things, and the belief after them."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Seen(Value):
 
 
 class Shot(Value):
-    """Picture with its query: data URIs of what was recognised, of the colours and of the depth."""
+    """Picture with its query: data URIs of recognised things, of colours and of depth."""
 
     task: str
     query: str

@@ -32,7 +32,7 @@ class ProgramLine(Value):
 
 
 class Block(Value):
-    """Block of lines that belong together: a task's code, or what is written before and around the tasks."""
+    """Block of lines that belong together: a task's code, or the lines before and around the tasks."""
 
     task: str
     lines: tuple[ProgramLine, ...]

@@ -108,7 +108,7 @@ def _written(entries: Sequence[Entry]) -> str:
 
 
 def stages(tasks: Sequence[str], entries: Sequence[Entry], *, ran: bool) -> tuple[TaskStage, ...]:
-    """Return how far a candidate came; a program that ran came to the end of its tasks."""
+    """Return the progress of a candidate; a program that ran came to the end of its tasks."""
     last = len(tasks) + 1 if ran else max((e.numbers.get("task", 0) for e in entries), default=0)
     states = ("reached" if k < last else "stopped" if k == last else "unreached" for k in range(1, len(tasks) + 1))
     return tuple(TaskStage(name, state) for name, state in zip(tasks, states, strict=True))

@@ -1,4 +1,4 @@
-"""Summary in words: the plan and what its objects became; or how near the search came."""
+"""Summary in words: the plan and its objects; or the nearest miss of the search."""
 
 from __future__ import annotations
 

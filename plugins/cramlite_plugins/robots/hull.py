@@ -9,7 +9,7 @@ import numpy as np
 from cramlite.model import Floats, Value, Vector3
 
 SIDES = 12
-"""Of the polygon about a circle of which nothing else is said: it sticks out of it by 3.5 % of the radius, one of 24 sides by 0.9 %."""
+"""Sides of the polygon about a circle, by default; it sticks out by 3.5 % of the radius, one of 24 sides by 0.9 %."""
 
 
 class Circle(Value):

@@ -89,8 +89,8 @@ def corners(thing: Thing, pose: Pose) -> Floats:
 
 
 def near(thing: Thing, pose: Pose, area: tuple[float, float, float, float]) -> bool:
-    """Check whether the ball around a thing's origin that holds it is over, in or under a rectangle; where it is not, no point of the
-    thing is.
+    """Check whether a thing's bounding ball about its origin is over, in or under a rectangle; if not, no point
+    of the thing is.
 
     Args:
         pose: of the thing in the frame of the rectangle.

@@ -37,16 +37,16 @@ def carried_along(belief: Belief, name: str) -> dict[str, Estimate]:
 
 
 def pushed_along(belief: Belief, place: Place) -> Belief:
-    """Return a belief in which the thing of a place has come along straight to it, as far as the place
-    says, with its contents."""
+    """Return a belief in which the thing of a place and its contents have moved straight to it, as far as the
+    place says."""
     if place.carried is None or not place.carried.pushed_m:
         return belief
     return gone_along(belief, place.thing, place.carried.pushed_m * np.asarray(place.approach))
 
 
 def gone_along(belief: Belief, name: str, way: Floats, sigma: float = 0.0, source: str = CAME_ALONG) -> Belief:
-    """Return a belief in which a thing has gone along a way (3,) in the base frame [m], with what is in it; and is known by ``sigma`` less
-    well [m]."""
+    """Return a belief in which a thing and its contents have gone along a way (3,) in the base frame [m], each
+    with ``sigma`` more uncertainty."""
     known, with_it = belief.poses[name], carried_along(belief, name)
     x, y, z = (np.asarray(known.pose.position) + np.asarray(belief.base().rotate(way))).tolist()
     there = Pose((x, y, z), known.pose.quaternion)
@@ -56,15 +56,15 @@ def gone_along(belief: Belief, name: str, way: Floats, sigma: float = 0.0, sourc
 
 
 def driven_before(belief: Belief, place: Place, way: Floats) -> Belief:
-    """Return a belief in which the things that the thing of a place drives before it have gone along (3,)
-    in the base frame."""
+    """Return a belief in which the things that a place's thing drives before it have moved along (3,) in the
+    base frame."""
     for name, metres in driven(place).items():
         belief = gone_along(belief, name, metres * way, metres, "predicted: driven along")
     return belief
 
 
 def driven(place: Place) -> Mapping[str, float]:
-    """Return how far each thing is driven along at a place [m]."""
+    """Return the distance that each thing is driven along at a place [m]."""
     return place.carried.driven_m if place.carried else {}
 
 

@@ -101,7 +101,7 @@ def solid(vertices: Floats, faces: Any) -> Any:
 
 
 def _refined(pieces: list[Any], light: Any, centre: Floats) -> Iterator[Any]:
-    """Pieces cut until each fits its hull and no hull reaches into the light through a hole, the worst first."""
+    """Pieces, cut until each fits its hull and no hull closes a hole, the worst first."""
     count = itertools.count()
     heap = [(-_excess(p), next(count), p) for p in pieces]
     heapq.heapify(heap)

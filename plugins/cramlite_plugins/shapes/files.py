@@ -11,7 +11,7 @@ import numpy as np
 from cramlite.model import Value
 from cramlite.plugin import UserError, nearest
 
-KINDS = ("stl", "obj", "ply", "off")
+KINDS = ("stl", "obj", "ply", "off", "glb")
 MOST_FACES = 500_000  # a scan of a product has 10,000 to 200,000; cutting more takes minutes
 MOST_BYTES = 100_000_000
 LARGEST, SMALLEST, FLAT = 5.0, 0.002, 1e-4  # sides of the box around a shape [m]
@@ -29,8 +29,11 @@ class Closed(Value):
     notes: tuple[str, ...] = ()
 
 
-def read(path: Path, scale: float = 1.0) -> Any:
+def read(path: Path, scale: float = 1.0, *, materials: bool = False) -> Any:
     """Read the triangles of a mesh file as trimesh.Trimesh, in metres.
+
+    Args:
+        materials: read its textures, too.
 
     Raises:
         UserError: no such file, an unknown kind, too large, not readable, empty, or no size that a thing has.
@@ -41,7 +44,8 @@ def read(path: Path, scale: float = 1.0) -> Any:
     try:
         with warnings.catch_warnings():  # of numbers that it rounds before anybody has looked at them, as _check_size does
             warnings.simplefilter("ignore", RuntimeWarning)
-            mesh = trimesh.load_mesh(str(path), file_type=path.suffix[1:].lower(), skip_materials=True)
+            options = {"process": False} if materials else {"skip_materials": True}
+            mesh = trimesh.load_mesh(str(path), file_type=path.suffix[1:].lower(), **options)
     except Exception as error:  # trimesh's readers raise whatever their parsers do
         reason = f"{type(error).__name__}: {' '.join(str(error).split())[:120]}"
         raise UserError(f"mesh '{path}' cannot be read ({reason}); export it anew as binary STL") from error

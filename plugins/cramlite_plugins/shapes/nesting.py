@@ -68,8 +68,8 @@ def touching(thing: Thing, pose: Pose, below: Thing, at: Pose) -> Any:
 
 
 def room_under(thing: Thing, pose: Pose, below: Thing, at: Pose) -> float:
-    """Return how far a thing could be let down straight before it meets another [m]; negative where it is in it, inf where it would pass
-    beside it. Poses as of ``nested``."""
+    """Return the distance that a thing could be let down straight before it meets another [m]; negative inside
+    it, inf beside it. Poses as of ``nested``."""
     _, _, own, under = _seen(thing, pose, below, at)
     return -float(_gap(own, under, CELLS, CELLS).max())
 

@@ -19,7 +19,7 @@ from cramlite.model import Feature, Floats, Pose, Value
 
 from .convex import Bore, solid
 
-SQUARE = 0.03  # by so much of its size a square's ring may differ from one
+SQUARE = 0.03  # relative deviation of a ring from a square
 ROUND = 1.12  # farthest to nearest edge of a round hole from its centre; a hexagon has 1.15
 NARROW = 0.001  # openings with a smaller radius are ignored [m]
 PEG_HOLE = 0.015  # holes up to this radius are there to hang a thing by; wider ones are not [m]

@@ -11,7 +11,7 @@ import math
 from cramlite.model import Feature, Floats
 
 PLAY = 0.0003  # least radial play of a hole on a peg that moves [m]: MuJoCo's resting contact depth
-STANDING = math.cos(math.radians(20.0))  # a peg that leans less stands: what is threaded onto it sinks to its root by itself
+STANDING = math.cos(math.radians(20.0))  # lean below which a peg stands: a threaded thing sinks to its root by itself
 
 
 def play(hole: Feature, peg: Feature) -> float:

@@ -9,7 +9,7 @@ from cramlite.model import Floats, Geom
 
 from .convex import hull_planes
 
-SKIN = 1e-4  # what touches by less is beside it [m]
+SKIN = 1e-4  # overlap below which two bodies count as apart [m]
 
 
 def crosses(geom: Geom, starts: Floats, ends: Floats) -> bool:

@@ -14,7 +14,7 @@ from .convex import hull_planes
 from .surfaces import FLAT, LEVEL
 
 MOST = math.radians(40.0)
-"""What leans more lies on its side rather than that it leans: a bowl that hangs on its rim."""
+"""Lean beyond which a thing lies on its side, such as a bowl on its rim."""
 _DOWN = np.array([0.0, 0.0, -1.0])
 
 

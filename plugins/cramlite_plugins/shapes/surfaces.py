@@ -27,7 +27,7 @@ LEVEL = math.atan(0.2) / 2
 """What leans more is no surface: wood on wood slides at 11.3 deg (a friction of .2), and half of that is left. A plate whose floor is made
 of boxes that lean by 1.5 deg, and that lies on a box at 3.7 deg, has one."""
 EDGE = 0.005
-"""How far a centre of mass is inside of what supports it [m]."""
+"""Least distance of a centre of mass from its support's border [m]."""
 SURFACE = "vrps:SurfaceFeature"
 FINE, HEIGHT = 4, 5
 """Decimals to which it is told apart how a thing leans, and between which heights it is looked at [m]: 0.01 mm at the far end of a thing
@@ -88,7 +88,7 @@ def stated_surface(thing: Thing, pose: Pose, part: str) -> Surface | None:
 
 
 def outline(thing: Thing, pose: Pose) -> Surface:
-    """Return the outline of a thing from above, as high as it reaches, of one that has no level surface.
+    """Return the outline from above of a thing without a level surface, with its height.
 
     Args:
         pose: of the thing in a frame whose z is up.
@@ -234,8 +234,7 @@ def _turned(area: Area, pose: Pose, up: Vector3) -> Area:
 
 
 def _between(points: Floats, low: float, high: float) -> Floats:
-    """Points (M, 3) of the part of a convex body, given by its corners (N, 3), that is in a range of heights: a table whose far end
-    is above a tilted plate stands in the way there, and not where the plate lies on it."""
+    """Points (M, 3) of the part of a convex body, given by its corners (N, 3), in a range of heights."""
     for height, sign in ((low, 1.0), (high, -1.0)):
         above = sign * (points[:, 2] - height)
         if not math.isfinite(height) or above.min() >= 0:
@@ -292,8 +291,8 @@ def _level_lowest(geom: Geom, pose: Pose, low: float) -> Area | None:
 
 
 def inset(standing: Standing, area: Area) -> tuple[float, float]:
-    """Return how far a centre of mass is inside of its support [m], negative outside, and how far it
-    should be.
+    """Return the distance of a centre of mass inside its support's border [m], negative outside, and the needed
+    one.
 
     What supports it is the hull of what touches the area. It should be by ``EDGE``, or, of what stands on less, by half of
     what its own support leaves it.
@@ -328,4 +327,4 @@ def resting_height(thing: Thing, pose: Pose, others: Iterable[tuple[Thing, Pose]
 
 
 SUNK = 0.01
-"""What is believed to stand may reach into what it stands on by this [m]: poses are as sure as that."""
+"""Depth by which a standing thing may reach into its support [m]: the accuracy of poses."""

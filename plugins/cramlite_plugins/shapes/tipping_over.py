@@ -17,7 +17,8 @@ BALANCED = 1e-6  # of a centre of mass over the edge [m]
 
 
 def tipped_over(thing: Thing, pose: Pose) -> tuple[Pose, float] | None:
-    """Return the pose of a thing that tipped over about its lowest edge, and by how much its centre of mass was beyond that before [m].
+    """Return the pose of a thing after tipping over about its lowest edge, and the distance of its centre of
+    mass beyond that edge before [m].
 
     Args:
         pose: of the thing, in a frame whose z is up; its lowest edge is on what is level.
@@ -43,7 +44,7 @@ def _edge(thing: Thing, pose: Pose) -> Floats:
 
 
 def _turn(normal: Floats, axis: Floats) -> float | None:
-    """By how much a face turns about an axis until it looks down [rad]; None for one that does not come to that in a quarter turn."""
+    """Angle about an axis until a face looks down [rad]; None if a quarter turn does not reach that."""
     if abs(float(normal @ axis)) > ALONG:
         return None
     down = np.array([0.0, 0.0, -1.0])

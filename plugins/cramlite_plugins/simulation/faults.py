@@ -54,13 +54,13 @@ class FaultsToCome:
         self.keep_away()
 
     def keep_away(self) -> None:
-        """Keep what is not there out of the way."""
+        """Keep absent things out of the way."""
         for name in self.away:
             x, y, _ = self.compiled.world.thing(name).pose.position
             self.compiled.place(self.data, name, Pose((x, y, AWAY)))
 
     def due(self, now: float, line: int, force: float) -> None:
-        """Let happen what it is time for, and end what is over.
+        """Start the faults that are due, and end those whose time is over.
 
         Args:
             now: since the program's start [s].
@@ -95,7 +95,7 @@ class FaultsToCome:
         return float(np.linalg.norm(self.arm.index.pose(self.data).position - place)) <= asked.within
 
     def awake(self) -> None:
-        """Let nothing sleep any more: what is put elsewhere may have carried what rests."""
+        """Switch sleep off: a displaced thing may have carried resting ones."""
         self.arm.sleep = None
         self.arm.model.opt.enableflags &= ~SLEEP
 
@@ -138,7 +138,7 @@ def _added(run: FaultsToCome, fault: Fault, now: float) -> None:
 
 
 def _fallen(run: FaultsToCome, fault: Fault, now: float) -> None:
-    """It is turned by a quarter about the axis of its side, away from the robot, and put down where it stood."""
+    """Turn a thing by a quarter about its side, away from the robot, and put it down at its place."""
     pose, thing = run.compiled.pose(run.data, fault.thing), run.compiled.world.thing(fault.thing)
     away = np.subtract(pose.position, run.arm.base.position)
     angle = math.atan2(away[1], away[0]) + math.pi / 2
@@ -217,7 +217,7 @@ def _goal(run: FaultsToCome, fault: Fault, now: float) -> None:
 
 
 def _nothing(run: FaultsToCome, fault: Fault, now: float) -> None:
-    """Done elsewhere: before the start, or by who lets clients in."""
+    """Do nothing: such a fault acts before the start, or where clients are let in."""
 
 
 _HAPPENS: Mapping[FaultKind, Callable[[FaultsToCome, Fault, float], None]] = {

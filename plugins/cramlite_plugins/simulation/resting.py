@@ -34,14 +34,15 @@ LOOKS = 4
 ASIDE = 0.005
 """How far beside its place a thing may be let go of [m]: a streamed arm is up to 5 mm off its path."""
 LEANING = math.radians(3.0)
-"""How far it may lean as it is let go of there, so that what only stands on an edge, as no hand could put it, falls over."""
+"""Lean of a thing at its release from beside its place: one that only stands on an edge, as no hand could put it,
+falls over."""
 AGAIN = 0.015, math.radians(15.0)
 """What comes to rest within this of a pose has come to the same one [m, rad]."""
 STEP = 0.003  # in which a thing is let down until it touches [m]
 
 
 def resting_pose(thing: Thing, start: Pose, below: Thing, at: Pose) -> Pose | None:
-    """Find the pose in which a thing comes to rest on another when it is let down straight and let go of.
+    """Find the rest pose of a thing on another after it is let down straight and released.
 
     Args:
         start: of the thing in a frame whose z is up: its height does not matter.
@@ -56,7 +57,8 @@ def resting_pose(thing: Thing, start: Pose, below: Thing, at: Pose) -> Pose | No
 
 
 def let_down(thing: Thing, start: Pose, below: Thing, at: Pose) -> Pose | None:
-    """Return the pose 3 to 6 mm over where a thing first touches another as it is let down straight; None if it passes beside that.
+    """Return the pose 3 to 6 mm over a thing's first touch of another when let down straight; None if it passes
+    beside that.
 
     Args:
         start: of the thing in a frame whose z is up: its height does not matter.
@@ -68,7 +70,7 @@ def let_down(thing: Thing, start: Pose, below: Thing, at: Pose) -> Pose | None:
 
 
 def rests(thing: Thing, start: Pose, below: Thing, at: Pose, aside: float, there: bool = False) -> Iterator[Pose | None]:
-    """Generate where a thing may come to rest that is let go of where it first touches another, near a pose.
+    """Generate rest poses of a thing that is released at its first touch of another, near a pose.
 
     Let go of there and to each side, each with little friction and with the friction of the two; None where it falls off.
 
@@ -84,7 +86,7 @@ def rests(thing: Thing, start: Pose, below: Thing, at: Pose, aside: float, there
 
 @lru_cache(maxsize=2048)
 def _firm(thing: Itself[Thing], start: Pose, below: Itself[Thing], at: Pose) -> Pose | None:
-    """Where a thing comes to rest, also from beside that and leaning."""
+    """Rest pose of a thing that is also reached from beside it and leaning."""
     found = _dropped(thing, start, below, at)
     if found is None:
         return None
@@ -107,7 +109,7 @@ def _same(one: Pose, other: Pose) -> bool:
 def _dropped(
     thing: Itself[Thing], start: Pose, below: Itself[Thing], at: Pose, friction: float = FRICTION, there: bool = False
 ) -> Pose | None:
-    """Where a thing comes to rest that is let go of where it first touches, or there; None where it falls off."""
+    """Rest pose of a thing that is released at its first touch, or there; None if it falls off."""
     compiled = _alone(thing, below, at, friction)
     data = compiled.data()
     if there:
@@ -128,7 +130,8 @@ def _dropped(
 
 
 def _let_down(compiled: Compiled, data: Data, thing: Thing, start: Pose, below: Floats) -> Pose | None:
-    """Put a thing some ``STEP`` over where it touches what has these corners (n, 3), there; None where it would pass beside that."""
+    """Let a thing down to some ``STEP`` over its first touch of a thing with these corners (n, 3); None if it
+    would pass beside that."""
     lowest = float(corners(thing, start)[:, 2].min())
     bottom, top = (float(v) for v in (below[:, 2].min(), below[:, 2].max()))
     for drop in np.arange(0.0, top - bottom, STEP):
@@ -143,7 +146,7 @@ def _let_down(compiled: Compiled, data: Data, thing: Thing, start: Pose, below: 
 
 
 def _rests(compiled: Compiled, data: Data) -> bool:
-    """Whether the thing is still, and touches what is below."""
+    """Whether the thing is still, and in contact."""
     return data.ncon > 0 and float(np.linalg.norm(data.qvel[:3])) < STILL[0] and float(np.linalg.norm(data.qvel[3:])) < STILL[1]
 
 

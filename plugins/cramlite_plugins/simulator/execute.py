@@ -32,7 +32,7 @@ from ..ur_controller.urscript.values import ScriptError
 SETTLE = 2.0
 """And after its end [s]: of 40 products that were dropped into a basket last of all, six still rocked after 1 s."""
 STOPPED = 0.5
-"""As long as it takes an arm to brake that was watched [s]: then it is decided how to go on."""
+"""Time that a watched arm takes to brake [s], before the decision how to continue."""
 PATIENCE = 5.0
 """So long an arm that was stopped waits for readings [s]."""
 BEFORE = 0.5  # the world settles for this long before the program starts [s]
@@ -92,8 +92,8 @@ def execute(
 
 
 def _come_to_rest(run: _Run) -> None:
-    """Let the world settle while the arm holds. Friction may creep meanwhile (by 0.03 mm/s): where sixteen vessels stand about, what
-    keeps it from that takes four fifths of a step."""
+    """Let the world settle while the arm holds, without MuJoCo's no-slip iterations, which take four fifths of
+    a step with sixteen vessels. Things may creep by 0.03 mm/s meanwhile."""
     options = run.controller.model.opt
     firm, options.noslip_iterations = options.noslip_iterations, 0
     for _ in range(round(BEFORE / run.controller.period)):
@@ -119,7 +119,7 @@ class _Runner(Protocol):
 
 
 class _Script(Machine):
-    """URScript, with what is checked once all threads of a cycle have run."""
+    """URScript machine whose ``finish`` is called once all threads of a cycle have run."""
 
     def __init__(self, text: str, functions: Functions, limits: Limits | None) -> None:
         library = functions.library()
@@ -206,7 +206,7 @@ class _Run:
             self.hold()
 
     def read(self, line: int) -> Readings:
-        """Return what can be read of the robot and its surroundings now, without errors."""
+        """Return the present readings of the robot and of the things around it, without errors."""
         arm, compiled = self.controller, self.compiled
         seen = [t.name for t in compiled.world.things if t.movable and t.joint is None and t.name not in self.faults.away]
         poses = {n: compiled.pose(self.data, n) for n in seen} if self.data.time >= self.faults.lost_until else None

@@ -21,7 +21,7 @@ def at_or_near(thing: Object | None, following: Action | None, goal: Location) -
 
 
 def empty_hand(belief: Belief) -> None:
-    """Check that nothing is held, so that something can be taken.
+    """Check that the hand is empty, before a thing is taken.
 
     Raises:
         Unresolvable: something is; earlier tasks are to blame.

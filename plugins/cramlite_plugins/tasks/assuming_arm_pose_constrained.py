@@ -36,7 +36,7 @@ class AssumingArmPoseConstrained(TaskType):
         yield Decomposition(steps, f"straight line into {goal}")
 
     def allowance(self, action: Action, bindings: Mapping[str, Any]) -> Allowance:
-        """Where its goal is at a thing, that may be touched, too."""
+        """Allowance of the motion; a thing at its goal may be touched, too."""
         own, about = super().allowance(action, bindings), bindings.get(action.goal.of or "") if action.goal else None
         if not isinstance(about, str):
             return own

@@ -15,8 +15,7 @@ from ..shapes.carried_along import driven
 from ..task_kit.bases import FORCES, SPEED, ByHandle
 
 LESS = (0.85, 0.8)
-"""Shares of the range that something is opened to by its handle where no grip of that opens it further, or what is done next needs room
-before it."""
+"""Shares of the range to open by the handle, if no grip opens it further, or the next task needs room in front."""
 DRIVES = "drives"
 """Parameter of the locations of a way on which what a drawer meets goes along."""
 TOUCH = {"speed_m_s": 0.01, "free_m_s": 0.1, "force_n": 3.0, "beyond_m": 0.03}
@@ -48,8 +47,7 @@ class Opening(ByHandle):
         yield from self._driving(replace(action, parameters={**action.parameters, DRIVES: 1.0}), belief)
 
     def _driving(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
-        """Ways of opening a drawer that drives obstacles along; last, as nobody knows as well where these
-        end."""
+        """Ways of opening a drawer that drives obstacles along; last, since their ends are less certain."""
         joint = belief.thing(action.roles["Patient"].entity or "").joint
         ways = (*super().decompose(action, belief), self._pressing(action)) if joint is not None and joint.kind == "slide" else ()
         for way in ways:
@@ -96,7 +94,8 @@ class Opening(ByHandle):
         return replace(super().begins_at(action), parameters=self._least(action))
 
     def _least(self, action: Action) -> dict[str, Any]:
-        """Least opening that counts, whatever hand opens it."""
+        """Parameters of a location: the least share of its range at which a thing counts as open, and whether
+        obstacles may be driven along."""
         return {"least": self.parameter(action, "share") or LESS[-1], **self._drives(action)}
 
     @staticmethod

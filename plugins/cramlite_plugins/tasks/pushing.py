@@ -22,7 +22,8 @@ GRAVITY = 9.81
 DOWN = {"speed_m_s": 0.02, "free_m_s": 0.1, "force_n": 2.0, "beyond_m": 0.01}
 """To the floor of a thing."""
 LOW = 0.03
-"""Height of what closed fingers that feel their way from the side slide over, as they keep half of that above what carries it [m]."""
+"""Height of things that closed fingers slide over as they feel from the side, since they keep half of it above
+the support [m]."""
 OUT_OF_THE_WAY = 0.1
 """How far a low thing goes that nobody wants anywhere [m]."""
 LOST = 2.0

@@ -12,7 +12,7 @@ from cramlite.plugin import Allowance, Decomposition, Role, TaskType, Unresolvab
 
 from ..shapes.roofs import has_a_roof
 
-SPEED = 0.05  # of fingers that push [m/s]: what runs ahead of them at that stays within 1 mm even with a friction of 0.15
+SPEED = 0.05  # of fingers that push [m/s]: a thing ahead of them stays within 1 mm even with a friction of 0.15
 
 
 class Retracting(TaskType):
@@ -56,7 +56,7 @@ class Retracting(TaskType):
 
 
 def _under_a_roof(name: str, belief: Belief) -> bool:
-    """Whether a thing was put onto something that is over it, too."""
+    """Whether a thing was put onto something that is also over it."""
     onto = thing_of(belief.relates("on", name) or "")
     return onto in belief.poses and has_a_roof(belief.thing(onto), belief.pose(onto))
 

@@ -49,7 +49,8 @@ class Ungrasping(TaskType):
             yield self._tip_over(action)
 
     def _tip_over(self, action: Action) -> Decomposition:
-        """What has a roof over it: the foot of what is held in, level, and let go of leaning out; it tips over, and is pushed in again."""
+        """Decomposition for a place under an overhang: the payload's foot goes in level, the payload is
+        released leaning out, tips over, and is pushed in from behind."""
         relatum, what = action.roles["Relatum"], action.roles["Locatum"].name
         place = spot("toppled", action)
         there = Location(_way_in(action.roles["Locatum"]), "pushed_in", what, {"begin": place.name})

@@ -105,7 +105,7 @@ class _Run:
         return int(registers.fields.get(LINE, 0))
 
     def say(self, text: str) -> None:
-        """The controller's own log; only what stops it is of interest here."""
+        """Drop the controller's own log; only a stop matters here."""
 
     def begin(self, program: Path, host: str) -> None:
         """The ports are open: start the program."""
@@ -143,7 +143,7 @@ class _Run:
         self.recorder.observe(self.robot.data, self.line)
 
     def hear(self) -> None:
-        """What the program has written, with the time at which it was read."""
+        """Record the client's output, with the time at which it was read."""
         while not self.said.empty():
             self.recorder.message(self.robot.time, self.said.get().rstrip("\n"), self.line)
 
@@ -154,7 +154,7 @@ class _Run:
             self.process.wait()
 
     def rollout(self, why: str) -> Rollout:
-        """What was recorded, and how it ended."""
+        """Return the record of the run with its outcome."""
         outcome, reason = self._outcome(why)
         return replace(self.recorder.rollout(outcome, reason), **self.peaks.arrays())
 

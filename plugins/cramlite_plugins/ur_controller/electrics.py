@@ -93,17 +93,17 @@ def set_runstate_standard_digital_outputs(outputs: Any) -> None:
 
 
 def set_runstate_standard_digital_output_to_value(outputId: Any, state: Any) -> None:
-    """Set what an output becomes when a program starts or ends; nothing is wired to it."""
+    """Set the value of an output when a program starts or ends; nothing is wired to it."""
     _one_of(outputId, tuple(range(8)), "set_runstate_standard_digital_output_to_value's output")
 
 
 def set_runstate_configurable_digital_output_to_value(outputId: Any, state: Any) -> None:
-    """Set what an output becomes when a program starts or ends; nothing is wired to it."""
+    """Set the value of an output when a program starts or ends; nothing is wired to it."""
     _one_of(outputId, tuple(range(8)), "set_runstate_configurable_digital_output_to_value's output")
 
 
 def set_runstate_tool_digital_output_to_value(outputId: Any, state: Any) -> None:
-    """Set what an output becomes when a program starts or ends; nothing is wired to it."""
+    """Set the value of an output when a program starts or ends; nothing is wired to it."""
     _one_of(outputId, (0, 1), "set_runstate_tool_digital_output_to_value's output")
 
 
@@ -129,12 +129,12 @@ def modbus_delete_signal(signal_name: Any) -> None:
 
 
 def modbus_set_signal_update_frequency(signal_name: Any, update_frequency: Any) -> None:
-    """Set how often a signal is asked for [Hz]; nobody is asked."""
+    """Accept the update rate of a signal [Hz], without effect."""
     real(update_frequency, "modbus_set_signal_update_frequency")
 
 
 def modbus_set_runstate_dependent_choice(signal_name: Any, runstate_choice: Any) -> None:
-    """Set what a signal becomes when a program starts or ends; nobody is told."""
+    """Accept the value of a signal when a program starts or ends, without effect."""
 
 
 def modbus_set_digital_input_action(signal_name: Any, action: Any) -> None:

@@ -146,7 +146,7 @@ def _publish(ports: Ports, count: int) -> None:
 def _guarded(
     ports: Ports, handler: Callable[[Ports, Reader, Writer], Awaitable[None]]
 ) -> Callable[[Reader, Writer], Awaitable[None]]:
-    """A connection that breaks, or sends what nobody understands, ends alone."""
+    """Wrap the handler of a connection: one that breaks, or sends garbage, ends alone."""
 
     async def handle(reader: Reader, writer: Writer) -> None:
         if ports.connections >= CLIENTS or not ports.robot.reachable:

@@ -19,7 +19,7 @@ FLAGS = 33
 
 
 class Signals:
-    """What a program set, and what it reads of terminals that nothing is wired to.
+    """Outputs and flags that a program set, and the readings of its inputs, to which nothing is wired.
 
     Args:
         log: is told at the first reading of each input that it is low.

@@ -198,7 +198,7 @@ class VirtualRobot:
     # What clients may ask for
 
     def field(self, name: str) -> Any:
-        """Return the value of an RTDE output; 0 for what is not modelled (temperatures, currents)."""
+        """Return the value of an RTDE output; 0 for outputs that are not modelled (temperatures, currents)."""
         if name in self.registers.fields:
             return self.registers.fields[name]
         get = _FIELDS.get(name)

@@ -22,7 +22,7 @@ _CORNERS = np.array([(x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)],
 
 
 class Stay(NamedTuple):
-    """How far a thing got while no task moved it.
+    """Displacement of a thing while no task moves it.
 
     Args:
         way: of the point of it that got furthest [m], at ``sample``.
@@ -73,7 +73,7 @@ class Bystanders(Value):
                 yield Finding(self.name, False, wrong)
 
 
-def _objections(candidate: Candidate, name: str, stay: Stay, tasks: list[str], judge: str) -> Iterator[Finding]:
+def _objections(candidate: Candidate, name: str, stay: Stay, tasks: list[str], validator: str) -> Iterator[Finding]:
     assert candidate.rollout is not None
     limits, times = candidate.limits, candidate.rollout.times
     who = f"'{name}', which no task moved then,"
@@ -82,12 +82,12 @@ def _objections(candidate: Candidate, name: str, stay: Stay, tasks: list[str], j
         whose = f"limit {1000 * limits.bystander_motion:g} mm {limits.source('bystander_motion')}"
         said = f"{who} got {1000 * stay.way:.0f} mm away{than} by {times[stay.sample]:.1f} s; {whose}"
         let = _let(name, "bystander_motion", 1000 * stay.way, "mm")
-        yield Finding(judge, False, said, stay.way, limits.bystander_motion, "m", tasks[stay.sample], remedy=let)
+        yield Finding(validator, False, said, stay.way, limits.bystander_motion, "m", tasks[stay.sample], remedy=let)
     if stay.tilt > limits.bystander_tilt:
         whose = f"limit {np.degrees(limits.bystander_tilt):g} deg {limits.source('bystander_tilt')}"
         said = f"{who} leant over by {np.degrees(stay.tilt):.0f} deg{than} by {times[stay.leant]:.1f} s; {whose}"
         let = _let(name, "bystander_tilt", float(np.degrees(stay.tilt)), "deg")
-        yield Finding(judge, False, said, stay.tilt, limits.bystander_tilt, "rad", tasks[stay.leant], remedy=let)
+        yield Finding(validator, False, said, stay.tilt, limits.bystander_tilt, "rad", tasks[stay.leant], remedy=let)
 
 
 def _let(name: str, key: str, value: float, unit: str) -> Remedy:
@@ -103,8 +103,8 @@ def _let(name: str, key: str, value: float, unit: str) -> Remedy:
 
 
 def stays(rollout: Rollout, thing: Thing, moved: Moved) -> Iterator[Stay]:
-    """Yield for each stretch of a run in which no task moves a thing how far it got from its place at the
-    beginning. Of a hanging thing the hole must stay; the rest may swing up to the limit of tilt."""
+    """Yield the displacement of a thing from its place at the beginning of each stretch in which no task moves
+    it. Of a hanging thing the hole must stay; the rest may swing up to the limit of tilt."""
     for nobody, stretch in groupby(range(len(rollout.times)), key=lambda k: moved[thing.name][k] is None):
         rows = list(stretch)
         if nobody:

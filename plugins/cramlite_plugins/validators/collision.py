@@ -25,7 +25,7 @@ Pair = frozenset[str]
 
 
 class Bump(NamedTuple):
-    """A touch that no task lets happen, or that is harder than its task lets it be; the harder the later in order."""
+    """Touch that no task permits, or that is harder than its task permits; ordered by hardness."""
 
     excess: float
     force: float
@@ -37,7 +37,7 @@ class Bump(NamedTuple):
 
 
 class Collision(Value):
-    """Judge of contacts: the running task permits each, or the task that released a thing that still falls.
+    """Validator of contacts: the running task permits each, or the task that released a thing that still falls.
     Force is judged by what the arm feels; of two things pressed together without a grip, by the task's limit
     beyond their weight. The shock of a dropped thing is not judged, since a rigid model says little of it."""
 
@@ -90,7 +90,8 @@ def bumps(candidate: Candidate) -> Iterator[Bump]:
 
 
 def _to_judge(rollout: Rollout, contacts: _Contacts) -> Iterator[tuple[int, tuple[Touch, ...]]]:
-    """Samples and their touches; of things that go on sleeping only those that were not let happen when they fell asleep."""
+    """Samples and their touches; of sleeping things only the touches that were not permitted when they fell
+    asleep."""
     still, known = tuple[Touch, ...](), list[Pair]()
     asleep = itertools.chain(rollout.asleep, itertools.repeat(()))
     for k, (touches, awake, now) in enumerate(zip(rollout.touches, rollout.awake_touches, asleep, strict=False)):
@@ -137,7 +138,7 @@ class _Contacts:
         self.rested: dict[str, float] = {}  # when one that is held last touched something of that [s]
 
     def limit(self, k: int, pair: Pair) -> float | None:
-        """The most that two may press each other at a sample [N]; None where they must not touch."""
+        """Largest force between two bodies at a sample [N]; None if they must not touch."""
         if pair == {HAND} or (HAND in pair and pair & self.gripped[k]):
             return math.inf  # pads that close on a thing: the gripper's own force
         if self.robot in pair:
@@ -155,12 +156,12 @@ class _Contacts:
         return own[0] + sum(self.weight[one] for one in pair & self.weight.keys()) if own else math.inf
 
     def _settles(self, k: int, pair: Pair) -> bool:
-        """Things that drop by the millimetres that their poses are off find each other; so does all that touches at the start."""
+        """Whether a contact comes from settling: at the start, or between things that no task moves then."""
         return k == 0 or (HAND not in pair and all(self.moved[one][k] == "" for one in pair & self.moved.keys()))
 
     def _declared(self, k: int, pair: Pair) -> bool:
-        """Whether the running task permits two to touch, or the one that moves one of them: its released
-        thing still falls while the next runs."""
+        """Whether the running task permits two bodies to touch, or the task that moved one of them, whose
+        released thing may still fall."""
         if self._allows(self.tasks[k], k, pair) or self._among_contents(self.tasks[k], k, pair):
             return True
         return HAND not in pair and any(self._allows(t, k, pair) or self._among_contents(t, k, pair) for t in self._movers(k, pair))

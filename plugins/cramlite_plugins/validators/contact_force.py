@@ -89,8 +89,8 @@ def _steps(candidate: Candidate) -> Mapping[str, list[AnyStep]]:
 
 
 def guard_forces(candidate: Candidate) -> list[TaskForce | None]:
-    """Return for each sample the force that the running guarded motion of the plan presses with, by the force
-    that ends it; None where none runs, and at its first samples, which have peaks of the code before it."""
+    """Return for each sample the contact force that the running guarded motion leads to, by its threshold; None
+    without one, and at its first samples, which have peaks of the code before."""
     guards: dict[str, TaskForce] = {}
     for step in walk(candidate.program.steps):
         if isinstance(step, MoveUntilContact):
@@ -143,8 +143,7 @@ def _fragile(candidate: Candidate) -> dict[str, Known]:
 
 
 def touched_at(rollout: Rollout, held: list[str]) -> Iterator[set[str]]:
-    """Yield the contacts at each sample, a little before and after it: something with the hand or the
-    payload; empty without any."""
+    """Yield the things in contact with the hand or the payload at each sample and shortly before and after it."""
     met = [_met(touches, {HAND, one} - {""}) for touches, one in zip(rollout.awake_touches, held, strict=True)]
     for k in range(len(met)):
         checkpoint()

@@ -12,7 +12,8 @@ KEYS = "this hand is from a file: 'pads' and 'tcp' of 'gripper' say where it gri
 
 
 def closed_on_nothing(candidate: Candidate, sample: int) -> str:
-    """Return how far a hand from a file closed in vain, as a clause; "" for other hands, and where it was not told to take anything then.
+    """Return a clause on the distance that a hand from a file closed on nothing; "" for other hands, and if it
+    was not to take anything then.
 
     Args:
         sample: at which the run ended.

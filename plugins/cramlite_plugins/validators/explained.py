@@ -92,8 +92,8 @@ class _Run:
         return any(h.thing == thing and tasks & set(enclosing_names(h.by)) for h in found)
 
     def _own_way(self, grip: Grip) -> bool:
-        """Whether a task runs from the first to the last sample that says of nothing how it is handed over, nor does another of the
-        thing."""
+        """Whether one task without known handovers runs from the first to the last sample of a grip whose thing
+        has none."""
         if any(h.thing == grip.thing for h in self.handovers or ()):
             return False
         tasks = {self._whole(k) for k in (grip.first, grip.last)}
@@ -125,7 +125,7 @@ class _Run:
         return last is not None and last.taken
 
     def _after(self, left: Handover, grip: Grip) -> Iterator[int]:
-        """Samples of a grip at which code runs that comes behind the handover by which it ends."""
+        """Samples of a grip with code that comes after the handover that ends it."""
         until, end = self.order.get(left.by, math.inf), self.times[grip.last] - LATE
         for k in range(grip.first, grip.last):
             if self.order.get(self.came_from[k], 0) > until and self.times[k] < end:

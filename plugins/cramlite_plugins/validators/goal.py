@@ -32,8 +32,8 @@ NEAR = 0.2
 ASIDE = 0.01
 """And what is left of a thing is so by at least this [m]: half of what places are chosen by, the rest may go in letting go."""
 SURE = 0.001
-"""An origin is in its region by at least this [m]: what rests goes into what it rests on by some 0.5 mm, in another simulator by more or
-less than here, and nobody else would see it as it was proven."""
+"""Least distance of an origin inside its region [m]: a thing sinks into its support by some 0.5 mm, and
+simulators differ by that."""
 PLACES = {"vrps:SurfaceFeature", "cram:Cavity"}
 """Features that things are in or over, and do not touch."""
 SIDES: Mapping[str, tuple[int, float]] = {
@@ -43,7 +43,7 @@ SIDES: Mapping[str, tuple[int, float]] = {
 
 
 class Goal(Value):
-    """Judge of the goal: every literal of it, or of the demonstration's end, holds at the end of the run,
+    """Validator of the goal: every literal of it, or of the demonstration's end, holds at the end of the run,
     with its thing at rest.
 
     Places are measured where they then are: what was put into a drawer is looked for in the drawer where it was pushed to.
@@ -91,7 +91,7 @@ def _unmet(literal: GoalLiteral, timeline: Timeline, rollout: Rollout) -> str:
 
 
 def _doubtful(literal: GoalLiteral, timeline: Timeline, rollout: Rollout) -> str:
-    """A region that an origin is in by less than simulators differ by; empty where there is none."""
+    """Clause on a thing that is in its region by less than simulators differ by; empty without one."""
     from cramlite.plugin import atoms
 
     binding: dict[str, str | float] = {v: _recorded(e, timeline.episode) for v, e in literal.binding.items()}
@@ -106,8 +106,8 @@ def _doubtful(literal: GoalLiteral, timeline: Timeline, rollout: Rollout) -> str
 
 
 def _recorded(entity: str, episode: Episode) -> str:
-    """Name that a recording gives an entity of planning: its robot's for the hand, its vessel's for a
-    filling; a feature without a shape of its own is felt as its thing, unless it is a place."""
+    """Name of an entity in the recording: the robot's for the hand, the vessel's for a filling, the thing's for
+    a feature without a shape, unless that is a place."""
     whole = thing_of(entity)
     if entity == EFFECTOR:
         return episode.effector or entity
@@ -134,7 +134,8 @@ def _too_few(clause: Clause, literal: GoalLiteral, rollout: Rollout) -> str:
 
 
 def _beside(literal: GoalLiteral, candidate: Candidate) -> str:
-    """The thing is not on the side of another that was asked for, as the robot's base looks; empty where it is."""
+    """Clause on a thing that is not on the wanted side of another, as seen from the robot's base; empty if it
+    is."""
     if not literal.side:
         return ""
     assert candidate.rollout is not None
@@ -175,7 +176,8 @@ def _badly_rests(literal: GoalLiteral, candidate: Candidate) -> str:
 
 
 def _measured(literal: GoalLiteral, rollout: Rollout, episode: Episode) -> str:
-    """Where the things of a literal are at the end: how far open, and where in or on the place, wherever that is by now."""
+    """Clause on the things of a literal at the end: openings, and the position in or on the place, wherever
+    that is then."""
     said, last = [], float(rollout.times[-1])
     names = list(dict.fromkeys(thing_of(t) for t in literal.things if episode.known(thing_of(t)) is not None))
     for name in names:
@@ -191,7 +193,7 @@ def _measured(literal: GoalLiteral, rollout: Rollout, episode: Episode) -> str:
 
 
 def _at(rollout: Rollout, name: str) -> Floats:
-    """Where a thing is at the end, (3,) in the world [m]."""
+    """Position of a thing at the end, (3,) in the world [m]."""
     return rollout.poses[name][-1, :3] if name in rollout.poses else np.asarray(rollout.world.thing(name).pose.position)
 
 

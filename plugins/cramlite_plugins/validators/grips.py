@@ -82,7 +82,8 @@ def _pressed(touches: Iterable[Touch]) -> str:
 
 
 def slip(rollout: Rollout, grip: Grip, turns: Sequence[Turn] = ()) -> Floats:
-    """Return how far a thing moved in the effector's frame since it was gripped, beyond the turns that are declared, at each sample [m].
+    """Return the distance that a thing moved in the effector's frame since its grasp, beyond declared turns, at
+    each sample [m].
 
     The first and last tenth of a second are left out: fingers that close or open push a thing.
     """

@@ -12,7 +12,7 @@ from cramlite.plugin import Candidate, Cost, Finding, Validator, hookimpl
 from .task_times import task_at
 
 LOOK = 0.1  # between samples that are looked at [s]
-PASSING = 0.8  # of what is kept where it stops: free motions are planned without looking at it
+PASSING = 0.8  # distance kept from limits at a stop; free motions are planned without it
 
 
 class JointLimits(Value):

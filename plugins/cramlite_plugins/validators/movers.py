@@ -27,7 +27,7 @@ Moved = dict[str, list[str | None]]
 
 
 def moved_by(candidate: Candidate) -> Moved:
-    """Return which task moves each thing, at each sample.
+    """Return the task that moves each thing, at each sample.
 
     A task moves its payload, which a grip that the plan explains holds while the task runs, from when the fingers close on it until it
     has come to rest after its release, whatever runs meanwhile. It moves what it says that it moves, all through, until its effects

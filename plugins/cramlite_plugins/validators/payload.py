@@ -76,8 +76,8 @@ def _share(told: Floats, hanging: Hanging) -> Floats:
 
 
 def hanging_on(candidate: Candidate) -> Hanging:
-    """Return the load of the flange at each sample. A thing that stands on something counts with any part of
-    its weight, and a vessel as full or empty."""
+    """Return the bounds of the flange's load at each sample: a thing that still stands on something counts with
+    any part of its weight, and a vessel as full or empty."""
     rollout, mass = candidate.rollout, candidate.robot.gripper.mass
     assert rollout is not None
     count, awake = len(rollout.times), rollout.awake_touches
@@ -93,7 +93,7 @@ def hanging_on(candidate: Candidate) -> Hanging:
 
 
 def _believed(candidate: Candidate, name: str) -> Thing:
-    """A thing as it is believed to be; as it is, where nobody knows of it."""
+    """Believed thing; the real one if it is not in the belief."""
     assert candidate.rollout is not None
     return next(t for w in (candidate.world, candidate.rollout.world) for t in w.things if t.name == name)
 
@@ -104,8 +104,8 @@ def _empty(thing: Thing) -> float:
 
 
 def _along(rollout: Rollout, grip: Grip) -> Iterator[str]:
-    """Things that go along with the payload: they touch it, or one another, in the middle of the grip, and
-    keep their place."""
+    """Things that move with the payload: in contact with it, or with one another, in the middle of the grip,
+    and constant in the hand."""
     loose = {t.name for t in rollout.world.things if t.movable and t.joint is None} - {grip.thing}
     pairs = [frozenset({thing_of(t.a), thing_of(t.b)}) for t in rollout.touches[(grip.first + grip.last) // 2]]
     found, new = set[str](), {grip.thing}

@@ -33,7 +33,7 @@ NO_STEPS = "its program has no steps"
 OPENING = 0.6  # a thing has left the hand so long before the fingers are open [s]: 85 mm at 150 mm/s, a 2F-85's whole stroke
 LONGEST = 5.0  # or so long, where the hand has stayed since: fingers that are told to open in steps take 2 s [s]
 STAYED = 0.005  # a hand that opens its fingers moves by less [m]
-BORNE = 0.5  # what bears less than this share of a thing's weight only touches it
+BORNE = 0.5  # share of a thing's weight below which a support only touches it
 
 
 class EndState(Value):
@@ -164,8 +164,8 @@ class TaskRules(Value):
 
 
 def _already(candidate: Candidate, action: Action) -> str:
-    """Part of the action before that did the same with the same things; empty for none. Its effect cannot be asked for
-    once more: a hand that withdrew, as the last part of placing, touches nothing that it could withdraw from."""
+    """Part of the action before that did the same with the same things; empty without one. Its effect cannot be
+    asked for twice."""
     names = [a.name for a in candidate.actions]
     if action.name not in names[1:]:
         return ""
@@ -206,7 +206,7 @@ Way = Mapping["PhaseName", "Phase"]
 
 
 def _ways(timeline: Timeline, start: float, end: float) -> Iterator[Way]:
-    """How a task's code may be taken, and its rule be met.
+    """Spans of the run over which a task's rule may be met.
 
     As it ran; without its first moments, in which the arm still follows what the code before it commanded (up to 5 mm of servo
     lag after a fast motion, gone within 0.2 s: measured); with the moments after it, in which its effects may still appear (the
@@ -232,8 +232,8 @@ def _ways(timeline: Timeline, start: float, end: float) -> Iterator[Way]:
 
 
 def _opened(timeline: Timeline, start: float) -> float:
-    """Time at which fingers that are open now released their payload [s]: as long ago as the hand has not
-    moved since."""
+    """Time at which the fingers opened before ``start`` [s]: their last release if the hand has not moved
+    since, at least ``OPENING`` before."""
     from ..predicates.phase_poses import pose_of
 
     hand = timeline.episode.effector
@@ -264,7 +264,7 @@ def _judged(rule: Rule, action: Action, timeline: Timeline, ran: Span, name: str
 
 
 def _as_many(rule: Rule, action: Action, timeline: Timeline, ran: Span, name: str) -> Iterator[Finding]:
-    """Where a parameter is named like a value that the rule compares, the run reached it: as many swings as were shown."""
+    """Check that the run reached each parameter that the rule compares, such as the number of shown swings."""
     from cramlite.plugin import Segment, measured
 
     roles = {r: o.entity for r, o in action.roles.items() if o.entity}
@@ -276,9 +276,9 @@ def _as_many(rule: Rule, action: Action, timeline: Timeline, ran: Span, name: st
 
 
 def _asked(clause: Clause, action: Action, rule: Rule) -> bool:
-    """Whether a condition can be asked of an action. That what it brings about does not hold before tells when a person did it, and
-    is no fault of a program that finds it done; and that something does not hold of a role that nobody fills (nobody says what is
-    looked for) would be asked of everything there is."""
+    """Whether a precondition is asked of a robot's action. Two denials are not: that the task's result does not
+    hold yet, which is no fault of a program that finds it done; and one about a role without a filler, which
+    would be about everything."""
     from cramlite.plugin import Not, atoms
 
     if clause.phase != "pre" or not isinstance(clause.condition, Not):
@@ -294,7 +294,7 @@ Unmet = tuple["Clause", list[dict[str, Any]]]
 
 
 def _unmet_in(rule: Rule, clauses: list[Clause], action: Action, ways: Iterable[Way]) -> Unmet | None:
-    """None where the rule is met in one of the ways, else the lacking condition of the way that meets most of it."""
+    """Missing condition of the span that meets most of a rule; None if one span meets it all."""
     furthest: tuple[int, Unmet] | None = None
     for phases in ways:
         unmet = _unmet(clauses, action, rule, phases)

@@ -65,7 +65,8 @@ def restless(rollout: Rollout, thing: str, *, hanging: bool) -> str:
 
 
 def _speed(rollout: Rollout, thing: str, point: Vector3) -> float:
-    """How far a point of a thing gets about in the last half second [m/s]: the diagonal of the box around its way."""
+    """Speed of a point of a thing in the last half second [m/s]: the diagonal of the box around its way, by the
+    time."""
     recent = rollout.times >= rollout.times[-1] - 0.5
     poses = [Pose(tuple(row[:3]), tuple(row[3:])) for row in rollout.poses[thing][recent]]
     way = float(np.linalg.norm(np.ptp([p.apply(point) for p in poses], axis=0)))
@@ -73,8 +74,8 @@ def _speed(rollout: Rollout, thing: str, point: Vector3) -> float:
 
 
 def _turn(rollout: Rollout, thing: str) -> float:
-    """How far a thing turns in the last half second [rad/s], about whatever axis and however often: its turns from sample to sample,
-    added up to where that sum is largest."""
+    """Turning speed of a thing in the last half second [rad/s], about any axis: its turns from sample to
+    sample, added up to the largest sum."""
     from scipy.spatial.transform import Rotation
 
     recent = rollout.times >= rollout.times[-1] - 0.5

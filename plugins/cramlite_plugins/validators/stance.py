@@ -26,7 +26,7 @@ SHIFT, SHARE = 0.002, 0.05
 """A centre of mass is inside of its support by this [m], and by this share of the thing's extents: twins shift things by 2 mm, and
 centres of mass by 5 % of the extents (``ErrorModel``)."""
 SWINGS = 0.01
-"""What hangs may swing by this along its peg [m]: the amplitude of ``rest.SWING``."""
+"""Swing of a hanging thing along its peg [m]: the amplitude of ``rest.SWING``."""
 CONTACT = 0.01
 """Slices of two things so far below and above the height at which they meet are what touches [m]: one may lean by some degrees."""
 
@@ -69,7 +69,8 @@ def uncovered(lid: Thing, vessel: Thing) -> str:
 
 
 def near_tip(thing: Thing, hanger: Thing) -> str:
-    """Return by how much too near to the end of a peg a thing hangs; "" where it is far enough inside, or nothing is known of a peg.
+    """Return a clause on a thing that hangs too near to the end of a peg; "" if it is far enough inside, or the
+    peg is unknown.
 
     Args:
         thing, hanger: where they are; the peg's z leads to its tip.
@@ -98,7 +99,7 @@ def _openings(vessel: Thing) -> Iterator[Any]:
 
 
 def unbalanced(thing: Thing, support: Thing) -> str:
-    """Return by how much a thing's centre of mass is too little inside of its support; "" where it is enough.
+    """Return a clause on a thing whose centre of mass is too little inside of its support; "" if it is enough.
 
     Args:
         thing, support: where they are, their z upwards.

@@ -30,8 +30,8 @@ OFF = 0.01
 GAVE_WAY = 0.5
 """Share of its advance after which a search has found what it looks for: a sample may miss the last millimetre."""
 RIM = 1.8
-"""Force of a search, as a multiple of that which it presses with, at which a rim holds the tool: it ends at twice that, and a sample may
-miss the peak."""
+"""Force at which a rim holds the tool, as a multiple of a search's pressing force: the search ends at twice that,
+and a sample may miss the peak."""
 
 
 def wrong_end(candidate: Candidate, steps: Sequence[AnyStep], samples: Sequence[int]) -> str:
@@ -78,7 +78,8 @@ def _position(candidate: Candidate, joints: Sequence[float]) -> Floats:
 
 
 def _guarded(run: _Run, step: MoveUntilContact) -> str:
-    """A guarded motion ends where it meets something, before the end of its range; or there, if it need not meet anything."""
+    """Check that a guarded motion ends at a contact before the end of its range, or there if it need not meet
+    anything."""
     touched, way = list(touched_at(run.rollout, held_at(run.rollout))), np.array(step.direction)
     gone = float((run.tools[-1] - run.tools[0]) @ way)
     known = [np.array(s.target.position) for s in run.before[-1:] if isinstance(s, MoveLinear) and not s.relative]

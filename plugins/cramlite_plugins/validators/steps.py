@@ -36,7 +36,7 @@ from .task_times import origins
 SHORT = 0.04  # ways below are not judged [m]: a tool that is led lags by up to 5 mm, and touches begin up to 30 mm early
 SHARE = 0.4  # of its way a step covers at least: half of a tilt empties a jug, and a tenth is left for lag
 LEAN = np.radians(10.0)  # of what is held, when a task ends: as far from the vertical is upright (predicates/attitudes.py)
-AHEAD = 0.01  # of the hand's way, what it pushes gets so much farther [m]: as far as a hand may be off (``step_ends``)
+AHEAD = 0.01  # lead of a pushed thing over the hand's way [m]: as far as a hand may be off (``step_ends``)
 LEVER = 0.1  # a turn of 1 rad counts as so much way [m]: what is held reaches about as far from the tool centre point
 
 
@@ -62,7 +62,7 @@ class Ran(NamedTuple):
 
 
 class Turns(NamedTuple):
-    """How a run went through the stages.
+    """Order in which a run went through the stages.
 
     Args:
         ran: number of a stage -> when its code ran.
@@ -193,7 +193,7 @@ def _left_out(stages: list[Stage], lost: Iterable[int]) -> Iterator[tuple[str, s
 
 
 def _turns(candidate: Candidate, stages: list[Stage]) -> Turns:
-    """Which stage ran when: each stretch of the run is taken for the next stage that it can be."""
+    """Match of the run's stretches with stages: each is taken for the next stage that it can be."""
     now, ran, late = 0, dict[int, Ran](), list[tuple[int, int, int]]()
     for origin, first, end in _stretches(origins(candidate)):
         own = [k for k, stage in enumerate(stages) if origin in stage.known and _moves(stage)]
@@ -216,7 +216,8 @@ def _stretches(each: list[str]) -> Iterator[tuple[str, int, int]]:
 
 
 def _moves(stage: Stage) -> bool:
-    """Whether something moves in a stage; the others may change places with their neighbours."""
+    """Whether a stage moves the arm, the fingers or the platform; stages that do not may swap places with their
+    neighbours."""
     return any(not isinstance(s, SetPayload | ZeroSensor | Wait | Control) for s in walk(stage.steps))
 
 
@@ -226,12 +227,12 @@ def _leads(stage: Stage) -> bool:
 
 
 def _lean(hand: Floats, other: Floats) -> float:
-    """How far two poses of the tool (4, 4) are turned against the vertical [rad]."""
+    """Angle between two poses of the tool (4, 4) against the vertical [rad]."""
     return float(np.arccos(np.clip(hand[2, :3] @ other[2, :3], -1.0, 1.0)))
 
 
 def _when(turns: Turns, stage: int) -> Ran:
-    """When a stage's code ran; at no time, after the stages before it, where none of it did."""
+    """Time span of a stage's code; empty, after the stages before it, if none of it ran."""
     if stage in turns.ran:
         return turns.ran[stage]
     before = max((ran.end for k, ran in turns.ran.items() if k < stage), default=0)
@@ -239,7 +240,7 @@ def _when(turns: Turns, stage: int) -> Ran:
 
 
 def _target(candidate: Candidate, stage: Stage) -> Floats | None:
-    """Where the last motion of a stage leads that states where it leads; (4, 4) of the tool in the base frame."""
+    """Stated target of a stage's last motion, (4, 4) of the tool in the base frame; None without one."""
     for step in reversed(stage.steps):
         if isinstance(step, Control | Drive):
             return None
@@ -253,7 +254,7 @@ def _target(candidate: Candidate, stage: Stage) -> Floats | None:
 
 
 def _hand(candidate: Candidate, sample: int) -> Floats:
-    """Where the tool is at a sample, as ``_target`` has it."""
+    """Pose of the tool at a sample, (4, 4) as of ``_target``."""
     assert candidate.rollout is not None
     return _tool(candidate, candidate.rollout.joints[sample])
 

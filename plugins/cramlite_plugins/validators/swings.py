@@ -40,7 +40,8 @@ def declared(candidate: Candidate) -> list[Turn]:
 
 
 def off(local: Floats, first: int, turns: Sequence[Turn]) -> Floats:
-    """Return how far positions (n, 3) in the effector's frame are from where they should be [m], n samples from one on.
+    """Return the distance of positions (n, 3) in the effector's frame from the declared turn [m], n samples
+    from one on.
 
     That is the first of them, during a turn the nearest on its way, and after it its end.
     """

@@ -24,8 +24,8 @@ def task_at(candidate: Candidate, sample: int) -> str:
 
 
 def origins(candidate: Candidate) -> list[str]:
-    """Return for each sample the designator that the code which ran then came from, e.g. "3.Placing/PuttingDown/lower"; "" before the
-    first step. After the last one, while things settle, it is the last one's."""
+    """Return for each sample the designator whose code ran then, e.g. "3.Placing/PuttingDown/lower"; "" before
+    the first step, the last one after the end."""
     rollout, code = candidate.rollout, candidate.code
     assert rollout is not None and code is not None
     starts, lines = sorted(code.origins), rollout.lines.astype(int)
@@ -45,7 +45,8 @@ def inner_tasks(candidate: Candidate) -> list[str]:
 
 
 def span(candidate: Candidate, task: str) -> Span | None:
-    """When the code of an action, of the plan or a part of one, ran; None when it has no code or never ran."""
+    """Span in which the code of an action, of the plan or a part of one, ran; None without code, or if it never
+    ran."""
     rollout, code = candidate.rollout, candidate.code
     assert rollout is not None and code is not None
     starts = sorted(code.origins)

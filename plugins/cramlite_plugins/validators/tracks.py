@@ -1,4 +1,4 @@
-"""Judge of whole tracks: each time that a thing is in the hand, falls, or is moved along belongs to a task that says so."""
+"""Validator of whole tracks: each time that a thing is in the hand, falls, or is moved along belongs to a task that says so."""
 
 from __future__ import annotations
 
@@ -31,11 +31,11 @@ is believed to be some millimetres off, and lifts begin aslant."""
 BACK = 0.01
 """What a task moves along comes back by at most so much before the task ends [m]."""
 RANGE = 0.1
-"""And what it moves on a joint by this share of the joint's range: fingers that leave a handle push it by some millimetres."""
+"""Share of a joint's range by which leaving fingers may push a handle."""
 
 
 class Tracks(Value):
-    """Judge of tracks: a task of the plan explains each time that a thing is in the hand, falls or is moved
+    """Validator of tracks: a task of the plan explains each time that a thing is in the hand, falls or is moved
     along, by a handover, by its place of release, or as moved or slid by the task."""
 
     name: str = "tracks"
@@ -68,7 +68,7 @@ def _unexplained(candidate: Candidate, found: Iterable[ExplainedGrip]) -> Iterat
 
 
 def _way(track: Floats) -> float:
-    """How far a track (N, 7) leads from its start [m]."""
+    """Largest distance of a track (N, 7) from its start [m]."""
     return float(np.linalg.norm(track[:, :3] - track[0, :3], axis=1).max())
 
 
@@ -116,7 +116,7 @@ def _fallen(candidate: Candidate, found: Iterable[ExplainedGrip]) -> Iterator[Fi
 
 
 def _topples(rollout: Rollout, grip: Grip) -> float:
-    """How far a thing's origin comes down where the thing falls over, from how it was let go [m]."""
+    """Height that a thing's origin loses when the thing falls over after its release [m]."""
     thing, row = rollout.world.thing(grip.thing), rollout.poses[grip.thing][grip.last]
     low, high = box_around(thing.geoms)
     upright = -lowest(thing, Pose(tuple(row[:3]), tuple(row[3:])))
@@ -124,8 +124,8 @@ def _topples(rollout: Rollout, grip: Grip) -> float:
 
 
 def _slid(candidate: Candidate, found: Iterable[ExplainedGrip]) -> Iterator[Finding]:
-    """Payloads that were dragged along a surface, in a task that slides nothing; but for declared turns,
-    about a far side."""
+    """Payloads that were dragged along a surface in a task that slides nothing, without declared turns about a
+    far side."""
     rollout, tasks, turns = _rollout(candidate), inner_tasks(candidate), declared(candidate)
     for grip, _, _, _, taken in found:
         for task, rows in () if not taken else _stretches(tasks):
@@ -141,7 +141,7 @@ def _slid(candidate: Candidate, found: Iterable[ExplainedGrip]) -> Iterator[Find
 
 
 def _taken_along(candidate: Candidate, found: Iterable[ExplainedGrip]) -> Iterator[Finding]:
-    """Things that the hand takes along before they rest after their release, or before it holds them."""
+    """Things that the open hand takes along after their release and before they rest, or before their grasp."""
     rollout, tasks, limit = _rollout(candidate), inner_tasks(candidate), candidate.limits.bystander_motion
     for grip, wrong, _, _, _ in found:
         rest = min(rests(rollout, grip.thing, grip.last), len(rollout.times) - 1)
@@ -178,14 +178,15 @@ def _returned(candidate: Candidate, found: Iterable[ExplainedGrip]) -> Iterator[
 
 
 def _carried(rollout: Rollout, found: Iterable[ExplainedGrip], rows: range) -> set[str]:
-    """Loose things that are released at some samples, whose place says where they end; a thing on a joint is
+    """Loose things that are released at some samples at a place that predicts their rest; a thing on a joint is
     led by the hand."""
     let_go = {grip.thing for grip, wrong, *_ in found if not wrong and grip.last in rows}
     return {name for name in let_go if rollout.world.thing(name).joint is None}
 
 
 def _ways(rollout: Rollout, name: str, rows: range) -> tuple[Floats, float, str]:
-    """How far a thing is from where it began at some samples, how far it may come back, and their unit: of its joint, if it has one."""
+    """Distance of a thing from its first sample, the distance that it may come back, and their unit; of its
+    joint, if it has one."""
     joint = rollout.world.thing(name).joint
     if joint is None or name not in rollout.values:
         track = rollout.poses[name][rows, :3]

@@ -13,7 +13,7 @@ import msgspec
 
 from cramlite.base.value import Value
 from cramlite.engine.intent import read_intent
-from cramlite.engine.judging import Judged, Purpose, judge_text
+from cramlite.engine.judging import JudgedRun, Purpose, judge_text
 from cramlite.plugin.catalogue import Knowledge
 from cramlite.plugin.selection import INSTALLED
 
@@ -70,7 +70,7 @@ def _ready(name: str, work: Path) -> Ready:
     return ready(next(b for b in BASES if b.name == name), work, _knowledge())
 
 
-def judged(base: Ready, text: str) -> Judged:
+def judged(base: Ready, text: str) -> JudgedRun:
     """Run and judge a text by the plan of its base, as ``cramlite judge`` does."""
     return judge_text(text, base.world, Purpose(intent=read_intent(base.folder)), _knowledge(), 0)
 

@@ -1,7 +1,8 @@
 """A small judge for tests: a block, a tray and a Panda on a table, in cramlite's MuJoCo, behind the lines of LIBERO's judge.
 
-``python judge.py [WHAT WHEN]``: at the WHEN-th request it dies, hangs or answers garbage. Tasks of its suite: 0, the block in the tray;
-1, the same, but the judge looks at the block elsewhere, so that it is never true; 2, a goal without words; 3, one that is never begun.
+``python judge.py [WHAT WHEN]``: at the WHEN-th request it dies, hangs, answers garbage, or stops the robot. Tasks
+of its suite: 0, the block in the tray; 1, the same, but the judge looks at the block elsewhere, so that it is never true; 2, a goal
+without words; 3, one that is never begun.
 """
 
 from __future__ import annotations
@@ -64,7 +65,11 @@ class Judge:
         self.steps += 1
         if self.first is None and self.there():
             self.first = self.steps
-        return self.robot.state()
+        return self.robot.state() | {"poses": {n: self.at(n) for n in ("block_1_main", "tray_1_main")}}
+
+    def at(self, name: str) -> list[float]:
+        pose = self.robot.compiled.pose(self.robot.data, name)
+        return [*pose.position, *pose.quaternion]
 
     def check(self) -> dict[str, Any]:
         return {"success": self.there(), "first": self.first, "steps": self.steps}
@@ -86,6 +91,8 @@ def main() -> None:
             return
         if what and number == int(when):
             go_wrong(what)
+            if what == "stop":
+                say(judge.step(**ask) | {"stop": "somebody pressed the button"})
         elif name not in ("reset", "scene", "hello", "step", "check"):
             say({"error": f"there is no request '{name}'"})
         else:
@@ -97,7 +104,8 @@ def go_wrong(what: str) -> None:
         sys.exit("segmentation fault")
     if what == "hang":
         time.sleep(600)
-    print("MOTOR OK", flush=True)
+    if what == "garbage":
+        print("MOTOR OK", flush=True)
 
 
 if __name__ == "__main__":

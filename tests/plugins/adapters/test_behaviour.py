@@ -6,12 +6,14 @@ import threading
 import time
 
 import pytest
+from msgspec.structs import replace
 
 from cramlite import Engine, Goal, TaskSpec, find_scenario, read_scenario
+from cramlite.scenario.faults import faulty, read_fault_text
 
 py_trees = pytest.importorskip("py_trees")
 
-from cramlite_plugins.adapters.behaviour import Place, Resolve  # noqa: E402
+from cramlite_plugins.adapters.behaviour import NOTICE, Place, Resolve, WatchedPlace  # noqa: E402
 
 STATUS = py_trees.common.Status
 ENGINE = Engine()
@@ -97,3 +99,27 @@ def test_an_interrupted_run_is_cancelled_and_the_next_one_waits_for_its_end() ->
     assert cancelled.is_set()
     assert _tick(node) == STATUS.SUCCESS
     assert len(began) == 2
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize(
+    ("fault", "kind", "succeeds"),
+    [("", None, True), ("moved: block, by: [0, 60 mm, 0], near: block, within: 0.18 m", "cram:ObjectMoved", True),
+     ("missing: block, line: Grasping/transfer", "cram:ObjectMissing", False)],
+)  # fmt: skip
+def test_notices_of_a_watched_run_are_on_the_blackboard(fault: str, kind: str | None, succeeds: bool) -> None:
+    scenario = read_scenario(find_scenario("place_on_shelf"))
+    place = WatchedPlace(ENGINE, scenario)
+    if fault:
+        setting = place.now()
+        place._setting = replace(setting, real=faulty(setting.real or setting.world, [read_fault_text(fault)]))
+    shelve = Resolve("shelve", ENGINE, Goal(("block on shelf",)), place.now, place.run)
+    assert _tick(shelve) == (STATUS.SUCCESS if succeeds else STATUS.FAILURE), shelve.feedback_message
+    board = py_trees.blackboard.Client(name="reader")
+    board.register_key(key=NOTICE, access=py_trees.common.Access.READ)
+    told = board.get(NOTICE)
+    assert (told and told["type"]) == kind and [f"cram:{n.kind}" for n in place.notices][-1:] == ([kind] if kind else [])
+    if kind is not None:
+        assert told["thing"] == "block" and told["reason"] and told["decision"] and told["to_do"]
+    if succeeds:
+        assert place.now().world.thing("block").pose.position[2] > 0.1

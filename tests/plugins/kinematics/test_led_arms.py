@@ -18,11 +18,11 @@ FAR = k.forward(FR3, (0.0, 1.1, 0.0, -0.7, 0.0, 1.9, 0.785))
 """With the arm nearly stretched: its elbow is straight at -0.467 rad."""
 
 
-def led_by(weight: bool) -> Floats:
+def led_by(weight: bool, motors: tuple[float, ...] = (0.1,) * 7) -> Floats:
     """Where an operational space controller leads a resting FR3 that holds its home in the null space, weighted by inertia or not."""
-    q = np.array(FR3.home)
+    q, more = np.array(FR3.home), np.diag(motors) - 0.1 * np.eye(7)
     for _ in range(2000):
-        j, m = k.jacobian(FR3, q), inertia(FR3, q) if weight else np.eye(7)
+        j, m = k.jacobian(FR3, q), inertia(FR3, q) + more if weight else np.eye(7)
         back = np.linalg.solve(m, j.T) @ np.linalg.inv(j @ np.linalg.solve(m, j.T))
         error = k.twist(k.forward(FR3, q).matrix, ASIDE.matrix)
         q = q + 0.02 * (back @ error + (np.eye(7) - back @ j) @ (FR3.home - q))
@@ -40,6 +40,19 @@ def test_what_leaves_inertia_out_takes_another_posture_and_an_arm_whose_joints_a
     (found,) = k.inverse(LED, ASIDE)
     assert np.abs(led_by(False) - found).max() > 0.03
     assert len(k.inverse(FR3, ASIDE)) > 5
+
+
+def test_the_inertia_of_motors_counts_in_the_posture() -> None:
+    heavy = tuple(5.0 / n for n in range(1, 8))
+    (found,), (light,) = k.inverse(replace(LED, rotors=heavy), ASIDE), k.inverse(LED, ASIDE)
+    assert found == pytest.approx(led_by(True, heavy), abs=0.003)
+    assert np.abs(np.subtract(light, found)).max() > 0.02
+
+
+@pytest.mark.parametrize("rotors", [(1.0,), (1.0,) * 6 + (-0.1,), (1.0,) * 6 + (float("nan"),)])
+def test_an_inertia_that_makes_no_sense_is_refused(rotors: tuple[float, ...]) -> None:
+    with pytest.raises(ValueError, match="rotors"):
+        replace(FR3, rotors=rotors)
 
 
 def test_a_pose_that_takes_a_joint_out_of_its_range_is_refused_with_its_name() -> None:

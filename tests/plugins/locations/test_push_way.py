@@ -11,7 +11,7 @@ from cramlite.plugin import Refused
 from cramlite_plugins.locations.pushing.around import (
     STEP,
     Met,
-    Spot,
+    Point,
     on_a_shorter_way,
     way_around,
     way_straight,
@@ -22,7 +22,7 @@ from cramlite_plugins.motion_planning.space import refusal
 START, END = (0.0, 0.0), (0.3, 0.0)
 
 
-def _left(spot: Spot) -> float:
+def _left(spot: Point) -> float:
     return max(math.dist(spot, END) - STEP, 0.0)
 
 
@@ -31,7 +31,7 @@ def _disc(x: float, y: float, radius: float) -> Met:
     return lambda spot: no if math.dist(spot, (x, y)) < radius else None
 
 
-def _nothing(_: Spot) -> Refused | None:
+def _nothing(_: Point) -> Refused | None:
     return None
 
 

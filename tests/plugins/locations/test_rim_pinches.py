@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from cramlite.model import Geom, Pose, Thing
-from cramlite_plugins.locations.laying_down import OVER, dropped, rolled
+from cramlite_plugins.locations.laying_down import LEFT, OVER, dropped, released, rolled
 from cramlite_plugins.locations.rim_pinches import LEANS, RimPinch, rim_pinches
 from cramlite_plugins.robots.fr3 import FR3
 from cramlite_plugins.shapes.bounds import corners
@@ -80,3 +80,13 @@ def test_it_is_laid_down_by_a_hand_that_keeps_its_attitude_and_a_thing_that_roll
     assert hands[0].position[2] - lies.position[2] == pytest.approx(drop, abs=1e-6)
     assert drop > 0.08 and OVER < 0.002
     assert np.linalg.norm(np.subtract(hands[0].position, lies.position)[:2]) > 0.03  # and inwards, about the far side
+
+
+def test_the_hand_lets_go_before_it_is_as_low_as_where_it_took_hold() -> None:
+    pinch, low = pinches()[0], pinches()[0].at
+    share, hand = released(*rolled(plate(), low, pinch.swing))
+    assert hand.position[2] - low.position[2] == pytest.approx(LEFT) and 0.0 < share < 0.15
+    shares, hands = rolled(plate(), hand, pinch.swing.part(share, 1.0))
+    assert hands[-1] == hand and shares[-1] == 0.0
+    floor = corners(plate(), low * pinch.swing.start)[:, 2].min()
+    assert corners(plate(), hand * pinch.swing.at(share))[:, 2].min() == pytest.approx(floor, abs=0.0005)

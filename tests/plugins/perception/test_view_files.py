@@ -16,7 +16,7 @@ from PIL import Image
 
 from cramlite.model import Intrinsics
 from cramlite.plugin import UserError
-from cramlite_plugins.perception.recordings.cloud_files import read_cloud
+from cramlite_plugins.perception.recordings.cloud_files import read_cloud, unpacked
 from cramlite_plugins.perception.recordings.view_files import read_view
 
 CAMERA = {"fx": 60.0, "fy": 60.0, "cx": 31.5, "cy": 23.5, "width": 64, "height": 48}
@@ -68,10 +68,43 @@ def _pcd(points: Any, form: str) -> bytes:
         rows = np.zeros(count, [("p", "<f4", 3), ("c", "<u4")])
         rows["p"], rows["c"] = points, bits
         return head.encode() + rows.tobytes()
+    if form == "binary_compressed":
+        return head.encode() + _packed(np.asarray(points, "<f4").T.tobytes() + bits.tobytes())
     return (head + "".join(f"{x} {y} {z} {b}\n" for (x, y, z), b in zip(points, bits, strict=True))).encode()
 
 
-@pytest.mark.parametrize("form", ["ascii", "binary"])
+def _packed(data: bytes) -> bytes:
+    """PCD's compressed form, its LZF of literals only: runs of at most 32 bytes as they are."""
+    runs = b"".join(bytes([len(data[k : k + 32]) - 1]) + data[k : k + 32] for k in range(0, len(data), 32))
+    return np.array([len(runs), len(data)], "<u4").tobytes() + runs
+
+
+def test_compressed_data_may_reach_back_and_into_themselves() -> None:
+    literal, back, long = bytes([2]) + b"abc", bytes([(4 << 5) | 0, 2]), bytes([7 << 5, 3, 0])
+    assert unpacked(literal + back, 9) == b"abcabcabc"
+    assert unpacked(bytes([0]) + b"x" + long, 13) == b"x" * 13
+    assert unpacked(literal + bytes([(1 << 5), 3]), 6) is None, "before the beginning"
+    assert unpacked(literal + back, 8) is None and unpacked(literal + back[:1], 9) is None
+
+
+@pytest.mark.parametrize("form", ["ascii", "binary", "binary_compressed"])
+def test_an_organised_cloud_tells_its_intrinsics(tmp_path: Path, form: str) -> None:
+    depth = 0.7 + 0.001 * np.arange(64 * 48).reshape(48, 64)
+    points = (INTRINSICS.rays * depth[..., None]).reshape(-1, 3)
+    points[3] = np.nan
+    organised = _pcd(points, form).replace(b"WIDTH 3072\nHEIGHT 1", b"WIDTH 64\nHEIGHT 48")
+    (tmp_path / "shot.pcd").write_bytes(organised)
+    view = read_view(tmp_path / "shot.pcd")
+    k = view.intrinsics
+    assert (k.fx, k.fy, k.cx, k.cy) == pytest.approx((INTRINSICS.fx, INTRINSICS.fy, INTRINSICS.cx, INTRINSICS.cy), abs=0.01)
+    assert np.isnan(view.depth[0, 3]) and np.allclose(view.depth[1:], depth[1:]) and (view.rgb[10, 10] == (10, 20, 30)).all()
+    turned = _pcd(points[:, [2, 0, 1]], form).replace(b"WIDTH 3072\nHEIGHT 1", b"WIDTH 64\nHEIGHT 48")
+    (tmp_path / "turned.pcd").write_bytes(turned)
+    with pytest.raises(UserError, match="optical frame"):
+        read_view(tmp_path / "turned.pcd")
+
+
+@pytest.mark.parametrize("form", ["ascii", "binary", "binary_compressed"])
 def test_a_pcd_cloud_as_a_view(tmp_path: Path, form: str) -> None:
     points = (INTRINSICS.rays * 0.7).reshape(-1, 3)
     points[3] = np.nan
@@ -128,7 +161,9 @@ CLOUDS = {
     "cut off text": (_pcd(RAYS, "ascii").replace(b"POINTS 3072", b"POINTS 4000"), "cut off"),
     "behind the camera": (_pcd(-RAYS, "binary"), "optical frame"),
     "no PCD": (b"hello", "no PCD"),
-    "compressed": (_pcd(RAYS, "binary").replace(b"DATA binary", b"DATA binary_compressed"), "binary_compressed"),
+    "said to be compressed": (_pcd(RAYS, "binary").replace(b"DATA binary", b"DATA binary_compressed"), "bytes, and the data say"),
+    "compressed and cut off": (_pcd(RAYS, "binary_compressed")[:-100], "cut off"),
+    "another form": (_pcd(RAYS, "binary").replace(b"DATA binary", b"DATA zipped"), "PCD data is 'zipped'"),
     "no z": (_pcd(RAYS, "binary").replace(b"x y z rgb", b"x y q rgb"), "no field 'z'"),
 }
 

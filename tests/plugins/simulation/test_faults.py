@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 from conftest import ROOT
 
 from cramlite import UserError
-from cramlite.model import Rollout, World
+from cramlite.model import Fault, FaultKind, Rollout, Trigger, World
 from cramlite.plugin.catalogue import Knowledge
 from cramlite.plugin.registry import Registry
 from cramlite.scenario.faults import faulty, foreseen, read_fault_text
@@ -76,23 +77,12 @@ def test_programs_are_stopped_and_killed(knowledge: Knowledge, place: World) -> 
     assert stopped.outcome == "protective stop" and abs(stopped.faults[0].time - 1.0) < 0.02
 
 
-@pytest.mark.parametrize(
-    ("text", "said"),
-    [
-        ("moved: block", "'moved' goes with 'by'"),
-        ("missing: block, by: [1 mm, 0, 0]", "'by' goes with 'moved', 'added', not with 'missing'"),
-        ("fallen: block, near: block", "'near' goes with 'within'"),
-        ("sensor: [1 N, 0, 0], line: x", "'sensor' has no trigger"),
-        ("missing: block, fallen: block", "exactly one"),
-        ("missing: [", "no list of 'key: value'"),
-        ("missing: bloc", "no thing of this world; did you mean 'block'"),
-        ("sticking: block, takes: 60 N", "on no joint"),
-        ("fallen: shelf", "only what is loose"),
-    ],
-)
-def test_faults_that_make_no_sense_are_refused(place: World, text: str, said: str) -> None:
-    with pytest.raises(UserError, match=said.replace("[", r"\[")):
-        faulty(place, [read_fault_text(text)])
+@pytest.mark.parametrize("kind", [FaultKind.TOOL, FaultKind.SENSOR])
+@pytest.mark.parametrize("when", [{"trigger": Trigger("waiting")}, {"after": 1.0}])
+def test_a_tool_and_a_sensor_are_off_from_the_start_or_not_at_all(place: World, kind: FaultKind, when: dict[str, Any]) -> None:
+    assert faulty(place, [Fault(kind, by=(0.001, 0.0, 0.0))]).disturbance != place.disturbance
+    with pytest.raises(UserError, match="no trigger and no time: it is so from the start"):
+        faulty(place, [Fault(kind, by=(0.001, 0.0, 0.0), **when)])
 
 
 def test_a_line_that_is_not_there_is_no_trigger(knowledge: Knowledge, place: World, tmp_path: Path) -> None:

@@ -97,6 +97,12 @@ def test_a_bystander_moves_no_further_than_the_limit(way: float, passes: bool, a
         assert all(f.passed for f in Bystanders().check(replace(pushed, limits=let))), "what it says, does"
 
 
+def test_the_limit_that_would_let_it_is_named_to_the_next_millimetre() -> None:
+    (one,) = (f for f in Bystanders().check(shifted((0, 0, 1.6004), "cup", 40)) if not f.passed)
+    assert one.remedy is not None and one.remedy.missing == pytest.approx(1600.4)
+    assert str(one.remedy).endswith("'limits: {bystander_motion: 1601 mm}' in the scenario")
+
+
 def test_one_that_comes_back_was_moved_all_the_same() -> None:
     assert "got 50 mm away by 2.0 s" in said(Bystanders(), shifted((0.05, 0, 0), "cup", 40, 45))[0]
 

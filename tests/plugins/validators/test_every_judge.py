@@ -13,7 +13,7 @@ from helpers.edited import engine
 from helpers.short_runs import COUNT, HANDOVERS, LEFT, LINES, OPENED, candidate, good, posed, shifted, touching, track
 from msgspec.structs import replace
 
-from cramlite.engine.proof import judge
+from cramlite.engine.proof import findings_of
 from cramlite.interpretation.fluents import symbolic_world
 from cramlite.model import Action, Floats, MoveJoints, Object, Pose, Rollout, SetGripper, Touch, World
 from cramlite.planning.goal_literals import literals_of_goals
@@ -33,7 +33,7 @@ def refused(made: Candidate) -> set[str]:
     episode = knowledge.episodes.detect(rollout, "p")
     episode = replace(episode, extras={**episode.extras, "park": np.array(UR5E.home)})
     read = replace(made, episode=episode, rules=tuple(knowledge.rules))
-    asked = {v.name: judge(read, knowledge, rollout=v.cost == "rollout", only=[v.name]) for v in knowledge.validators}
+    asked = {v.name: findings_of(read, knowledge, rollout=v.cost == "rollout", only=[v.name]) for v in knowledge.validators}
     return {name for name, findings in asked.items() if any(not f.passed for f in findings)}
 
 

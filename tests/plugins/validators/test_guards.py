@@ -29,7 +29,6 @@ from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.validators.contact_force import IN_DOUBT, RISE, SPREAD, STOPPED, guard_forces
 from cramlite_plugins.validators.physics import ForcePeak
 from cramlite_plugins.validators.step_ends import wrong_end
-from cramlite_plugins.validators.steps import Steps
 
 ORIGIN, FIRST, END = "2.PickingUp/lift", 25, 50  # its samples in a short run
 MET = Touch("block", "cup", 5.0, 0.0)
@@ -219,35 +218,6 @@ def test_an_insertion_covers_its_depth_and_no_more(way: float, fine: bool) -> No
 def test_an_extraction_covers_its_way_and_may_go_on(way: float, fine: bool) -> None:
     pull = ForceExtract(DOWN, 8.0, (0.0, 0.0), 0.05, 0.04, 25.0, 9.0, origin=ORIGIN)
     assert (said(gone(way), pull) == "") is fine
-
-
-# What is held when a task ends
-
-
-def leaning(degrees: float, *, axis: int = 0, origin: str = ORIGIN) -> MoveLinear:
-    """A motion to where the arm of a short run stands all along, the tool turned by an angle."""
-    turn = [0.0, 0.0, 0.0]
-    turn[axis] = np.radians(degrees)
-    home = forward(UR5E, UR5E.home)
-    return MoveLinear(Pose(home.position, (Pose.from_rotvec((0, 0, 0), tuple(turn)) * home).quaternion), 0.1, 0.5, origin=origin)  # type: ignore[arg-type]
-
-
-def leant(*steps: AnyStep) -> list[str]:
-    made = felt(0.0, 0, *steps)
-    return [f.reason for f in Steps().check(made) if not f.passed]
-
-
-@pytest.mark.parametrize(("degrees", "axis", "fine"), [(9.0, 0, True), (11.0, 0, False), (-11.0, 1, False), (20.0, 2, True)])
-def test_what_is_held_when_a_task_ends_leans_as_planned(degrees: float, axis: int, fine: bool) -> None:
-    found = leant(leaning(degrees, axis=axis))
-    assert (found == []) is fine
-    assert fine or found == [f"{ORIGIN} was not carried out: 'block' leans 11 deg from where it leads, limit 10 deg"]
-
-
-def test_on_the_way_and_with_an_empty_hand_nothing_leans() -> None:
-    assert leant(leaning(20.0, origin="3.Placing/PuttingDown/lower"), leaning(0.0, origin="3.Placing/Releasing/open")) == []
-    assert leant(leaning(20.0, origin="4.ParkingArms/move")) == [], "the block was let go of"
-    assert len(leant(leaning(20.0), leaning(20.0, origin="4.ParkingArms/move"))) == 1
 
 
 # In real programs

@@ -20,6 +20,7 @@ from cramlite.model import (
     Joints,
     MoveJoints,
     MoveLinear,
+    MoveUntilContact,
     Pose,
     SetGripper,
     SetPayload,
@@ -30,7 +31,7 @@ from cramlite.model import (
 from cramlite.plugin import Allowance, Candidate
 from cramlite_plugins.kinematics.kinematics import forward, inverse
 from cramlite_plugins.robots.ur5e import UR5E
-from cramlite_plugins.validators.steps import Steps, _covered, _way, validators
+from cramlite_plugins.validators.steps import Steps, _covered, _lean, _way, validators
 
 A, B, C = "1.Moving/there", "2.Moving/on", "3.Moving/back"
 FREE = (True, True, True, False, False, False)
@@ -317,6 +318,20 @@ def test_a_control_step_is_one_whatever_it_does_in_it() -> None:
     assert late[0] == "2.Moving/a"
 
 
+# What is felt
+
+
+@pytest.mark.parametrize("met", [True, False])
+def test_a_step_that_feels_its_way_ends_where_it_meets_something(met: bool) -> None:
+    guard = MoveUntilContact((0.0, 0.0, -1.0), 0.01, 3.0, 0.05, 9.0, "contact", origin=A)
+    made = ran((guard,), [(A, 20), ("9.Other/on", 20)], {0: up(0.1), 10: up(0.08)})
+    assert made.rollout is not None
+    rows = tuple((Touch("effector/left", "cup", 5.0, 0.0),) if met and k in (19, 20) else () for k in range(COUNT))
+    (found,) = judged(replace(made, rollout=replace(made.rollout, touches=rows)))
+    assert (found.passed, found.origin) == ((True, "") if met else (False, A))
+    assert met or found.reason == f"{A} was not carried out: it ended after 20 of at most 50 mm, where nothing was met"
+
+
 # What is pushed
 
 
@@ -376,3 +391,95 @@ def test_what_the_hand_holds_is_carried_and_not_pushed() -> None:
     pads = (Touch("effector/left", "cup", 5.0, 0.0), Touch("cup", "effector/right", 5.0, 0.0))
     rows = tuple(pads if 12 <= k < 20 else () for k, row in enumerate(made.rollout.touches))
     assert wrong(replace(made, rollout=replace(made.rollout, touches=rows, opening=made.rollout.opening * 0 + 0.06))) == []
+
+
+def test_what_is_pushed_upwards_gets_as_far_as_the_hand_was_to_go() -> None:
+    x, y, z = HOME.position
+    raised = line(PUSH, Pose((x, y, z + 0.06), HOME.quaternion))
+    for far, passes in ((0.069, True), (0.071, False)):
+        made = pushing(0.0, hand=0.0, step=raised)
+        assert made.rollout is not None
+        cup, arm = made.rollout.poses["cup"].copy(), made.rollout.joints.copy()
+        cup[25:, 2] += far
+        arm[30:] = joints(Pose((x, y, z + 0.06), HOME.quaternion))
+        rollout = replace(made.rollout, poses={**made.rollout.poses, "cup": cup}, joints=arm)
+        assert (wrong(replace(made, rollout=rollout)) == []) is passes
+
+
+def test_what_is_pushed_may_turn() -> None:
+    made = pushing(0.06)
+    assert made.rollout is not None
+    cup = made.rollout.poses["cup"].copy()
+    cup[25:, 3:] = Pose.from_rotvec((0, 0, 0), (0, 0, 1.5)).quaternion
+    assert wrong(replace(made, rollout=replace(made.rollout, poses={**made.rollout.poses, "cup": cup}))) == []
+
+
+# What leans in the hand
+
+
+def tilted(lean: float, turn: float = 0.0) -> Pose:
+    """The pose of the tool 100 mm over that of the home posture, tilted, then turned about the vertical."""
+    over = Pose.from_rotvec((0, 0, 0), (0, 0, turn)) * Pose.from_rotvec((0, 0, 0), (lean, 0, 0))
+    return Pose(up(0.1).position, (over * Pose((0, 0, 0), HOME.quaternion)).quaternion)
+
+
+def leaning(lean: float, *more: AnyStep, planned: float = 0.0, turn: float = 0.0, waits: int = 10) -> Candidate:
+    """A run of one task that leads the block 100 mm upwards, and ends with the hand so tilted [rad]."""
+    steps = (line(A, tilted(planned)), *more)
+    rest = [*((s.origin, 5) for s in more), ("9.Other/on", 10)]
+    return ran(steps, [("", waits), (A, 20), *rest], {0: up(0.0), waits + 20: tilted(lean, turn)})
+
+
+@pytest.mark.parametrize("way", [1.0, -1.0])
+@pytest.mark.parametrize(
+    ("degrees", "passes"), [(0.0, True), (9.5, True), (10.5, False), (80.0, False), (170.0, False)]
+)
+def test_what_is_held_when_a_task_ends_leans_as_planned(degrees: float, way: float, passes: bool) -> None:
+    lean = float(np.radians(degrees)) * way
+    found = [f for f in judged(leaning(lean)) if not f.passed]
+    assert (found == []) is passes
+    if not passes:
+        assert (found[0].origin, found[0].unit, found[0].limit) == (A, "rad", pytest.approx(np.radians(10.0)))
+        assert found[0].value == pytest.approx(abs(lean), abs=1e-6)
+        assert found[0].reason.startswith(f"{A} was not carried out: 'block' leans {degrees:.0f} deg")
+
+
+def test_what_is_meant_to_lean_does() -> None:
+    assert wrong(leaning(1.0, planned=1.0)) == []
+    assert [origin for origin, _ in wrong(leaning(0.0, planned=1.0))] == [A]
+
+
+def test_about_the_vertical_it_may_be_turned() -> None:
+    assert wrong(leaning(0.0, turn=1.0)) == []
+    assert wrong(leaning(0.5, planned=0.5, turn=1.0)) == []
+
+
+def test_only_what_hangs_in_the_hand_alone_leans() -> None:
+    assert wrong(leaning(0.5)) != []
+    assert wrong(leaning(0.5, waits=60)) == []  # the hand is empty by then
+    made = leaning(0.5)
+    drawer = Joint("slide", Pose(), 0.0, 1.0)
+    things = tuple(replace(t, joint=drawer) if t.name == "block" else t for t in made.world.things)
+    assert wrong(replace(made, world=replace(made.world, things=things))) == []
+
+
+def test_the_last_step_that_leads_the_hand_says_how_it_leans() -> None:
+    """Steps after it that wait, weigh or grip lead nowhere; one without a pose leaves open how it leans."""
+    later = "1.Moving/then"
+    weighs = SetPayload(1.0, (0.0, 0.0, 0.1), origin=later)
+    for still in (Wait(0.1, origin=later), weighs, opened(later), ZeroSensor(origin=later)):
+        assert [origin for origin, _ in wrong(leaning(0.5, still))] == [A]
+    assert wrong(leaning(0.5, Drive((), 0.1, 0.1, 0.1, 0.1, origin=later))) == []
+    two = (line(A, tilted(0.0)), line(later, tilted(0.0)))
+    assert wrong(ran(two, [(A, 15), (later, 15)], {0: up(0.0), 15: tilted(0.5), 30: tilted(0.0)})) == []
+
+
+def test_each_task_says_how_what_it_leaves_in_the_hand_leans() -> None:
+    two = (line(A, tilted(0.0)), line(B, tilted(0.0)))
+    hand = {0: up(0.0), 15: tilted(0.5), 30: tilted(0.0)}
+    assert [origin for origin, _ in wrong(ran(two, [(A, 15), (B, 15)], hand))] == [A]
+
+
+def test_rounding_does_not_hide_a_lean() -> None:
+    one = np.eye(4) * (1 + 1e-9)
+    assert _lean(one, -one) == pytest.approx(np.pi) and _lean(one, one) == 0.0

@@ -134,6 +134,30 @@ def test_a_time_without_a_grip_is_from_its_first_sample_to_its_last(count: int, 
     assert (gap(replace(slow, rollout=replace(slow.rollout, times=np.arange(COUNT) * 0.06))) == []) is passes
 
 
+@pytest.mark.parametrize(("count", "passes"), [(4, True), (5, False)])
+def test_what_is_in_the_hand_at_the_start_is_so_from_the_first_sample(count: int, passes: bool) -> None:
+    held = touching(range(count, TAKEN), Touch(LEFT, "block", 50.0, 1.0), Touch("block", RIGHT, 50.0, -1.0))
+    assert held.rollout is not None
+    opening = held.rollout.opening.copy()
+    opening[count:TAKEN] = 0.06
+    slow = replace(held.rollout, opening=opening, times=np.arange(COUNT) * 0.06)
+    begun = replace(held, rollout=slow, handovers=(replace(HANDOVERS[0], by=""), HANDOVERS[1]))
+    assert (gap(begun) == []) is passes
+
+
+@pytest.mark.parametrize(("first", "passes"), [(0, True), (10, True), (11, False), (20, False)])
+def test_what_is_in_the_hand_at_the_start_is_so_for_its_first_half_second(first: int, passes: bool) -> None:
+    base = good().rollout
+    assert base is not None
+    pads = (Touch(LEFT, "block", 50.0, 1.0), Touch("block", RIGHT, 50.0, -1.0))
+    free = [tuple(t for t in row if not {LEFT, RIGHT} & {t.a, t.b}) for row in base.touches]
+    held = [first <= k < OPENED for k in range(COUNT)]
+    rows = tuple((*row, *pads) if now else row for row, now in zip(free, held, strict=True))
+    begun = good(touches=rows, opening=np.where(held, 0.06, 0.085))
+    why = said(JUDGE, replace(begun, handovers=(replace(HANDOVERS[0], by=""), HANDOVERS[1])))
+    assert any("no task of the plan takes it then" in w for w in why) is not passes
+
+
 def test_code_that_takes_a_thing_may_run_for_one_sample() -> None:
     base = good().rollout
     assert base is not None

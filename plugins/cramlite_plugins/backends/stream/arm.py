@@ -62,7 +62,7 @@ class StreamedArm(CommandedArm):
         self.response = Response(hello.lag, hello.inertia, self.period, len(robot.joints))
 
     def grip(self, force: float) -> None:
-        """Go on pressing on what is between the fingers [N]."""
+        """Go on pressing on the payload [N]."""
         self.gripper.move(self.gripper.gripper.opening[0], self.gripper.gripper.speed[1], force)
         self.gripper.command = self.gripper.goal
 
@@ -93,12 +93,13 @@ class StreamedArm(CommandedArm):
         self.tare = np.array(self.state.wrench or (0.0,) * 6)
 
     def set_payload(self, mass: float, center: Floats) -> None:
-        """Do nothing: what the process feels is without the weight of the hand, and it carries what it holds by itself."""
+        """Do nothing: the process's forces are without the weight of the hand, and it carries its payload by
+        itself."""
 
     # One period
 
     def cycle(self) -> None:
-        """Send the next action and take what is felt after it.
+        """Send the next action and take the state after it.
 
         Raises:
             ProtectiveStop: a joint leaves its range or moves too fast, the arm does not follow, or the process stops it.
@@ -122,7 +123,7 @@ class StreamedArm(CommandedArm):
             self.under_way = between and self.motion is None
 
     def settled(self) -> bool:
-        """Return whether the tool has come to where it was sent last, also if that is in the open.
+        """Return whether the tool has come to its last command, also in the open.
 
         Raises:
             ProtectiveStop: it has not, and had the time.
@@ -185,7 +186,8 @@ class StreamedArm(CommandedArm):
             raise ProtectiveStop(f"the tool is {1000 * off:.0f} mm off its path, more than {1000 * ASTRAY:.0f} mm: the arm does not follow")
 
     def _arrived(self, share: float = 1.0) -> bool:
-        """Whether the tool is where its motion ends, to so many times its tolerance, and will still be a period later as it moves now.
+        """Whether the tool is at its motion's end, within so many times its tolerance, and still will be a
+        period later.
 
         Raises:
             ProtectiveStop: it is not, and had the time.

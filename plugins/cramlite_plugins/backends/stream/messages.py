@@ -20,7 +20,7 @@ Seven = tuple[float, float, float, float, float, float, float]
 
 
 class State(Value, kw_only=True):
-    """What the robot feels at the end of a period.
+    """State of the robot at the end of a period.
 
     Args:
         joints: encoders, base to flange [rad].
@@ -43,7 +43,7 @@ class State(Value, kw_only=True):
 
 
 class Hello(State, kw_only=True):
-    """What the process says of its robot, with its first state.
+    """Answer to the first request: the description of the robot, with its first state.
 
     Args:
         protocol: version of the protocol that it speaks.

@@ -37,14 +37,15 @@ def opened_on_the_way(program: Program) -> Program:
 
 
 def _empty(before: SetGripper | None, order: SetGripper) -> bool:
-    """Whether an order moves empty fingers: the first one of a program, or after one that found nothing between them."""
+    """Whether a gripper step moves empty fingers: the program's first, or one after fingers that found nothing."""
     if before is None:
         return order.opening > 0.0 if order.expect == "any" else _shuts(before, order)
     return before.expect == "none" and (order.expect == "none" or (order.expect == "any" and order.opening > 0.0))
 
 
 def _shuts(before: SetGripper | None, order: SetGripper) -> bool:
-    """Whether an order closes empty fingers on nothing: the first one of a program, or after one that found nothing between them."""
+    """Whether a gripper step closes empty fingers on nothing: the program's first, or one after fingers that
+    found nothing."""
     return order.expect == "none" and order.opening == 0.0 and (before is None or before.expect == "none")
 
 

@@ -70,7 +70,7 @@ class LineProcess:
         return answer
 
     def wrong(self, what: str) -> UserError:
-        """End the process, and make the error that says what is wrong with it, in a clause."""
+        """End the process, and return the error with its defect, a clause."""
         return UserError(self._ended(what))
 
     def gone(self, what: str) -> ProcessGone:
@@ -136,11 +136,11 @@ class RobotProcess:
 
     @property
     def name(self) -> str:
-        """Return what it is called in errors."""
+        """Return the name of the process in errors."""
         return self.lines.name
 
     def hello(self) -> Hello:
-        """Ask what robot there is.
+        """Ask for the description of the robot.
 
         Raises:
             UserError: it is another one, or speaks another protocol.
@@ -155,7 +155,7 @@ class RobotProcess:
         return said
 
     def step(self, action: Action) -> State:
-        """Send an action and return what the robot feels after it.
+        """Send an action and return the state of the robot after it.
 
         Raises:
             UserError: the process died, hangs or answers what is no answer.

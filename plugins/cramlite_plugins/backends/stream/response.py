@@ -33,7 +33,7 @@ class Response:
         self.rate, self.off = np.zeros(joints), np.zeros(6)
 
     def lead(self, rate: Floats, free: bool = True) -> Floats:
-        """Return how far ahead of its command the arm is told to be (n,) [rad], at a rate (n,) of the command [rad/s].
+        """Return the lead of the command over the arm (n,) [rad], at a rate (n,) of the command [rad/s].
 
         Args:
             free: whether it may be led by its acceleration, too; what a force commands is noise.
@@ -42,7 +42,8 @@ class Response:
         return self.lag * rate + (self.inertia * faster if free else 0.0)
 
     def correction(self, off: Floats) -> Floats:
-        """Return what is added to a delta (6,) where the tool is off the last command (6,) [m, rad]; it is damped critically, too."""
+        """Return the correction of a delta (6,) for the tool's deviation from the last command (6,) [m, rad],
+        damped critically."""
         further = (off - self.off) / self.period
         damping = self.slow * (math.sqrt(1.0 + self.stiffer) - 1.0)
         added: Floats = self.stiffer * off + damping * further

@@ -45,13 +45,13 @@ class RobotConnection(Protocol):
 
     @property
     def name(self) -> str:
-        """Return what it is called in errors."""
+        """Return the name of the process in errors."""
 
     def hello(self) -> Hello:
-        """Return what robot there is."""
+        """Return the description of the robot."""
 
     def step(self, action: Action) -> State:
-        """Send an action and return what the robot feels after it."""
+        """Send an action and return the state of the robot after it."""
 
 
 FEELING = MoveUntilContact | ForceMove | SpiralSearch | ForceInsert | ForceExtract | CompliantSlide
@@ -154,7 +154,8 @@ def _brake(arm: StreamedArm, record: _Record) -> None:
 
 
 def readings(arm: StreamedArm, line: int, mount: RobotMount) -> Readings:
-    """Return what is read of the robot and its surroundings now; the fingers close along the tool's y axis."""
+    """Return the present readings of the robot and the things around it; the fingers close along the tool's y
+    axis."""
     state, tool = arm.state, mount.base * arm.actual_tcp()
     x, y, z = tool.rotation[:, 1].tolist()
     poses = None if state.poses is None else {n: Pose((p[0], p[1], p[2]), (p[3], p[4], p[5], p[6])) for n, p in state.poses.items()}

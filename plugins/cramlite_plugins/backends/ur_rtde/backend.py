@@ -22,7 +22,7 @@ class UrRtdeBackend:
 
     @property
     def remark(self) -> str:
-        """Return what every result says of its text."""
+        """Return the remark of every result on how its text was run."""
         if missing := _missing():
             return f"the Python program was not run: {missing}"
         return (

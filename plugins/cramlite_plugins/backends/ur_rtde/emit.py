@@ -50,7 +50,7 @@ from ..urscript.steps import HEIGHT, count
 START_TOLERANCE = 0.01  # how far each joint may be from the start posture [rad]
 FORCES = (ForceMove, SpiralSearch, ForceInsert, ForceExtract, CompliantSlide)
 IMPORTS = (
-    "from __future__ import annotations", "", "import contextlib", "import copy", "import math", "import socket",
+    "from __future__ import annotations", "", "import contextlib", "import copy", "import math", "import os", "import socket",
     "import sys", "import threading", "import time", "from collections.abc import Callable, Sequence", "",
     "from rtde_control import RTDEControlInterface", "from rtde_io import RTDEIOInterface",
     "from rtde_receive import RTDEReceiveInterface", "",

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import contextlib
 import math
+import os
 import socket
 import sys
 import threading
@@ -25,6 +26,7 @@ from rtde_receive import RTDEReceiveInterface
 Vector = Sequence[float]
 CYCLE = 0.002  # between two looks at the robot's state [s]
 SILENT = 5.0  # a controller whose clock stands still for this long is gone [s]
+GONE = 1.0  # and a command that still waits for it then is given up after so long [s]
 ARRIVED = 0.05  # what the robot has sent is read by then [s]
 TAKEN = 0.02  # the control script on the robot takes a command within some cycles [s]
 SLOWER = 3.0  # how much longer than planned a free motion may take
@@ -43,7 +45,7 @@ class Aborted(Exception):
 
 
 class Tripped(Exception):
-    """A control step wants what runs inside it to be stopped."""
+    """Request of a control step to stop the steps inside it."""
 
     def __init__(self, by: object, reason: str) -> None:
         super().__init__(reason)
@@ -53,6 +55,12 @@ class Tripped(Exception):
 def log(text: str) -> None:
     """A line of the program's log."""
     print(text, flush=True)
+
+
+def gone(reason: str) -> None:
+    """End the program at once where the robot is gone: the end of ur_rtde would wait for it, or abort this process."""
+    log(f"cramlite abort: {reason}")
+    os._exit(1)
 
 
 class Gripper:
@@ -101,7 +109,9 @@ class Arm:
         self.force_limit, self.can_zero = force_limit, zero
         self.tare = [0.0, 0.0, 0.0]
         self.guards: list[Callable[[], None]] = []
-        self.seen, self.kicked = (0.0, 0.0), 0.0
+        self.seen, self.kicked = (0.0, time.monotonic()), 0.0
+        self.ended = threading.Event()
+        threading.Thread(target=self.listen, daemon=True).start()
 
     # What it measures
 
@@ -110,7 +120,7 @@ class Arm:
         return float(self.receive.getTimestamp())
 
     def tcp(self) -> list[float]:
-        """Where the TCP is."""
+        """Pose of the TCP."""
         return list(self.receive.getActualTCPPose())
 
     def force(self) -> list[float]:
@@ -142,7 +152,7 @@ class Arm:
             guard()
 
     def wait(self, done: Callable[[], bool], timeout: float) -> float:
-        """Until something holds; returns how long it took, or a time beyond ``timeout`` if it never did [s]."""
+        """Wait until something holds; return the time [s], beyond ``timeout`` if it never did."""
         begin = self.time()
         while not done():
             self.guard()
@@ -152,7 +162,7 @@ class Arm:
         return min(self.time() - begin, timeout)
 
     def at(self) -> None:
-        """A step begins: its line in the program goes to an input register, for who watches from outside."""
+        """Begin a step: its line in the program goes to an input register, for watchers outside."""
         self.guard()
         frame = sys._getframe(1)
         while frame.f_back is not None and frame.f_lineno < BEGINS:
@@ -188,6 +198,20 @@ class Arm:
         if not answer:
             raise Aborted(f"the robot did not carry out {what}: protective stop, lost connection, or its script has ended")
 
+    def there(self) -> bool:
+        """Whether the robot answers: a command to one that is gone would be waited for without end."""
+        heard = time.monotonic() - self.seen[1] <= SILENT
+        return heard and self.receive.isConnected() and self.control.isConnected()
+
+    def listen(self) -> None:
+        """End this program where the robot is gone while a command waits for it, which ur_rtde does without end."""
+        last, heard = self.time(), time.monotonic()
+        while not self.ended.wait(0.1):
+            now = self.time()
+            last, heard = (now, time.monotonic()) if now != last else (last, heard)
+            if time.monotonic() - heard > SILENT + GONE:
+                gone(f"nothing was heard from the robot for {SILENT + GONE:g} s")
+
     def rest(self) -> None:
         """Into a safe state: no motion, no force mode."""
         self.control.stopL(3.0)
@@ -209,6 +233,7 @@ class Arm:
 
     def close(self) -> None:
         """End the control script on the robot; it stops what moves."""
+        self.ended.set()
         self.control.stopScript()
         self.control.disconnect()
 
@@ -235,7 +260,8 @@ class Arm:
     def move_joints(
         self, step: str, path: Sequence[Vector], *, speed: float, acceleration: float, radii: Vector = ()
     ) -> None:
-        """Through joint positions [rad]; ``radii`` are how far from each one but the last the TCP may cut the corner [m]."""
+        """Move through joint positions [rad]; ``radii`` are the blend radii of the TCP at each one but the last
+        [m]."""
         self.at()
         if any(radii):
             blends = [*radii, 0.0]
@@ -329,9 +355,11 @@ def run_program(host: str, force_limit: float, steps: Callable[[Arm], None], *, 
     except (Failed, Aborted, Tripped, OSError, RuntimeError) as error:
         reason = f"{error}" or type(error).__name__
     finally:
-        if arm is not None:
+        if arm is not None and arm.there():
             with contextlib.suppress(RuntimeError):  # the connection is lost: the watchdog stops the robot
                 arm.rest()
                 arm.close()
+    if arm is not None and reason and not arm.there():
+        gone(reason)
     log(f"cramlite abort: {reason}" if reason else "cramlite: finished")
     return 1 if reason else 0

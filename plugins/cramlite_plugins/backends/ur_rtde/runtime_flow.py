@@ -82,7 +82,8 @@ class Side:
 
 
 def parallel(arm: Arm, name: str, main: Steps, sides: Sequence[Steps], *, until: str) -> None:
-    """Branches at the same time, of which only ``main`` moves the arm; until "all" have succeeded, or the "first"."""
+    """Run branches at the same time, of which only ``main`` moves the arm; until "all" have succeeded, or the
+    "first"."""
     others = [Side(arm, s) for s in sides]
 
     def settled() -> bool:
@@ -111,11 +112,11 @@ def parallel(arm: Arm, name: str, main: Steps, sides: Sequence[Steps], *, until:
     finally:
         for other in others:
             other.stop()
-    judge(name, failure, [o.error for o in others if not isinstance(o.error, Tripped)], until)
+    raise_failure(name, failure, [o.error for o in others if not isinstance(o.error, Tripped)], until)
 
 
-def judge(name: str, failure: Exception | None, errors: Sequence[Exception | None], until: str) -> None:
-    """All together: Failed, unless enough of the branches have succeeded."""
+def raise_failure(name: str, failure: Exception | None, errors: Sequence[Exception | None], until: str) -> None:
+    """Raise the failure of parallel branches, unless enough of them have succeeded."""
     failures = [f for f in (failure, *errors) if f is not None]
     for worse in failures:
         if not isinstance(worse, Failed):

@@ -34,7 +34,7 @@ def turned(frame: Vector, way: Vector) -> list[float]:
 
 
 def way_along(arm: Arm, start: Vector, direction: Vector) -> float:
-    """How far the tool has come from a pose along a direction [m]."""
+    """Distance of the tool from a pose along a direction [m]."""
     return sum((h - s) * d for h, s, d in zip(arm.tcp()[:3], start[:3], direction, strict=True))
 
 
@@ -54,7 +54,7 @@ class ForceMode:
 
 
 def watched(arm: Arm, step: str, limit: float, timeout: float, late: str, ended: Callable[[], bool]) -> float:
-    """Until something has ended; returns how long it took [s].
+    """Wait until something has ended; return the time [s].
 
     Raises:
         Failed: the force exceeded its limit, or the time is over.
@@ -75,7 +75,7 @@ def watched(arm: Arm, step: str, limit: float, timeout: float, late: str, ended:
 
 
 def along_path(arm: Arm, waypoints: Sequence[Vector], speed: float) -> Callable[[], bool]:
-    """A question that is true when the tool has gone along the waypoints; asking it sends the tool on."""
+    """Function that is true when the tool has gone along the waypoints; each call sends the tool on."""
     left = [list(w) for w in waypoints]
 
     def arrived() -> bool:

@@ -67,7 +67,7 @@ def controller_of(robot: Robot) -> tuple[str, str]:
 
 
 def check_arm(program: Program, robot: Robot, language: str) -> None:
-    """Check that the program is for this arm, and that its axes are zero where typed programs count zero, as those of Universal Robots.
+    """Check that the program is for this arm, and that its axes count zero as Universal Robots' do.
 
     Raises:
         UserError: it is not.

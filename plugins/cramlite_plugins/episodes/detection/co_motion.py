@@ -54,7 +54,7 @@ class Grid(Value):
         return float(self.times[0] + index * STEP)
 
     def moving(self, name: str) -> Flags:
-        """Return when a frame moves faster than ``MOVING``."""
+        """Return the spans in which a frame moves faster than ``MOVING``."""
         return np.asarray(_speed(self.poses[name]) > MOVING)
 
     def place(self, thing: str, hand: str) -> Floats:
@@ -78,7 +78,8 @@ def grid_of(tracks: dict[str, Track]) -> Grid:
 
 
 def _sampled(track: Track, times: Floats) -> Floats:
-    """Interpolated where two poses are BRIDGED apart at most, or it was lost between them, else the last one; the first before it."""
+    """Poses at sample times: interpolated over gaps up to BRIDGED, or up to LOST if the thing is elsewhere
+    afterwards; else the last pose, or before the first the first."""
     before = np.clip(np.searchsorted(track.times, times, side="right") - 1, 0, None)
     after = np.minimum(before + 1, len(track.times) - 1)
     gap = track.times[after] - track.times[before]
@@ -112,7 +113,7 @@ def travel(poses: Floats) -> float:
 
 
 def carried_spans(grid: Grid, thing: str, carrier: str) -> list[Span]:
-    """Return when a frame moves and keeps its place in another one that moves along, in order.
+    """Return the spans in which a frame moves and keeps its place in another one that moves along, in order.
 
     A pause in which it keeps its place, too, belongs to the span around it.
     """

@@ -91,8 +91,8 @@ def detect(rollout: Rollout, name: str) -> Episode:
 
 
 def _since(rollout: Rollout, name: str, poses: Floats) -> Track | None:
-    """The track of a frame from when a camera first saw it on, where its pose was not known at the start; None where no
-    camera did."""
+    """Track of a frame from a camera's first sight of it, if its pose was not known at the start; None without
+    a sight."""
     known = rollout.times >= rollout.seen.get(name, -np.inf)
     return _track(rollout.times[known], poses[known]) if known.any() else None
 

@@ -102,7 +102,7 @@ def with_grasps(episode: Episode) -> Episode:
 
 
 def _with_carrier(episode: Episode, grid: Grid) -> Episode:
-    """The episode with the frame as a hand that moves about alone and takes others along, where nothing is named like one."""
+    """Episode with a hand: without a named one, the frame that moves alone and takes others along."""
     free = [n for n, t in episode.tracks.items() if episode.whole(n) == n and len(t.times) > 1]
     alone = {n: w for n in free if (w := _alone(grid, n, [o for o in free if o != n])) > IDLE}
     if not alone:
@@ -115,8 +115,8 @@ def _with_carrier(episode: Episode, grid: Grid) -> Episode:
 
 
 def _alone(grid: Grid, name: str, others: Sequence[str]) -> float:
-    """Distance that a frame moves [m] before it first takes another one along, or after it last did,
-    whichever is less; 0 if it takes none."""
+    """Shorter way of a frame [m]: before it first takes another one along, or after it last did; 0 if it takes
+    none."""
     taken = [span for o in others for span in carried_spans(grid, o, name)]
     if not taken:
         return 0.0
@@ -202,8 +202,8 @@ def _merged(found: Sequence[Loose]) -> list[Loose]:
 
 
 def _held(episode: Episode, grid: Grid, hand: str, things: Sequence[str]) -> tuple[list[InferredGrasp], dict[str, set[str]]]:
-    """Grasps of one hand, and things that ride on its payload: of things that move with it at one time, it
-    holds one."""
+    """Grasps of one hand, and the things that ride on its payload; of things that move with the hand together,
+    one is held."""
     spans = [(s, _held_on(grid, n, hand, s, e), n) for n in things for s, e in _in_the_air(grid, n, hand)]
     held: list[InferredGrasp] = []
     riding: dict[str, set[str]] = defaultdict(set)
@@ -217,8 +217,8 @@ def _held(episode: Episode, grid: Grid, hand: str, things: Sequence[str]) -> tup
 
 
 def _in_the_air(grid: Grid, thing: str, hand: str) -> list[Span]:
-    """Spans in which a hand carries a thing: one that stays up between two of them, at the same place in
-    the hand, was held all along."""
+    """Spans in which a hand carries a thing; one that stays up between two of them, at the same place in the
+    hand, was held throughout."""
     found: list[Span] = []
     place, height = grid.place(thing, hand), grid.poses[thing][:, 2]
     for start, end in carried_spans(grid, thing, hand):
@@ -240,8 +240,7 @@ def _held_on(grid: Grid, thing: str, hand: str, start: int, end: int) -> int:
 
 
 def _steadies(grip: InferredGrasp, acting: InferredGrasp) -> bool:
-    """Whether a hand only steadies the payload of the acting one; a hand that takes it over holds it
-    longer."""
+    """Whether a hand only steadies the acting hand's payload, rather than takes it over and holds it longer."""
     both = _overlap(grip.span, acting.span)
     return grip.thing == acting.thing and both > 0 and (grip.span[1] - grip.span[0]) - both < HANDED_OVER / STEP
 
@@ -342,13 +341,13 @@ def _flights(grid: Grid, thing: str) -> list[Span]:
 
 
 def _size(episode: Episode, name: str) -> float:
-    """Minus the diagonal of a thing [m]; 0 where it is not known."""
+    """Sort key by size: minus the diagonal of a thing [m]; 0 if unknown."""
     entity = episode.known(name)
     return -float(np.linalg.norm(entity.size)) if entity is not None and entity.size is not None else 0.0
 
 
 def _acting(episode: Episode, grips: Sequence[InferredGrasp], grid: Grid) -> str | None:
-    """The hand that moves things farthest (by 0.1 m); of two that do the same the right one, as with most people."""
+    """Hand that moves things farthest (by 0.1 m); of two equal ones the right one."""
     ways: dict[str, float] = defaultdict(float)
     for g in grips:
         ways[g.hand] += float(np.sum(np.linalg.norm(np.diff(grid.poses[g.thing][slice(*g.span), :3], axis=0), axis=1)))
@@ -396,7 +395,7 @@ def _standing(episode: Episode, grips: Sequence[InferredGrasp], grid: Grid) -> t
 def _on_something(
     episode: Episode, thing: str, free: list[tuple[float, float]], grid: Grid
 ) -> tuple[list[Event], list[Entity]]:
-    """Support between the spans in which a thing is free, by one entity for each place that it stands at."""
+    """Support events between the spans in which a thing is free, with one entity for each place."""
     first, last = episode.span
     rests = [(s, e) for s, e in zip([first, *(e for _, e in free)], [*(s for s, _ in free), last], strict=True) if e - s > STEP]
     places: list[tuple[str, Floats]] = []

@@ -67,7 +67,7 @@ def tilting(poses: Floats, stood: int, start: int, end: int) -> list[Span]:
 
 
 def _joined(spans: Sequence[Span]) -> list[Span]:
-    """Spans with less than POURED between them are one."""
+    """Spans, joined where less than POURED is between them."""
     found: list[Span] = []
     for start, end in spans:
         if found and (start - found[-1][1]) * STEP < POURED:

@@ -140,7 +140,8 @@ def _taken_out(grid: Grid, name: str, at: NDArray[np.intp], vessels: list[str], 
 
 
 def carried_along(episode: Episode, grid: Grid, carrier: str, members: Iterable[str], things: Iterable[str]) -> Loose:
-    """Return the things on a moved carrier as its contents: there while no farther from it than at first.
+    """Return the things on a moved carrier as its contents, as long as they are no farther from it than at
+    first.
 
     Args:
         things: frames that may be vessels, too.
@@ -166,7 +167,8 @@ def _vessel_of(episode: Episode, grid: Grid, name: str, vessels: list[str]) -> N
 
 
 def _radius(episode: Episode, vessel: str) -> float:
-    """Distance from a vessel's origin up to which things are within it [m]: half its diagonal, where its size is known."""
+    """Distance from a vessel's origin within which things are in it [m]: half its diagonal, if its size is
+    known."""
     entity = episode.known(vessel)
     return WITHIN if entity is None or entity.size is None else float(np.linalg.norm(entity.size)) / 2
 

@@ -77,8 +77,8 @@ def encloses(outer: OrientedBox, inner: OrientedBox) -> bool:
 
 
 def _hollow(episode: Episode, name: str, box: OrientedBox, time: float) -> bool:
-    """Whether there is room in a thing: no primitive of its shape fills the place. Of a shape that is not known, only the
-    extents, there must be: solid things do not lie in each other."""
+    """Whether a place in a thing is free: outside all primitives of its shape. An unknown shape counts as
+    hollow, since solid things do not overlap."""
     pose = episode.pose_at(name, time)
     if pose is None:
         return False

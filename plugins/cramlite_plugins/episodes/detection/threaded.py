@@ -48,8 +48,8 @@ def _polyline(hanger: Thing, peg: Feature) -> Floats:
 
 
 def _passes(rollout: Rollout, owner: Thing, hole: Feature, hanger: Thing, line: Floats) -> Flags:
-    """Whether a segment of the line, in the frame of its hanger wherever that is by then, meets the disc of the hole: by the
-    side of its plane that each end is on."""
+    """Whether a segment of the line, in its hanger's frame, passes through the disc of the hole: its ends are
+    on different sides of the disc's plane."""
     still = hanger.pose.inverse()
     rows = rollout.poses.get(hanger.name) if hanger.movable or hanger.joint else None
     frames = [still] * len(rollout.times) if rows is None else [Pose(tuple(r[:3]), tuple(r[3:])).inverse() for r in rows]

@@ -1,4 +1,4 @@
-"""Contact signals of a rollout: which entities touch, and with what force."""
+"""Contact signals of a rollout: pairs of entities in contact, with the force."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def touching_pairs(rollout: Rollout, known: set[str]) -> dict[tuple[str, str], P
 
 
 def _stretches(rollout: Rollout) -> Iterator[tuple[slice, tuple[Touch, ...]]]:
-    """Samples with their touches; those of things that sleep once, for as long as they do."""
+    """Stretches of samples with their touches; those of sleeping things once for their whole sleep."""
     asleep = rollout.asleep or ((),) * len(rollout.touches)
     begins = [k for k in range(len(asleep)) if k == 0 or asleep[k] is not asleep[k - 1]]
     spans = dict(zip(begins, [*begins[1:], len(asleep)], strict=True))

@@ -13,7 +13,7 @@ from ..tracks import rigid_links, world_tracks
 from .parts import Parts
 
 HANDLING = frozenset(f"soma:{n}" for n in ("Grasping", "PickingUp", "Placing", "PuttingDown", "Releasing", "Ungrasping", "Lifting"))
-"""Actions that take a thing or let go of it: who names none of them names the whole of what was done, not its steps."""
+"""Actions that take a thing or let go of it; a recording without any names its whole, not its steps."""
 EPOCH = 1e8
 """Times later than this [s] are counted from 1970: 1e8 s is 1973, and no recording lasts three years."""
 LATER = 10.0
@@ -49,7 +49,7 @@ def _one_clock(parts: Parts, tracks: dict[str, Track]) -> None:
 
 
 def _from_motion(episode: Episode) -> Episode:
-    """Events from motion, in place of actions without steps, such as one for all of the recording; these, where there are none."""
+    """Events from motion, which replace actions without steps; without any, these actions."""
     repairs = episode.repairs
     if episode.events:
         named = ", ".join(sorted({e.type for e in episode.events}))

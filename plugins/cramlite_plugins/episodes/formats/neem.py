@@ -124,7 +124,7 @@ def _dumps(path: Path) -> list[Path]:
 
 
 def _episode_in(path: Path) -> Path:
-    """The folder of an episode: itself or, where it holds none and no mapping file, the only one in it that does.
+    """Folder of an episode: itself, or the only one in it that holds one.
 
     Raises:
         UserError: several do.

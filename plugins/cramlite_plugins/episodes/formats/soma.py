@@ -193,7 +193,7 @@ def _event(iri: str, index: Index, repairs: list[Repair]) -> Event | None:
 
 
 def _foreign_event(iri: str, properties: dict[str, list[str | float]], index: Index, start: float, end: float) -> Event:
-    """An event of another writer: states by class, everything else an action, of its task's class if it has one."""
+    """Event of a foreign writer: a state by its class, else an action of its task's class, if it has one."""
     types = [compact(str(t)) for t in properties.get(RDF_TYPE, ()) if "NamedIndividual" not in str(t)]
     fillers = [_name(str(o), index) for o in properties.get(DUL + "hasParticipant", ())]
     state = next((t for t in types if t in STATES), None)

@@ -175,7 +175,7 @@ def _cut_short(absence: Dropout, mine: list[Event]) -> set[str]:
 
 
 def _stays(absence: Dropout, event: Event, mended: Episode) -> float:
-    """Until when a thing stayed, by its mended poses, where it was when a state of it was cut off by its absence [s]."""
+    """Time until which a thing stayed at its place after its absence cut off a state, by its mended poses [s]."""
     partner = next((w for w in _wholes(event, mended) if w != absence.thing), absence.thing)
     times = [t for t in mended.tracks[absence.thing].times.tolist() if absence.start <= t < absence.end]
     until = event.end
@@ -219,7 +219,7 @@ def _pairs(events: list[Event]) -> Iterator[tuple[Event, Event]]:
 
 
 def signature(event: Event) -> tuple[object, ...]:
-    """Return a state without its times; the sides of a contact are equal."""
+    """Return class and roles of a state; the two sides of a contact are interchangeable."""
     symmetric = event.type == "soma:ContactState"
     return event.type, tuple(sorted(event.roles.values()) if symmetric else sorted(event.roles.items()))
 

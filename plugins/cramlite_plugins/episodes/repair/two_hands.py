@@ -111,8 +111,8 @@ class _Acting:
         return self.order[bisect_right(self.times, time)]
 
     def called(self, entity: str, time: float) -> str:
-        """What a hand, or a part of one, is called at a time: the one that acts has the effector's name, and the
-        effector, where it does not act, the name of the one that does."""
+        """Name of a hand, or of a part of one, at a time: the acting hand has the effector's name, and the
+        effector, while it does not act, that hand's."""
         name, mine = EntityName.parse(entity), self.at(time)
         return str(replace(name, thing={mine: self.name, self.name: mine}.get(name.thing, name.thing)))
 

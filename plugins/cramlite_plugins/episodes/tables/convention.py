@@ -52,7 +52,7 @@ class Convention(Value):
 
     @property
     def numbers(self) -> int:
-        """How many numbers a rotation has."""
+        """Count of numbers of a rotation."""
         return 4 if self.rotation in QUATERNIONS else 3
 
     def positions(self, recorded: Floats) -> Floats:

@@ -1,4 +1,4 @@
-"""Mapping files: what the columns of a recording are, in which units and axes, which tracks are hands, and what the things are."""
+"""Mapping files of recordings: meaning of the columns, units and axes, tracks of hands, and shapes of things."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ FORMATS = {".csv": "csv", ".tsv": "csv", ".txt": "csv", ".jsonl": "jsonl", ".ndj
 
 
 class TimeSpec(Spec):
-    """When a row was recorded: a column with its unit, or frames a second of rows that follow each other."""
+    """Time of a row: a column with its unit, or a rate of rows."""
 
     column: str | None = None
     unit: Literal["s", "ms", "us", "ns"] = "s"
@@ -58,7 +58,7 @@ class ColumnsSpec(Spec):
 
 
 class GripperSpec(Spec):
-    """Column that says how far a gripper or hand is open.
+    """Column with the opening of a gripper or hand.
 
     It holds the opening itself, in the recording's unit of length; or, with ``closed`` and ``open``, any measure of it: its values for
     a hand that is closed, and for one that is open by ``width`` [m].

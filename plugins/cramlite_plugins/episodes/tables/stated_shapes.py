@@ -14,9 +14,9 @@ from .convention import Convention
 from .mapping import ShapeSpec
 
 WALL = 0.002
-"""Thickness of the walls and the floor of what is hollow [m]; a tenth of its smallest side, where that is less."""
+"""Thickness of walls and floor of a hollow shape [m]; at most a tenth of its smallest side."""
 CONVEX = 0.9
-"""A mesh that fills less of its convex hull than this is hollow."""
+"""Share of the convex hull below which a mesh counts as hollow."""
 
 
 def geoms_of(spec: ShapeSpec, convention: Convention, folder: Path) -> tuple[Geom, ...]:

@@ -1,4 +1,5 @@
-"""Poses of the tracks in a table, in metres, right-handed, z up; what cannot be poses of a person's hands and things is refused."""
+"""Poses of the tracks in a table, in metres, right-handed, z up; implausible poses of hands and things are
+refused."""
 
 from __future__ import annotations
 
@@ -129,7 +130,7 @@ def _columns(mapping: Mapping, convention: Convention, name: str, track: TrackSp
 
 
 def rows_of(table: Table, mapping: Mapping, name: str) -> Flags:
-    """Return which rows (N,) speak of a track: all, or those that name it.
+    """Return the rows (N,) of a track: all, or those that name it.
 
     Raises:
         UserError: none does.

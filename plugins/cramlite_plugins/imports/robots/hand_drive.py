@@ -28,7 +28,7 @@ COUPLED = (0.004, 1.0)
 
 
 def complete_drives(where: Path, spec: Any) -> tuple[str, ...]:
-    """See to it that each drive of a hand holds a position; return what was changed, for people.
+    """Make each drive of a hand hold a position; return notes on the changes, for people.
 
     Raises:
         UserError: nothing can be driven, or by more than two drives, or through what is no joint or fixed tendon.
@@ -88,7 +88,8 @@ def _add_servo(spec: Any, kind: int, target: str, joints: dict[str, Any], effort
 
 
 def _stiffen(spec: Any, joints: dict[str, Any]) -> None:
-    """Give joints that nobody drives the gear that couples them: MuJoCo's own coupling gives way by 6 mm under 12 N (measured)."""
+    """Give undriven joints the gear that couples them, since MuJoCo's own coupling gives way by 6 mm under 12 N
+    (measured)."""
     for joint in joints.values():
         joint.armature = max(float(joint.armature), ARMATURE[int(joint.type) == SLIDE])
     for equality in spec.equalities:

@@ -1,4 +1,4 @@
-"""A gripper from a file: what closes it, its pads, and its model as MJCF text for the flange of an arm."""
+"""Gripper from a file: its drives, its pads, and its model as MJCF text for the flange of an arm."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from .pads import Pads, find_pads
 SPEED = (0.010, 0.100)
 """Of pads where nobody states it [m/s]: what a Franka Hand does; a 2F-85 does 0.02 to 0.15."""
 WEAKEST = 0.1
-"""Lowest grip force as a share of the highest, where nobody states it."""
+"""Lowest grip force as a share of the highest, unless stated."""
 TURNING = 4  # condim of contacts with torsional friction
 SECTIONS = ("default", "asset", "tendon", "equality", "actuator")
 Mjcf = Callable[[str], tuple[str, str]]
@@ -99,7 +99,7 @@ def _name_pads(spec: Any, pads: Pads) -> list[Any]:
 
 
 def _resist_turning(pads: Sequence[Any], torsion: float | None) -> tuple[str, ...]:
-    """Give the pads the torsional friction that is stated; else say that the file gives them none."""
+    """Give the pads the stated torsional friction; else note that the file gives them none."""
     for pad in pads if torsion is not None else ():
         pad.condim, pad.friction = max(int(pad.condim), TURNING), [pad.friction[0], torsion, pad.friction[2]]
     if all(int(pad.condim) >= TURNING for pad in pads):
@@ -192,7 +192,7 @@ def _limited_stroke(where: Path, linkage: Linkage, opening: tuple[float, float] 
     low, high = opening
     if not narrowest - 1e-3 <= low < high <= widest + 1e-3:
         raise UserError(
-            f"{where}: 'opening' of {1000 * low:g} to {1000 * high:g} mm is not within what the fingers do, {1000 * narrowest:.1f} to "
+            f"{where}: 'opening' of {1000 * low:g} to {1000 * high:g} mm is not within the fingers' range, {1000 * narrowest:.1f} to "
             f"{1000 * widest:.1f} mm."
         )
     ends = [min(high, widest), *(o for o in linkage.openings if low < o < high), max(low, narrowest)]

@@ -1,4 +1,4 @@
-"""The hand of a file as an MjSpec of its own: what collides, moves and drives it, under one body at the flange.
+"""Hand of a file as an MjSpec of its own: its colliding geoms, joints and drives under one body at the flange.
 
 Physics stay those of the file: joints, tendons, equalities, actuators, contact parameters, masses. What only looks is left out, and
 meshes become their convex hulls, as MuJoCo collides them.

@@ -28,7 +28,7 @@ SAMPLES = 50
 
 
 class RigidPart(Value):
-    """What moves with one joint, or stands still: the bodies of the file that are fixed to each other.
+    """Bodies of the file that are fixed to each other: they move with one joint, or stand still.
 
     Args:
         name: of the first of them.

@@ -16,7 +16,7 @@ from cramlite.plugin import UserError
 
 from .hand_motion import at
 
-FACE = 0.0015  # of the points of a finger, those so near to its innermost one are its face [m]
+FACE = 0.0015  # distance from a finger's innermost point within which points are its face [m]
 SNAP = math.cos(math.radians(20))  # an approach that leans less from an axis of the flange is along it
 ASIDE = 0.3  # share of a pad's motion that may be across closing and approach: more is a hand with more fingers
 SMALLEST = 0.002  # side of a face that ends in an edge or a point [m]
@@ -67,7 +67,7 @@ def find_pads(where: Path, model: Any, states: Floats, pair: tuple[int, int], fi
 
 
 def _closing(first: Any, last: Any, a: int, b: int) -> Floats:
-    """From finger b to finger a: how far both have come nearer."""
+    """Distance that both fingers have come nearer, from b to a."""
     way = (first.geom_xpos[a] - last.geom_xpos[a]) - (first.geom_xpos[b] - last.geom_xpos[b])
     return np.asarray(way / np.linalg.norm(way))
 
@@ -125,8 +125,7 @@ def _size(model: Any, data: Any, left: Sequence[int], y: Floats, z: Floats) -> t
 
 
 def _depth(model: Any, data: Any, tcp: Pose) -> float:
-    """Distance of the nearest part of the wide hand behind the pinch point; that of the flange without
-    one."""
+    """Distance [m] from the pinch point back to the hand; to the flange if nothing is behind it."""
     hit, back = np.zeros(1, np.int32), tcp.rotate((0.0, 0.0, -1.0))
     far = float(mujoco.mj_ray(model, data, np.array(tcp.position), np.array(back), None, 1, -1, hit))
     return far if far > 0 else float(np.linalg.norm(tcp.position))

@@ -1,4 +1,4 @@
-"""The reader of robot files: MJCF and URDF become robots, with a list of what was found and what is missing."""
+"""Reader of robot files: MJCF and URDF become robots, with notes on missing and unused parts."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Bodies of a scene in groups that move as one: furniture, what is mounted in it, what is loose; robots apart."""
+"""Groups of a scene's bodies that move as one: furniture, jointed bodies in it, loose bodies; robots apart."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ CHAIN = 4
 GAP = 0.01
 """Parts of one piece of furniture are no farther apart than this [m]; they touch or are drawn with a gap of some millimetres."""
 DRIVEN = 3
-"""So many, if motors drive one of them."""
+"""Least number of joints in a row if motors drive one of them."""
 
 
 class Group(Value):
@@ -40,7 +40,7 @@ class Group(Value):
 
 
 class Grouped(Value):
-    """Groups of a scene, and what was not understood.
+    """Groups of a scene, with notes on bodies that were not understood.
 
     Args:
         groups: in the file's order.
@@ -54,7 +54,7 @@ class Grouped(Value):
 
 
 def grouped(model: Any, data: Any) -> Grouped:
-    """Group the bodies of a model by what moves together; of what is fixed, the bodies of a room are apart."""
+    """Group the bodies of a model that move together; of fixed ones, the bodies of a room are apart."""
     robots, bases, notes = _robots(model)
     rooms = _rooms(model, data)
     of: dict[int, int] = {}
@@ -180,7 +180,7 @@ def _chain(model: Any, body: int, top: int) -> int:
 
 
 def _base(model: Any, body: int, tree: frozenset[int]) -> frozenset[int]:
-    """Arm with the bodies that carry nothing else: its base, and further up frames without shapes."""
+    """Bodies of an arm, its base, and frames without shapes above it that carry nothing else."""
     above, first = int(model.body_parentid[body]), True
     while above and not len(joints(model, above)):
         whole = frozenset(_below(model, above))

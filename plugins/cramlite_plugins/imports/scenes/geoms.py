@@ -1,4 +1,4 @@
-"""Geoms of a scene file as geoms of things; what only looks is left out."""
+"""Geoms of a scene file as geoms of things, without purely visual ones."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a scene file makes MuJoCo do, found out before MuJoCo reads it: which files it opens, and how much it allocates.
+"""Guard before MuJoCo reads a scene file: the files that it would open, and the memory that it would allocate.
 
 MuJoCo itself opens any path, devices included, repeats elements as often as a file says, and crashes on a model that is attached to
 itself (MuJoCo 4.0).
@@ -242,5 +242,5 @@ def _check_amount(where: str, amount: int, what: str, most: int) -> None:
     if amount > most:
         raise UserError(
             f"{where}: up to here the scene has {amount:,} {what}, repeated ones counted each time; up to {most:,} are read. "
-            "Simplify it, or leave out what does not matter."
+            "Simplify it, or leave out irrelevant parts."
         )

@@ -1,4 +1,4 @@
-"""Handles and knobs of drawers and doors: by their names, else by what sticks out of the front."""
+"""Handles and knobs of drawers and doors: by their names, else by parts that stick out of the front."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ SHARE = 0.5
 SLIM = 0.06
 """What is thicker does not fit between fingers [m]."""
 MIDDLE = 0.5
-"""A hinge within the middle half of what it turns is that of a knob; a door's is at its edge."""
+"""Part of a thing's width about its middle with a knob's hinge; a door's is at its edge."""
 
 
 class Handle(Value):

@@ -23,7 +23,7 @@ MODELLED = 0.1
 
 
 def joint_of(source: Any, group: Group, parent: str, meets: bool, stated: StatedJoint) -> tuple[Joint, list[str]]:
-    """Return the joint of a group with its closed end at the lower value, and what was found and changed in it.
+    """Return the joint of a group with its closed end at the lower value, and notes on guesses and changes.
 
     Closed is where it and its carrier take the least room: a drawer that starts open is still drawn out of its cabinet. Where
     that tells nothing, as of a knob, it is the end near which its zero is: the pose in which it was modelled; else the end that

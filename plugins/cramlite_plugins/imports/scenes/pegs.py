@@ -23,7 +23,7 @@ SLENDER = 2.0
 LOOSE = 1.0
 """A hole's play on a peg is at most this share of the peg's radius; what has more is put around it, not onto it."""
 SQUARE = 0.03
-"""Sides of a post that differ by less than this share are those of a square."""
+"""Relative difference of a post's sides below which it is square."""
 LOWEST = -math.sin(math.radians(20.0))
 """Height of the unit vector to a peg's tip: from one that leads further down things slip off."""
 FLIPPED = Pose((0.0, 0.0, 0.0), (0.0, 1.0, 0.0, 0.0))
@@ -85,7 +85,8 @@ def _post(thing: Thing, things: Iterable[Thing]) -> Feature | None:
 
 
 def _shaft(geom: Geom) -> tuple[Pose, float, dict[str, float]] | None:
-    """Pose of a geom's middle with z along it, half its length, and its size across; None if it is not as thick as it is wide."""
+    """Pose of a geom's middle with z along it, half its length, and its thickness; None if its two cross
+    sections differ."""
     if geom.shape in ("cylinder", "capsule"):
         radius, half = geom.size
         return geom.pose, half + (radius if geom.shape == "capsule" else 0.0), {"radius": radius}
@@ -101,7 +102,7 @@ def _shaft(geom: Geom) -> tuple[Pose, float, dict[str, float]] | None:
 
 
 def _free(others: rays.Body, shaft: Pose, half: float, radius: float) -> float:
-    """Length [m] from the end that z points to, to where something else surrounds the shaft; 0 if something is before the end."""
+    """Length [m] of the free shaft from the end that z points to; 0 if something is in front of that end."""
     end, back = np.asarray(shaft.apply((0.0, 0.0, half))), -np.asarray(shaft.rotate((0.0, 0.0, 1.0)))
     beyond = _met(others, end + back * 1e-6, -back)
     if beyond < 2 * radius:

@@ -1,4 +1,4 @@
-"""The reader of scene files: MJCF and URDF become things, with a list of what could not be taken over."""
+"""Reader of scene files: MJCF and URDF become things, with notes on parts that were left out."""
 
 from __future__ import annotations
 

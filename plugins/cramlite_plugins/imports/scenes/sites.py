@@ -25,7 +25,7 @@ UPRIGHT = math.cos(math.radians(5.0))
 STEEP = math.cos(math.radians(75.0))
 """One that leans more still is no place that things could be put on."""
 THIN = 0.5
-"""Of the next longer side of a box at most, so that it is flat: then it shows which way it faces."""
+"""Largest ratio to the next longer side of a box that counts as flat, and shows the way it faces."""
 OVER = 0.01
 """A cavity reaches above its walls by no more [m]."""
 UPON = 0.05
@@ -49,7 +49,7 @@ def places(model: Any, data: Any, bodies: Iterable[int], thing: Thing) -> tuple[
 
 
 def _upright(thing: Thing, model: Any, data: Any, site: int) -> tuple[Pose, Floats] | None:
-    """The box of a site in its thing's frame, z the axis that is upright, with its half lengths; None if it leans."""
+    """Box of a site in its thing's frame, z upright, with its half lengths; None if it leans."""
     turned = pose_of(data.site_xpos[site], data.site_xmat[site])
     half, heights = np.asarray(model.site_size[site], dtype=float), turned.rotation[2]
     up = int(np.argmax(np.abs(heights)))
@@ -103,8 +103,8 @@ def _place(thing: Thing, site: tuple[Pose, Floats] | None, name: str) -> Feature
 
 
 def _next(thing: Thing, pose: Pose) -> tuple[float | None, float | None]:
-    """Distances to the next shapes over and below a pose in its thing's frame [m], None without one; a
-    site that a board runs through, with nothing below, is the underside of a table's top."""
+    """Distances to the next shapes above and below a pose in its thing's frame [m], None without one; a site
+    that a board passes through, with nothing below, is the underside of a table's top."""
     middle, up = np.asarray(pose.position), np.asarray(pose.rotate((0.0, 0.0, 1.0)))
     met = ([low for low, _, _ in rays.spans(rays.body(thing.geoms), middle, way) if low >= 0] for way in (up, -up))
     roof, floor = (min(m, default=None) for m in met)
@@ -112,8 +112,8 @@ def _next(thing: Thing, pose: Pose) -> tuple[float | None, float | None]:
 
 
 def _cavity_of_site(pose: Pose, half: float, name: str, size: dict[str, float], roof: float | None, floor: float | None) -> Feature:
-    """The cavity that a site fills, down to the floor below that; of one with a roof, which nothing comes into from above, the area below,
-    with the room over it."""
+    """Cavity that a site fills, down to the floor below it; under a roof, the area below with the room up to
+    the roof."""
     if roof is None or floor is None:
         deep = max(floor or 0.0, half)
         return Feature(name, "cram:Cavity", pose * Pose((0.0, 0.0, half)), {**size, "height": round(half + deep, 5)})

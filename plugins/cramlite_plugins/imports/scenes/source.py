@@ -62,8 +62,11 @@ def root_tag(path: Path) -> str:
     return found[1] if found else ""
 
 
-def read_source(path: Path, packages: Mapping[str, Path], keyframe: str = "") -> Source:
+def read_source(path: Path, packages: Mapping[str, Path], keyframe: str = "", *, textures: bool = False) -> Source:
     """Compile a scene file, in the state of a keyframe if one is named.
+
+    Args:
+        textures: keep pictures on surfaces, which take longer to read than all else.
 
     Raises:
         UserError: XML, a mesh, an include, a package, a mass or a number cannot be used; with file and line.
@@ -75,7 +78,8 @@ def read_source(path: Path, packages: Mapping[str, Path], keyframe: str = "") ->
             spec = mujoco.MjSpec.from_string(_urdf(path, packages)) if urdf else mujoco.MjSpec.from_file(str(path))
             if urdf:
                 _loosen(spec)
-            _drop_textures(spec)
+            if not textures:
+                _drop_textures(spec)
             model = spec.compile()
     except (ValueError, RuntimeError, MemoryError) as error:  # RuntimeError: of C++, such as that no memory is left
         raise UserError(_explained(path, str(error))) from error
@@ -176,7 +180,7 @@ def _check_options(path: Path, model: Any) -> None:
 
 
 def _check_up(path: Path, model: Any) -> None:
-    """Refuse a scene that falls another way than down: its things would stand on their sides."""
+    """Refuse a scene whose gravity is not along -z, since its things would stand on their sides."""
     down = np.array(model.opt.gravity)
     if not np.abs(down).max() <= HEAVIEST:
         said = ", ".join(f"{v:g}" for v in down)
@@ -293,7 +297,7 @@ def _files(path: Path, seen: tuple[Path, ...] = ()) -> list[Path]:
 
 
 def _line(path: Path, word: str, otherwise: int = 1) -> int:
-    """The first line on which a word stands in quotes or ends a path."""
+    """Number of the first line in which a word stands in quotes or ends a path."""
     if not word:
         return otherwise
     lines = path.read_text(encoding="utf-8", errors="replace").splitlines()

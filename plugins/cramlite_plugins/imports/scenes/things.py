@@ -18,9 +18,9 @@ from .joints import joint_of
 from .sites import LARGE, NARROW, places
 
 CLASSES = {"free": "cram:Product", "fixed": "soma:DesignedFurniture", "slide": "soma:Drawer", "hinge": "soma:Door", "knob": "cram:Knob"}
-"""What a thing is taken for by how it moves, where its names say nothing."""
+"""Class of a thing by its joint, if its names give none."""
 CONTAINER = "soma:DesignedContainer"
-"""What is taken for one then: what is fixed and has cavities that sites mark."""
+"""Class of a fixed thing with cavities at sites, if its names give none."""
 MOST = 6
 """Surfaces of one thing that become features."""
 
@@ -62,7 +62,7 @@ def make(source: Any, group: Group, name: str, parent: str, meets: bool, stated:
     thing = Thing(name, CLASSES[group.kind if group.kind != "joint" else "slide"], frame, geoms)
     notes = [n for s in shapes for n in s.notes]
     if group.kind != "fixed":
-        mass, inertia = _inertia(model, data, group.bodies, frame)
+        mass, inertia = inertia_of(model, data, group.bodies, frame)
         thing = replace(thing, mass=mass, inertia=inertia)
     if group.kind == "joint":
         joint, said = joint_of(source, group, parent, meets, stated)
@@ -88,8 +88,8 @@ def _geoms_of(model: Any, bodies: Iterable[int]) -> list[int]:
     return [g for b in bodies for g in range(int(model.body_geomadr[b]), int(model.body_geomadr[b]) + int(model.body_geomnum[b]))]
 
 
-def _inertia(model: Any, data: Any, bodies: Iterable[int], frame: Pose) -> tuple[float, Inertia]:
-    """Mass and inertia of bodies together, by Steiner's theorem."""
+def inertia_of(model: Any, data: Any, bodies: Iterable[int], frame: Pose) -> tuple[float, Inertia]:
+    """Compute the mass [kg] and inertia of bodies together, by Steiner's theorem, in a frame of the world."""
     rows = [b for b in bodies if model.body_mass[b] > 0]
     masses = np.array([model.body_mass[b] for b in rows])
     centres = np.array([data.xipos[b] for b in rows])

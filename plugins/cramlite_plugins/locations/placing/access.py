@@ -41,8 +41,8 @@ COVERS = 0.3  # over an opening what covers it is looked for [m]: as high as a t
 
 
 def check_open(asked: Sequence[Query]) -> None:
-    """Check that hands come to surfaces under a roof of their own thing, and to an opening that something is
-    over, whatever they hold.
+    """Check that hands come to a surface under its own thing's roof, or to an opening with an overhang,
+    whatever they hold.
 
     Raises:
         Unresolvable: there is no way out: a door is shut, or what is over an opening is on all sides.
@@ -63,8 +63,7 @@ def check_open(asked: Sequence[Query]) -> None:
 
 
 def closed_in(query: Query, by: Sequence[str] = (), far: float = HAND) -> tuple[str, ...]:
-    """Return the things around a covered opening that keep every hand from holding a payload in or over it;
-    none where there is a way out.
+    """Return the obstacles around a covered opening that keep every hand out; none if there is a way.
 
     Ways are straight, as long as a hand, as thick as fingers, from the middle of the opening and of its
     quarters, in all directions.
@@ -124,8 +123,8 @@ def covered(query: Query) -> Query:
 
 
 def goes_in_tilted(thing: str, belief: Belief, context: Context) -> bool:
-    """Check whether a later task brings a thing into an opening that is covered so far that it does not get
-    in straight from above."""
+    """Check whether a later task brings a thing into an opening that is too covered for a way straight from
+    above."""
     narrow = [name for name in belief.poses if name != thing and _too_narrow(thing, name, belief, context)]
     if not narrow:
         return False  # later tasks are not looked at, so that what follows from this holds whatever they are
@@ -133,7 +132,7 @@ def goes_in_tilted(thing: str, belief: Belief, context: Context) -> bool:
 
 
 def _too_narrow(thing: str, into: str, belief: Belief, context: Context) -> bool:
-    """Whether nothing but overhangs keeps a thing, turned as it is, out of an opening."""
+    """Whether only overhangs keep a thing, in its present orientation, out of an opening."""
     held, now = belief.thing(thing), belief.pose(thing)
     half = float(np.min(np.ptp(corners(held, now), axis=0)[:2])) / 2
     for target, depth in openings(belief.thing(into), belief.pose(into)):

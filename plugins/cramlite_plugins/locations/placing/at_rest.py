@@ -109,8 +109,8 @@ def _attitudes(query: Query, now: Pose, at: Pose) -> list[Pose]:
 
 
 def must_lean(query: Query, now: Pose) -> str:
-    """Return why a thing on the floor of its region, turned as at a pose in the base frame, is below that; ""
-    where it is not.
+    """Return why the origin of a thing on the floor of its region, turned as at a pose in the base frame, is
+    below the region; "" if it is not.
 
     What counts is where its origin is, and that may be below its foot.
     """
@@ -125,8 +125,8 @@ def must_lean(query: Query, now: Pose) -> str:
 
 
 def leaning(query: Query, now: Pose) -> Iterator[Pose]:
-    """Generate poses in the base frame for a release after which the payload comes to rest leaning, with its
-    origin in the region, by ``SURE``, wherever it is released within ``ASTRAY``.
+    """Generate poses of a release in the base frame after which the payload rests leaning with its origin in
+    the region by ``SURE``, wherever it is released within ``ASTRAY``.
 
     Args:
         now: of what is held, in the base frame.
@@ -156,8 +156,8 @@ def _starts(query: Query, now: Pose) -> Iterator[Pose]:
 
 
 def along_walls(query: Query, now: Pose) -> list[Pose]:
-    """Return attitudes, turned about the vertical so that an outline's sides are along the walls and between
-    them, the nearest first."""
+    """Return orientations about the vertical with the outline's sides along the walls that fit between them,
+    the nearest first."""
     frame, here = query.target.pose, Pose((0.0, 0.0, 0.0), now.quaternion)
     a, b = shapely.get_coordinates(shapely.minimum_rotated_rectangle(footprint(query.thing, here)))[:2]
     x, y, _ = frame.rotate((1.0, 0.0, 0.0))
@@ -169,8 +169,8 @@ def along_walls(query: Query, now: Pose) -> list[Pose]:
 
 
 def extent(query: Query, turned: Pose) -> tuple[Floats, Floats]:
-    """Return the lowest and highest corner (3,) of the payload with its origin at that of the opening, in the
-    frame of that [m]."""
+    """Return the lowest and highest corner (3,) of the payload in the opening's frame, its origin at the
+    opening's [m]."""
     to = Pose((0.0, 0.0, 0.0), query.target.pose.quaternion).inverse()
     points = corners(query.thing, to * Pose((0.0, 0.0, 0.0), turned.quaternion))
     return points.min(axis=0), points.max(axis=0)

@@ -45,8 +45,8 @@ Check = Callable[[Placement, Query], "str | Refused"]
 
 
 def first_objection(placement: Placement, query: Query, checks: Mapping[str, Check]) -> Refused | None:
-    """Return the check that objects and its reason, how many passed before it, and the obstacles; None where
-    none objects.
+    """Return the first objecting check with its reason, the number of checks passed before it, and the
+    obstacles; None without an objection.
 
     What stands on the target is blamed whenever nothing else is: it takes away positions that are not even
     looked at.
@@ -73,8 +73,7 @@ def supported(placement: Placement, query: Query) -> str:
 
 
 def _sunk(placement: Placement, query: Query) -> bool:
-    """Whether its centre of mass comes to rest below the rim of a hollow: however it lies there, it does not
-    fall out."""
+    """Whether the payload's centre of mass comes to rest below the rim of a hollow, so that it cannot fall out."""
     hollow = query.under.feature("cram:Cavity") if query.under else None
     if query.under is None or hollow is None:
         return False
@@ -99,8 +98,8 @@ def clear(placement: Placement, query: Query) -> str | Refused:
 
 
 def inside(placement: Placement, query: Query) -> str | Refused:
-    """Check that all of it is over the container's opening, and apart from its walls as far as there is room:
-    a payload that meets one on its way down leans."""
+    """Check that all of the payload is over the container's opening, and apart from its walls as far as there
+    is room."""
     outline = footprint(query.thing, query.target.pose.inverse() * placement.thing)
     (low, left, high, right), (x, y, x1, y1) = outline.bounds, query.target.area.bounds
     gap = min(OFF_WALLS, max(0.0, min(x1 - x - high + low, y1 - y - right + left) / 4))  # with half of the room to choose from
@@ -148,7 +147,7 @@ def in_region(placement: Placement, query: Query) -> str | Refused:
 
 
 def _region_missed(thing: Pose, height: float, query: Query) -> str | Refused:
-    """How far an origin at a pose, to be lowered by a height [m], would be outside its region; "" where it is in it."""
+    """Reason why an origin at a pose, to be lowered by a height [m], would be outside its region; "" inside."""
     region, (x, y, z) = query.where.region, (query.target.pose.inverse() * thing).position
     at, area = shapely.Point(x, y), query.target.area
     by = float(area.boundary.distance(at)) if area.covers(at) else -float(area.distance(at))
@@ -200,7 +199,7 @@ def beside(placement: Placement, query: Query) -> str:
 
 
 def let_in(placement: Placement, query: Query) -> str | Refused:
-    """Check that the payload has room on a way that leads aside, whatever holds it."""
+    """Check that the payload has room on a way that leads aside, whatever the grasp."""
     return (placement.led and _met(placement, query, False)) or ""
 
 
@@ -273,8 +272,7 @@ def lowered(placement: Placement, query: Query) -> Pose:
 
 
 def hand_off(placement: Placement, query: Query) -> str | Refused:
-    """Check that the payload comes to rest on its uneven support before the hand meets that: fingers around a
-    bowl's side reach below the rim of another one that it is put into."""
+    """Check that the payload comes to rest on its uneven support before the hand meets the support."""
     if not query.settles:
         return ""
     there = query.arm.at(query.let_down(lowered(placement, query)))
@@ -282,8 +280,8 @@ def hand_off(placement: Placement, query: Query) -> str | Refused:
 
 
 def rests_there(placement: Placement, query: Query) -> str | Refused:
-    """Check in simulation where a payload comes to rest that is let go of leaning, wherever near its place: standing in
-    the opening, or where it shall be."""
+    """Check in simulation that a payload which is released leaning, or dropped, comes to rest in the opening or
+    at its place, wherever it is released nearby."""
     there = placement.kind == "dropped"
     if placement.lies is None or placement.kind not in ("in", "dropped"):
         return ""
@@ -295,7 +293,7 @@ def rests_there(placement: Placement, query: Query) -> str | Refused:
 
 
 def _leaning(end: Pose | None, query: Query) -> str:
-    """Why a payload at rest does not stand in an opening; "" where it does."""
+    """Reason why a payload at rest does not stand in an opening; "" if it does."""
     stands = end is not None and end.distance(stood_up(query.thing, end))[1] <= STANDS
     if end and stands and query.target.area.covers(footprint(query.thing, query.target.pose.inverse() * end)):
         return ""
@@ -303,12 +301,13 @@ def _leaning(end: Pose | None, query: Query) -> str:
 
 
 def dropped(placement: Placement, query: Query) -> str | Refused:
-    """Check that a payload which is let go of otherwise than it stands comes to rest where it shall be."""
+    """Check that a payload which is released in another pose than it stands in comes to rest at its place."""
     return "" if placement.lies is None and room(placement, query) else _astray(placement.lies, query)
 
 
 def _astray(end: Pose | None, query: Query) -> str | Refused:
-    """Why a payload at rest is not where it shall be, its origin in its region or its middle over its target."""
+    """Reason why a payload at rest is not at its place: its origin in its region, or its middle over its
+    target."""
     if end is None:
         return "it may come to rest nowhere near"
     to = query.target.pose.inverse() * end
@@ -320,7 +319,7 @@ def _astray(end: Pose | None, query: Query) -> str | Refused:
 
 
 def lying_there(placement: Placement, query: Query) -> str | Refused:
-    """Check that the payload has room where it comes to lie, whatever let go of it."""
+    """Check that the payload has room at its rest pose, however it was released."""
     lying = shift(placement.rests, (0.0, 0.0, placement.height))
     no: Refused | None = query.scene.met(query.belief.base() * query.hand(lying), False)
     return no or ""

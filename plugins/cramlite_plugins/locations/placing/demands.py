@@ -52,15 +52,15 @@ def _stopped(placement: Placement, query: Query, clearance: float | None) -> Ref
 
 
 def let_go(placement: Placement, query: Query) -> Belief:
-    """Return the belief once the payload is let go of there."""
+    """Return the belief after the payload's release at the placement."""
     pose = fallen(query.belief, query.belief.base() * placement.rests)
     there = ("in" if query.depth else "on", query.thing.name, thing_of(query.entity))
     return query.belief.released(Estimate(pose, 0.0, "predicted: let go there"), query.held.opening).related(there)
 
 
 def room_to_leave(placement: Placement, query: Query) -> str | Refused:
-    """Check that the open hand has an end of a way back from the place, with no more than no contact there: a
-    later search of that way keeps a distance, and finds no more.
+    """Check that the open hand has room for the end of a way back from the place. Contacts are allowed; the
+    later search of that way keeps a distance.
 
     What a later task closes over a thing is left out: the hand pushes the thing farther in first, and leaves
     from there. So is what swings in the hand. Later tasks are looked at only where no way is free, so that
@@ -75,7 +75,7 @@ def room_to_leave(placement: Placement, query: Query) -> str | Refused:
 
 
 def _blocked(placement: Placement, query: Query) -> Refused | None:
-    """Obstacles of the hand on the way back that lacks least; None where one is free."""
+    """Obstacles of the hand on the way back with the fewest of them; None if a way is free."""
     after, thing, opening = Arm(let_go(placement, query), query.context), query.thing.name, query.openings[-1]
     found = list[Refused]()
     for name, pose in reversed(ways_back(lowered(placement, query))):  # the shortest first, which has most room

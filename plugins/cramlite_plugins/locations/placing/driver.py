@@ -60,7 +60,7 @@ def placements(location: Location, belief: Belief, context: Context) -> Answers:
 
 
 def _merged(stuck: list[Unresolvable], location: Location, tasks: tuple[str, ...] = ()) -> Unresolvable:
-    """Refusal where no way leads out: all reasons, and all choices that one of them depends on."""
+    """Refusal if no way leads out: all reasons, and all choices that one of them depends on."""
     because = dict.fromkeys(name for no in stuck for name in (location.of or "", *no.because, *tasks))
     blocking = dict.fromkeys(name for no in stuck for name in no.blocking or ())
     remedy = next((no.remedy for no in stuck if no.remedy is not None), None)
@@ -106,8 +106,8 @@ def _by(way: WayOut, cost: float, asked: list[Query]) -> Answers:
 
 
 def _of_group(group: Iterator[Found] | Refused) -> Iterator[tuple[Query | None, Answer, bool]]:
-    """The first of a group that passes all checks, and refusals before it, each with its query, and whether
-    shapes alone refuse it.
+    """First placement of a group that passes all checks, and the refusals before it, each with its query, and
+    whether shapes alone refuse the group.
 
     From a stand-off that is blocked no other height is tried, but from aside.
     """
@@ -153,7 +153,7 @@ def place_at(placement: Placement, query: Query) -> Place:
 
 
 def _no_room(refused: list[Refused], query: Query, there: Iterable[str]) -> Unresolvable:
-    """Refusal where shapes refuse every placement: the first that each check refused, and the choices that it
+    """Refusal if shapes refuse every placement: the first refusal of each check, and the choices that it
     depends on."""
     named = {thing for name in (*SIDES, "near") if (thing := getattr(query.where, name))}
     named |= {*there, *(name for no in refused for name in no.blocking or () if isinstance(name, str))}

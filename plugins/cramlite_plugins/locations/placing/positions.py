@@ -69,8 +69,8 @@ def free_for(query: Query, now: Pose) -> Any:
 
 
 def radius(query: Query, now: Pose, top: float = math.inf) -> float:
-    """Return the radius of the largest disc about the middle of the payload's outline [m], up to a height
-    over its support; 0 where that is beside it."""
+    """Return the radius of the largest disc about the middle of the payload's outline [m], up to a height over
+    its support; 0 if the middle is outside the outline."""
     low = -support(query.thing, now, (0.0, 0.0, -1.0))
     outline, at = filled(footprint(query.thing, now, high=low + top)), shapely.Point(*middle(query, now))
     return float(outline.boundary.distance(at)) if outline.covers(at) else 0.0
@@ -115,8 +115,8 @@ def rectangle(query: Query, now: Pose) -> Floats:
 
 
 def middle(query: Query, now: Pose) -> Floats:
-    """Return the point of a payload that is brought over a position (2,) [m]: its centre of mass, which has
-    to be supported; between walls of a container the middle of its outline, which has to get past them."""
+    """Return the point of a payload that goes over a position (2,) [m]: its centre of mass, which needs
+    support; between walls of a container the middle of its outline, which has to get past them."""
     if query.depth:
         found: Floats = rectangle(query, now).mean(axis=0)
         return found
@@ -124,8 +124,8 @@ def middle(query: Query, now: Pose) -> Floats:
 
 
 def beside_where_it_stood(query: Query, free: Any, wide: float) -> Iterator[Offset]:
-    """Generate positions in a free area of a surface beside where the payload stood on it, nearest to the
-    robot first; none unless the next task that is about anything else shuts that.
+    """Generate positions in a free area of a surface beside the payload's old place on it, nearest to the robot
+    first; only if the next other task closes the surface's thing.
 
     Args:
         wide: radius of the disc in the payload's outline [m].
@@ -137,8 +137,8 @@ def beside_where_it_stood(query: Query, free: Any, wide: float) -> Iterator[Offs
 
 
 def _stood(query: Query) -> Offset | None:
-    """Where on a surface the payload stood when it was taken; None where that was elsewhere, or the robot
-    drove since."""
+    """Position on a surface at which the payload stood when it was taken; None if it stood elsewhere, or the
+    robot drove since."""
     held = query.held
     if not held.joints or query.belief.at is not None:
         return None
@@ -149,7 +149,7 @@ def _stood(query: Query) -> Offset | None:
 
 
 def free_area(core: Any, obstacles: Iterable[Any], radius: float) -> Any:
-    """Return where the middle of a disc may be, in a core of a surface and apart from obstacles.
+    """Return the free area for the middle of a disc: in a core of a surface and apart from obstacles.
 
     Args:
         core, obstacles: shapely areas [m].
@@ -242,8 +242,8 @@ def roomiest(area: Any) -> Offset:
 
 
 def corner(area: Any, left: Any, sides: tuple[float, float], near: Offset) -> Offset:
-    """Return where a rectangle, along the axes of an area or across them, leaves the largest disc free beside
-    it; of places alike the nearest to a point.
+    """Return the position of a rectangle, along an area's axes or across them, that leaves the largest disc
+    free beside it; of equal ones the nearest to a point.
 
     Args:
         area: convex, that it has to be in.
@@ -262,7 +262,7 @@ def corner(area: Any, left: Any, sides: tuple[float, float], near: Offset) -> Of
 
 
 def _corners(area: Any, sides: tuple[float, float]) -> list[Offset]:
-    """Where the middle of a rectangle may be at most, so that its corners are in a convex area."""
+    """Extreme positions of a rectangle's middle with its corners in a convex area."""
     x, y = sides[0] / 2, sides[1] / 2
     moved = [shapely.affinity.translate(area, a * x, b * y) for a in (-1, 1) for b in (-1, 1)]
     points = shapely.get_coordinates(shapely.intersection_all(moved)).round(4).tolist()

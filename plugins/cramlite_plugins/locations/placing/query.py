@@ -102,7 +102,7 @@ class Query(Value, dict=True):
 
     @property
     def at(self) -> Pose:
-        """Return the pose of that in the base frame."""
+        """Return the pose of the target's thing in the base frame."""
         return self.belief.pose(self.whole.name)
 
     @cached_property
@@ -112,7 +112,7 @@ class Query(Value, dict=True):
 
     @cached_property
     def around(self) -> Thing:
-        """Return that thing with all that is near it as one, in its frame."""
+        """Return the target's thing and all things near it as one, in its frame."""
         back, (low, high) = self.at.inverse(), box_around(self.whole.geoms)
         reach, geoms = float(np.linalg.norm(high - low)), list(self.whole.geoms)
         for name in self.belief.poses.keys() - {self.whole.name, self.thing.name}:
@@ -123,7 +123,7 @@ class Query(Value, dict=True):
 
     @property
     def region(self) -> str:
-        """Return the feature of that which is meant, or ""."""
+        """Return the name of the region or feature that is asked for, or ""."""
         return self.where.region or EntityName.parse(self.entity).part
 
     @property
@@ -133,7 +133,7 @@ class Query(Value, dict=True):
 
     @cached_property
     def openings(self) -> tuple[float, ...]:
-        """Return how wide fingers may open to let go [m], the widest first."""
+        """Return the openings of the fingers for a release [m], the widest first."""
         widest = release_opening(self.belief, self.context)
         more = (min(widest, self.held.opening + by) for by in (WIDE, SLACK)) if self.settles else ()
         return (widest, *more)
@@ -148,8 +148,7 @@ class Query(Value, dict=True):
         return thing * self.held.tcp_to_thing.inverse()
 
     def standing_there(self) -> tuple[str, ...]:
-        """Return the names of the things on the target, without the target itself, whose own shape goes along
-        with it."""
+        """Return the names of the obstacles at the target, without the target's own thing."""
         return tuple(n for n in dict.fromkeys(o.name for o in self.obstacles) if n != thing_of(self.entity))
 
     def release(self, height: float, opening: float | None = None, settles: Pose = AS_LET_GO) -> Release:
@@ -160,7 +159,7 @@ class Query(Value, dict=True):
 
 
 class Placement(Value):
-    """Candidate: where the payload is let go of, and the way of the hand from the open to there.
+    """Candidate of a placement: the payload's pose at its release, and the way of the hand from the open.
 
     Args:
         name: for people; it also identifies the candidate.
@@ -206,7 +205,7 @@ class Placement(Value):
 
     @property
     def way(self) -> list[tuple[Pose, float]]:
-        """Return TCP poses on the way at which there has to be room, and how far out of the place each is [m]."""
+        """Return TCP poses on the way that need room, each with its distance out of the place [m]."""
         if not self.led:
             return [(self.before, 0.0), (self.pose, 0.0)]
         out = np.subtract(self.before.position, self.begins.position)
@@ -280,8 +279,8 @@ def standing_on(query: Query) -> tuple[Obstacle, ...]:
 
 
 def lying_in(query: Query, sure: bool = False) -> tuple[Obstacle, ...]:
-    """Return the outlines of a cavity's content, with the gap around, each wider by the doubt where it came
-    to rest; or as if that were sure."""
+    """Return the outlines of a cavity's content with the gap around, each wider by the uncertainty of its place
+    unless ``sure``."""
     belief, to, margins = query.belief, query.target.pose.inverse(), {} if sure else uncertainty_margins(query.belief)
     found = []
     for name in belief.poses:

@@ -67,7 +67,8 @@ class Floor(Value):
     out: Floats
 
     def spots(self, few: int = 1) -> list[tuple[Floats, str]]:
-        """Return points (3,) from the middle outwards, each with words for it; of steps one in so many."""
+        """Return points (3,) from the middle outwards, each with its description; ``few`` takes one step in so
+        many."""
         low, high = np.reshape(self.surface.area.bounds, (2, 2))
         way = self.surface.pose.inverse().rotate(self.out)[:2]
         across, half = np.array([-way[1], way[0]]), (high - low) / 2
@@ -82,8 +83,8 @@ class Floor(Value):
 
 
 def sideways(asked: list[Query]) -> Groups:
-    """Generate placements under a roof: carried in level through a side that is open, the farthest in first; as
-    the payload stands, and turned with a hand that points inwards, as it comes to rest from there.
+    """Generate placements under an overhang: carried in level through an open side, the farthest in first; as
+    the payload stands, or held by a hand that points inwards, as it comes to rest from there.
 
     Those at which boxes about hand and payload have room come first; others, upright, only where there are none.
 
@@ -106,7 +107,7 @@ def sideways(asked: list[Query]) -> Groups:
 
 
 def _attitudes(query: Query, upright: Pose) -> Iterator[tuple[str, Pose]]:
-    """Attitudes of a payload, each with a kind of stable pose: as it stands, and as a hand holds it that points
+    """Orientations of a payload with a kind of stable pose: as it stands, and as held by a hand that points
     inwards."""
     turned = not query.where.attitude and query.thing.filling is None and not query.held.carries
     stands = "within" if query.depth else "on"
@@ -145,8 +146,8 @@ def _levels(
 
 
 def _too_high(query: Query, room: float, needed: float) -> Unresolvable:
-    """Refusal where a payload is too high for the room under a roof, or no side is open; where it is not too
-    high on each of its sides, another grasp may bring it in lying."""
+    """Refusal of a payload that is too high for the room under an overhang, or of a target without an open
+    side; it may name another grasp that brings the payload in lying."""
     low = room - needed + 2 * HIGH
     if low >= 2 * HIGH:
         return Unresolvable(f"no side of '{query.entity}' is open", blocking=())
@@ -164,9 +165,8 @@ def _too_high(query: Query, room: float, needed: float) -> Unresolvable:
 
 
 def _level(query: Query, floor: Floor, now: Pose, kind: str) -> Iterator[Placement]:
-    """Positions from the middle outwards, at each the turns at which the hand points inwards; for a payload
-    that is released otherwise than it stands, where it comes to rest. Of those out of reach one, which says
-    so."""
+    """Positions from the middle outwards with the turns at which the hand points inwards; for a payload that is
+    released otherwise than it stands, its rest positions. Of unreachable ones one remains, for the refusal."""
     few = 1 if kind != "dropped" else FEW
     first = _at(query, floor, now, kind, floor.spots()[0], 0.0)
     if reach_gap(query.context.robot, first.before)[0] > BEYOND:
@@ -211,13 +211,13 @@ def _at(
 
 
 def _down(hand: Pose) -> float:
-    """How far a hand points down [deg]."""
+    """Angle of a hand below the level [deg]."""
     down = -float(hand.rotate((0.0, 0.0, 1.0))[2])
     return round(math.degrees(math.asin(max(-1.0, min(1.0, down)))), 3) + 0.0
 
 
 def _let_go(level: Placement, query: Query) -> Placement:
-    """Placement of a payload that is released otherwise than it stands, with its simulated rest, if there is any."""
+    """Placement of a payload that is released otherwise than it stands, with its simulated rest, if any."""
     if room(level, query) or not inverse(query.context.robot, level.pose, seed=query.belief.joints):
         return level  # checks say so
     ends = rests(query.thing, level.thing, query.around, query.at, OFF_PATH, there=True)
@@ -273,8 +273,8 @@ def _free(
 def comes_in(
     thing: Thing, belief: Belief, context: Context, hands: Hands, openings: Floats, free: NDArray[np.bool_]
 ) -> NDArray[np.bool_]:
-    """Check at which of its free grasps (n) a thing gets in where a later task brings it under a roof, as it stands
-    now; all of them where none does.
+    """Check at which free grasps (n) a thing, as it stands now, gets in under the overhang that a later task
+    brings it under; all of them without such a task.
 
     Later tasks are looked at only where there is a roof, so that what follows elsewhere holds whatever they are.
     A table's board near the floor is not meant by the table, off which a thing is picked up.

@@ -106,7 +106,7 @@ def stable_poses(queries: list[Query], now: Pose) -> Iterator[Rest | Refused]:
 def _simulated(
     query: Query, found: Iterator[Pose], now: Pose, heights: Sequence[tuple[float, float]], none: str
 ) -> Iterator[Rest | Refused]:
-    """Poses that simulation says are stable; or that there is none."""
+    """Stable poses by simulation, or the refusal without any."""
     pose = None
     for pose in found:
         x, y, z = (1000 * v for v in pose.position)
@@ -128,7 +128,7 @@ def _upright(queries: list[Query], now: Pose) -> Iterator[Rest]:
 
 
 def _stands(rest: Rest) -> bool:
-    """Whether the support carries it there, where it shall be."""
+    """Whether the support carries the payload at its place."""
     here = Placement(rest.name, rest.thing, rest.thing, rest.thing, 0.0)
     return not (supported(here, rest.query) or near(here, rest.query))
 
@@ -143,8 +143,8 @@ def standing_at(query: Query, now: Pose, offset: Offset, yaw: float = 0.0, cost:
 
 
 def _turns(query: Query, now: Pose, offset: Offset, few: tuple[float, ...]) -> tuple[float, ...]:
-    """Turns [deg], first those by which straight sides are along those of the area or the opening that is
-    meant, as people put things; between walls also of things that would else be near one."""
+    """Turns [deg], first those that put straight sides along the sides of the area or opening; between walls
+    also along those of near things."""
     area = query.target.area
     if not (query.depth or query.where.region) or area.area < STRAIGHT * shapely.box(*area.bounds).area:
         return few  # nothing marks its sides, or its opening is round
@@ -161,8 +161,8 @@ def _turns(query: Query, now: Pose, offset: Offset, few: tuple[float, ...]) -> t
 
 
 def _settled(query: Query, now: Pose, yaw: float) -> Query:
-    """Target with the surface that carries the payload, turned so, on an uneven support; as it is where there
-    is none."""
+    """Query with the uneven support's surface that carries the payload at a turn; the same query if there is
+    none."""
     if query.under is None:
         return query
     there = stood(query, now, (0.0, 0.0), yaw)
@@ -191,8 +191,7 @@ def about_vertical(pose: Pose, angle: float) -> Pose:
 
 
 def heights(query: Query, now: Pose) -> list[tuple[float, float]]:
-    """Return heights of a payload's lowest point above its target at which it is let go of, and stand-offs
-    above these [m].
+    """Return release heights of a payload's lowest point above its target, and stand-offs above these [m].
 
     Over a container from its floor up to where the whole hand is over the rim, however it holds the payload.
     """
@@ -205,16 +204,16 @@ def heights(query: Query, now: Pose) -> list[tuple[float, float]]:
 
 
 def put_down(query: Query) -> Pose:
-    """Return the pose of a payload as it is put somewhere, in the base frame: turned as it is asked for, else
-    as it is; a leaning one that is put onto something, so that it stands. A content stays as level as it was."""
+    """Return the payload's orientation at its place, in the base frame: the asked one, else the present one; a
+    leaning payload stands up unless it goes into something or has contents."""
     if not query.depth and not query.where.attitude and query.thing.filling is None:
         return stood_up(query.thing, query.now)
     return as_asked(query.now, query.where)
 
 
 def as_asked(now: Pose, where: Where) -> Pose:
-    """Return a pose in the base frame turned the shortest way so that its z axis points up or down, where
-    ``attitude`` wants it."""
+    """Return a pose in the base frame, turned the shortest way until its z axis points up or down as
+    ``attitude`` asks."""
     if not where.attitude:
         return now
     up, axis = now.rotate((0.0, 0.0, 1.0)), {"upright": 1.0, "upside down": -1.0}[where.attitude]
@@ -229,7 +228,7 @@ def as_asked(now: Pose, where: Where) -> Pose:
 
 
 def check_turn(query: Query, asked: Pose) -> None:
-    """Check that a payload can be brought to the attitude of a pose, as it is held.
+    """Check that a payload can be brought to the attitude of a pose, with the present grasp.
 
     Raises:
         Unresolvable: what is in it would be spilled, or the hand would come under it; then another grasp may
@@ -247,8 +246,8 @@ def check_turn(query: Query, asked: Pose) -> None:
 
 
 def with_middle(level: list[Query]) -> list[Query]:
-    """Return surfaces, with the middle first of movable supports whose own shape, such as a plate's rim,
-    stands about their largest surface; of the surfaces then that alone with room beside its obstacles."""
+    """Return surfaces; of a movable support with a shape around its largest surface, such as a plate's rim, the
+    middle first, and only it if it has room."""
     first, thing = level[0], level[0].whole
     if thing.furniture or first.where.region or not any(o.name == thing.name for o in first.obstacles):
         return level
@@ -263,8 +262,8 @@ def with_middle(level: list[Query]) -> list[Query]:
 
 
 def toppled(query: Query, upright: Pose, out: Floats, lean: float) -> Iterator[tuple[Pose, Pose, str]]:
-    """Generate where a payload is let go of that leans out of an opening by an angle [deg], and where it lies
-    when it has toppled over its lowest edge, with its origin in the region; the farthest in first.
+    """Generate releases of a payload that leans out of an opening by an angle [deg], each with the pose after
+    toppling over its lowest edge, its origin in the region; the farthest in first.
 
     Args:
         upright: attitude of the payload.

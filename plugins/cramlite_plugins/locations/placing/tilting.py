@@ -53,9 +53,9 @@ that along a little, LIBERO's book by 48 mm, as its Panda's pads have a friction
 
 
 def tilted(asked: list[Query]) -> Groups:
-    """Generate placements in a partly covered opening, such as that of a drawer under the handles of others,
-    of a payload that does not get in upright: let down leaning, so that its edge comes in under the overhang,
-    and straightened in there.
+    """Generate placements in a partly covered opening, such as a drawer under others' handles, of a payload
+    that does not get in upright: it is let down leaning, with its edge under the overhang, and straightened in
+    there.
 
     Raises:
         Unresolvable: something is in the payload, and would fall out.
@@ -75,8 +75,8 @@ def _check_empty(query: Query, does: str) -> None:
 
 
 def _leaning_in(query: Query) -> Iterator[Placement]:
-    """Ways in that are free for hand and payload, wherever the arm is: where it is let go of nearly upright,
-    where it leans on the way there, and the way out from that."""
+    """Ways in that are free for hand and payload, wherever the arm is: the release nearly upright, the leaning
+    pose on the way, and the way out from that."""
     for towards, tilt in product(_under(query), TILTS):
         turns = _hand_down(query, _lean(towards, tilt))
         for offset, turned in product(_offsets(query, towards), turns):
@@ -95,7 +95,7 @@ def _leaning_in(query: Query) -> Iterator[Placement]:
 
 
 def _straightened(query: Query, left: Pose, at: Pose, out: Floats, name: str) -> Placement:
-    """The placement where it is let go of, and the way there: over an opening, leaning at a pose, straightened."""
+    """Placement over an opening: leaning at a pose on the way, straightened at the release."""
     leaning, lies = query.hand(at), stood_up(query.thing, left)
     return Placement(
         name, left, query.hand(left), shift(leaning, out), LOWS[0] - query.depth, "in", (leaning,), True, lies,
@@ -104,7 +104,7 @@ def _straightened(query: Query, left: Pose, at: Pose, out: Floats, name: str) ->
 
 
 def _lean(towards: Floats, degrees: float) -> Pose:
-    """The turn by which something leans a level way."""
+    """Rotation that leans a thing towards a level direction."""
     axis = np.cross((0.0, 0.0, 1.0), towards)
     return Pose.from_rotvec((0.0, 0.0, 0.0), tuple((math.radians(degrees) * axis).tolist()))
 
@@ -125,8 +125,8 @@ def _under(query: Query) -> list[Floats]:
 
 
 def _hand_down(query: Query, lean: Pose) -> list[Pose]:
-    """Attitudes of a thing turned about its own upright axis, those first at which the hand points straight
-    down when it leans."""
+    """Orientations of a thing about its own upright axis, first those at which the hand of the leaning thing
+    points straight down."""
     found = []
     for k in range(HEADINGS):
         turned = about_vertical(query.now, math.tau * k / HEADINGS)
@@ -135,8 +135,8 @@ def _hand_down(query: Query, lean: Pose) -> list[Pose]:
 
 
 def _offsets(query: Query, towards: Floats) -> Iterator[tuple[float, float]]:
-    """Positions in an opening, in its frame, at which a thing stands as far out from under the overhang as it
-    can, or nearly [m]."""
+    """Positions in an opening, in its frame, at which a thing stands farthest out from under the overhang, or
+    nearly [m]."""
     frame = query.target.pose.inverse()
     way = frame.rotate(towards)[:2]
     across = np.array([-way[1], way[0]])
@@ -162,8 +162,8 @@ def _met(query: Query, pose: Pose) -> bool:
 
 
 def toppling(asked: list[Query]) -> Groups:
-    """Generate placements under a roof that is too low for the payload, such as of a book under a shelf: its
-    foot goes in there, leaning out, and when it is let go of it topples about that and lies there.
+    """Generate placements under an overhang that is too low for the payload, such as of a book under a shelf:
+    its foot goes in, leaning out, and after its release it topples about that and lies there.
 
     The hand stays before the roof; what lies there sticks out.
 
@@ -187,7 +187,8 @@ def toppling(asked: list[Query]) -> Groups:
 
 
 def _foot_in(query: Query, leaning: Pose, lies: Pose, out: Floats, name: str) -> Placement:
-    """The placement where it is let go of; its stand-off is level before that, all of it before the roof."""
+    """Placement with the payload's foot under the overhang; its stand-off is level before that, in front of the
+    overhang."""
     area = query.target.pose.apply(np.insert(np.reshape(query.target.area.bounds, (2, 2)), 2, 0.0, axis=1))
     far, pose = CLEAR + float((area @ out).max()) + support(query.thing, leaning, -out), query.hand(leaning)
     back = pose * Pose((0.0, 0.0, -BACK))

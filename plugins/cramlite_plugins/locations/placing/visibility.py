@@ -47,8 +47,7 @@ def _grid(thing: Thing) -> Floats:
 
 
 def _eye(asked: Any, query: Query) -> tuple[Floats | None, Floats | None, float]:
-    """Where the camera is and the way that it looks, if that is known, and how far to each side it sees
-    [rad]."""
+    """Pose and view direction of the camera, if known, and half its field of view [rad]."""
     base = query.belief.base().inverse()
     if asked != "camera":
         return base.apply(np.asarray(asked, dtype=float)), None, math.pi

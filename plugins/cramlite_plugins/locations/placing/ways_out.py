@@ -70,8 +70,8 @@ def up(asked: list[Query]) -> Groups:
 
 
 def _from_above(rest: Rest) -> Iterator[Found]:
-    """Heights at which it is let go of, and at each the ways from above and aside: a drawer under another one
-    has no room above, and some before it."""
+    """Release heights with the ways from above and aside: a drawer under another one has no room above, and
+    some before it."""
     query = rest.query
     for k, (over, above) in enumerate(rest.heights):
         thing = shift(rest.thing, (0.0, 0.0, over))
@@ -94,7 +94,7 @@ def _may_be_there(placement: Placement, query: Query) -> bool:
 
 
 def _at_best(asked: list[Query], now: Pose) -> Iterator[Refused]:
-    """Objection at the best position of each target, where there is not one free position."""
+    """Objection at the best position of each target, if no position is free."""
     for query in asked:
         offset = next(positions_on(replace(query, where=Where(), obstacles=()), now), (0.0, 0.0))
         _, found = next(_from_above(standing_at(query, now, offset)))
@@ -114,7 +114,7 @@ def prepared(bare: list[Query]) -> list[Query]:
 
 
 def _check_way_in(query: Query, now: Pose) -> None:
-    """Check that the overhang of an opening leaves room to get in as it is turned, whatever holds it.
+    """Check that the overhang of an opening leaves room for the payload in its orientation, whatever the grasp.
 
     Raises:
         Unresolvable: it does not; tilted it may.

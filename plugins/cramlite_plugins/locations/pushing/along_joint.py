@@ -38,7 +38,8 @@ def before_front(location: Location, belief: Belief, context: Context) -> Iterat
 
 
 def behind_door(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
-    """Generate closed fingers behind a door that stands ajar, over its upper edge, where the arm can follow it until it is "least" open."""
+    """Generate closed fingers behind a door that stands ajar, over its upper edge, with which the arm can
+    follow the door until it is "least" open."""
     entity = bound(context, location.of)
     thing, handle = belief.thing(entity), belief.feature(entity, "cram:Handle")
     if handle is None or thing.joint is None or thing.joint.kind != "hinge":
@@ -50,7 +51,8 @@ def behind_door(location: Location, belief: Belief, context: Context) -> Iterato
 def _pushing(
     thing: Thing, joint: Joint, spots: Iterator[tuple[Pose, str]], belief: Belief, context: Context, least: float | None
 ) -> Iterator[Grounding | Refused]:
-    """Hands that are free at spots, and before them on the arc of a thing, and follow it: until it is all but shut, or open by a share."""
+    """Free hands at places of a thing, and before them, that can follow its arc until it is all but shut, or
+    open by a share."""
     shut, pose = context.robot.gripper.opening[0], belief.pose(thing.name)
     stand_offs = (BEHIND, NEARER) if least is None else (INSIDE,)
     late = list[Grounding]()
@@ -94,12 +96,13 @@ def _nearer_first(fronts: Iterable[tuple[Pose, str]], now: Pose) -> Iterator[tup
 
 
 def _apart(one: Pose, other: Pose) -> float:
-    """How far a hand turns from one pose to another [rad]."""
+    """Angle that a hand turns from one pose to another [rad]."""
     return float(np.linalg.norm((one.inverse() * other).rotvec))
 
 
 def _follows(thing: Thing, at: Pose, joints: Joints, share: float, belief: Belief, context: Context) -> Refused | None:
-    """Why the arm cannot follow a front that it pushes to a share of its range, whatever is in the way; None where it can."""
+    """Reason why the arm cannot follow a front that it pushes to a share of its range, obstacles aside; None if
+    it can."""
     path = along_joint(thing, belief, at, share)
     line = plan_straight_line(None, context.robot, joints, path, step_m=COARSE[0], step_rad=COARSE[1])
     return line if isinstance(line, Refused) else None

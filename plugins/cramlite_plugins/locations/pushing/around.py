@@ -26,19 +26,19 @@ SIDES = ((1, 0), (0, 1), (-1, 0), (0, -1), (1, 1), (-1, 1), (-1, -1), (1, -1))
 """Of a place of the lattice, to its eight neighbours."""
 ASIDE = (1, 2)  # steps of the lattice
 MOST = 1500  # places that are looked at: a square of 0.7 m
-SHOVED = 0.3  # longer ways around are rather gone than something movable is counted on to be elsewhere by then [m]
-TAKEN_ASIDE = 0.3  # longer ways take at least half as long as to put one thing elsewhere, 10 s at 60 mm/s being 0.6 [m]
+SHOVED = 0.3  # extra length of a way around that is preferred to a movable obstacle being elsewhere by then [m]
+TAKEN_ASIDE = 0.3  # extra length of a way around worth moving one thing [m]: half of 10 s at 60 mm/s
 LIFT, CLEAR = np.array([0.0, 0.0, 0.003]), 0.002  # while its way is checked, above what it slides along, and from all else [m]
 
-Spot = tuple[float, float]
+Point = tuple[float, float]
 Side = tuple[int, int]
-Met = Callable[[Spot], Refused | None]
+Met = Callable[[Point], Refused | None]
 """What is met with a thing at a point of the base's x-y plane [m]."""
-Left = Callable[[Spot], float]
+Left = Callable[[Point], float]
 """How far a point is from an area [m]; 0 in it."""
 
 
-def way_around(start: Spot, left: Left, met: Met, cleared: bool = False) -> list[Spot] | Refused:
+def way_around(start: Point, left: Left, met: Met, cleared: bool = False) -> list[Point] | Refused:
     """Find the shortest way on a lattice (A*, Hart, Nilsson and Raphael 1968): its corners and its end, without its start.
 
     Args:
@@ -69,9 +69,9 @@ def way_around(start: Spot, left: Left, met: Met, cleared: bool = False) -> list
     return refusal(f"no way around what is fixed was found among {len(came)} places")
 
 
-def way_straight(start: Spot, end: Spot, met: Met) -> list[Spot] | Refused:
-    """Check the straight way between two points: its end, or the obstacles on it: all that are loose, or
-    first one that nothing can move."""
+def way_straight(start: Point, end: Point, met: Met) -> list[Point] | Refused:
+    """Check the straight way between two points: its end, or its obstacles: all loose ones, or the first fixed
+    one."""
     stopped = [no for no in map(met, _between(start, end)) if no is not None]
     fixed = next((no for no in stopped if not no.blocking), None)
     if not stopped or fixed:
@@ -79,17 +79,17 @@ def way_straight(start: Spot, end: Spot, met: Met) -> list[Spot] | Refused:
     return replace(stopped[0], blocking=(tuple(sorted(frozenset[str]().union(*map(_names, stopped)))),))
 
 
-def _between(start: Spot, end: Spot) -> Iterator[Spot]:
+def _between(start: Point, end: Point) -> Iterator[Point]:
     """Points of a straight way after its start, its end as the last of them."""
     parts = math.ceil(math.dist(start, end) / STEP)
     return ((start[0] + k / parts * (end[0] - start[0]), start[1] + k / parts * (end[1] - start[1])) for k in range(1, parts + 1))
 
 
-def _spot(start: Spot, cell: Side) -> Spot:
+def _spot(start: Point, cell: Side) -> Point:
     return start[0] + STEP * cell[0], start[1] + STEP * cell[1]
 
 
-def _steps(start: Spot, here: Side, met: Met, cleared: bool) -> Iterator[tuple[Side, float, Refused | None]]:
+def _steps(start: Point, here: Side, met: Met, cleared: bool) -> Iterator[tuple[Side, float, Refused | None]]:
     """Neighbours that a thing can be pushed to, with the cost [m], and the movable obstacles."""
     gone = _names(met(_spot(start, here))) if cleared else frozenset()
     for side in SIDES:
@@ -106,7 +106,7 @@ def _names(no: Refused | None) -> frozenset[str]:
     return frozenset(name for one in blocking for name in ((one,) if isinstance(one, str) else one))
 
 
-def _traced(start: Spot, end: Side, came: dict[Side, Side | None], blame: dict[tuple[Side, Side], Refused]) -> list[Spot] | Refused:
+def _traced(start: Point, end: Side, came: dict[Side, Side | None], blame: dict[tuple[Side, Side], Refused]) -> list[Point] | Refused:
     """Corners and end of a way that was found, or the obstacles on it."""
     cells, before = [end], came[end]
     while before is not None:
@@ -122,8 +122,8 @@ def _traced(start: Spot, end: Side, came: dict[Side, Side | None], blame: dict[t
     return [_spot(start, cell) for cell, way, after in zip(cells[1:], ways, [*ways[1:], None], strict=True) if way != after]
 
 
-def ways_around(start: Spot, left: Left, alone: Met, hand: Met) -> Iterator[tuple[int, list[Spot]]] | Refused:
-    """Find ways around on which a thing could be so many steps aside, too.
+def ways_around(start: Point, left: Left, alone: Met, hand: Met) -> Iterator[tuple[int, list[Point]]] | Refused:
+    """Find ways around obstacles on which a thing has room for so many steps aside.
 
     How far it lags behind, and where it is in a corner, depends on whether it sticks to the fingers: one with a hollow of 40 mm was seen
     15 mm off its way.
@@ -137,12 +137,12 @@ def ways_around(start: Spot, left: Left, alone: Met, hand: Met) -> Iterator[tupl
 
 
 def _wider(
-    start: Spot, left: Left, alone: Met, hand: Met, narrowest: list[Spot], narrow: Met
-) -> Iterator[tuple[int, list[Spot]]]:
+    start: Point, left: Left, alone: Met, hand: Met, narrowest: list[Point], narrow: Met
+) -> Iterator[tuple[int, list[Point]]]:
     for steps in ASIDE:
         aside = [(k * x, k * y) for k in range(1, steps + 1) for x, y in SIDES]
 
-        def roomy(spot: Spot, aside: Sequence[Side] = ((0, 0), *aside)) -> Refused | None:
+        def roomy(spot: Point, aside: Sequence[Side] = ((0, 0), *aside)) -> Refused | None:
             return next((no for side in aside if (no := alone(_spot(spot, side)))), None) or hand(spot)
 
         met = cache(roomy)
@@ -152,16 +152,16 @@ def _wider(
     yield 0, _shortened(start, narrowest, narrow)
 
 
-def on_a_shorter_way(start: Spot, left: Left, alone: Met, hand: Met) -> Refused | None:
-    """Return the movable obstacles of a way that would be shorter without them by more than it takes to put
-    them elsewhere; None where there is no such way. Obstacles are met as in ``ways_around``."""
+def on_a_shorter_way(start: Point, left: Left, alone: Met, hand: Met) -> Refused | None:
+    """Return the movable obstacles whose removal shortens a way by more than it costs; None without any.
+    Obstacles are met as in ``ways_around``."""
     found = way_around(start, left, cache(lambda spot: alone(spot) or hand(spot)), cleared=True)
     return found if isinstance(found, Refused) and found.blocking else None
 
 
-def _shortened(start: Spot, corners: list[Spot], met: Met) -> list[Spot]:
+def _shortened(start: Point, corners: list[Point], met: Met) -> list[Point]:
     """The same way without the corners that a straight way can leave out."""
-    found: list[Spot] = []
+    found: list[Point] = []
     while corners:
         straight = [not any(map(met, _between(start, to))) for to in corners]
         furthest = max((k for k, free in enumerate(straight) if free), default=0)
@@ -178,7 +178,7 @@ def met_alone(belief: Belief, context: Context, entity: str) -> Met:
     under, meets = [(t, at) for t, at in others if t.name == owner], _meets(belief, context, entity, pose)
     known = _known(Itself(belief.world), Itself(belief.poses), belief.relations, belief.base(), entity)
 
-    def met(spot: Spot) -> Refused | None:
+    def met(spot: Point) -> Refused | None:
         if spot not in known:
             there = shift(pose, (spot[0] - pose.position[0], spot[1] - pose.position[1], 0.0))
             falls = bool(under) and not resting_height(thing, there, under)[1]
@@ -191,9 +191,8 @@ def met_alone(belief: Belief, context: Context, entity: str) -> Met:
 @lru_cache(maxsize=4)
 def _known(
     world: Itself[World], poses: Itself[Mapping[str, Estimate]], relations: frozenset[Relation], base: Pose, entity: str
-) -> dict[Spot, Refused | None]:
-    """Obstacles that a thing alone was found to meet while all stands as it does; each hand that is tried
-    asks for them again."""
+) -> dict[Point, Refused | None]:
+    """Obstacles that a thing alone met, while all stands as it does, kept for each hand that is tried."""
     return {}
 
 
@@ -209,7 +208,7 @@ def _meets(belief: Belief, context: Context, entity: str, tcp: Pose) -> Met:
     held = Held(entity, tcp.inverse() * shift(pose, LIFT), 0.0, carries=carried_along(belief, entity))
     scene, hand = make_scene(belief.grasped(held), context, [entity], clearance=CLEAR), tcp != pose
 
-    def met(spot: Spot) -> Refused | None:
+    def met(spot: Point) -> Refused | None:
         return scene.met(base * shift(tcp, (spot[0] - pose.position[0], spot[1] - pose.position[1], 0.0)), hand)
 
     return met

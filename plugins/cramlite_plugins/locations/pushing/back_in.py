@@ -31,7 +31,7 @@ AHEAD = 0.1  # of a thing, a point that gives the way [m]
 
 
 def pushed_in(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
-    """Generate fingers behind a thing, seen along the approach of the place where it was let go of.
+    """Generate fingers behind a thing, seen along the approach of its release.
 
     The ``path`` ends where the thing is believed to be.
     """
@@ -45,8 +45,8 @@ def pushed_in(location: Location, belief: Belief, context: Context) -> Iterator[
 
 
 def ways_in(entity: str, ahead: Vector3, belief: Belief, context: Context) -> Iterator[tuple[str, Place | Refused]]:
-    """Generate how the hand is turned, with the places from which fingers push a thing along a level unit vector to where it is believed to
-    be; or why the arm cannot lead them so."""
+    """Generate hands with the places from which fingers push a thing along a level unit vector to its believed
+    place, or the refusal."""
     thing, pose, way = belief.thing(entity), belief.pose(entity), np.asarray(ahead)
     there = shift(pose, AHEAD * way)
     for _, near, opening, turn in hands_behind(thing, pose, APART, context.robot.gripper, SPOT, there, (0.0,)):
@@ -56,7 +56,7 @@ def ways_in(entity: str, ahead: Vector3, belief: Belief, context: Context) -> It
 
 
 def _not_led(place: Place, belief: Belief, context: Context) -> Refused | None:
-    """Why the arm cannot lead the fingers down and on to the end of a place; None where it can."""
+    """Reason why the arm cannot lead the fingers down and on to the end of a place; None if it can."""
     down = Leg(place.before, (place.thing,), place.opening, along=(place.pose, *place.path))
     led = Arm(belief, context).led((Leg(place.before, (), place.opening), down))
     return led if isinstance(led, Refused) else None

@@ -20,7 +20,7 @@ from ..handles import lever
 
 GAP = 0.01  # from fingers to the thing behind which they are [m]
 ALMOST = 0.003  # from fingers to a face, where feeling begins [m]
-LOW = 1 / 3  # finger tips over what carries a thing, as a share of its height: under a plate's rim, that they meet
+LOW = 1 / 3  # height of finger tips over the thing's support, as a share of its height: under a plate's rim, so that they meet it
 SHARES = (0.0, 0.35, 0.6)
 """Of a region's half sides, towards the thing, from its middle: ends of the way; the rest is left for how far it slips."""
 HALVES = (0.0, 180.0)
@@ -28,7 +28,7 @@ HALVES = (0.0, 180.0)
 EIGHTHS = (0.0, 180.0, 90.0, 270.0, 45.0, 225.0, 135.0, 315.0)
 """The same of closed fingers in a thing."""
 AMID = ((0.0, 0.0), (0.02, 0.0), (0.0, 0.02), (0.0, -0.02), (-0.02, 0.0))
-"""For these, from its middle, ahead and to the left [m]: where the hand is beside what stands beside the thing."""
+"""Positions of such hands from the thing's middle, ahead and to the left [m]: beside its obstacles."""
 OVER, DEEP, PLAY = 0.0005, 0.006, 0.001  # finger tips in a thing, over its floor; the least that its rim stands up; before it [m]
 SPOTS = ((0.0, 0.0), (0.8, 0.0), (-0.8, 0.0), (0.0, 0.6), (0.8, 0.6), (-0.8, 0.6))
 """On a front: at its handle, towards its edges, and higher."""
@@ -42,8 +42,8 @@ at its bar before, and with a flat side before a corner: beside the bar of a mic
 off it, 15 mm out along the door, and pressed on what is beside that. Higher on the bar where the elbow folds too far else: the hand gives
 way, and was seen to rise by 10 mm."""
 OVER_EDGE = tuple(itertools.product((0.3, 0.0, 0.5, 0.7), (0.8, 0.9))), (-60.0, -45.0, -75.0, -90.0), FROM_ABOVE[2]
-"""The same of a hand behind a door that stands ajar: towards its hinge, where an arm that its handle leads too far away still reaches;
-slanting first, so that it leaves its upper edge as it follows."""
+"""Positions of a hand behind a door that stands ajar: towards its hinge, where an arm still reaches; slanting
+first, so that it leaves the door's upper edge as it follows."""
 NEAR_HINGE = 0.5
 """A hand that is nearer to a hinge than this share of its handle's distance pushes with more than twice the force, and turns as much on
 half the way: it is tried last."""
@@ -53,7 +53,7 @@ the last 10 mm of it, which is round, slid over its end, and came 45 mm farther 
 DOWN = (-45.0, -35.0, -30.0)
 """The same of a hand that presses on a bar from above."""
 UPRIGHT = 0.9
-STEEP = 0.85  # of the hand's approach, downwards, from which on it points nowhere: it would be as high as it is long
+STEEP = 0.85  # downward part of the hand's approach beyond which it counts as pointing down
 UP = np.array([0.0, 0.0, 1.0])
 Hand = tuple[Floats, Pose, float, str]
 """The level way (3,) of a thing, the TCP from where it begins, how far the fingers are open [m], and how the hand is held."""
@@ -118,7 +118,8 @@ def _axes(way: Floats, turn: float) -> tuple[Floats, Floats, Pose]:
 
 
 def _floor(thing: Thing, pose: Pose, over: Pose, gripper: Gripper) -> float | None:
-    """The highest of a thing under closed fingers, along z of the base frame [m]; None where its rim hardly stands up from that.
+    """Height of a thing's highest point under closed fingers, along z of the base frame [m]; None if its rim
+    hardly rises above that.
 
     Args:
         over: of the fingers' tips, as high as the thing's rim.
@@ -131,7 +132,8 @@ def _floor(thing: Thing, pose: Pose, over: Pose, gripper: Gripper) -> float | No
 
 
 def free_ahead(thing: Thing, pose: Pose, hand: Pose, ahead: Floats, opening: float, gripper: Gripper) -> float:
-    """How far fingers at a TCP pose go straight ahead until they meet a thing [m]; ``GAP`` where they would miss it."""
+    """Distance that fingers at a TCP pose go straight ahead until they meet a thing [m]; ``GAP`` if they miss
+    it."""
     reach, long = gripper.pad[0] / 2, gripper.pad[1]
     tips = [(x, s * y, long / 2 - z) for x in (reach, -reach) for s in (-1.0, 1.0)
             for y in np.linspace(opening / 2, opening / 2 + FINGER, 5) for z in np.linspace(0.0, long, 11)]  # fmt: skip
@@ -143,8 +145,8 @@ def free_ahead(thing: Thing, pose: Pose, hand: Pose, ahead: Floats, opening: flo
 
 
 def at_front(thing: Thing, joint: Joint, handle: Feature, pose: Pose, gripper: Gripper) -> Iterator[tuple[Pose, str]]:
-    """Closed fingers before a front, and words for where; last those that may slip off, and those much nearer
-    to a hinge than the handle is."""
+    """Closed fingers before a front, with descriptions; last those that may slip off, and those much nearer to
+    a hinge than the handle is."""
     loose, near, far = list[tuple[Pose, str]](), list[tuple[Pose, str]](), NEAR_HINGE * lever(joint, handle.pose)
     over = AT_BAR if joint.kind == "hinge" else FROM_ABOVE
     for spot, tilt, turn in itertools.chain(itertools.product(SPOTS, TILTS, TURNS), itertools.product(*over)):
@@ -161,7 +163,8 @@ def at_front(thing: Thing, joint: Joint, handle: Feature, pose: Pose, gripper: G
 
 
 def at_inner_side(thing: Thing, joint: Joint, handle: Feature, pose: Pose, gripper: Gripper) -> Iterator[tuple[Pose, str]]:
-    """Closed fingers behind a door, over its upper edge, and words for where; last those much nearer to its hinge than its handle is."""
+    """Closed fingers behind a door, over its upper edge, with descriptions; last those much nearer to its hinge
+    than its handle is."""
     near, far = list[tuple[Pose, str]](), NEAR_HINGE * lever(joint, handle.pose)
     out, up = _facing(pose * handle.pose, inner=True)
     side = math.copysign(1.0, np.cross(up, out) @ np.subtract((pose * joint.pose).position, (pose * handle.pose).position))
@@ -210,13 +213,14 @@ def _against(
 
 
 def _facing(handle: Pose, inner: bool) -> tuple[Floats, Floats]:
-    """The direction out of a front, or out of its inner side, and the one that is up along it."""
+    """Direction out of a front, or out of its inner side, and the direction up along it."""
     out = np.asarray(handle.rotate((0.0, 0.0, -1.0 if inner else 1.0)))
     return out, np.array([0.0, 0.0, 1.0]) if abs(out[2]) < UPRIGHT else np.asarray(handle.rotate((0.0, 1.0, 0.0)))
 
 
 def _clear_of(thing: Thing, pose: Pose, hand: Pose, out: Floats, gripper: Gripper) -> float:
-    """How far out closed fingers at a TCP pose must go until they are in nothing of a thing [m]: a bar beside where they point counts."""
+    """Distance that closed fingers at a TCP pose must go out until they are clear of a thing [m], bars beside
+    them included."""
     across, thick = np.linspace(-0.5, 0.5, 3) * gripper.pad[0], np.linspace(-FINGER, FINGER, 5)
     along = np.linspace(-gripper.depth, gripper.pad[1] / 2, 6)
     fingers, to = np.array(list(itertools.product(across, thick, along))), pose.inverse()

@@ -24,7 +24,7 @@ from .straight import gap_before, pushed_straight
 
 STEP = 0.005  # between the ways that are looked at, back and in [m]: as well as it is known where something was let go of
 FARTHEST = 0.06  # in [m]: three times what a mug in a microwave needs, whose handle sticks out
-BACK = 0.12  # from what was let go of, as far as hands go back else [m]
+BACK = 0.12  # distance that hands go back from a released payload, as elsewhere [m]
 
 
 def off(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
@@ -90,6 +90,6 @@ def _needed(entity: str, ahead: Floats, belief: Belief, context: Context) -> flo
 
 
 def _carried(name: str, belief: Belief) -> bool:
-    """Whether something is right below a thing."""
+    """Whether a thing has another one right below it."""
     others = [(belief.world.thing(n), belief.poses[n].pose) for n in belief.poses if n != name]
     return math.isfinite(resting_height(belief.world.thing(name), belief.poses[name].pose, others)[0])

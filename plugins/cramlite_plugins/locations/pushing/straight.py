@@ -23,7 +23,7 @@ from .around import (
     LIFT,
     STEP,
     Left,
-    Spot,
+    Point,
     met_alone,
     met_with_hand,
     on_a_shorter_way,
@@ -117,7 +117,8 @@ def behind(location: Location, belief: Belief, context: Context) -> Iterator[Gro
 
 
 def _to_region(thing: Thing, pose: Pose, location: Location, belief: Belief, context: Context) -> Iterator[Hand | Refused]:
-    """Hands that bring a thing to its region; with fingers in it the obstacles, whatever hand that is."""
+    """Hands that bring a thing to its region; with fingers in the thing a refusal with the obstacles of all
+    hands."""
     area, frame = _region(thing, pose, asked(location, PushedThing).region, belief)
     if not asked(location, PushedThing).inside:
         yield from hands_behind(thing, pose, _apart(location), context.robot.gripper, area, frame)
@@ -147,7 +148,7 @@ def _aside(thing: Thing, pose: Pose, location: Location, belief: Belief, context
     yield from (hand for row in itertools.zip_longest(*found) for hand in row if hand is not None)
 
 
-def _directions(pose: Pose, belief: Belief, context: Context) -> list[Spot]:
+def _directions(pose: Pose, belief: Belief, context: Context) -> list[Point]:
     """Level unit vectors all around, those first that lead away from things of later tasks."""
     named = (entity for task in context.later for entity in task.entities.values())
     about = [belief.pose(n).position[:2] for n in dict.fromkeys(map(thing_of, named)) if n in belief.poses]
@@ -201,8 +202,8 @@ def _around(location: Location, belief: Belief, context: Context, entity: str) -
 
 
 def _last(location: Location, belief: Belief, context: Context, entity: str, area: Feature, frame: Pose) -> Floats | Refused:
-    """Last leg (3,) of the way of a thing that fingers in it take along; or the obstacles of the thing alone,
-    so that looking for hands is of no use.
+    """Last leg (3,) of the way of a thing that is pushed by fingers in it; or a refusal with the obstacles of
+    the thing alone, which spares the search for hands.
 
     Raises:
         Unresolvable: it is there already.
@@ -220,13 +221,13 @@ def _last(location: Location, belief: Belief, context: Context, entity: str, are
 
 
 def _left(area: Feature, frame: Pose) -> Left:
-    """How far points of the base's x-y plane are from the middle part of an area [m]."""
+    """Distance of points of the base's x-y plane from the middle part of an area [m]."""
     half, back = INNER * np.array(sides(area)) / 2, frame.inverse()
     height = frame.position[2]
     return lambda spot: float(np.linalg.norm(np.maximum(np.abs(back.apply((*spot, height))[:2]) - half, 0.0)))
 
 
-def pushed_straight(belief: Belief, context: Context, entity: str, corners: Sequence[Spot], gap: float = 0.0) -> Place | Refused:
+def pushed_straight(belief: Belief, context: Context, entity: str, corners: Sequence[Point], gap: float = 0.0) -> Place | Refused:
     """Return straight legs on which fingers bring a thing's origin to points of the base's x-y plane, one after the other.
 
     Args:
@@ -247,7 +248,7 @@ def pushed_straight(belief: Belief, context: Context, entity: str, corners: Sequ
 
 
 def _region(thing: Thing, pose: Pose, name: str, belief: Belief) -> tuple[Feature, Pose]:
-    """Area of that name that is nearest in height to a thing's support, and its pose in the base frame.
+    """Area of a name that is nearest in height to a thing's support, and its pose in the base frame.
 
     Raises:
         Unresolvable: nothing has such an area.
@@ -260,8 +261,8 @@ def _region(thing: Thing, pose: Pose, name: str, belief: Belief) -> tuple[Featur
     return min(areas, key=lambda one: abs(one[1].position[2] - low))
 
 
-def gap_before(belief: Belief, context: Context, entity: str, to: Spot, opening: float) -> float:
-    """Return how far fingers go ahead, towards where a thing's origin shall come, until they meet it [m]."""
+def gap_before(belief: Belief, context: Context, entity: str, to: Point, opening: float) -> float:
+    """Return the distance from fingers to a thing [m], in the direction that its origin shall go."""
     pose = belief.pose(entity)
     way = np.array([to[0] - pose.position[0], to[1] - pose.position[1], 0.0])
     ahead = way / max(float(np.linalg.norm(way)), SHORT)

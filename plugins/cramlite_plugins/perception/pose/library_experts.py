@@ -1,4 +1,4 @@
-"""Experts: poses by registration libraries, for whoever blocks ``perception_registration``."""
+"""Experts: poses by registration libraries, asked where ``perception_registration`` is blocked."""
 
 from __future__ import annotations
 

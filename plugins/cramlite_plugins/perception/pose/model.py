@@ -257,7 +257,7 @@ def _sample(mesh: Any, count: int, seed: int) -> tuple[Floats32, Floats32]:
 
 
 def _inside(solid: Any, points: Floats32) -> NDArray[np.bool_]:
-    """Which points are inside a convex solid by more than 10 um."""
+    """Mask of points inside a convex solid by more than 10 um."""
     normals = solid.face_normals
     offsets = np.einsum("ij,ij->i", normals, solid.triangles[:, 0])
     low, high = solid.bounds

@@ -1,4 +1,4 @@
-"""Point cloud files: PLY by trimesh, PCD by a small reader of its ascii and binary forms.
+"""Point cloud files: PLY by trimesh, PCD by a small reader of its three forms.
 
 PCD: https://pointclouds.org/documentation/tutorials/pcd_file_format.html, version .7.
 """
@@ -23,10 +23,17 @@ TYPES = {("F", 4): "<f4", ("F", 8): "<f8", ("U", 1): "u1", ("U", 2): "<u2", ("U"
 
 
 class Cloud(Value, eq=False):
-    """Point cloud (N, 3) [m], all finite, with colours (N, 3) uint8 where the file has them."""
+    """Point cloud (N, 3) [m], all finite, with colours (N, 3) uint8 where the file has them.
+
+    Args:
+        size: (height, width) of the image that an organised cloud is of [pixel], else None.
+        pixels: (N,) indices of its points in that image, row by row.
+    """
 
     points: Points
     colours: NDArray[np.uint8] | None = None
+    size: tuple[int, int] | None = None
+    pixels: NDArray[np.int64] | None = None
 
 
 def read_cloud(path: Path) -> Cloud:
@@ -39,7 +46,7 @@ def read_cloud(path: Path) -> Cloud:
         data = path.read_bytes()
     except OSError as error:
         raise UserError(f"{path}: cannot be read: {error.strerror}.") from error
-    points, colours = (_ply if path.suffix.lower() == ".ply" else _pcd)(data, path)
+    points, colours, size = (_ply if path.suffix.lower() == ".ply" else _pcd)(data, path)
     if len(points) == 0:
         raise UserError(f"{path}: the cloud is empty.")
     finite = np.isfinite(points).all(1)
@@ -47,10 +54,11 @@ def read_cloud(path: Path) -> Cloud:
         raise UserError(
             f"{path}: none of the {len(points)} points is finite; nothing was measured, or it was saved wrongly."
         )
-    return Cloud(points[finite].astype(float), None if colours is None else colours[finite].astype(np.uint8))
+    kept = None if colours is None else colours[finite].astype(np.uint8)
+    return Cloud(points[finite].astype(float), kept, size, np.flatnonzero(finite) if size else None)
 
 
-def _ply(data: bytes, path: Path) -> tuple[Any, Any]:
+def _ply(data: bytes, path: Path) -> tuple[Any, Any, None]:
     import trimesh
 
     try:
@@ -60,10 +68,26 @@ def _ply(data: bytes, path: Path) -> tuple[Any, Any]:
         raise UserError(f"{path}: cannot be read as PLY ({type(error).__name__}: {str(error)[:100]}).") from error
     colours = getattr(getattr(loaded, "visual", None), "vertex_colors", getattr(loaded, "colors", None))
     colours = None if colours is None else np.asarray(colours)
-    return points, colours[:, :3] if colours is not None and colours.shape[:1] == points.shape[:1] else None
+    whole = colours is not None and colours.shape[:1] == points.shape[:1]
+    return points, colours[:, :3] if whole and colours is not None else None, None
 
 
-def _pcd(data: bytes, path: Path) -> tuple[Any, Any]:
+def _pcd(data: bytes, path: Path) -> tuple[Any, Any, tuple[int, int] | None]:
+    rows, size = pcd_rows(data, path)
+    for axis in "xyz":
+        if axis not in rows.dtype.names:
+            names = ", ".join(rows.dtype.names)
+            raise UserError(f"{path}: the cloud has no field '{axis}'; its fields are: {names}.")
+    points = np.stack([rows[a][:, 0].astype(float) for a in "xyz"], axis=1)
+    return points, _packed_colours(rows), size
+
+
+def pcd_rows(data: bytes, path: Path) -> tuple[Any, tuple[int, int] | None]:
+    """Return the points of a PCD file with all fields, (N,) of a structured type, and an organised cloud's (height, width).
+
+    Raises:
+        UserError: it cannot be read.
+    """
     header, body = _pcd_header(data, path)
     try:
         names, count = header["FIELDS"], int(header["POINTS"][0])
@@ -81,12 +105,16 @@ def _pcd(data: bytes, path: Path) -> tuple[Any, Any]:
         ) from error
     if not 0 <= count <= MOST:
         raise UserError(f"{path}: {count} points; a view has at most {MOST}.")
-    for axis in "xyz":
-        if axis not in names:
-            raise UserError(f"{path}: the cloud has no field '{axis}'; its fields are: {', '.join(names)}.")
-    rows = _pcd_rows(header["DATA"][0], body, layout, count, path)
-    points = np.stack([rows[a][:, 0].astype(float) for a in "xyz"], axis=1)
-    return points, _packed_colours(rows)
+    return _pcd_rows(header["DATA"][0], body, layout, count, path), _organised(header, count)
+
+
+def _organised(header: Mapping[str, list[str]], count: int) -> tuple[int, int] | None:
+    """(height, width) of the image that a cloud is of; None for a heap of points."""
+    try:
+        height, width = int(header["HEIGHT"][0]), int(header["WIDTH"][0])
+    except (KeyError, ValueError, IndexError):
+        return None
+    return (height, width) if height > 1 and height * width == count else None
 
 
 def _pcd_header(data: bytes, path: Path) -> tuple[Mapping[str, list[str]], bytes]:
@@ -110,6 +138,8 @@ def _pcd_rows(form: str, body: bytes, layout: Any, count: int, path: Path) -> An
             have = len(body) // layout.itemsize
             raise UserError(f"{path}: the file ends after {have} of {count} points; it was cut off.")
         return np.frombuffer(body, layout, count)
+    if form == "binary_compressed":
+        return _columns(body, layout, count, path)
     if form != "ascii":
         raise UserError(f"{path}: PCD data is '{form}'; save it as 'ascii' or 'binary' (pcl_convert_pcd_ascii_binary).")
     flat = [(name, k) for name in layout.names for k in range(layout[name].shape[0])]
@@ -123,6 +153,48 @@ def _pcd_rows(form: str, body: bytes, layout: Any, count: int, path: Path) -> An
     for column, (name, k) in enumerate(flat):
         rows[name][:, k] = table[:, column]
     return rows
+
+
+def _columns(body: bytes, layout: Any, count: int, path: Path) -> Any:
+    """Rows of compressed data: two sizes of 4 bytes, then one field after another, in LZF."""
+    packed, size = (int(n) for n in np.frombuffer(body[:8].ljust(8, b"\0"), "<u4"))
+    if size != count * layout.itemsize:
+        raise UserError(f"{path}: {count} points need {count * layout.itemsize} bytes, and the data say {size}.")
+    data = unpacked(body[8 : 8 + packed], size)
+    if data is None:
+        raise UserError(f"{path}: the compressed points are cut off or broken.")
+    rows, at = np.zeros(count, layout), 0
+    for name in layout.names:
+        kind = layout[name]
+        rows[name] = np.frombuffer(data, kind.base, count * kind.shape[0], at).reshape(count, -1)
+        at += count * kind.itemsize
+    return rows
+
+
+def unpacked(data: bytes, size: int) -> bytes | None:
+    """Return LZF data (liblzf 3.6) without its compression; None if it is not of that size."""
+    out, at = bytearray(), 0
+    try:
+        while at < len(data) and len(out) <= size:
+            token = data[at]
+            at += 1
+            if token < 32:  # so many bytes as they are
+                out += data[at : at + token + 1]
+                at += token + 1
+                continue
+            length = token >> 5
+            if length == 7:
+                length += data[at]
+                at += 1
+            start = len(out) - ((token & 31) << 8) - data[at] - 1
+            at += 1
+            if start < 0:
+                return None
+            part = out[start : start + length + 2]
+            out += (part * ((length + 2) // len(part) + 1))[: length + 2]  # it may reach into itself
+    except IndexError:
+        return None
+    return bytes(out) if len(out) == size else None
 
 
 def _packed_colours(rows: Any) -> Any:

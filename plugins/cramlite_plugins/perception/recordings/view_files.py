@@ -2,7 +2,7 @@
 
 - a folder with ``depth.png`` (16 bit, millimetres), ``color.png`` or ``rgb.png``, and ``intrinsics.json``
 - an ``.npz`` with ``depth`` (metres as float, or millimetres as uint16), ``rgb``, and ``intrinsics`` (JSON text)
-- a ``.ply`` or ``.pcd`` cloud in the optical frame, with ``NAME.json`` beside it
+- a ``.ply`` or ``.pcd`` cloud in the optical frame, with ``NAME.json`` beside it; an organised PCD needs none
 
 The JSON has fx, fy, cx, cy, width, height (or ppx, ppy, as librealsense writes them); and, where they are known,
 ``depth_scale`` (metres per unit of a 16 bit image) and ``camera`` (position and quaternion w, x, y, z in the world).
@@ -34,6 +34,9 @@ NEAR, FAR = 0.05, 30.0
 """Median depths outside of this are of another unit [m]: no depth camera measures them."""
 NARROW, WIDE = np.radians(5), np.radians(150)
 """Fields of view outside of this are no depth camera's: the numbers are in another unit, or of another image."""
+
+MISFIT = 0.5
+"""Median distance from where a pinhole camera sees the points of an organised cloud [pixel]: rounding of stored points."""
 
 
 class _Pose(BaseModel):
@@ -136,9 +139,45 @@ def _from_arrays(path: Path) -> View:
 
 
 def _from_cloud(path: Path) -> View:
-    beside = path.with_suffix(".json")
+    beside, cloud = path.with_suffix(".json"), read_cloud(path)
+    if cloud.size is not None and not beside.is_file():
+        return _organised_view(cloud, path)
     camera = read_camera(_text(beside), beside)
-    return cloud_view(read_cloud(path), camera.intrinsics, camera.camera, path)
+    return cloud_view(cloud, camera.intrinsics, camera.camera, path)
+
+
+def _organised_view(cloud: Cloud, where: Path) -> View:
+    """View of an organised cloud: each point knows its pixel, and from both follow the intrinsics.
+
+    Raises:
+        UserError: no pinhole camera sees the points where they are.
+    """
+    assert cloud.size is not None and cloud.pixels is not None
+    height, width = cloud.size
+    v, u = np.divmod(cloud.pixels, width)
+    focal, centre, off = zip(*(_line(cloud.points[:, k] / cloud.points[:, 2], at) for k, at in ((0, u), (1, v))), strict=True)
+    if not max(off) < MISFIT:
+        raise UserError(
+            f"{where}: the points of this organised cloud are {max(off):.1f} pixels from where a pinhole camera would see "
+            "them; save it in the optical frame (x right, y down, z forward), or put intrinsics beside it as NAME.json."
+        )
+    try:
+        intrinsics = Intrinsics(focal[0], focal[1], centre[0], centre[1], width, height)
+    except UserError as error:
+        raise UserError(f"{where}: {error}") from error
+    depth, rgb = np.full(cloud.size, np.nan, np.float32), np.full((*cloud.size, 3), GREY, np.uint8)
+    depth[v, u] = cloud.points[:, 2]
+    if cloud.colours is not None:
+        rgb[v, u] = cloud.colours
+    return _view(depth, rgb, CameraFile(intrinsics, Pose(), 1.0), where)
+
+
+def _line(ratio: Points, at: Any) -> tuple[float, float, float]:
+    """Focal length and principal point that ratios x / z and image coordinates make a line with, and the median misfit [pixel]."""
+    if np.ptp(ratio) == 0 or not np.isfinite(ratio).all():
+        return 0.0, 0.0, math.inf
+    slope, start = np.polyfit(ratio, at, 1)
+    return float(slope), float(start), float(np.median(np.abs(start + slope * ratio - at)))
 
 
 def cloud_view(cloud: Cloud, intrinsics: Intrinsics, camera: Pose, where: Path) -> View:

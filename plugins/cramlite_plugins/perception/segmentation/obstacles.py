@@ -34,8 +34,8 @@ def obstacles(inputs: Inputs) -> Mapping[str, Any]:
 
 
 def _unexplained(inputs: Inputs, known: Sequence[Thing]) -> tuple[Floats, Floats]:
-    """Middles of the voxels that several points are in and that are farther from anything known than noise and poses
-    explain; and of those that known things explain."""
+    """Middles of the voxels with several points that are farther from anything known than noise and poses
+    explain; and of the explained ones."""
     import numpy as np
 
     view, cloud, limits = inputs["view"], inputs["cloud"], inputs.parameters
@@ -118,7 +118,7 @@ def _parts(points: Floats, known: Floats, limits: Mapping[str, float]) -> Iterat
 
 
 def _holds(points: Floats, others: Floats, depth: float) -> Any:
-    """Which of some other points are inside the convex hull of the points, so deep at least [m]."""
+    """Mask of other points at least ``depth`` [m] inside the convex hull of the points."""
     import numpy as np
 
     near = others[((others > points.min(axis=0)) & (others < points.max(axis=0))).all(axis=1)]

@@ -149,8 +149,8 @@ def _joined(a: _Part, b: _Part) -> _Part:
 
 
 def _belong(small: _Part, large: _Part, looks: Sequence[Known], parameters: Mapping[str, float]) -> bool:
-    """One colour, and near each other in space; together no larger than a known model of that colour, or, where no
-    model has it, no longer than any product."""
+    """Whether two parts are of one object: one colour, near in space, and together no larger than a known model
+    of that colour, or else than any product."""
     import numpy as np
 
     if np.abs(small.chroma - large.chroma).max() > parameters["same_chroma"]:

@@ -108,14 +108,14 @@ def _residuals(thing: Thing, part: str, points: Floats, eye: Floats) -> tuple[Fl
     rays = (points - eye) / np.linalg.norm(points - eye, axis=1)[:, None]
     for geom in thing.geoms:
         if bool(geom.part) == bool(part):
-            away, n = _facing(geom, thing.pose * geom.pose, points, rays)
+            away, n = facing_distances(geom, thing.pose * geom.pose, points, rays)
             nearer = np.abs(away) < np.abs(best)
             best[nearer], normal[nearer] = away[nearer], n[nearer]
     return best, normal
 
 
-def _facing(geom: Geom, frame: Pose, points: Floats, rays: Floats) -> tuple[Floats, Floats]:
-    """Signed distances from tangent planes of a geom's side that faces the camera, and their normals, world frame."""
+def facing_distances(geom: Geom, frame: Pose, points: Floats, rays: Floats) -> tuple[Floats, Floats]:
+    """Return signed distances (N,) [m] from tangent planes of a geom's side that faces the camera, and their normals, world frame."""
     import numpy as np
 
     back = frame.inverse()

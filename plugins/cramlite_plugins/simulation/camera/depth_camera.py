@@ -15,6 +15,7 @@ from ..model.compile import compile_world
 from ..model.index import Data, Model, site_pose
 from .noise import Noise, noisy_colour, noisy_depth
 from .ray_tracer import cast, shade
+from .skins import Skins, skins_of
 
 InstanceIds = NDArray[np.int32]
 
@@ -27,6 +28,7 @@ def render(
     noise: Noise | None = Noise(),  # noqa: B008 - frozen
     seed: int = 0,
     stamp: float = 0.0,
+    skins: Skins | None = None,
 ) -> tuple[View, InstanceIds]:
     """Render a camera's view of a state: colour, depth and the body that each pixel sees; needs kinematics.
 
@@ -34,6 +36,7 @@ def render(
         camera: the optical frame in the world: x right, y down, z forward.
         noise: None gives exact depths and colours.
         seed: of the noise.
+        skins: visual meshes of textured things, which are seen in the place of their collision shapes.
 
     Returns:
         The view, all that an expert may be given; and, for tests and benchmarks only, the id of the body that each
@@ -42,10 +45,16 @@ def render(
     rays = intrinsics.rays.reshape(-1, 3)
     lengths = np.linalg.norm(rays, axis=1)
     directions = camera.rotate(rays / lengths[:, None])
-    geom, distance, normal = cast(model, data, np.asarray(camera.position), directions)
+    eye = np.asarray(camera.position)
+    if skins is None:
+        geom, distance, normal = cast(model, data, eye, directions)
+        own = None
+    else:
+        (geom, distance, normal), which, colours = skins.met(model, data, eye, directions)
+        own = (which >= 0, colours)
     size = (intrinsics.height, intrinsics.width)
     depth = np.where(geom >= 0, distance / lengths, np.inf).reshape(size)
-    rgb = shade(model, geom, normal, directions).reshape(*size, 3) * 255.0
+    rgb = shade(model, geom, normal, directions, own=own).reshape(*size, 3) * 255.0
     if noise is not None:
         rng = np.random.default_rng([seed, 4351])
         cosine = np.abs(np.einsum("ij,ij->i", normal, directions)).reshape(size)
@@ -75,5 +84,6 @@ def look(world: World, robots: Mapping[str, Robot], camera: Camera, *, seed: int
         mujoco.mj_forward(compiled.model, data)
         pose = site_pose(data, index.flange) * camera.pose
     noise = Noise() if camera.noise else None
-    view, _ = render(compiled.model, data, pose, camera.intrinsics, noise, seed)
+    skins = skins_of(compiled.world.things, compiled.things)
+    view, _ = render(compiled.model, data, pose, camera.intrinsics, noise, seed, skins=skins)
     return view

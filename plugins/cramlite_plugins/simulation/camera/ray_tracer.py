@@ -65,20 +65,25 @@ def rays_of(camera: Camera, width: int, height: int) -> Floats:
 
 
 def shade(
-    model: Model, geom: NDArray[np.int32], normal: Floats, directions: Floats, lit: Floats | float = 1.0
+    model: Model, geom: NDArray[np.int32], normal: Floats, directions: Floats, lit: Floats | float = 1.0,
+    own: tuple[NDArray[np.bool_], Floats] | None = None,
 ) -> Floats:
     """Compute the colour (N, 3), 0 to 1, that rays see: each geom's own under one light, the sky where there is none.
 
     Args:
         geom, normal: as ``cast`` gives them for the ``directions``.
         lit: share of the light that reaches each point.
+        own: where a texture is seen (N,), and its colours there (N, 3).
     """
     colour = _sky(directions)
     hit = geom >= 0
     diffuse = (np.clip(normal @ LIGHT, 0.0, 1.0) * lit)[hit]
     facing = np.abs(np.einsum("ij,ij->i", normal[hit], directions[hit]))
     light = AMBIENT + FILL * facing + (1 - AMBIENT - FILL) * diffuse
-    colour[hit] = model.geom_rgba[geom[hit], :3] * light[:, None]
+    plain = model.geom_rgba[geom[hit], :3]
+    if own is not None:
+        plain = np.where(own[0][hit, None], own[1][hit], plain)
+    colour[hit] = plain * light[:, None]
     return np.asarray(np.clip(colour, 0, 1) ** (1 / 1.15))
 
 

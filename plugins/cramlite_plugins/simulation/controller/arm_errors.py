@@ -34,13 +34,14 @@ class ArmErrors:
         self._readings: deque[Floats] = deque(maxlen=cycles + 1)
 
     def moved(self, goal: Floats) -> Floats:
-        """Return what the joints are brought to (n,) [rad] when the motors go to ``goal`` (n,)."""
+        """Return the joint positions (n,) [rad] that the motors' goal ``goal`` (n,) leads to, with play and
+        zero errors."""
         self.behind = np.minimum(np.maximum(self.behind, goal - self.half), goal + self.half)
         self.play = goal - self.behind
         return np.asarray(self.behind + self.zeros)
 
     def encoders(self, q: Floats) -> Floats:
-        """Return what the encoders say (n,) [rad] when the joints stand at ``q`` (n,)."""
+        """Return the encoders' readings (n,) [rad] at joint positions ``q`` (n,)."""
         return np.asarray(q - self.zeros + self.play)
 
     def measured(self, encoders: Floats, reading: Floats) -> Floats:

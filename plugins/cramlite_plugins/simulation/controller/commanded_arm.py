@@ -175,7 +175,7 @@ class CommandedArm(ABC):
         return motion
 
     def _command(self) -> Floats:
-        """Where the arm should be at the end of this cycle."""
+        """Commanded joint positions for the end of this cycle."""
         place: Floats | Pose | None = None
         if self.motion is not None:
             self.time += self.pace * self.period

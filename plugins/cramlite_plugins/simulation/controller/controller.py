@@ -36,8 +36,8 @@ ABANDONED = 2.0  # deceleration of a motion whose thread was killed [m/s2 or rad
 
 
 class Applied(NamedTuple):
-    """What gripper and load apply to their environment, as ``Rollout.wrench``: the gripper's own weight is taken off, that of a
-    carried object is not; no tare.
+    """Wrench of gripper and payload on their environment, as ``Rollout.wrench``: without the gripper's own
+    weight, with the payload's, and not tared.
 
     Args:
         turn: orientation of the sensor (3, 3) in the world.
@@ -197,7 +197,7 @@ class Controller(CommandedArm):
         return self._force
 
     def applied(self) -> Applied:
-        """Return what gripper and load apply to their environment."""
+        """Return the wrench of gripper and payload on their environment."""
         self._measure()
         turn = self.base.rotation.dot(self._flange[:3, :3])
         return Applied(turn, -self.arm.gripper.mass * GRAVITY * turn[2], self.gripper_center, self.sensor.raw)
@@ -227,7 +227,8 @@ class Controller(CommandedArm):
         self._watch()
 
     def _out_of_reach(self, motion: Motion | None) -> str:
-        """Why an arm stops on its way along a line or an arc: its end is out of reach; empty where it is not."""
+        """Reason why an arm stops on its way along a line or an arc: its end is out of reach; empty if it is
+        not."""
         goal = motion.goal if isinstance(motion, LinearMotion | CircularMotion) else None
         if goal is None or nearest_solution(self.arm, goal, tuple(self.q)) is not None:
             return ""
@@ -259,11 +260,13 @@ class Controller(CommandedArm):
             self.base = self.arm.arm_at(self.platform.actual())
 
     def _goal(self) -> Floats:
-        """Where the arm should be at the end of this cycle; an arm that is led by hand goes where it is."""
+        """Commanded joint positions for the end of this cycle; an arm that is led by hand is commanded to its
+        own."""
         return self.encoders() if self.freedrive and self.motion is None else self._command()
 
     def _physics(self, before: Floats) -> None:
-        """Interpolated commands, with what velocity and payload need fed forward, and the sensor's mean."""
+        """Run the physics steps of a cycle: interpolate commands, add the feed-forward of velocity and payload,
+        and average the sensor."""
         checkpoint(float(self.data.time))
         model, data, ctrl, servos, platform = self.model, self.data, self.ctrl, self.servos, self.platform
         readings, wrist, mj_step = self.readings, self.wrist, mujoco.mj_step
@@ -286,7 +289,7 @@ class Controller(CommandedArm):
         self._forget()
 
     def _payload(self) -> Floats:
-        """The servo offset (n,) [rad] that carries what the program says hangs on the flange beside the gripper."""
+        """Servo offset (n,) [rad] that carries the payload which the program states, beside the gripper."""
         mass = self.sensor.mass - self.arm.gripper.mass
         if abs(mass) < 1e-3:
             return self.nothing

@@ -34,7 +34,7 @@ class GripperDrive(GripperOrder):
         self.opening = self.goal = self.command = self.measured(data)
 
     def grip(self, force: float) -> None:
-        """Press on what is between the fingers before the first cycle, with a force of each pad [N]."""
+        """Press on the payload before the first cycle, with a force of each pad [N]."""
         self.move(self.gripper.opening[0], self.gripper.speed[1], force)
         self.command = self.goal
 

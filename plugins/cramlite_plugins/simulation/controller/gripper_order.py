@@ -56,7 +56,7 @@ class GripperOrder:
 
     @property
     def pressing(self) -> float:
-        """The force that the fingers are ordered to press with [N]; 0 where they are to open, or to stay where they are."""
+        """Commanded force of the fingers [N]; 0 if they are to open, or to stay."""
         return self.force if self.goal < self.opening - self.tolerance else 0.0
 
     @property
@@ -67,7 +67,7 @@ class GripperOrder:
 
     @property
     def _near(self) -> float:
-        """How far from the order counts as there [m]: fingers that close wholly on a thin thing are not far from it."""
+        """Tolerance of the commanded opening [m], at which the fingers count as arrived."""
         return self.closed if self.goal <= self.gripper.opening[0] else self.tolerance
 
     def follow(self, opening: float, period: float) -> None:

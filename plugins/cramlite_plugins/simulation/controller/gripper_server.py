@@ -37,7 +37,7 @@ class GripperServer(GripperDrive):
         self.set["POS"] = self.echo = round(COUNTS * (self.widest - self.opening) / self.stroke)
 
     def grip(self, force: float) -> None:
-        """Press on what is between the fingers before the first cycle, with a force of each pad [N]."""
+        """Press on the payload before the first cycle, with a force of each pad [N]."""
         super().grip(force)
         weak, strong = self.gripper.force
         self.set["POS"] = self.echo = COUNTS

@@ -1,4 +1,5 @@
-"""What a gripper's drive moves and measures: two slides that share an opening, or the linkage of a file."""
+"""Jaws of a gripper, as its drive moves and measures them: two slides that share an opening, or the linkage of
+a file."""
 
 from __future__ import annotations
 
@@ -32,7 +33,7 @@ def jaws_of(gripper: Gripper, index: RobotIndex, model: Any) -> Jaws:
 
 
 class Slides:
-    """Two coupled slides: both travel half of what the opening changes."""
+    """Two coupled slides: each travels half of a change of the opening."""
 
     def __init__(self, gripper: Gripper, index: RobotIndex, model: Any) -> None:
         self.index, self.model = index, model
@@ -64,7 +65,7 @@ class Linked:
         self.narrow = [-o for o in linkage.openings]
 
     def measured(self, data: Any) -> float:
-        """Return the measured opening [m]: what the encoders of the drives mean, where nothing bends."""
+        """Return the opening [m] that the encoders of the drives mean if nothing bends."""
         qpos = data.qpos
         return _between(sum([w * float(qpos[a]) for a, w in self.encoders]), self.linkage.readings, self.linkage.openings)
 

@@ -58,7 +58,7 @@ class Carried(Value):
 
 
 def check(world: World, robots: Mapping[str, Robot]) -> None:
-    """Check a world for what MuJoCo would refuse or silently accept.
+    """Check a world for input that MuJoCo would refuse or silently accept.
 
     Raises:
         UserError: a name, type, size, mass or friction cannot be used.
@@ -204,7 +204,7 @@ def _add_joint(spec: Any, body: Any, thing: Thing, joint: Joint) -> None:
 
 
 def _set_inertia(body: Any, mass: float, inertia: Inertia) -> None:
-    """The stated one instead of what follows from the geoms."""
+    """Set the stated inertia in place of the one that follows from the geoms."""
     body.explicitinertial = True
     body.mass, body.ipos, body.fullinertia = mass, inertia.centre, inertia.moments
 
@@ -260,7 +260,7 @@ def _add_geom(
 
 
 def _state_contact(geom: Any, friction: float, contact: Contact) -> None:
-    """What a file says of a geom's contacts, instead of what this simulation takes."""
+    """Set a file's contact parameters of a geom in place of this simulation's."""
     geom.friction = [friction, contact.torsional, contact.rolling]
     geom.condim, geom.priority, geom.solmix = contact.condim, contact.priority, contact.solmix
     geom.solref, geom.solimp = contact.solref, contact.solimp

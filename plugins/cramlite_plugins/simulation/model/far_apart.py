@@ -1,4 +1,4 @@
-"""Things that nothing brings together: they stand apart, and beyond what any robot reaches with whatever it carries."""
+"""Things that stand apart, beyond the reach of any robot with its longest load: no contact can be between them."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from cramlite.model import Robot, RobotMount, Thing, Value, World
 from ...shapes.bounds import radius
 
 APART = 0.1
-"""What is nearer to each other than this may meet, as a stack does that settles [m]."""
+"""Distance below which two things may come into contact, as in a settling stack [m]."""
 
 
 class Apart(Value):
-    """What nothing brings together.
+    """Things that cannot come into contact.
 
     Args:
         far: names of things that no hand comes to.
@@ -26,12 +26,12 @@ class Apart(Value):
     pairs: frozenset[frozenset[str]] = frozenset()
 
     def never_meet(self, one: str, other: str, pad: bool) -> bool:
-        """Check whether nothing brings two bodies together, by their names; ``pad``: one of them is a finger."""
+        """Check whether two named bodies can never meet; ``pad``: one of them is a finger."""
         return frozenset((one, other)) in self.pairs or (pad and bool({one, other} & self.far))
 
 
 def far_apart(world: World, robots: Mapping[str, Robot]) -> Apart:
-    """Find the things that can be moved and that nothing brings together; none where no robot stands still.
+    """Find the movable things that cannot come into contact; none without a fixed robot.
 
     Args:
         robots: descriptions by type, for the world's mounts.

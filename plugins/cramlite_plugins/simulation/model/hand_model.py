@@ -25,12 +25,12 @@ TCP = 0.12
 PINCH = 40.0
 REST = Pose.from_axes((0, 0, 0), z=(1, 0, 0), x=(0, 0, -1))
 HANDS = ("hand", "other_hand")
-"""Names of a demonstrator's hands: the one that does what is shown, and the other, where the person has two."""
+"""Names of a demonstrator's hands: the acting one, and the other, if the person has two."""
 FARTHEST = math.radians(170)
 
 
 class WristTooFar(UserError):
-    """Refused of a pose that a wrist cannot turn to: what was to be shown does not come off."""
+    """Pose that a wrist cannot turn to: the demonstration is refused."""
 
 
 class HandIndex(EffectorIndex):

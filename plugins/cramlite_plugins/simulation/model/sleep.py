@@ -1,4 +1,4 @@
-"""Sleep of what rests: MuJoCo leaves a thing that is still out of its equations until something that moves touches it.
+"""Sleep of resting things: MuJoCo leaves them out of its equations until a moving one touches them.
 
 A thing falls asleep together with all that it touches, once all of these rest, and never while it touches a robot. In the step in
 which something that is awake touches one of them, all of them wake, before forces are computed. What sleeps keeps its pose; its
@@ -54,7 +54,7 @@ class Sleep:
             model.tree_sleep_policy[self._trees] = NEVER
 
     def look(self, data: Data) -> None:
-        """Let sleep what rests in a state, and keep awake what does not; once a control cycle."""
+        """Let things that rest sleep, and keep the others awake; once a control cycle."""
         self._cycles += 1
         if not len(self._trees) or self._cycles % self._every:
             return

@@ -26,10 +26,10 @@ height over what carries it, so that they would pass over one that lies lower by
 
 
 def world_doubts(world: World, robots: Mapping[str, Robot]) -> Iterator[tuple[str, str]]:
-    """List what is implausible about a world at its start: (thing, reason)."""
+    """List implausible things of a world at its start: (thing, reason)."""
     compiled = compile_world(world, robots)
     data = compiled.data()
-    for a, b, depth in _overlaps(compiled, data):
+    for a, b, depth in overlaps(compiled, data):
         if depth > DEEP:
             yield a, f"{_said(compiled, a, b, depth)}; move one of them"
     yield from _falling(compiled, data)
@@ -42,7 +42,7 @@ def refuse_overlaps(compiled: Compiled, data: Data) -> None:
         UserError: names the two that do most, by how much, and how much can be.
     """
     things = {t.name for t in compiled.world.things}
-    pairs = (o for o in _overlaps(compiled, data) if o[1] in things)
+    pairs = (o for o in overlaps(compiled, data) if o[1] in things)
     a, b, depth = max(pairs, key=lambda o: o[2], default=("", "", 0.0))
     if depth > TOO_DEEP:
         raise UserError(f"{_said(compiled, a, b, depth)}, at most {1000 * TOO_DEEP:g} mm can be; move one of them")
@@ -53,8 +53,8 @@ def _said(compiled: Compiled, a: str, b: str, depth: float) -> str:
     return f"'{a}' and {other} overlap by {1000 * depth:.0f} mm at the start"
 
 
-def _overlaps(compiled: Compiled, data: Data) -> Iterator[tuple[str, str, float]]:
-    """Pairs that touch at the start, a thing first, and how deep they are in each other [m]."""
+def overlaps(compiled: Compiled, data: Data) -> Iterator[tuple[str, str, float]]:
+    """Generate the pairs that touch, a thing first, and how deep they are in each other [m]."""
     deepest: dict[tuple[str, str], float] = {}
     things = {t.name for t in compiled.world.things}
     for i in range(data.ncon):
@@ -82,7 +82,7 @@ def _falling(compiled: Compiled, data: Data) -> Iterator[tuple[str, str]]:
 
 
 def _beneath(compiled: Compiled, data: Data, thing: str) -> str:
-    """What lies under the middle of a thing."""
+    """Clause on the body under the middle of a thing."""
     hit, start = np.zeros(1, np.int32), np.array(compiled.pose(data, thing).position)
     body = compiled.things[thing].body
     gap = mujoco.mj_ray(compiled.model, data, start, np.array([0.0, 0.0, -1.0]), None, 1, body, hit)

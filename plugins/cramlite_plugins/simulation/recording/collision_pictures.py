@@ -22,9 +22,9 @@ from ..model.index import Data, Model
 
 PALE = (0.80, 0.82, 0.84, 1.0)
 STRONG = ((0.86, 0.28, 0.12, 1.0), (0.05, 0.38, 0.78, 1.0))
-"""Colours of the first body and of the other one; told apart by colour-blind people, too."""
+"""Colours of the two bodies, which colour-blind people can tell apart, too."""
 THROUGH = 0.6
-"""Share that what is in front keeps of a pixel behind which one of the two bodies is."""
+"""Opacity of an occluder in front of one of the two bodies."""
 AZIMUTHS, ELEVATIONS = range(0, 360, 45), (20.0, 50.0)
 """Directions that a picture may be taken from [deg]; the one is taken that shows most of both bodies."""
 COARSE = (32, 24)
@@ -40,7 +40,7 @@ RING = (0.075, 0.085)
 
 
 class _Seen(Value):
-    """What rays hit of one group of geoms: distances (N,) [m], infinite for nothing, and colours (N, 3), 0 to 1."""
+    """Hits of rays on one group of geoms: distances (N,) [m], infinite for none, and colours (N, 3), 0 to 1."""
 
     distance: Floats
     colour: Floats
@@ -118,7 +118,7 @@ def _cameras(place: Floats, far: float) -> Iterator[Camera]:
 
 
 def _seen(model: Model, data: Data, camera: Camera, size: tuple[int, int]) -> list[_Seen]:
-    """What there is to be seen of all else, of the first body and of the other one."""
+    """Views of the three groups of geoms: the rest, the first body, the other body."""
     directions = rays_of(camera, *size)
     found = []
     for group in range(3):
@@ -139,7 +139,7 @@ def _faded(colour: Floats, away: Floats) -> Floats:
 
 
 def _shown(model: Model, data: Data, camera: Camera) -> float:
-    """How well a camera shows both bodies: pixels of the one that it shows less of; what is hidden counts a quarter."""
+    """Quality of a view of both bodies: pixels of the one with fewer; a hidden pixel counts a quarter."""
     rest, *bodies = _seen(model, data, camera, COARSE)
     return min(float(np.where(b.distance < rest.distance, 1.0, 0.25)[b.hit].sum()) for b in bodies)
 

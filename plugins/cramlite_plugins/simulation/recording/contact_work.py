@@ -27,8 +27,8 @@ class ContactWork:
         self._seen[np.asarray(data.contact.geom, dtype=np.int32).tobytes()] += 1
 
     def points(self) -> dict[str, float]:
-        """Return the contact points of each thing and robot that moves, on the mean of all samples: half of those between two that move,
-        none of what sleeps. Grains count as what they fill."""
+        """Return the mean number of contact points of each moving thing and robot over all samples: half of
+        those between two moving ones, none of sleeping ones. Grains count as their vessel."""
         owners, moves = self._compiled.owners, self._moves
         found = {o.name: 0.0 for o, one in zip(owners, moves, strict=True) if one}
         samples = max(1, self._seen.total())

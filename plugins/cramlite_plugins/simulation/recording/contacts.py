@@ -89,7 +89,7 @@ class Contacts:
         return _summed([points])[0]
 
     def _kept(self, data: Data) -> _Kept:
-        """Which contacts of a state are kept."""
+        """Contacts of a state that are kept."""
         geoms = data.contact.geom
         key = geoms.tobytes()
         if key not in self._known:
@@ -98,7 +98,7 @@ class Contacts:
         return self._known[key]
 
     def _listed(self, pairs: list[list[int]]) -> tuple[list[int], list[Named]]:
-        """Which of the contacts of these pairs of geoms are kept, and the names of each."""
+        """Kept contacts of these pairs of geoms, with the names of each."""
         found = [(row, named) for row, pair in enumerate(pairs) if (named := self._name(*pair)) is not None]
         return [row for row, _ in found], [named for _, named in found]
 

@@ -45,7 +45,7 @@ def picture(
 
 
 def fitted(usual: Camera, rollout: Rollout, about: Collection[str], size: tuple[int, int]) -> Camera:
-    """Return a camera in the direction of the usual one, as near as it may be to have the places of things in its picture."""
+    """Return a camera in the usual direction, as near as possible with the places of things in its picture."""
     named = [t for t in rollout.world.things if t.name in about]
     moved = {t.name: rollout.poses[t.name][:, :3] for t in named if t.name in rollout.poses and (t.movable or t.joint)}
     if not named:
@@ -72,8 +72,8 @@ def _point(place: Floats) -> Vector3:
 
 
 def camera_of(world: World, model: Model, data: Data) -> Camera:
-    """Return the camera that stands beside the first robot, wherever that is: on its right, or on its left where something near
-    the camera hides what is before the robot."""
+    """Return the camera beside the first robot: on its right, or on its left if something near the camera hides
+    the place before the robot."""
     usual, base = Camera(), world.robots[0].base if world.robots else Pose()
     x, y, z = usual.eye
     right, left = (Camera((base * Pose(e)).position, (base * Pose(usual.target)).position) for e in (usual.eye, (x, -y, z)))
@@ -81,7 +81,7 @@ def camera_of(world: World, model: Model, data: Data) -> Camera:
 
 
 def _clear(model: Model, data: Data, camera: Camera) -> bool:
-    """Whether nothing in the first half of the way hides what a camera looks at."""
+    """Whether the first half of a camera's line of sight to its target is free."""
     eye, way = np.asarray(camera.eye), np.subtract(camera.target, camera.eye)
     geom, distance, _ = cast(model, data, eye, way[None] / np.linalg.norm(way))
     return bool(geom[0] < 0 or distance[0] > np.linalg.norm(way) / 2)

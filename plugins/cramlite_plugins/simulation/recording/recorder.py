@@ -23,7 +23,7 @@ GRAVITY = 9.81  # MuJoCo's default, which worlds do not change
 
 
 class _Sample(NamedTuple):
-    """What is kept of a state, as MuJoCo has it: it becomes names and poses when the run is over."""
+    """Record of a state in MuJoCo's terms; names and poses are made of it after the run."""
 
     sites: Floats
     turns: Floats
@@ -155,14 +155,14 @@ class Recorder:
 
 
 def _recorded_bodies(compiled: Compiled, index: EffectorIndex) -> list[int]:
-    """Ids of the bodies whose poses are kept: things, what they are filled with, and a platform."""
+    """Ids of the bodies with recorded poses: things, their grains, and a platform."""
     platform = index.platform if isinstance(index, RobotIndex) else None
     found = [body for i in compiled.things.values() for body in (i.body, *(grain for grain, _ in i.grains))]
     return [*found, platform.body] if platform else found
 
 
 def _rows(poses: Sequence[Pose]) -> Floats:
-    """(N, 7) poses as a rollout has them."""
+    """Poses (N, 7) in the layout of a rollout."""
     return np.array([(*p.position, *p.quaternion) for p in poses]).reshape(-1, 7)
 
 

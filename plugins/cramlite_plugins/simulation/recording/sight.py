@@ -23,7 +23,8 @@ RAYS = 400  # are cast at a thing: of PIXELS of a small one each has its own, of
 
 
 class Sight:
-    """A detector of first sightings in a world in which things are known once they are seen; in any other one, of none.
+    """Detector of first sightings, for worlds in which things are known once they are seen; without effect in
+    others.
 
     A camera looks where it stands, as a robot's does: what it sees in passing, nobody has looked at.
 
@@ -42,7 +43,7 @@ class Sight:
         self._looked: dict[str, float] = {}
 
     def look(self, data: Data, cameras: Mapping[str, Pose], time: float) -> None:
-        """Record what is seen for the first time.
+        """Record the time at which a camera first sees each thing.
 
         Args:
             cameras: name -> optical frame in the world.
@@ -60,7 +61,7 @@ class Sight:
                     self.seen[thing] = min(time, self.seen[thing])
 
     def _pixels(self, data: Data, thing: str, camera: Pose, intrinsics: Intrinsics) -> float:
-        """How many pixels of a camera's image show a thing; of a part of them, where it is large."""
+        """Number of pixels of a camera's image that show a thing; of a large one, those of a part."""
         body = self._compiled.things[thing].body
         pose = Pose(tuple(data.xpos[body]), tuple(data.xquat[body]))
         columns, rows = _window(intrinsics, camera.inverse().apply(pose.apply(self._corners[thing])))

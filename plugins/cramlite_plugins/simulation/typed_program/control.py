@@ -72,7 +72,7 @@ def monitor(run: Running, step: Monitor) -> Cycles:
 
 
 def _seen(run: Running, step: Monitor, waited: float, began: float) -> str:
-    """What should not have happened, as a clause; empty when nothing did."""
+    """Clause on the exceeded limit of a monitor; empty without one."""
     measured, closed = force(run.arm), began - run.arm.gripper.opening
     if step.force is not None and measured > step.force:
         return f"force {measured:.3f} N > {step.force:g} N"
@@ -84,7 +84,7 @@ def _seen(run: Running, step: Monitor, waited: float, began: float) -> str:
 
 
 def _advanced(cycles: Cycles) -> tuple[bool, StepFailed | None]:
-    """One cycle of a branch: whether it has ended, and how it failed."""
+    """Run one cycle of a branch; return whether it has ended, and its failure."""
     try:
         next(cycles)
     except StopIteration:
@@ -95,7 +95,7 @@ def _advanced(cycles: Cycles) -> tuple[bool, StepFailed | None]:
 
 
 def _stop(run: Running, going: list[tuple[tuple[AnyStep, ...], Cycles]]) -> Cycles:
-    """End branches; what they moved comes to rest."""
+    """End branches; the arm and the gripper that they moved come to rest."""
     for branch, cycles in going:
         cycles.close()
         if uses_arm(branch):

@@ -1,4 +1,4 @@
-"""Static check of a program: unknown functions and variables, wrong arguments, and what cannot run here."""
+"""Static check of a program: unknown functions and variables, wrong arguments, and calls that cannot run here."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def functions(program: Function) -> dict[str, Function]:
 
 
 def check(program: Function, library: Library) -> list[Lack]:
-    """Check a program for what would fail at run time.
+    """Check a program for errors that it would meet at run time.
 
     Returns:
         The places that no controller would refuse, and that cannot run here.
@@ -59,7 +59,8 @@ def check(program: Function, library: Library) -> list[Lack]:
 
 
 def refuse_lacks(program: Function, library: Library) -> None:
-    """Refuse a program that would come upon something that it cannot run here; what it never calls may have it.
+    """Refuse a program that can reach a call which the controller model lacks; functions that are never called
+    may have one.
 
     Raises:
         UserError: the line and the reason of the first, and how many more there are; or that nothing would run.
@@ -99,7 +100,7 @@ class _Names:
         self.whole = bool(program.name)
 
     def lacks(self, node: object) -> Iterator[Lack]:
-        """List what a node needs and the model does not have; raise what is wrong about it."""
+        """List the functions and variables of a node that the model lacks; raise its errors."""
         if isinstance(node, Call):
             yield from self.call(node)
         elif isinstance(node, Name) and node.name not in self.variables:
@@ -122,13 +123,14 @@ class _Names:
             yield Lack(call.line, f"{there_is}a URCap, another script or a controller of another version may have it")
 
     def arity(self, name: str) -> Arity:
-        """Return the parameters of a function; those of a built-in one take a while to find, so once."""
+        """Return the parameters of a function, which are found once, since a built-in function's take a while."""
         if name not in self.arities:
             self.arities[name] = _own(self.own[name]) if name in self.own else _built_in(self.library[name])
         return self.arities[name]
 
     def misspelt(self, name: str) -> bool:
-        """Whether it is a letter or two off a name that there is; numbers at its end tell names apart.
+        """Whether a name is a letter or two off a known one; names that differ in numbers at their end are
+        different.
 
         A script file may well call a relative of its own functions that another one defines.
         """

@@ -1,4 +1,5 @@
-"""Functions that controllers of Universal Robots have, by name: for telling what the model lacks from what nobody has.
+"""Names of the functions of Universal Robots' controllers: they tell a function that the model lacks from an
+unknown one.
 
 Written down from the URScript manual (e-Series 5.x), by its modules, and from programs that PolyScope and UR's libraries
 write: they call functions that no manual has. The list is not complete, so a name that is not on it need not be wrong.

@@ -80,7 +80,7 @@ class ExpressionParser:
         return self.take()
 
     def identifier(self, what: str) -> Token:
-        """Consume a name, or raise the error that says what is missing."""
+        """Consume a name, or raise the error on the missing ``what``."""
         if self.word.kind != "name":
             raise self.unexpected(what)
         return self.take()

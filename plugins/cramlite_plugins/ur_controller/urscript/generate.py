@@ -133,7 +133,8 @@ class _Writer:
         return f'g["{s.target.name}"] = {value}' if is_global else f"v_{s.target.name} = {value}"
 
     def counted(self, e: Expression) -> str:
-        """The value, whose elements count as statements if it may be a list: whoever takes it looks at each."""
+        """Code of a value; the elements of one that may be a list count as statements, since its user looks at
+        each."""
         listed = isinstance(e, Name | Item | Member | Call | StructOf | Unary) or (isinstance(e, ListOf) and not e.pose)
         return f"m.kept({self.value(e)})" if listed else self.value(e)
 

@@ -64,7 +64,7 @@ class Stopped(Exception):
 
 
 TOO_DEEP = (RecursionError, MemoryError, SyntaxError)
-"""What Python says of too much of it."""
+"""Python's messages on code that is nested too deep."""
 
 
 def load(text: str, library: Library = PURE) -> Loaded:
@@ -83,7 +83,8 @@ def load(text: str, library: Library = PURE) -> Loaded:
 
 
 def examine(text: str, library: Library = PURE) -> tuple[Loaded, list[Lack]]:
-    """Parse, check and compile a text that need not run here, and list what it lacks here.
+    """Parse, check and compile a text that need not run here, and list the calls that the controller model
+    lacks.
 
     Raises:
         UserError: it is no URScript, or calls what there is not; says the line.
@@ -112,7 +113,7 @@ def _too_deep(part: Function, library: Library) -> int:
 
 
 def _lacking(name: str) -> None:
-    """Stop where a program would call what there is not; ``load`` refuses those that could."""
+    """Stop a program at the call of a missing function; ``load`` refuses programs that could reach one."""
     raise ScriptError(f"the controller model does not have '{name}'")
 
 

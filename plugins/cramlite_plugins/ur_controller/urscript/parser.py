@@ -172,7 +172,7 @@ class _Parser(ExpressionParser):
 
 
 def _is_program(main: Statement, after: list[Statement]) -> TypeGuard[Function]:
-    """Whether a controller starts it; a call of itself after its end changes nothing."""
+    """Whether a controller would start the text as a program; a call of itself after its end changes nothing."""
     if not isinstance(main, Function) or main.word == "thread" or main.parameters:
         return False
     return all(isinstance(s, Evaluate) and s.value == Call(main.name, (), (), s.line) for s in after[:1]) and len(after) < 2

@@ -1,4 +1,4 @@
-"""Values of URScript: literals, elements, fields and what they are shown as.
+"""Values of URScript: literals, elements, fields and their text.
 
 Booleans, integers (32 bits), floats and strings are Python's; lists are Python lists, poses the subclass ``PoseValue``,
 structs ``StructValue``. All are values: assigning one copies it. Wrong operands raise ``ScriptError``.

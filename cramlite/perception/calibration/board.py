@@ -1,0 +1,145 @@
+"""Printed boards for calibration: ChArUco boards, and grids of ArUco or AprilTag markers; drawn, and found in pictures."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+from pydantic import Field, model_validator
+
+from ...base.errors import UserError, nearest
+from ...base.quantities import Length
+from ...base.spec import Spec
+from ...base.value import Value
+
+if TYPE_CHECKING:
+    from ...model.view import Image, Points
+
+DPI = 300
+"""Dots per inch of a printed board: what office printers resolve."""
+LEAST = 6
+"""Corners of a board that are seen: four make a pose, two more tell whether it is right."""
+MARGIN = 0.005
+"""White border around a printed board [m]: a marker is found by the white around it."""
+
+
+class BoardSpec(Spec):
+    """Board: ``columns`` x ``rows`` squares of a chess board with markers (charuco), or of markers with gaps (grid)."""
+
+    kind: Literal["charuco", "grid"] = "charuco"
+    columns: int = Field(default=7, ge=2, le=40)
+    rows: int = Field(default=5, ge=2, le=40)
+    square: Length = Field(default=0.035, gt=0.002, le=1.0)
+    marker: Length = Field(default=0.026, gt=0.001, le=1.0)
+    dictionary: str = "4X4_50"
+
+    @model_validator(mode="after")
+    def _fits(self) -> BoardSpec:
+        if not self.marker < self.square:
+            raise ValueError("'marker' is the side of a marker and smaller than 'square', from one marker to the next")
+        return self
+
+    @property
+    def size(self) -> tuple[float, float]:
+        """Width and height of what is printed [m]."""
+        gap = self.square - self.marker if self.kind == "grid" else 0.0
+        return self.columns * self.square - gap, self.rows * self.square - gap
+
+
+class Sighting(Value, eq=False):
+    """Corners of a board in a picture: (N, 3) on the board [m], and (N, 2) in the image [pixel]."""
+
+    corners: Points
+    pixels: Points
+
+
+def opencv() -> Any:
+    """Return the module cv2.
+
+    Raises:
+        UserError: it is not installed, or a version without what is needed.
+    """
+    try:
+        import cv2
+    except ImportError as error:
+        raise UserError("Calibration needs OpenCV, which is not installed: pip install 'cramlite[calibration]'.") from error
+    if not hasattr(cv2, "calibrateHandEye"):
+        raise UserError(f"OpenCV {cv2.__version__} has no calibrateHandEye: pip install 'cramlite[calibration]' installs one that has.")
+    return cv2
+
+
+def made(spec: BoardSpec) -> Any:
+    """Return OpenCV's board.
+
+    Raises:
+        UserError: there is no such dictionary, or it has too few markers.
+    """
+    cv2 = opencv()
+    names = [n.removeprefix("DICT_") for n in dir(cv2.aruco) if n.startswith("DICT_")]
+    if spec.dictionary not in names:
+        raise UserError(f"board: there is no dictionary of markers '{spec.dictionary}'; {nearest(spec.dictionary, names)}.")
+    markers = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, f"DICT_{spec.dictionary}"))
+    needed = spec.columns * spec.rows // (2 if spec.kind == "charuco" else 1)
+    if (there := len(markers.bytesList)) < needed:
+        raise UserError(f"board: it needs {needed} markers, and dictionary '{spec.dictionary}' has {there}; take a larger one.")
+    size = (spec.columns, spec.rows)
+    if spec.kind == "charuco":
+        return cv2.aruco.CharucoBoard(size, spec.square, spec.marker, markers)
+    return cv2.aruco.GridBoard(size, spec.marker, spec.square - spec.marker, markers)
+
+
+def drawn(spec: BoardSpec, dots_per_metre: float = DPI / 0.0254) -> Image:
+    """Return a board as a grey picture (rows, columns) at its true size, without a border."""
+    width, height = (round(s * dots_per_metre) for s in spec.size)
+    picture: Image = made(spec).generateImage((width, height), marginSize=0)
+    return picture
+
+
+def write_board(path: Path, spec: BoardSpec) -> None:
+    """Write a board for printing at its true size, as PNG or PDF.
+
+    Raises:
+        UserError: it is neither, or it cannot be written.
+    """
+    import numpy as np
+    from PIL import Image as Pictures
+
+    if path.suffix.lower() not in (".png", ".pdf"):
+        raise UserError(f"--board {path}: a board is written as .png or .pdf.")
+    picture = Pictures.fromarray(np.pad(drawn(spec), round(MARGIN / 0.0254 * DPI), constant_values=255))
+    try:
+        picture.save(path, dpi=(DPI, DPI), resolution=DPI)
+    except OSError as error:
+        raise UserError(f"--board {path}: it cannot be written: {error.strerror or error}.") from error
+
+
+def found(spec: BoardSpec, grey: Image) -> Sighting | None:
+    """Find a board in a grey picture; None where fewer than ``LEAST`` corners, or only those of one line, are seen."""
+    import numpy as np
+
+    cv2, board = opencv(), made(spec)
+    settings = cv2.aruco.DetectorParameters()
+    settings.cornerRefinementMethod = cv2.aruco.CORNER_REFINE_SUBPIX
+    if spec.kind == "charuco":
+        seen, names, _, _ = cv2.aruco.CharucoDetector(board, detectorParams=settings).detectBoard(grey)
+    else:
+        seen, names, _ = cv2.aruco.ArucoDetector(board.getDictionary(), settings).detectMarkers(grey)
+    if names is None or len(names) == 0:
+        return None
+    corners, pixels = board.matchImagePoints(seen, names)
+    if corners is None or len(corners) < LEAST:
+        return None
+    corners, pixels = np.asarray(corners, float).reshape(-1, 3), np.asarray(pixels, float).reshape(-1, 2)
+    spread = np.linalg.svd(corners - corners.mean(axis=0), compute_uv=False)
+    return Sighting(corners, pixels) if spread[1] > 0.5 * spec.square else None
+
+
+def other_dictionaries(spec: BoardSpec, grey: Image) -> list[str]:
+    """Names of other dictionaries of which at least two markers are in a picture, those with most markers first."""
+    cv2, counts = opencv(), dict[str, int]()
+    for name in sorted(n.removeprefix("DICT_") for n in dir(cv2.aruco) if n.startswith("DICT_")):
+        markers = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, f"DICT_{name}"))
+        _, names, _ = cv2.aruco.ArucoDetector(markers).detectMarkers(grey)
+        if names is not None and len(names) > 1 and name != spec.dictionary:
+            counts[name] = len(names)
+    return sorted(counts, key=lambda n: (-counts[n], n))

@@ -1,0 +1,52 @@
+"""Check of cameras: is one where it is believed, by what stands in its picture?"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from ..model.geometry import Pose
+from .active_perception import ask
+from .query import ObjectQuery
+
+if TYPE_CHECKING:
+    from ..model.view import CameraOffset, Depth, View
+    from ..model.world import Thing
+    from ..plugin.catalogue import Knowledge
+
+OFFSET = "camera_offset"
+
+
+def camera_offset(
+    view: View, fixtures: tuple[Thing, ...], knowledge: Knowledge, robot: Depth | None = None
+) -> tuple[CameraOffset | None, str]:
+    """Return how far the camera of a view is off, and the reason in a clause; None where fixtures do not tell, and why.
+
+    Args:
+        fixtures: things whose poses are known.
+        robot: the depth at which the camera would see the robot itself [m].
+    """
+    if not any(OFFSET in e.outputs for e in knowledge.experts):
+        return None, "no plugin tells it"
+    found = ask(ObjectQuery(wanted=(OFFSET,)), view, fixtures, knowledge, robot=robot)
+    said = found.scene.get(OFFSET)
+    if said is None:
+        return None, "; ".join(f for r in found.runs for f in r.failures) or "no fixture is in the picture"
+    offset: CameraOffset = said.value
+    return offset, said.judged.reason
+
+
+def camera_warning(view: View, fixtures: tuple[Thing, ...], knowledge: Knowledge, robot: Depth | None = None) -> str:
+    """Return a warning where a camera is off by more than programs are proven for, else nothing."""
+    if not fixtures:
+        return ""
+    offset, reason = camera_offset(view, fixtures, knowledge, robot)
+    if offset is None or not offset.off:
+        return ""
+    return f"{reason}; 'cramlite calibrate SCENARIO --view PICTURE' writes the corrected pose, if the fixtures are where the map has them"
+
+
+def moved_text(moved: Pose) -> str:
+    """Return a motion of a camera in its own frame as a clause."""
+    (right, down, forward), turn = (1000 * v for v in moved.position), math.degrees(moved.distance(Pose())[1])
+    return f"{right:+.1f} mm to the right, {down:+.1f} mm down, {forward:+.1f} mm forward, turned by {turn:.2f} deg"

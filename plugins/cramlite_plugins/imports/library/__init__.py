@@ -1,0 +1,1 @@
+"""Libraries of known kinds: meshes with textures and MJCF bodies become object models."""

@@ -1,0 +1,68 @@
+"""Models of a library's kinds."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from msgspec import DecodeError, json
+from msgspec.structs import replace
+
+from cramlite.model import Inertia, MeshFile, Pose, Thing, Vector3
+from cramlite.plugin import Mass, ModelMaker, UserError, read_value
+
+from .entries import Entry
+
+DIRECTIONS = ("x", "-x", "y", "-y", "z", "-z")
+
+
+def maker(name: str, entry: Entry, folder: Path) -> ModelMaker:
+    """Return the model of a kind.
+
+    Raises:
+        UserError: a file is missing, or its usual side up is no axis.
+    """
+    for part in (entry.thing, entry.look):
+        if not (folder / part).is_file():
+            raise UserError(f"{folder}: model '{name}' names '{part}', and there is no such file; add its folder again.")
+    if entry.up is not None and entry.up not in DIRECTIONS:
+        raise UserError(f"{folder}: model '{name}': up is one of {', '.join(DIRECTIONS)}, not '{entry.up}'.")
+
+    def make(*, name: str, pose: Pose, mass: Mass | None = None, fixed: bool | None = None) -> Thing:
+        thing = _read(folder / entry.thing)
+        still = entry.fixed if fixed is None else fixed
+        weight = None if still else _heavy(thing, entry.mass if mass is None else _kilograms(mass), f"model '{name}'")
+        look = MeshFile(str(folder / entry.look), 1.0, _direction(entry.up))
+        inertia = None if weight is None or thing.inertia is None or not thing.mass else _scaled(thing.inertia, weight / thing.mass)
+        return replace(thing, name=name, pose=pose, type=entry.type, mass=weight, inertia=inertia, mesh=look)
+
+    return ModelMaker(name, make, product=True)
+
+
+def _kilograms(mass: Any) -> float:
+    return float(read_value(Mass, mass))
+
+
+def _heavy(thing: Thing, stated: float | None, where: str) -> float:
+    found = stated if stated is not None else thing.mass
+    if found is None:
+        raise UserError(f"{where} has no mass: write 'mass' in its library's file, or 'fixed: true'.")
+    return found
+
+
+def _scaled(inertia: Inertia, factor: float) -> Inertia:
+    xx, yy, zz, xy, xz, yz = (factor * m for m in inertia.moments)
+    return Inertia(inertia.centre, (xx, yy, zz, xy, xz, yz))
+
+
+def _direction(up: str | None) -> Vector3 | None:
+    from .attitudes import NAMES
+
+    return None if up is None else NAMES[up]
+
+
+def _read(file: Path) -> Thing:
+    try:
+        return json.decode(file.read_bytes(), type=Thing)
+    except (OSError, DecodeError) as error:
+        raise UserError(f"'{file}' is no kind of a library ({error}); add its folder again.") from error

@@ -1,0 +1,215 @@
+"""Expert that finds a camera that is not where it is believed, from the fixtures in its picture.
+
+Measured points near fixtures are registered to their surfaces, point to plane with Tukey's weights (Chen and Medioni, IVC 10, 1992;
+Beaton and Tukey, Technometrics 16, 1974); what fixtures do not tell, such as a shift along the only table in the picture, stays as
+believed.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from cramlite.model import CameraOffset, Geom, Pose, Value
+from cramlite.plugin import Expert, Inputs, Judged, Parameter, Unresolvable, hookimpl
+
+from .segmentation.surroundings import facing_distances
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    Floats = np.ndarray[Any, np.dtype[np.float64]]
+
+PRIMITIVES = ("box", "cylinder", "capsule", "sphere")
+BLOCK = 40
+"""Side of a block of the image in which errors of depth belong together [pixel]: matching and lenses err over such patches."""
+
+
+class _Points(Value, eq=False):
+    """Points near fixtures (N, 3), rays to them, standard deviations [m], and the blocks of the image that they are in."""
+
+    at: Floats
+    rays: Floats
+    spread: Floats
+    blocks: Any
+
+
+def camera_offset(inputs: Inputs) -> Mapping[str, Any]:
+    """Find how far the camera is off.
+
+    Raises:
+        Unresolvable: too little of fixtures is in the picture, or what is there is not where any near pose would see it.
+    """
+    import numpy as np
+
+    limits, view = inputs.parameters, inputs["view"]
+    solids = [(g, t.pose * g.pose) for t in inputs["fixtures"] if t.joint is None for g in t.geoms if g.shape in PRIMITIVES]
+    points, solids = _near(inputs, solids)
+    centre = points.at.mean(axis=0)
+    prior = _prior(np.array(view.camera.position) - centre, limits)
+    whole = _registered(points, solids, centre, prior, limits)
+    points, solids = _clear(points, whole, solids, limits)
+    whole = _registered(points, solids, centre, prior, limits)
+    away, j, weight = _linear(points, whole, centre, solids, limits["last_m"])
+    used = weight > 0
+    if used.mean() < limits["share"]:
+        raise Unresolvable(f"only {100 * used.mean():.0f} % of {len(used)} points near fixtures are on them wherever the camera is")
+    start = np.abs(_linear(points, Pose(), centre, solids, limits["reach_m"])[0])
+    covariance, open_ = _covariance(points, away, j, weight, prior)
+    found = _judged(view.camera, whole, centre, covariance, points, used, limits)
+    offset = CameraOffset(*found[:4], float(np.median(start[used])), float(np.median(np.abs(away[used]))), *found[4:], open_)
+    return {"camera_offset": Judged(offset, float(used.mean()), _said(offset))}
+
+
+def _near(inputs: Inputs, solids: Sequence[tuple[Geom, Pose]]) -> tuple[_Points, list[tuple[Geom, Pose]]]:
+    """A sample of the points near solids, and the solids that have some."""
+    import numpy as np
+
+    cloud, view, limits = inputs["cloud"], inputs["view"], inputs.parameters
+    index = np.flatnonzero(cloud.mask)
+    index = index[:: max(1, len(index) // int(limits["most"]))]
+    at, eye = cloud.points.reshape(-1, 3)[index].astype(float), np.array(view.camera.position)
+    rays = at - eye
+    rays /= np.linalg.norm(rays, axis=1)[:, None]
+    depth = view.depth.reshape(-1)[index].astype(float)
+    distances = [np.abs(facing_distances(g, p, at, rays)[0]) for g, p in solids]
+    near = np.min(distances, axis=0) < limits["reach_m"] if distances else np.zeros(len(at), bool)
+    if near.sum() < limits["least"]:
+        few = f"{int(near.sum())} of {len(at)} measured points are near fixtures"
+        raise Unresolvable(f"{few}; {limits['least']:.0f} at least tell the camera")
+    kept = [s for s, d in zip(solids, distances, strict=True) if (d < limits["reach_m"]).sum() >= 5]
+    row, column = np.divmod(index[near], view.depth.shape[1])
+    blocks = (row // BLOCK) * 1000 + column // BLOCK
+    spread = np.hypot(limits["rough_m"], limits["noise"] * depth[near] ** 2)
+    return _Points(at[near], rays[near], spread, blocks), kept
+
+
+def _registered(points: _Points, solids: Sequence[tuple[Geom, Pose]], centre: Floats, prior: Floats, limits: Mapping[str, float]) -> Pose:
+    """Motion of the points onto solids, by weights that narrow from all that is near to noise."""
+    import numpy as np
+
+    whole = Pose()
+    for scale in np.geomspace(limits["reach_m"], limits["last_m"], int(limits["iterations"])):
+        away, j, weight = _linear(points, whole, centre, solids, scale)
+        step = np.linalg.solve(j.T @ (weight[:, None] * j) + prior, -j.T @ (weight * away) - prior @ _twist(whole, centre))
+        whole = _about(centre, np.asarray(step, float)) * whole
+    return whole
+
+
+def _clear(
+    points: _Points, whole: Pose, solids: Sequence[tuple[Geom, Pose]], limits: Mapping[str, float]
+) -> tuple[_Points, list[tuple[Geom, Pose]]]:
+    """Solids on which most points near them lie, and their points: what hangs on a peg is near it, too, and tells nothing."""
+    import numpy as np
+
+    at, rays = whole.apply(points.at), whole.rotate(points.rays)
+    distances = np.array([np.abs(facing_distances(g, p, at, rays)[0]) for g, p in solids])
+    nearest, on = distances.argmin(axis=0), distances.min(axis=0) < limits["last_m"]
+    clear = [k for k in range(len(solids)) if (own := nearest == k).sum() >= limits["part"] and on[own].mean() >= limits["clear"]]
+    kept = np.isin(nearest, clear)
+    if kept.sum() < limits["least"]:
+        raise Unresolvable(f"things hide or surround the fixtures: {int(kept.sum())} points are on parts that are clear of them")
+    return _Points(points.at[kept], points.rays[kept], points.spread[kept], points.blocks[kept]), [solids[k] for k in clear]
+
+
+def _linear(
+    points: _Points, whole: Pose, centre: Floats, solids: Sequence[tuple[Geom, Pose]], scale: float
+) -> tuple[Floats, Floats, Floats]:
+    """Distances, their derivatives by rotation about the centre and shift, and weights (Tukey)."""
+    import numpy as np
+
+    at, rays = whole.apply(points.at), whole.rotate(points.rays)
+    best, normal = np.full(len(at), np.inf), np.zeros((len(at), 3))
+    for geom, pose in solids:
+        away, n = facing_distances(geom, pose, at, rays)
+        nearer = np.abs(away) < np.abs(best)
+        best[nearer], normal[nearer] = away[nearer], n[nearer]
+    j = np.column_stack([np.cross(at - centre, normal), normal])
+    weight = np.where(np.abs(best) < scale, (1 - (best / scale) ** 2) ** 2, 0.0) / (points.spread**2)
+    return best, j, weight / max(1.0, len(at) / len(np.unique(points.blocks)))
+
+
+def _prior(eye: Floats, limits: Mapping[str, float]) -> Floats:
+    """Information on a small motion about the centre: the camera's own error in position and angle."""
+    import numpy as np
+
+    lever = np.array([[0, -eye[2], eye[1]], [eye[2], 0, -eye[0]], [-eye[1], eye[0], 0]])
+    moves = np.hstack([-lever, np.eye(3)])  # what the camera moves by
+    turns = np.hstack([np.eye(3), np.zeros((3, 3))])
+    return np.asarray(moves.T @ moves / limits["prior_m"] ** 2 + turns.T @ turns / limits["prior_rad"] ** 2)
+
+
+def _about(centre: Floats, twist: Floats) -> Pose:
+    turn = Pose.from_rotvec((0, 0, 0), tuple(twist[:3].tolist()))
+    return Pose(tuple((centre - turn.rotate(centre) + twist[3:]).tolist()), turn.quaternion)
+
+
+def _twist(whole: Pose, centre: Floats) -> Floats:
+    import numpy as np
+
+    return np.concatenate([whole.rotvec, whole.apply(centre) - centre])
+
+
+def _covariance(points: _Points, away: Floats, j: Floats, weight: Floats, prior: Floats) -> tuple[Floats, int]:
+    """Covariance of the motion, and how many directions only the prior tells: what noise explains, and what blocks of the image disagree
+    on."""
+    import numpy as np
+    from scipy.linalg import eigh
+
+    data = j.T @ (weight[:, None] * j)
+    pull = [j[own].T @ (weight[own] * away[own]) for b in np.unique(points.blocks) if (own := points.blocks == b).any()]
+    inverse = np.linalg.inv(data + prior)
+    told = eigh(data, prior, eigvals_only=True)
+    return inverse @ np.array(pull).T @ np.array(pull) @ inverse + inverse, int((told < 1).sum())
+
+
+def _judged(
+    believed: Pose, whole: Pose, centre: Floats, covariance: Floats, points: _Points, used: Any, limits: Mapping[str, float]
+) -> tuple[Pose, Pose, float, float, float, bool]:
+    """Camera, its motion and standard deviations, the shift of points, and whether it is off."""
+    import numpy as np
+
+    camera = whole * believed
+    eye = np.array(believed.position) - centre
+    lever = np.array([[0, -eye[2], eye[1]], [eye[2], 0, -eye[0]], [-eye[1], eye[0], 0]])
+    moves = np.hstack([-lever, np.eye(3)])
+    position = math.sqrt(float(np.trace(moves @ covariance @ moves.T)))
+    angle = math.sqrt(float(np.trace(covariance[:3, :3])))
+    shift = math.sqrt(float(((whole.apply(points.at[used]) - points.at[used]) ** 2).sum(axis=1).mean()))
+    twist = _twist(whole, centre)
+    sure = float(twist @ np.linalg.solve(covariance, twist)) > limits["chance"]
+    return camera, believed.inverse() * camera, position, angle, shift, bool(sure and shift > limits["off_m"])
+
+
+def _said(offset: CameraOffset) -> str:
+    position, angle = offset.moved.distance(Pose())
+    return (
+        f"the camera is {1000 * position:.1f} mm (+-{1000 * offset.position:.1f}) and {math.degrees(angle):.2f} deg "
+        f"(+-{math.degrees(offset.angle):.2f}) from where it is believed: fixtures are seen {1000 * offset.before:.1f} mm off, "
+        f"and {1000 * offset.after:.1f} mm with it moved" + (f"; {offset.open} of 6 directions are open" if offset.open else "")
+    )
+
+
+@hookimpl
+def experts() -> Iterable[Expert]:
+    parameters = (
+        Parameter("reach_m", 0.040, "a camera that is off by 25 mm and 1 deg, at .8 m"),
+        Parameter("last_m", 0.008, "three times the noise of depth at 1 m; what stands on a table is farther away"),
+        Parameter("iterations", 16, "it moves less than .1 mm afterwards, measured"),
+        Parameter("most", 4000, "points: 20 a block of the image"),
+        Parameter("least", 400, "points, a tenth of them"),
+        Parameter("share", 0.35, "of the points near fixtures: else they are of something else"),
+        Parameter("clear", 0.6, "of the points near a part of a fixture lie on it, or it does not count"),
+        Parameter("part", 20, "points of a part of a fixture that counts: fewer lie on it by chance"),
+        Parameter("noise", 0.0025, "per metre, of inverse depth, as for segments"),
+        Parameter("rough_m", 0.001, "how true fixtures are to their shapes"),
+        Parameter("prior_m", 0.020, "a camera that was taken off and put back"),
+        Parameter("prior_rad", 0.035, "2 deg: the same"),
+        Parameter("chance", 22.5, "squared length of six standard normal numbers that one of a thousand exceeds"),
+        Parameter("off_m", 0.006, "twice the hand-eye error that programs are proven for (error model)"),
+    )
+    return [
+        Expert("fixture_registration", "how far the camera is from where it is believed", ("view", "cloud", "fixtures"),
+               ("camera_offset",), camera_offset, cost_ms=60.0, parameters=parameters),
+    ]  # fmt: skip

@@ -1,0 +1,112 @@
+"""Nearest free poses of loose things that were read inside others: no two solids share a place, so the reading is off."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator, Mapping
+
+import mujoco
+import numpy as np
+from msgspec.structs import replace
+
+from cramlite.model import Floats, Pose, Robot, Value, World
+from cramlite.plugin import checkpoint
+
+from .compile import Compiled, compile_world
+from .index import Data
+from .world_doubts import DEEP, TOO_DEEP, overlaps
+
+STEP = 0.001
+"""Between distances that are tried [m]."""
+WAYS: list[Floats] = [np.array(w) / np.linalg.norm(w) for w in itertools.product((0, 1, -1), repeat=3) if any(w)]
+"""Directions that are tried: towards the faces, edges and corners of a cube."""
+
+
+FARTHER = 2.0
+"""Times as far as a thing may rest it may be let go of: a basket that is lifted off what its wall is in falls back around it."""
+SETTLE = 1.0
+"""So long what was let go of at its free place falls, tips and slides until it is at rest [s]."""
+
+
+MOVED = 0.001
+"""Distance within which a thing keeps the pose of its reading [m]."""
+
+
+class _Rest(Value, eq=False):
+    """World at rest after the release of a thing: its distance from its reading, and the poses of all moved things."""
+
+    thing: str
+    away: float
+    poses: dict[str, Pose]
+
+
+def put_apart(world: World, robots: Mapping[str, Robot], most: float) -> tuple[World, tuple[str, ...]]:
+    """Move loose things that are too deep inside others to the nearest free places at rest.
+
+    Args:
+        most: that a thing may be from where it was read [m].
+
+    Returns:
+        The world, and what was done to it, in clauses; a pair that is not free within ``most`` stays.
+    """
+    compiled = compile_world(world, robots)
+    data = compiled.data()
+    held = {m.holds.thing for m in world.robots if m.holds}
+    loose = [t.name for t in world.things if compiled.things[t.name].qpos is not None and t.name not in held]
+    said, placed = list[str](), world
+    for a, b, depth in _wrong(compiled, data):
+        ways_out = [(n, other) for n, other in ((a, b), (b, a)) if n in loose and placed.thing(n) is world.thing(n)]
+        found = next(_rests(compiled, data, placed, ways_out, most), None)
+        if found is None:
+            continue
+        placed = placed.moved(found.poses)
+        for name, pose in found.poses.items():
+            compiled.place(data, name, pose)
+        inside = f"'{found.thing}' was read {1000 * depth:.1f} mm inside '{b if found.thing == a else a}'"
+        said.append(f"{inside}; it is believed {1000 * found.away:.0f} mm off, where it is free")
+    return placed, tuple(said)
+
+
+def _wrong(compiled: Compiled, data: Data) -> list[tuple[str, str, float]]:
+    """Pairs of things that are too deep in each other, the deepest first."""
+    found = [o for o in overlaps(compiled, data) if o[2] > TOO_DEEP and compiled.things.keys() >= {o[0], o[1]}]
+    return sorted(found, key=lambda o: -o[2])
+
+
+def _rests(compiled: Compiled, data: Data, world: World, ways_out: list[tuple[str, str]], most: float) -> Iterator[_Rest]:
+    """Worlds at rest within a distance of their readings, of a thing that was let go of where it is free, the nearest of that first."""
+    for step in range(1, round(FARTHER * most / STEP) + 1):
+        checkpoint()
+        for (name, other), way in itertools.product(ways_out, WAYS):
+            x, y, z = (step * STEP * way).tolist()
+            pose = Pose((x, y, z)) * world.thing(name).pose
+            compiled.place(data, name, pose)
+            mujoco.mj_fwdPosition(compiled.model, data)
+            met = [(b if a == name else a, depth) for a, b, depth in overlaps(compiled, data) if name in (a, b)]
+            compiled.place(data, name, world.thing(name).pose)
+            if any(depth > (0.0 if with_ == other else DEEP) for with_, depth in met):
+                continue
+            poses = _at_rest(world.moved({name: pose}), world, (name, other))
+            off = {n: _distance(p, world.thing(n).pose) for n, p in poses.items()}
+            if poses and max(off.values()) <= most:
+                yield _Rest(name, off.get(name, 0.0), poses)
+
+
+def _at_rest(start: World, read: World, pair: tuple[str, str]) -> dict[str, Pose]:
+    """Poses of what is no longer where it was read when all is at rest, what is held aside; none where a pair is in each other again."""
+    held = {m.holds.thing: start.thing(m.holds.thing).pose for m in start.robots if m.holds}
+    compiled = compile_world(replace(start, robots=()), {})
+    data = compiled.data()
+    while data.time < SETTLE:
+        for thing, pose in held.items():
+            compiled.place(data, thing, pose)
+        mujoco.mj_step(compiled.model, data)
+    if any({a, b} == set(pair) for a, b, _ in _wrong(compiled, data)):
+        return {}
+    free = [t.name for t in start.things if compiled.things[t.name].qpos is not None and t.name not in held]
+    now = {n: compiled.pose(data, n) for n in free}
+    return {n: p for n, p in now.items() if _distance(p, read.thing(n).pose) > MOVED}
+
+
+def _distance(one: Pose, other: Pose) -> float:
+    return float(np.linalg.norm(np.subtract(one.position, other.position)))

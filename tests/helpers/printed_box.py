@@ -1,0 +1,38 @@
+"""Boxes with a print, one colour a side or a picture, written as mesh files."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import trimesh
+from PIL import Image
+
+SIDES = ((1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1))
+COLOURS = ((255, 0, 0), (0, 255, 0), (0, 0, 255), (255, 255, 0), (255, 0, 255), (0, 255, 255))
+"""Of the sides above: red, green, blue, yellow, magenta, cyan."""
+
+
+def printed_box(path: Path, size: tuple[float, float, float], tiles: tuple[np.ndarray, ...] | None = None) -> Path:
+    """Write a box, centred on its frame, each side with a picture of its own.
+
+    Args:
+        path: of a GLB, or of an OBJ, beside which its material and texture come to be.
+        size: [m].
+        tiles: six square pictures (n, n, 3) uint8 of one size, in the order of ``SIDES``; None for ``COLOURS``.
+    """
+    tiles = tiles or tuple(np.full((20, 20, 3), c, np.uint8) for c in COLOURS)
+    vertices, faces, places = [], [], []
+    for k, side in enumerate(SIDES):
+        normal = np.array(side, float)
+        right = np.cross((0, 0, 1), normal) if not side[2] else np.array((1.0, 0, 0))
+        up = np.cross(normal, right)
+        for u, v in ((0, 0), (1, 0), (1, 1), (0, 1)):
+            vertices.append((normal + (2 * u - 1) * right + (2 * v - 1) * up) * np.array(size) / 2)
+            places.append(((k + 0.02 + 0.96 * u) / 6, 0.02 + 0.96 * v))
+        faces += [(4 * k, 4 * k + 1, 4 * k + 2), (4 * k, 4 * k + 2, 4 * k + 3)]
+    image = Image.fromarray(np.concatenate(tiles, axis=1))
+    material = trimesh.visual.material.SimpleMaterial(image=image)
+    look = trimesh.visual.TextureVisuals(np.array(places), material=material)
+    trimesh.Trimesh(vertices, faces, process=False, visual=look).export(str(path))
+    return path

@@ -1,0 +1,62 @@
+"""Poses that were read inside others: the nearest free ones within the noise that is told, and no others."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from msgspec.structs import replace
+
+from cramlite import Engine, UserError, read_scenario
+from cramlite.model import InHand, Pose, World
+from cramlite.scenario.worlds import corrected
+
+ENGINE = Engine()
+SCENE = """<mujoco><worldbody>
+<geom name="table" type="box" size="0.6 0.6 0.01" pos="0.3 0 -0.011"/>
+<body name="box" pos="0.4 0.1 0.03"><freejoint/><geom type="box" size="0.03 0.03 0.03" mass="0.1"/></body>
+<body name="can" pos="{at} 0.1 0.03"><freejoint/><geom type="box" size="0.03 0.03 0.03" mass="0.1"/></body>
+<body name="wall" pos="0.5 -0.3 0.03"><geom type="box" size="0.03 0.03 0.03"/></body>
+</worldbody></mujoco>
+"""
+SCENARIO = "scenario: read\nrobot: {{type: ur5e}}\nworld: {{file: scene.xml{noise}}}\ntasks: []\n"
+
+
+def read(folder: Path, noise: str, at: float = 0.44) -> World:
+    """A can and a box of 60 mm whose origins are ``at`` - 0.4 m apart."""
+    (folder / "scene.xml").write_text(SCENE.format(at=at))
+    (folder / "scenario.yaml").write_text(SCENARIO.format(noise=noise))
+    return ENGINE.setting(read_scenario(folder / "scenario.yaml"), twins=0).world
+
+
+def test_what_was_read_inside_another_is_believed_where_it_is_free(tmp_path: Path) -> None:
+    with pytest.raises(UserError, match="overlap by 20 mm at the start, at most 5 mm can be"):
+        read(tmp_path, "")
+    with pytest.raises(UserError, match="overlap by 20 mm"):
+        read(tmp_path, ", noise: 10 mm")
+    world = read(tmp_path, ", noise: 30 mm")
+    apart = np.subtract(world.thing("can").pose.position, world.thing("box").pose.position)
+    assert 0.06 <= abs(apart[0]) <= 0.062 and np.allclose(apart[1:], 0.0, atol=0.002)
+    (note,) = [n for n in world.notes if "was read 20.0 mm inside" in n]
+    assert "it is believed 20 mm off, where it is free" in note
+
+
+def test_readings_that_can_be_are_believed(tmp_path: Path) -> None:
+    for at in (0.457, 0.48):  # 3 mm inside each other, and apart
+        world = read(tmp_path, ", noise: 30 mm", at)
+        assert world.thing("can").pose.position[0] == pytest.approx(at) and not [n for n in world.notes if "was read" in n]
+
+
+def test_what_is_held_or_fixed_stays(tmp_path: Path) -> None:
+    world = read(tmp_path, "", 0.48)
+    for fixed, other in (("box", "can"), ("wall", "box")):
+        there = world.thing(fixed).pose.position
+        inside = world.moved({other: Pose((there[0] + 0.02, there[1], there[2]))})
+        mount = world.robots[0]
+        if fixed == "box":
+            inside = replace(inside, robots=(replace(mount, holds=InHand("box", Pose((0, 0, 0)), 10.0)),))
+        mended = corrected(inside, ENGINE.knowledge, 0.1)
+        assert mended.thing(fixed).pose == inside.thing(fixed).pose, fixed
+        assert mended.thing(other).pose != inside.thing(other).pose and len(mended.notes) == len(inside.notes) + 1
+        assert corrected(inside, ENGINE.knowledge, 0.0) is inside
