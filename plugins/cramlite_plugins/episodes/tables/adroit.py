@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from cramlite.model import Episode, Floats, Pose
-from cramlite.plugin import UserError, hookimpl
+from cramlite.plugin import UserError, hookimpl, read_arrays
 
 NUMBERS = 39
 """Observations at a time: 27 joints of the hand without the forearm's slide, lever, hinge, palm, handle, their difference, open or not."""
@@ -30,6 +30,8 @@ GRIP = (0.15, -0.15, 0.0)
 """The observed point of the handle, from the lever's axis [m]."""
 EXACT = 0.01
 """[m] that the observed handle may be off the computed one: the positions that are observed are one step older than the joints."""
+MOST_BYTES = 100_000_000
+"""Of a recording: ten minutes have 20 MB."""
 _COLUMNS = tuple(f"{{name}}.{part}" for part in ("x", "y", "z", "qw", "qx", "qy", "qz"))
 MAPPING = {
     "recording": "", "length": "m", "up": "z", "handedness": "right", "rotation": "wxyz",
@@ -49,13 +51,13 @@ def read_episode(path: Path) -> Episode | None:
     """Read a demonstration of ``adroit_door``; None if the path is something else."""
     if path.suffix.lower() != ".npz" or not path.is_file():
         return None
-    with np.load(path, allow_pickle=False) as data:
-        if not {"observations", "door"} <= set(data.files):
-            return None
-        seen, frame = np.asarray(data["observations"], dtype=float), np.asarray(data["door"], dtype=float)
-    if seen.ndim != 2 or seen.shape[1] != NUMBERS or frame.shape != (3,):
+    data = read_arrays(path, MOST_BYTES)
+    if not {"observations", "door"} <= set(data):
         return None
-    return _episode(path, seen, frame)
+    seen, frame = data["observations"], data["door"]
+    if seen.ndim != 2 or seen.shape[1] != NUMBERS or frame.shape != (3,) or not {seen.dtype.kind, frame.dtype.kind} <= set("fiu"):
+        return None
+    return _episode(path, seen.astype(float), frame.astype(float))
 
 
 def _episode(path: Path, seen: Floats, frame: Floats) -> Episode:
