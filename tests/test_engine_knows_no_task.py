@@ -44,6 +44,7 @@ ALLOWED: Mapping[tuple[str, str], str] = {
     ("rules.py", "soma:Patient"): "an example in a message",
     ("rules.py", "soma:Grasping"): "an example in a message",
     ("rules.py", "grasps("): "an example in two messages",
+    ("places.py", "near"): "a word of goals: where in a place a spot is",
     ("schema.py", "dul:Task"): "a description in the schema of rule files",
     ("schema.py", "grasps("): "an example in the schema of rule files",
 }

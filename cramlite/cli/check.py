@@ -117,7 +117,7 @@ def _shown(scenario: Scenario, setting: Setting, engine: Engine) -> Plan:
     if found is None:
         miss = nearest_miss(trace.entries)
         raise UserError(
-            f"{place}: the scenario has no things for what was shown, {plans[0]}: "
+            f"{place}: the scenario has no things for the demonstration, {plans[0]}: "
             f"{f'{miss.designator}: {miss.reason}' if miss else 'nothing fits'}."
         )
     return found

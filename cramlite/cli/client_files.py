@@ -122,7 +122,7 @@ def inside(folder: Path, name: str) -> Path:
         raise UserError(f"{quoted(name)} cannot be followed: {error}.") from error
     if not path.is_relative_to(folder.resolve()):
         raise UserError(
-            f"{quoted(name)} is outside the folder of this server, so it is not read; whoever starts the server chooses the folder "
+            f"{quoted(name)} is outside the folder of this server, so it is not read; the folder is chosen at the server's start "
             "(cramlite mcp --folder)."
         )
     return path

@@ -201,7 +201,7 @@ def _execute(arguments: argparse.Namespace) -> int:
     if not arguments.world:
         raise UserError("Say where the program runs: --world with a run directory or scenario, or --on with a robot's process.")
     if arguments.replan and (arguments.plan or arguments.goal):
-        raise UserError("--replan makes plans of its own, so --plan and --goal say nothing about its rounds; judge what they write.")
+        raise UserError("--replan makes plans of its own, so --plan and --goal do not apply to its rounds; judge their programs.")
     if arguments.replan:
         from .replan import execute_and_replan
 

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING
 
 from ..base.errors import NoSolution, UserError
 from ..base.resources import find_scenario
-from ..scenario.scenario import Scenario, read_scenario
+from ..scenario.scenario import Scenario
 from .arguments import Add, plugin_choice
+from .say import add_say, said_in, said_of, understood_text
 from .texts import counted
 
 if TYPE_CHECKING:
@@ -23,7 +24,7 @@ def _goal(arguments: argparse.Namespace) -> int:
 
     if arguments.plans < 1:
         raise UserError(f"--plans is {arguments.plans}; it takes at least 1 plan.")
-    scenario = read_scenario(find_scenario(arguments.scenario))
+    scenario = said_in(find_scenario(arguments.scenario), said_of(arguments))
     if scenario.spec.goal is None:
         raise UserError(f"{scenario.path} has no goal; write one such as 'goal: [drawer open]' in the place of its tasks.")
     scenario = scenario.planned_by(arguments.plan) if arguments.plan else scenario
@@ -41,6 +42,8 @@ def _show(scenario: Scenario, engine: Engine, arguments: argparse.Namespace) -> 
 
     setting, trace, shown = engine.setting(scenario, seed=arguments.seed), Trace(), 0
     scene = setting.symbolic(engine.knowledge.taxonomy)
+    for line in understood_text(scenario, setting, engine.knowledge):
+        print(line)
     for plan in islice(plans_for_goal(setting.name, scenario, scene, engine.knowledge, trace), arguments.plans):
         print(f"{plan}, for '{' and '.join(plan.goal)}'")
         steps = (e for e in trace.entries[shown:] if e.outcome == "chosen")
@@ -77,11 +80,13 @@ def _problem(scenario: Scenario, engine: Engine, seed: int) -> PlanningProblem:
     from ..planning.goal_planner import ground_goal
     from ..planning.operators import Grounder
     from ..planning.planning_problem import problem_of
+    from ..planning.spoken_goals import spoken
     from ..planning.task_goals import Goal
 
     scene = engine.setting(scenario, seed=seed).symbolic(engine.knowledge.taxonomy)
     grounder = Grounder(scene, engine.knowledge.predicates)
-    choice = next(ground_goal(Goal(scenario.spec.goal or ()), scenario.spec.objects, grounder), None)
+    goal = spoken(Goal(scenario.spec.goal or ()), scene, engine.knowledge, f"{scenario.where('goal')}: ")
+    choice = next(ground_goal(goal, scenario.spec.objects, grounder), None)
     if choice is None:
         raise UserError(f"{scenario.where('goal')}: no thing of the world fits the goal's objects.")
     return problem_of(choice, grounder, engine.knowledge, f"{scenario.where('goal')}: ")
@@ -94,6 +99,7 @@ def add_commands(add: Add) -> None:
     goal.add_argument(
         "--seed", type=int, default=0, help="0 (default) is the world as written; others vary it"
     )
+    add_say(goal)
     goal.add_argument("--plans", type=int, default=1, help="so many ways to achieve it; default 1")
     goal.add_argument("--pddl", type=Path, metavar="DIR", help="write domain.pddl and problem.pddl there, and do not plan")
     goal.add_argument("--all", action="store_true", help="all things of the world in the PDDL, not those that the goal is about")

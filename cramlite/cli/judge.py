@@ -104,7 +104,7 @@ def purpose_of(plan: str, goals: Sequence[str], knowledge: Knowledge, place: Wor
     from ..engine.judging import Purpose
 
     if not plan and not goals:
-        raise UserError("Say what the text is judged by: --plan with a run directory or scenario, --goal 'THING on PLACE', or both.")
+        raise UserError("Give the purpose of the text: --plan with a run directory or scenario, --goal 'THING on PLACE', or both.")
     if not plan:
         return Purpose(goal=tuple(goals))
     path = Path(plan)
@@ -144,10 +144,12 @@ def _meant(scenario: Scenario, knowledge: Knowledge, place: World) -> tuple[str,
     from ..interpretation.fluents import symbolic_world
     from ..planning.goal_planner import ground_goal
     from ..planning.operators import Grounder
+    from ..planning.spoken_goals import spoken
     from ..planning.task_goals import Goal
 
-    goal = Goal(scenario.spec.goal or ())
-    grounder = Grounder(symbolic_world(place, knowledge.taxonomy), knowledge.predicates)
+    scene = symbolic_world(place, knowledge.taxonomy)
+    goal = spoken(Goal(scenario.spec.goal or ()), scene, knowledge, f"{scenario.where('goal')}: ")
+    grounder = Grounder(scene, knowledge.predicates)
     choices = list(ground_goal(goal, scenario.spec.objects, grounder))
     if len(choices) != 1:
         may = f"may mean '{choices[0]}' or '{choices[1]}'" if choices else "means nothing that is there"

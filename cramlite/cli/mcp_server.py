@@ -27,6 +27,7 @@ from ..base.json_text import plain_json
 from ..base.pulse import Stop, Stopped, pulse
 from ..base.resources import shipped_scenarios
 from ..engine.executor import Executor, ExecutorDied
+from ..planning.task_goals import Goal
 from ..plugin.selection import PluginChoice
 from ..version import VERSION
 from .answers import check_answer, goals_answer, interpret_answer, solution_answer, tasks_answer, things_answer
@@ -162,14 +163,18 @@ class Tools:
             ctx, lambda say, stop: _data(interpret_answer(self._engine, self._files.episode(episode)))
         )
 
-    async def resolve(self, ctx: Context[Any, Any], scenario: Named, seed: int = 0, goal: list[str] | None = None) -> Answer:
+    async def resolve(self, ctx: Context[Any, Any], scenario: Named, seed: int = 0, goal: list[str] | None = None, say: str = "") -> Answer:
         """Prove a program in simulation, and give the name of its run. It is not executed; takes up to minutes.
 
         The world is that of a scenario: its name, or the scenario itself, as an object or as YAML text. 'goal' holds sentences such as
         "tin on tray", about its things, of a form that list_goals names; they stand for what the scenario starts from. Without them it
-        is the scenario's own tasks, goal or demonstration.
+        is the scenario's own tasks, goal or demonstration. 'say' holds one sentence in everyday English instead, such as "put both cups
+        onto the tray"; what is ambiguous or not so in the scene is refused with what there is, so ask back.
         """
-        return await self._work(ctx, partial(self._resolved, scenario, seed, tuple(goal or ())))
+        if goal and say:
+            raise ToolError("'say' is a sentence in the place of a 'goal'; leave one of them out.")
+        asked = (str(Goal.said(say)),) if say else tuple(goal or ())
+        return await self._work(ctx, partial(self._resolved, scenario, seed, asked))
 
     async def explain(self, run: str, designator: str = "") -> Answer:
         """Say how the program of a run was decided on: all designators, or one, e.g. object_1."""

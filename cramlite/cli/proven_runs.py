@@ -245,7 +245,7 @@ def _require_unaltered(proven: ProvenRun) -> None:
         same = False
     if not same:
         raise UserError(
-            f"The files of '{proven.name}' are not those that were written after the proof: somebody altered program, plan or "
+            f"The files of '{proven.name}' differ from those of the proof: someone altered program, plan or "
             "world. Nothing was run; 'resolve' proves the scenario anew."
         )
     scenario = proven.asked.read()

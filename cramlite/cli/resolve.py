@@ -21,10 +21,10 @@ from ..planning.failure import brief_failure_text, failure_text
 from ..planning.heartbeat import interrupted_text
 from ..planning.trace import Trace, read_trace
 from ..plugin.selection import INSTALLED, PluginChoice
-from ..scenario.scenario import read_scenario
 from .arguments import Add, plugin_choice
 from .progress import Progress
 from .run_files import failure_summary, run_key, solution_summary, write_solution, write_trace
+from .say import Said, add_say, said_in, said_of
 from .signals import Interrupted, Signals, interruptible
 from .texts import counted, first_execution_failed, solution_text, warn_of
 
@@ -51,6 +51,7 @@ def resolve_scenario(
     twins: int | None = None,
     verbose: bool = False,
     relax: bool = False,
+    said: Said | None = None,
 ) -> int:
     """Resolve a scenario, execute the first proven program once where there is a real world, and write the run directory.
 
@@ -58,6 +59,7 @@ def resolve_scenario(
         meant: reading of the demonstration, by its number or a task; None for what the scenario says, or all.
         twins: in how many a program is tried before it counts as proven; None for what the scenario says, or 8.
         verbose: whether a refusal has every cause, or three lines.
+        said: what shall hold in the end, in a sentence, in the place of the scenario's start.
         relax: whether it is also looked for what would have to change where nothing is proven.
 
     Returns:
@@ -69,13 +71,14 @@ def resolve_scenario(
         PluginError: nothing was found, and a plugin broke on the way.
         UserError: the scenario cannot be used.
     """
-    scenario = _started_from(read_scenario(find_scenario(name)), demonstration, plan, meant)
+    scenario = _started_from(said_in(find_scenario(name), said), demonstration, plan, meant)
     engine = make_engine(scenario, plugins)
     reading = engine.read(scenario)
     with interruptible() as came:
         with pulse(came.one):
             setting = engine.setting(reading, seed=seed, backend=backend, twins=twins)  # a scenario that cannot be used claims no directory
             _say_notes(scenario, setting, engine)
+            _say_understood(scenario, setting, engine)
         run = RunDirectory(out or Path("runs") / f"{scenario.name}-{seed}", run_key(scenario, setting, backend, engine))
         if run.complete and (not report or (run.path / "report.html").is_file()):
             return _solved_before(run, json_output=json_output)
@@ -221,6 +224,18 @@ def _executed(solution: Solution, engine: Engine, say: Progress) -> Solution:
     return engine.execute(solution)
 
 
+def _say_understood(scenario: Scenario, setting: Setting, engine: Engine) -> None:
+    """Print how a sentence was understood, before anything is searched.
+
+    Raises:
+        NotUnderstood: it is ambiguous, false of the scene, or in words that are not known.
+    """
+    from .say import understood_text
+
+    for line in understood_text(scenario, setting, engine.knowledge):
+        print(f"cramlite: {line}", file=sys.stderr)
+
+
 def _say_notes(scenario: Scenario, setting: Setting, engine: Engine) -> None:
     """Print doubts about the scenario and changes of its things, once: they change the proof. Doubts about
     files are only counted, 'check' prints them."""
@@ -271,6 +286,7 @@ def _resolve(arguments: argparse.Namespace) -> int:
         twins=arguments.twins,
         verbose=arguments.verbose,
         relax=arguments.relax,
+        said=said_of(arguments),
     )
 
 
@@ -289,6 +305,7 @@ def add_commands(add: Add) -> None:
         help="worlds drawn from the error model in which a program is tried, 0 for none; default what the "
             "scenario says, or 8",
     )
+    add_say(resolve)
     resolve.add_argument("--plan", type=Path, help="a PDDL plan for the scenario's goal, see 'cramlite goal --pddl'")
     resolve.add_argument(
         "--reading", metavar="READING",

@@ -34,12 +34,14 @@ def run_key(scenario: Scenario, setting: Setting, backend: str | None, engine: E
         files.append(scenario.resolve_path(scenario.spec.demonstration))
     if scenario.spec.plan and scenario.resolve_path(scenario.spec.plan).is_file():
         files.append(scenario.resolve_path(scenario.spec.plan))
+    said = [goal for goal in scenario.spec.goal or () if goal.startswith("say")]
     plugins = [f"{i.name} {i.version}" for i in engine.registry.infos]
     return {
         "cramlite": VERSION, "scenario": scenario.name, "content": content_key(*files),
         "seed": setting.seed, "blocked": sorted(engine.registry.blocked),
         "reading": scenario.spec.reading, "doubts": json.decode(json.encode(setting.doubts)), "backend": backend,
         "plugins": content_key(*engine.registry.files) if engine.registry.files else len(plugins),
+        **({"said": said} if said else {}),
     }  # fmt: skip
 
 

@@ -35,10 +35,10 @@ Id = int | float | str | None
 PARSE_ERROR, NO_REQUEST, NO_METHOD, WRONG_PARAMS, INTERNAL = -32700, -32600, -32601, -32602, -32603
 PARAMS: Mapping[str, tuple[str, ...]] = {
     "cancel": ("id",),
-    "check": ("scenario", "goal", "seed"),
+    "check": ("scenario", "goal", "say", "seed"),
     "interpret": ("episode",),
     "next": ("of",),
-    "resolve": ("scenario", "goal", "seed"),
+    "resolve": ("scenario", "goal", "say", "seed"),
     "tasks": (),
 }
 """Method -> the names of its params."""
@@ -253,15 +253,19 @@ def _scenario(params: dict[str, Any]) -> Any:
     from ..base.resources import find_scenario
     from ..scenario.scenario import read_scenario, started_by
 
+    if "say" in params and "goal" in params:
+        raise Refused(WRONG_PARAMS, "'say' is a sentence in the place of a 'goal'; leave one of them out")
+    if "say" in params:
+        params = {**params, "goal": {"say": _text(params, "say", "a sentence, such as 'put the tin on the tray'")}}
     said = started_by(params.get("scenario"), params.get("goal"))
     scenario = read_scenario(said if isinstance(said, dict) else find_scenario(_text(params, "scenario")))
     return scenario.with_goal(params["goal"]) if "goal" in params else scenario
 
 
-def _text(params: dict[str, Any], name: str) -> str:
+def _text(params: dict[str, Any], name: str, what: str = "a file, or the name of a shipped one") -> str:
     or_data = ", or what such a file holds" if name == "scenario" else ""
     if not isinstance(params.get(name), str):
-        raise Refused(WRONG_PARAMS, f"'{name}' is missing; it is a file, or the name of a shipped one{or_data}")
+        raise Refused(WRONG_PARAMS, f"'{name}' is missing; it is {what}{or_data}")
     return str(params[name])
 
 

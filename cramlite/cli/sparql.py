@@ -68,7 +68,7 @@ def ask(sparql: str, ontologies: Iterable[Path], episodes: Sequence[Episode], re
         except Exception as error:  # whatever a plugin yields, and rdflib says of it
             said = " ".join(str(error).split())[:200]
             raise PluginError(
-                f"What a plugin gives as triples of '{episode.name}' (episode_triples) is no N-Triples: {said}. See 'cramlite plugins'."
+                f"A plugin's triples of '{episode.name}' (episode_triples) are no N-Triples: {said}. See 'cramlite plugins'."
             ) from error
     return _answer(graph.query(prepared))
 

@@ -34,6 +34,7 @@ def counted(number: int, noun: str) -> str:
 def solution_text(solution: Solution, folder: str) -> str:
     """Return a short summary of a proven program, and of its first execution."""
     from ..planning.goal_parts import goal_answers
+    from ..planning.spoken_goals import understood_entries
 
     program, plan, execution = solution.program, solution.plan, solution.execution
     lines = [
@@ -46,6 +47,7 @@ def solution_text(solution: Solution, folder: str) -> str:
         entry = chosen.get(designator.name)
         found = f"{entry.text}: {entry.reason}" if entry else "?"
         lines.append(f"  {designator.name} ({', '.join(designator.types) or 'by name'}) = {found}")
+    lines += [f"  Understood: {e.text}, {e.reason}" for e in understood_entries(solution.trace.entries)]
     lines += [f"  Goal: {answer}" for answer in goal_answers(solution.trace, solution.number)]
     lines.append("  Judged after running the text:")
     lines += _finding_lines(solution.verdict)

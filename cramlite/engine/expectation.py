@@ -43,7 +43,13 @@ MOVING = 0.02
 
 
 class Noise(Value):
-    """Noise of readings: standard deviations of positions [m], turns [rad] and forces [N]."""
+    """Noise of readings: standard deviations.
+
+    Args:
+        position: of things [m].
+        turn: of things [rad].
+        force: that is felt [N].
+    """
 
     position: float = 0.0
     turn: float = 0.0

@@ -142,13 +142,19 @@ def is_meant(setting: Setting, scenario: Scenario, plan: Plan | None, knowledge:
     """Check whether the things of a goal or a plan are among the believed ones."""
     if plan is not None:
         return are_there(plan, setting, knowledge, Trace())
+    from ..language.sentence import NotUnderstood
     from ..planning.goal_planner import ground_goal
     from ..planning.operators import Grounder
+    from ..planning.spoken_goals import spoken
     from ..planning.task_goals import Goal
 
-    grounder = Grounder(setting.symbolic(knowledge.taxonomy), knowledge.predicates)
+    scene = setting.symbolic(knowledge.taxonomy)
+    grounder = Grounder(scene, knowledge.predicates)
     try:
-        return next(ground_goal(Goal(scenario.spec.goal or ()), scenario.spec.objects, grounder), None) is not None
+        goal = spoken(Goal(scenario.spec.goal or ()), scene, knowledge)
+        return next(ground_goal(goal, scenario.spec.objects, grounder), None) is not None
+    except NotUnderstood as error:
+        return error.ambiguous  # it is asked back
     except UserError:
         return False
 

@@ -117,10 +117,19 @@ class GoingOn:
         self._failure = failure_text if verbose else brief_failure_text
         self.scenario, self.engine, self.seed, self.say, self.noise = scenario, engine, seed, say, noise
         self.setting = engine.setting(scenario, seed=seed, twins=0)
-        self.goal = tuple(map(str, scenario.spec.goal)) if scenario.spec.goal else None
+        self.goal = self._asked()
         self.at = 0  # the action of the plan that was under way
         self.trace = Trace()
         self.noticed: Counter[tuple[Deviation, str, str]] = Counter()
+
+    def _asked(self) -> tuple[str, ...] | None:
+        """The goal, about things of the world as it is at the start: what "the left one" means does not change when it is moved."""
+        from ..planning.spoken_goals import spoken
+
+        if self.scenario.spec.goal is None:
+            return None
+        scene, knowledge = self.setting.symbolic(self.engine.knowledge.taxonomy), self.engine.knowledge
+        return spoken(Goal(self.scenario.spec.goal), scene, knowledge).says
 
     def execute(self, solution: Solution, most: int = 6) -> Iterator[Stretch]:
         """Run a proven program in the world as it really is, and go on with the rest of its plan; see ``stretches``.

@@ -89,7 +89,7 @@ def _shows(action: Action, scripts: Mapping[str, RecordScript]) -> Shown:
         raise UserError(f"A person shows tasks one after the other; '{action.kind}' is a rule over tasks. Give a plain list with --tasks.")
     if action.task not in scripts:
         can = ", ".join(sorted(n.split(":")[1] for n in scripts if ":" in n))
-        raise UserError(f"No script shows {action.task}. What the simulated person can show is: {can}.")
+        raise UserError(f"No script shows {action.task}. The simulated person can show: {can}.")
     classes = [r for r, o in action.roles.items() if o.entity is None]
     if classes:
         raise UserError(f"{action.name}: a person acts on a thing, and its role '{classes[0]}' names a class of things; name one thing.")

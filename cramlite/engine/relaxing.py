@@ -17,6 +17,8 @@ from ..base.errors import UserError
 from ..base.value import Value
 from ..model.geometry import Pose, Vector3
 from ..planning.budget import Budget, budget_of
+from ..planning.spoken_goals import spoken
+from ..planning.task_goals import Goal
 from ..planning.trace import Trace
 
 if TYPE_CHECKING:
@@ -80,6 +82,9 @@ def relaxations(scenario: Scenario, setting: Setting, engine: Engine, say: Calla
     """
     setting, budget = replace(setting, doubts=replace(setting.doubts, twins=0)), budget_of(scenario)
     found = list[Relaxation]()
+    if scenario.spec.goal is not None:  # what "the left one" means does not change when things are moved
+        goal = spoken(Goal(scenario.spec.goal), setting.symbolic(engine.knowledge.taxonomy), engine.knowledge)
+        scenario = scenario.with_goal(goal.says) if goal.says != scenario.spec.goal else scenario
     for change in changes(scenario, setting):
         most = min((r.steps for r in found), default=MOST)
         steps = _smallest(lambda k, c=change: _solves(c, k, scenario, setting, engine, budget, say), most)  # type: ignore[misc]

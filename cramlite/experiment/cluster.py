@@ -75,7 +75,7 @@ def run_on_cluster(order: Order, left: Sequence[str], key: dict[str, Any], store
             losses = 1 if found else losses + 1
             if losses >= LOSSES:
                 lost = f"The scheduler of '{order.executor}' was lost {losses} times in a row"
-                raise UserError(f"{lost}; what has arrived is kept.") from error
+                raise UserError(f"{lost}; arrived results are kept.") from error
             progress.say(f"the scheduler was lost; {len(left) - len(found)} trials are handed out again when it is back")
             patience = RESTART
 
@@ -111,7 +111,7 @@ def connected(executor: str, workers: int, patience: float = CONNECT) -> Iterato
         said = next(iter(str(error).splitlines()), "")[:200]
         raise UserError(
             f"There is no Dask scheduler at '{executor}' ({type(error).__name__}: {said}). Start one with 'dask scheduler', or correct the "
-            "address; what was finished before is kept."
+            "address; finished trials are kept."
         ) from error
     with client:
         yield client

@@ -47,7 +47,7 @@ def figure_now(
         UserError: there is no number.
     """
     if not (kept := tuple(numbers)):
-        raise UserError("Nothing was measured, so that there is nothing to write a figure of; run what is to be measured first.")
+        raise UserError("Nothing was measured, so there is no figure to write; run the measurement first.")
     used = os.times()
     spent = used.user + used.system + used.children_user + used.children_system
     commit, changed = revision(Path(__file__).parents[2])

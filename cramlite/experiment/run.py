@@ -92,7 +92,7 @@ def _run_all(order: Order, store: Store, say: Callable[[str], None]) -> None:
         for name in store.marked(BEGUN):  # of a run that was killed
             store.unmark(name)
         if lost := _round(order, left, say):
-            raise UserError(f"{len(lost)} of {len(left)} trials could not begin, the first one: {lost[0]} What is finished is kept in "
+            raise UserError(f"{len(lost)} of {len(left)} trials could not begin, the first one: {lost[0]} Finished ones are kept in "
                             f"'{order.out}'; start the same command again for the rest.")  # fmt: skip
         for name in store.marked(BEGUN):
             deaths[name] += 1

@@ -170,6 +170,14 @@ class GoalCondition(Value):
         return GoalCondition(needs=frozenset({tuple(map(str, pattern))})) if known else None
 
 
+def _any_thing(_thing: Thing) -> bool:
+    return True
+
+
+def _any_things(_scene: SymbolicWorld, *_things: str) -> bool:
+    return True
+
+
 class GoalPhrase(Value):
     """Phrase by which goals may be written, e.g. "THING on PLACE".
 
@@ -180,11 +188,20 @@ class GoalPhrase(Value):
         meaning: ``meaning(scene, *things)`` says what is asked for; it raises UserError where that makes no sense of these
             things. An amount follows the things, as it was written.
         verbs: words that may stand after the first one and change nothing.
+        asked: how a person asks for it: a verb, then the words of the form, e.g. "put|place THING on|on_top_of PLACE". Bars are between
+            words of which any will do, an underscore stands for a space; a verb's last word may also follow the thing
+            ("turn_on THING").
+        about: of which things it can be asked.
+        suits: ``suits(scene, *things)``: whether people mean it of these things where their words leave open how: "take the tin to the
+            box".
     """
 
     form: str
     meaning: Callable[..., GoalCondition]
     verbs: tuple[str, ...] = ("is",)
+    asked: tuple[str, ...] = ()
+    about: Callable[[Thing], bool] = _any_thing
+    suits: Callable[..., bool] = _any_things
 
 
 class Fluent(Value):

@@ -46,8 +46,8 @@ def learn_task(
     if contradicted:
         first = ", ".join(str(e.span) for e in examples)
         raise UserError(
-            f"The examples are contradictory: no condition tells {first} from {'; '.join(contradicted)}, of which it was said that it is "
-            "not the task. Mark intervals that differ (--interval), leave one of them out, or write a predicate for what differs."
+            f"The examples are contradictory: no condition tells {first} from {'; '.join(contradicted)}, given after --not. "
+            "Mark intervals that differ (--interval), leave one of them out, or write a predicate for what differs."
         )
     return proposal
 

@@ -12,8 +12,8 @@ from ..base.value import Value
 from ..interpretation.timeline import Predicate
 from ..ontology.taxonomy import Taxonomy
 from .example import Example, Known
-from .literal import PHASES, Language, Literal
-from .roles import MOST_ROLES, Cast, casts, follows
+from .literal import ANY, PHASES, Language, Literal
+from .roles import MOST_ROLES, Cast, casts, follows, own_changes
 from .shortest import Group, Problem, Wish, masks, minimal, shortest, widened
 from .span import Span
 from .tables import Tables
@@ -86,7 +86,7 @@ def learn(examples: Sequence[Example], others: Sequence[Known], predicates: Sequ
     found = [_learned(language, examples, rest, tables, taxonomy, left_out) for left_out in _left_out(len(examples))]
     best = min((f for f in found if f is not None), key=lambda f: f.bits, default=None)
     if best is None:
-        raise UserError(_nothing(examples))
+        raise UserError(_nothing(examples, Tables(language, spans)))
     return best
 
 
@@ -102,6 +102,8 @@ def _learned(
     kept = [e for k, e in enumerate(examples) if k not in left_out]
     shown = Tables(language, [e.span for e in kept])
     choices = [c for roles in range(MOST_ROLES + 1) for c in casts(shown, roles)]
+    if not any(c.changes for c in choices) and all(own_changes(shown, k) for k in range(len(kept))):
+        return None  # something begins or ends in each, and it is another thing in each
     told = max((c.told for c in choices), default=0)
     best: Learned | None = None
     for cast in choices:
@@ -157,8 +159,7 @@ def _problem(
     changes = [
         ([k for k, one in enumerate(literals) if one == change or _tells(language, one, change)], UNTOLD) for change in cast.changes
     ]
-    if cast.measured:
-        changes.append(([k for k, one in enumerate(literals) if one in cast.measured], UNTOLD))
+    changes += [([k for k, one in enumerate(literals) if one in measured], UNTOLD) for measured in cast.measured]
     return Problem(np.array([language.bits(one, roles) for one in literals]), groups, wishes, needed, changes)
 
 
@@ -174,9 +175,9 @@ def _groups(shown: Tables, literals: Sequence[Literal], cast: Cast) -> list[Grou
 
 
 def _happens(language: Language, literal: Literal) -> bool:
-    """Whether a condition says that something begins, ends, or goes on meanwhile, standing still included: a task is no state."""
-    motion = language.predicates[literal.predicate].phases == {"run"}
-    return literal.kind in ("begins", "ends") or (literal.phase == "run" and (motion or not literal.denied))
+    """Whether a condition says that something begins, ends, or goes on meanwhile, or that who acts stands still: a task is no state."""
+    still = language.predicates[literal.predicate].phases == {"run"} and not literal.roles and ANY not in literal.slots
+    return literal.kind in ("begins", "ends") or (literal.phase == "run" and (still or not literal.denied))
 
 
 def _tells(language: Language, one: Literal, change: Literal) -> bool:
@@ -229,12 +230,19 @@ def _rounded(low: float, high: float) -> float:
     return middle
 
 
-def _nothing(examples: Sequence[Example]) -> str:
-    names = ", ".join(str(e.span) for e in examples)
+def _nothing(examples: Sequence[Example], tables: Tables) -> str:
+    names = "; ".join(str(e.span) + _begun(own_changes(tables, k)) for k, e in enumerate(examples))
     return (
         f"The examples have nothing in common that begins, ends or happens: {names}. Either one of them shows another task, or what makes "
         "the task is in no predicate; 'cramlite new predicate' writes one of your own."
     )
+
+
+def _begun(changes: Sequence[Literal]) -> str:
+    """What begins and ends, as words behind an example."""
+    names = {kind: sorted({c.predicate for c in changes if c.kind == kind}) for kind in ("begins", "ends")}
+    said = [f"{kind} {', '.join(found)}" for kind, found in names.items() if found]
+    return f": {' and '.join(f'there {words}' for words in said)}" if said else ""
 
 
 def covers(learned: Learned, span: Span, literals: Sequence[Literal] | None = None) -> tuple[tuple[str, ...], ...]:

@@ -28,7 +28,7 @@ class Cast(Value, eq=False):
         places: for each example the same as one index into the fillings of the roles.
         common: conditions that hold in all examples.
         changes: those of them that say that a recorded state begins or ends, with nothing left open, and that follow from no other.
-        measured: those that say so of a state that must be measured, where no recorded one begins or ends.
+        measured: where no recorded state begins or ends, the changes that must be measured: those of each thing that moves, else all.
         movers: how many roles are filled by things that are elsewhere in the end in all examples.
         agreement: how much the examples agree upon.
     """
@@ -37,7 +37,7 @@ class Cast(Value, eq=False):
     places: tuple[int, ...]
     common: tuple[Literal, ...]
     changes: tuple[Literal, ...]
-    measured: tuple[Literal, ...]
+    measured: tuple[tuple[Literal, ...], ...]
     movers: int
     agreement: float
 
@@ -48,9 +48,8 @@ class Cast(Value, eq=False):
 
     @property
     def told(self) -> int:
-        """Weight of the changes that a rule should explain: each recorded change, or one of the measured ones,
-        and each moved thing."""
-        return len(self.changes) + bool(self.measured) + self.movers
+        """Weight of the changes that a rule should explain: each recorded one, one of each set of measured ones, and each moved thing."""
+        return len(self.changes) + len(self.measured) + self.movers
 
 
 def casts(tables: Tables, roles: int) -> list[Cast]:
@@ -124,7 +123,7 @@ def _cast(
     names = tuple(tables.names(k, p, roles) for k, p in enumerate(places))
     movers = sum(all(s.elsewhere(f[role]) for s, f in zip(tables.spans, names, strict=True)) for role in range(roles))
     changes = tuple(_changes(tables.language, kept))
-    measured = () if changes else tuple(one for one in kept if one.kind in ("begins", "ends") and ANY not in one.slots)
+    measured = () if changes else _measured(tables.language, kept, roles)
     return Cast(names, tuple(places), kept, changes, measured, movers, float(weights @ common))
 
 
@@ -141,6 +140,24 @@ def _changes(language: Language, common: Sequence[Literal]) -> Iterator[Literal]
     for one in changes:
         if not any(follows(language, one, other) for other in changes if other != one):
             yield one
+
+
+def own_changes(tables: Tables, span: int) -> tuple[Literal, ...]:
+    """Return recorded states between who acts and up to two things of a span that begin or end in it, whoever the things are."""
+    asked = [one for one in tables.language.literals(2) if one.kind in ("begins", "ends") and ANY not in one.slots]
+    literals = [one for one in asked if recorded(tables.language, one)]
+    if not literals or not tables.size:
+        return ()
+    true = (tables.truths(literals, 2)[:, span] & (tables.valid(2) & _distinct(tables.size, 2))[span]).any(axis=1)
+    return tuple(one for one, holds in zip(literals, true, strict=True) if holds)
+
+
+def _measured(language: Language, common: Sequence[Literal], roles: int) -> tuple[tuple[Literal, ...], ...]:
+    """Changes of each role that moves, of which one should be told; all changes with nothing left open, where none of those changes."""
+    changes = [one for one in common if one.kind in ("begins", "ends") and ANY not in one.slots]
+    moving = {one.slots for one in common if one.kind == "holds" and _moving(language, one)}
+    alone = [tuple(one for one in changes if one.slots == (role,) and one.slots in moving) for role in range(1, roles + 1)]
+    return tuple(found for found in (alone if any(alone) else [tuple(changes)]) if found)
 
 
 def follows(language: Language, literal: Literal, other: Literal) -> bool:

@@ -132,6 +132,7 @@ def extract(files: list[tuple[Path, bytes]]) -> dict[str, Any]:
         "parents": {c: sorted(p) for c, p in sorted(parents.items())},
         "restrictions": {c: sorted(map(list, r), key=str) for c, r in sorted(restrictions.items())},
         "aliases": _aliases(graph, prefixes),
+        "synonyms": _synonyms(graph),
         "types": _individuals(graph, prefixes),
         "prefixes": prefixes,
         "repairs": [*_strays(graph), *_cycles(graph, prefixes)],
@@ -207,6 +208,16 @@ def _aliases(graph: rdflib.Graph, prefixes: dict[str, str]) -> dict[str, str]:
         if isinstance(subject, rdflib.URIRef) and isinstance(target, rdflib.URIRef):
             found[local_name(curie(subject, prefixes))] = curie(target, prefixes)
     return found
+
+
+def _synonyms(graph: rdflib.Graph) -> list[list[list[str]]]:
+    """Labels of each concept, by any of which people call the same; and those that are said of it, but also of others (hidden labels)."""
+    concepts = sorted(graph.subjects(RDF.type, SKOS.Concept), key=lambda c: sorted(map(str, graph.objects(c, SKOS.altLabel))))
+    found = []
+    for concept in concepts:
+        own = {str(label) for kind in (SKOS.prefLabel, SKOS.altLabel) for label in graph.objects(concept, kind)}
+        found.append([sorted(own), sorted(map(str, graph.objects(concept, SKOS.hiddenLabel)))])
+    return sorted(found)
 
 
 def _individuals(graph: rdflib.Graph, prefixes: dict[str, str]) -> dict[str, list[str]]:

@@ -26,13 +26,21 @@ from ..base.value import Value
 from .foundation import AGENT, OBJECT
 from .prefixes import PREFIXES, curie, local_name
 
-_CACHE_FORMAT = "3"
+_CACHE_FORMAT = "5"
 """Part of the cache key: raise it when what is extracted changes."""
 
 
 def words_of(name: str) -> tuple[str, ...]:
     """Split a name as programmers write them into words, in lower case and without numbers: "akita_black_bowl_1", "MilkBottle"."""
     return tuple(w.lower() for w in re.findall(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+", name))
+
+
+def _labels(labels: Iterable[str]) -> tuple[tuple[str, ...], ...]:
+    return tuple(map(words_of, labels))
+
+
+Synonyms = tuple[tuple[tuple[str, ...], ...], tuple[tuple[str, ...], ...]]
+"""Labels of a concept, and its hidden ones."""
 
 
 class Restriction(Value):
@@ -60,6 +68,8 @@ class Taxonomy(Value, dict=True):
         aliases: name that users or logs know, without namespace -> class.
         types: individual -> its classes.
         prefixes: prefix -> namespace.
+        synonyms: groups of labels, as words in lower case: those by any of which people call the same (``skos:Concept``), and further
+            ones that they also say of others (``skos:hiddenLabel``).
         repairs: what was read differently from how it was written, and why.
     """
 
@@ -69,6 +79,7 @@ class Taxonomy(Value, dict=True):
     types: dict[str, tuple[str, ...]] = field(default_factory=dict)
     prefixes: dict[str, str] = field(default_factory=lambda: dict(PREFIXES))
     repairs: tuple[str, ...] = ()
+    synonyms: tuple[Synonyms, ...] = ()
 
     @cached_property
     def _closure(self) -> dict[str, frozenset[str]]:
@@ -239,6 +250,7 @@ def load_taxonomy(paths: Iterable[Path | str], cache: Path | None = None) -> Tax
         types={i: tuple(t) for i, t in data["types"].items()},
         prefixes=data["prefixes"],
         repairs=tuple(data["repairs"]),
+        synonyms=tuple((_labels(own), _labels(hidden)) for own, hidden in data["synonyms"]),
     )
 
 
@@ -254,7 +266,7 @@ def _read_cache(path: Path) -> dict[str, Any] | None:
     """Stored result, or None if there is none or it is damaged: it is rebuilt then."""
     try:
         data = json.loads(path.read_text(encoding="utf-8"))
-        complete = {"parents", "restrictions", "aliases", "types", "prefixes", "repairs"} <= set(data)
+        complete = {"parents", "restrictions", "aliases", "types", "prefixes", "repairs", "synonyms"} <= set(data)
     except (OSError, ValueError, TypeError):
         return None
     return data if complete else None

@@ -34,6 +34,15 @@ class Goal(Value):
     says: tuple[str, ...]
 
     @classmethod
+    def said(cls, sentence: str, view: str = "") -> Goal:
+        """Return a goal that is said in a sentence, "put both cups onto the tray"; what it means is found in the setting.
+
+        Args:
+            view: from where left and right are told: "robot", "camera" or "x, y"; by default that of a fixed camera, else the robot's.
+        """
+        return cls(goal_texts([{"say": sentence, "view": view}]))
+
+    @classmethod
     def from_json(cls, data: Sequence[Any]) -> Goal:
         """Return a goal that is given as data, e.g. [{"goal": "on", "things": ["tin", "tray"]}]; sentences may be among it.
 

@@ -126,7 +126,7 @@ def plans_for_goal(
     from .task_goals import plan_from_tasks
 
     asked, number = _asked(goal), 0
-    for choice, problem in _problems(asked, scene, knowledge):
+    for choice, problem in _problems(asked, scene, knowledge, trace):
         found = False
         plans = iter([handed_plan(problem, asked.handed)]) if asked.handed else task_plans(problem, progress, trace=trace)
         for plan in plans:
@@ -150,15 +150,19 @@ def examine_goal(goal: Goal | Scenario, scene: SymbolicWorld, knowledge: Knowled
     next(_problems(_asked(goal), scene, knowledge), None)
 
 
-def _problems(asked: _Asked, scene: SymbolicWorld, knowledge: Knowledge) -> Iterator[tuple[Goal, PlanningProblem]]:
+def _problems(
+    asked: _Asked, scene: SymbolicWorld, knowledge: Knowledge, trace: Trace | None = None
+) -> Iterator[tuple[Goal, PlanningProblem]]:
     """The planning problem of each choice of things for a goal's objects; the errors are those of ``examine_goal``."""
     from .goal_parser import contradiction
     from .goal_planner import ground_goal
     from .operators import Grounder
     from .planning_problem import problem_of
+    from .spoken_goals import spoken
 
     refused, possible, grounder = "", False, Grounder(scene, knowledge.predicates)
-    for choice in ground_goal(asked.goal, asked.objects, grounder):
+    goal = spoken(asked.goal, scene, knowledge, asked.where, trace)
+    for choice in ground_goal(goal, asked.objects, grounder):
         problem = problem_of(choice, grounder, knowledge, asked.where)
         if why := contradiction(choice.says, grounder, asked.at(choice)):
             refused = refused or why

@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING
 import pluggy
 
 if TYPE_CHECKING:
+    from ..interpretation.fluents import SymbolicWorld
     from ..interpretation.timeline import Predicate
     from ..model.belief import Belief
     from ..model.designators import Action, Late, Location, Motion, Object
@@ -213,6 +214,19 @@ def read_robot(file: RobotFile, name: str) -> ImportedRobot | None:
 
     Raises:
         UserError: it is of this format and cannot be used; says what would be right.
+    """
+
+
+@hookspec(firstresult=True)
+def read_sentence(sentence: str, scene: SymbolicWorld, forms: tuple[str, ...]) -> list[str] | None:
+    """Read a sentence that the grammar has no words for, as goals: "tin on tray"; None if this plugin cannot. First answer wins.
+
+    A language model may answer here. What it says is shown as a plugin's, and refused unless all of it are goals about things that
+    there are; a sentence that is ambiguous or false of the scene is not asked.
+
+    Args:
+        scene: its things, with classes and poses.
+        forms: of the goals that can be said, e.g. "THING on PLACE".
     """
 
 

@@ -201,7 +201,7 @@ def _answer_type(hook: str) -> type:
         from ..model.episode import Episode
 
         return Episode
-    return {"write_episode": Path, "episode_triples": Iterable, "read_models": Sequence}[hook]
+    return {"write_episode": Path, "episode_triples": Iterable, "read_models": Sequence, "read_sentence": list}[hook]
 
 
 def _check_episode(hook: str, episode: Any) -> None:

@@ -220,7 +220,7 @@ def _check(world: World, fault: Fault) -> None:
     if fault.kind is FaultKind.STICKING and thing.joint is None:
         raise UserError(f"A fault says that '{thing.name}' sticks; it is on no joint.")
     if fault.kind in _PUT and not (thing.movable and thing.joint is None):
-        raise UserError(f"A fault moves '{thing.name}' while the program runs; only what is loose can be moved then.")
+        raise UserError(f"A fault moves '{thing.name}' while the program runs; only loose things can be moved then.")
 
 
 def _faulty(world: World, fault: Fault) -> World:

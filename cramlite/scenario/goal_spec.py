@@ -87,7 +87,22 @@ class OrSpec(Spec):
         return " or ".join(map(str, self.options))
 
 
-_SPECS: Mapping[str, type[Spec]] = {"goal": PhraseSpec, "not": NotSpec, "or": OrSpec}
+class SaySpec(Spec):
+    """Goals that are said in a sentence.
+
+    Args:
+        say: the sentence.
+        view: from where left and right are told: "robot", "camera", or a point "x, y" of the world [m].
+    """
+
+    say: Annotated[str, Field(min_length=1)]
+    view: str = ""
+
+    def __str__(self) -> str:
+        return f"say{f' from {self.view}' if self.view else ''}: {' '.join(self.say.split())}"
+
+
+_SPECS: Mapping[str, type[Spec]] = {"goal": PhraseSpec, "not": NotSpec, "or": OrSpec, "say": SaySpec}
 
 
 def goal_text(data: Any) -> Any:
@@ -100,7 +115,9 @@ def goal_text(data: Any) -> Any:
         return data
     spec = next((s for key, s in _SPECS.items() if key in data), None)
     if spec is None:
-        raise ValueError('a goal as data is {"goal": "on", "things": ["tin", "tray"]}, {"not": GOAL} or {"or": [GOAL, GOAL]}')
+        raise ValueError(
+            'a goal as data is {"goal": "on", "things": ["tin", "tray"]}, {"not": GOAL}, {"or": [GOAL, GOAL]} or {"say": SENTENCE}'
+        )
     try:
         return str(spec.model_validate(data))
     except ValidationError as error:
@@ -114,8 +131,19 @@ def goal_text(data: Any) -> Any:
         raise ValueError(f"in the goal '{place}': {first['msg'].removeprefix('Value error, ').lower()}") from error
 
 
-GoalText = Annotated[str, BeforeValidator(goal_text, json_schema_input_type=str | PhraseSpec | NotSpec | OrSpec)]
+GoalText = Annotated[str, BeforeValidator(goal_text, json_schema_input_type=str | PhraseSpec | NotSpec | OrSpec | SaySpec)]
 """A goal in words, or as data."""
+
+
+def listed_goals(data: Any) -> Any:
+    """Return a list of goals; one that is said, ``{"say": "put the tin on the tray"}``, stands for a list of one."""
+    return [data] if isinstance(data, Mapping) and "say" in data else data
+
+
+GoalTexts = Annotated[
+    tuple[GoalText, ...], BeforeValidator(listed_goals, json_schema_input_type=tuple[GoalText, ...] | SaySpec)
+]
+"""Goals, or a single one that is said."""
 
 
 def goal_texts(data: Any) -> tuple[str, ...]:
@@ -125,7 +153,7 @@ def goal_texts(data: Any) -> tuple[str, ...]:
         UserError: it is no list of goals.
     """
     try:
-        return TypeAdapter(Annotated[tuple[GoalText, ...], Field(min_length=1)]).validate_python(data)
+        return TypeAdapter(Annotated[GoalTexts, Field(min_length=1)]).validate_python(data)
     except ValidationError as error:
         first = error.errors()[0]
         where = f"goal {first['loc'][0] + 1}: " if first["loc"] and isinstance(first["loc"][0], int) else ""

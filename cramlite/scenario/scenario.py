@@ -23,7 +23,7 @@ from ..plugin.selection import PluginChoice
 from .camera_spec import CameraSpec, IntrinsicsSpec
 from .error_spec import ErrorSpec, PoseErrorSpec, ProofSpec, ThingErrorSpec
 from .faults import FaultSpec
-from .goal_spec import GoalText, goal_texts
+from .goal_spec import GoalTexts, goal_texts, listed_goals
 from .pose_spec import PoseSpec
 from .robot_spec import GripperSpec, RobotSpec
 from .task_specs import TaskEntry
@@ -144,7 +144,7 @@ class ScenarioSpec(Spec):
     tasks: tuple[TaskEntry, ...] | None = None
     designator: TaskEntry | None = None
     reading: str | int | None = None
-    goal: tuple[GoalText, ...] | None = Field(default=None, min_length=1)
+    goal: GoalTexts | None = Field(default=None, min_length=1)
     plan: str | None = None
     objects: dict[str, ObjectSpec] = Field({})
     robot: RobotSpec
@@ -257,11 +257,11 @@ class Scenario(Value):
             raise UserError(f"{self.path}: a reading is one of a demonstration, and this scenario has none.")
         return replace(self, spec=self.spec.model_copy(update={"reading": reading}))
 
-    def with_goal(self, goal: Sequence[Any]) -> Scenario:
+    def with_goal(self, goal: Sequence[Any] | Mapping[str, Any]) -> Scenario:
         """Return this scenario with a goal as its start.
 
         Args:
-            goal: sentences such as "tin on tray", or goals as data (``goal_spec``).
+            goal: sentences such as "tin on tray", or goals as data (``goal_spec``), of which ``{"say": ...}`` may stand alone.
 
         Raises:
             UserError: it is no list of goals.
@@ -301,6 +301,7 @@ def read_scenario(path: Path | str | Mapping[str, Any]) -> Scenario:
 def started_by(data: Any, goal: Any) -> Any:
     """Return the data of a scenario for a client's goal; a scenario of a world alone starts from the goal."""
     says_where = isinstance(data, Mapping) and data.keys().isdisjoint(STARTS)
+    goal = listed_goals(goal)
     return {**data, "goal": list(goal)} if says_where and isinstance(goal, list | tuple) else data
 
 

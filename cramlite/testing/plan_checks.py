@@ -13,6 +13,7 @@ from ..planning.goal_planner import ground_goal
 from ..planning.operators import Grounder
 from ..planning.plan_stream import task_plans
 from ..planning.planning_problem import PlanningProblem, problem_of
+from ..planning.spoken_goals import spoken
 from ..planning.task_goals import Goal
 from ..plugin.entry_points import OWN_DISTRIBUTION
 from ..scenario.scenario import Scenario, read_scenario
@@ -81,7 +82,8 @@ def _change(path: Path, without: Engine, with_it: Engine, added: frozenset[str])
 def _problem(scenario: Scenario, engine: Engine) -> PlanningProblem:
     scene = engine.setting(scenario).symbolic(engine.knowledge.taxonomy)
     grounder = Grounder(scene, engine.knowledge.predicates)
-    choice = next(ground_goal(Goal(scenario.spec.goal or ()), scenario.spec.objects, grounder))
+    goal = spoken(Goal(scenario.spec.goal or ()), scene, engine.knowledge, f"{scenario.where('goal')}: ")
+    choice = next(ground_goal(goal, scenario.spec.objects, grounder))
     return problem_of(choice, grounder, engine.knowledge, f"{scenario.where('goal')}: ")
 
 

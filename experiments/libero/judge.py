@@ -107,7 +107,7 @@ class Judge:
         self.steps, self.first = 0, None
 
     def scene(self) -> dict[str, Any]:
-        """Describe the world: the model as MJCF, its state, the goal, and where the goal's regions are."""
+        """Describe the world: the model as MJCF, its state, the goal and its sentence, the regions of goals, and the camera's place."""
         env, sim = self.env.env, self.env.sim
         base = sim.model.body_name2id("robot0_link0")
         things = {n: env.get_object(n) for n in (*env.objects_dict, *env.fixtures_dict)}
@@ -117,6 +117,7 @@ class Judge:
             "bodies": {n: thing.root_body for n, thing in things.items() if hasattr(thing, "root_body")},
             "regions": {n: {"bodies": above(sim, n), "box": site_box(sim, n)} for n in env.object_sites_dict},
             "absent": sorted(things[n].root_body for n in self.away), "strict": self.obstacles is not None,
+            "language": self.env.language_instruction, "agentview": sim.data.get_camera_xpos("agentview").tolist(),
             "base": [*sim.data.body_xpos[base].tolist(), *sim.data.body_xquat[base].tolist()],
         }  # fmt: skip
 

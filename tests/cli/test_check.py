@@ -150,7 +150,7 @@ def test_a_demonstration_that_cannot_be_read_is_said_at_its_line(tmp_path: Path)
 def test_a_scenario_without_things_for_what_was_shown_is_said(tmp_path: Path) -> None:
     basket, at = "model: basket\n    at: {position: [0.30, -0.45, 0", "model: can\n    at: {position: [0.30, -0.45, 60 mm"
     done = cramlite("check", shown(tmp_path, basket, at))
-    assert done.returncode == 2 and f"{tmp_path}/mine.yaml:7: the scenario has no things for what was shown" in done.stderr
+    assert done.returncode == 2 and f"{tmp_path}/mine.yaml:7: the scenario has no things for the demonstration" in done.stderr
     assert "cram:Basket" in done.stderr or "Cavity" in done.stderr, done.stderr
 
 

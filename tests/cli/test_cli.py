@@ -178,7 +178,7 @@ def test_record_needs_something_to_do(run: Run, tmp_path: Path) -> None:
         ("Graspin block", "did you mean 'Grasping'?"),
         ("Grasping brick", "did you mean 'block'?"),
         ("Grasping block floor", "has the roles Patient; put a comma between two tasks"),
-        ("Navigating block", "What the simulated person can show is: AssumingArmPose"),
+        ("Navigating block", "The simulated person can show: AssumingArmPose"),
         ("Pouring block block", "has no opening (cram:Cavity)"),
         (" , ", "names no task"),
         ("Placing block", "needs a filler for its role 'Relatum'"),

@@ -291,7 +291,7 @@ def test_what_was_altered_after_the_proof_does_not_move(proven: Proven, file: st
     whole = path.read_bytes()
     try:
         path.write_bytes(whole.replace(b"1", b"2", 1))
-        assert "somebody altered program, plan or world. Nothing was run" in proven.refused("run", run=proven.run)
+        assert "someone altered program, plan or world. Nothing was run" in proven.refused("run", run=proven.run)
         path.unlink()
         assert "Nothing was run" in proven.refused("run", run=proven.run)
     finally:

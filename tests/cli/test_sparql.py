@@ -135,4 +135,4 @@ def test_what_a_plugin_gives_as_triples_and_is_none_is_said(lines: str, capsys: 
     plugin.write_text(f"from cramlite.plugin import hookimpl\n@hookimpl\ndef episode_triples(episode):\n    return {lines}\n")
     assert main(["query", "ASK {}", "--episode", EPISODE, "--plugin", str(plugin)]) == 3
     said = capsys.readouterr().err
-    assert "(episode_triples) is no N-Triples: " in said and said.count("\n") == 1
+    assert "(episode_triples) are no N-Triples: " in said and said.count("\n") == 1

@@ -158,6 +158,38 @@ def test_contradictory_examples_are_named() -> None:
         learn_task("shelving", [(same, None, None)], ENGINE.knowledge, refused=[same])
 
 
+def test_examples_in_which_other_things_begin_and_end_are_told_apart() -> None:
+    let_go = episode("tasks/releasing", 1)
+    held = next(e for e in let_go.events if e.type == "cram:GraspState")
+    shown = [(episode("tasks/grasping", 1), None, None), (let_go, held.start + 0.1, None)]
+    with pytest.raises(UserError, match=r"nothing in common.*grasping.*there begins .*grasps.*releasing.*there ends .*grasps"):
+        learn_task("shelving", shown, ENGINE.knowledge)
+
+
+def test_a_change_in_common_beside_others_is_learned() -> None:
+    lifted = episode("tasks/picking_up", 1, "Grasping block, PickingUp block floor")
+    shown = [(episode("tasks/grasping", 1), None, None), (lifted, None, None)]
+    assert "grasps(" in str(learn_task("shelving", shown, ENGINE.knowledge).rule["post"])
+
+
+# What nothing recorded tells
+
+
+def test_a_change_that_must_be_measured_is_told() -> None:
+    people = [episode("tasks/retracting", seed) for seed in (1, 2, 3)]
+    shown = [(one, max(e.end for e in one.events if e.type == "cram:GraspState") + 0.3, None) for one in people]
+    known = [episode("tasks/assuming_arm_pose", 1), episode("tasks/reaching", 1)]
+    found = learn_task("leaving", shown, ENGINE.knowledge, known=known)
+    assert found.learned.cast.measured and any(one in found.learned.literals for one in found.learned.cast.measured[0])
+
+
+def test_standing_still_is_learned_though_nothing_begins_or_ends() -> None:
+    shown = [(one := episode("tasks/no_op", seed), one.span[1] - 0.9, None) for seed in (1, 2, 3)]
+    known = [episode("tasks/reaching", 1), episode("tasks/close_gripper_task", 1), episode("tasks/grasping", 1)]
+    asked = learn_task("waiting", shown, ENGINE.knowledge, known=known).rule["run"]
+    assert any(text in asked for text in ("not arm_moves()", "not moves(Gripper)", "not gripper_moves()"))
+
+
 def test_a_name_that_exists_is_refused(tmp_path: Path) -> None:
     with pytest.raises(UserError, match="There is a plugin 'pouring' already"):
         write_package(fetched(), "pouring", tmp_path / "made")

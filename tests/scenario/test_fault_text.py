@@ -116,7 +116,7 @@ def test_of_many_things_that_are_wrong_two_are_told() -> None:
         ("missing: bloc", "'bloc', which is no thing of this world; did you mean 'block'"),
         ("killed: true, near: bloc, within: 0.1 m", "'bloc', which is no thing of this world"),
         ("sticking: block, takes: 60 N", "'block' sticks; it is on no joint"),
-        ("fallen: shelf", "moves 'shelf' while the program runs; only what is loose"),
+        ("fallen: shelf", "moves 'shelf' while the program runs; only loose things"),
         ("fallen: drawer", "moves 'drawer' while the program runs"),
         ("added: drawer", "moves 'drawer'"),
         ("missing: drawer, line: lift", "moves 'drawer'"),

@@ -50,6 +50,7 @@ def _led(answer: Grounding, location: Location, belief: Belief, context: Context
     thing = belief.world.thing(held.thing)
     share, hand = released(*rolled(thing, lies, held.swing))
     swing = held.swing.part(share, 1.0)
+    settles = (hand * swing.start).inverse() * lies * held.swing.start * place.release.settles
     shares, way = rolled(thing, hand, swing)
     before, seed = shift(way[0], (0.0, 0.0, ABOVE)), belief.joints
     for share, hand, touch in ((1.0, before, ()), *((s, h, (bound(context, location.of),)) for s, h in zip(shares, way, strict=True))):
@@ -60,7 +61,10 @@ def _led(answer: Grounding, location: Location, belief: Belief, context: Context
             said = f"{answer.key}, laid down, {math.degrees(_angle(swing)) * share:.0f} deg to go"
             return replace(found, reason=f"not led down: {found.reason}").of(said)
         seed = found
-    led = replace(place, pose=way[0], before=before, path=tuple(way[1:]), swing=swing)
+    led = replace(
+        place, pose=way[0], before=before, path=tuple(way[1:]), swing=swing,
+        release=replace(place.release, settles=settles),
+    )  # fmt: skip
     return replace(answer, value=led, reason=f"{answer.reason}, led down about its far side")
 
 

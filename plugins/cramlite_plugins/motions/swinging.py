@@ -40,7 +40,8 @@ def _swing(motion: Motion, belief: Belief, context: Context) -> Iterator[Groundi
         now = now.moved(points[-1])
     if hangs:
         steps = [replace(steps[-1], swing=swing)]
-    after = replace(now, held=replace(held, tcp_to_thing=swing.at(shares[1])))
+    comes_to = swing.end if hangs else swing.start * (place.release.settles if place.release else Pose())
+    after = replace(now, held=replace(held, tcp_to_thing=comes_to))
     angle = math.degrees(math.hypot(*(swing.start.inverse() * swing.end).rotvec))
     yield Grounding(tuple(steps), f"turns by {angle:.0f} deg between the pads, {len(steps)} lines", 0.0, after, key="swing")
 

@@ -284,7 +284,7 @@ def reach_for(person: Performer, world: World, thing: Thing) -> None:
     """Bring the open hand in front of a thing."""
     grip = choose_grip(person, thing, facing(world))
     if grip is None:
-        raise UserError(f"the simulated hand has no room in front of '{thing.name}'; move what stands beside it")
+        raise UserError(f"the simulated hand has no room in front of '{thing.name}'; move the obstacle beside it")
     person.grip(grip.opening, 0.3)
     go(person, world, grip.tool * Pose((0, 0, -0.06)), person.between(0.25, 0.4))
 

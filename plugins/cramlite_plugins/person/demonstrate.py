@@ -73,7 +73,7 @@ def _beginning(world: World, shown: Sequence[Performance], rng: np.random.Genera
         person = Person(compiled, rng, start(), rate)
         if not _in_touch(compiled, person):
             return person
-    raise UserError("there is no room for a hand in front of what it is to take; move what stands there")
+    raise UserError("there is no room for a hand in front of the thing to take; move the obstacle there")
 
 
 def _in_touch(compiled: Compiled, person: Person) -> bool:

@@ -128,10 +128,17 @@ def looks_at(ahead: Floats, pose: Pose, other: Pose) -> bool:
 
 _UPRIGHT = Fluent(
     excludes=("stands_upside_down",), initial=partial(_standing, way=1.0),
-    phrases=(GoalPhrase("THING upright", partial(_stands_up, attitude="upright"), ("is", "stands")),),
+    phrases=(GoalPhrase("THING upright", partial(_stands_up, attitude="upright"), ("is", "stands"), (
+        "stand|put|set|place|turn|make|get|sit|tilt|bring THING upright|up|the_right_way_up|on_end|up_right",
+        "straighten|straighten_up|stand_up|right|set_up|erect|upright THING")),),
 )  # fmt: skip
 _UPSIDE_DOWN = Fluent(
     excludes=("stands_upright",), initial=partial(_standing, way=-1.0),
-    phrases=(GoalPhrase("THING upside down", partial(_stands_up, attitude="upside down"), ("is", "stands")),),
+    phrases=(GoalPhrase("THING upside down", partial(_stands_up, attitude="upside down"), ("is", "stands"), (
+        "turn|flip|put|place|set|lay|stand|get THING upside_down|over|bottom_up|on_its_head|face_down",
+        "invert|flip_over|turn_over|flip|upend|turn_upside_down|overturn THING")),),
 )  # fmt: skip
-_FACES = Fluent(initial=_facing, phrases=(GoalPhrase("THING facing THING", _faces, ("is", "stands")),))
+_FACES = Fluent(initial=_facing, phrases=(
+    GoalPhrase("THING facing THING", _faces, ("is", "stands"), (
+        "turn|rotate|point|orient|aim|make|twist|spin THING to_face|towards|toward|facing|to|at|face THING",)),
+))

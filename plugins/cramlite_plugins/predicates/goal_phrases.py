@@ -7,7 +7,7 @@ from functools import partial
 
 from msgspec.structs import replace
 
-from cramlite.model import EntityName, thing_of
+from cramlite.model import EntityName, Thing, thing_of
 from cramlite.plugin import (
     EFFECTOR,
     Bound,
@@ -146,15 +146,86 @@ def _turned(scene: SymbolicWorld, thing: str, on: bool) -> GoalCondition:
     return (_is_open if on else _is_closed)(scene, thing)
 
 
-HELD = (GoalPhrase("THING held", _held),)
+def _loose(thing: Thing) -> bool:
+    """Whether it can be carried."""
+    return thing.movable and thing.joint is None
+
+
+def _jointed(thing: Thing) -> bool:
+    return thing.joint is not None
+
+
+def _is_hollow(scene: SymbolicWorld, _thing: str, place: str) -> bool:
+    """Whether things go into a place rather than onto it, where people say neither."""
+    part = EntityName.parse(place).part
+    deep = [f for f in scene.world.thing(thing_of(place)).features if f.type == CAVITY and part in ("", None, f.name)]
+    return any(f.size.get("height", 0.0) > DEEP for f in deep)
+
+
+def _is_level(scene: SymbolicWorld, thing: str, place: str) -> bool:
+    return not _is_hollow(scene, thing, place)
+
+
+DEEP = 0.05
+"""Height of a cavity from which people speak of a container, not of a plate [m]."""
+PUT = (
+    "put|place|set|lay|move|bring|carry|get|drop|deposit|position|transfer|take|relocate|pick|pick_up|grab|transport|deliver|rest|stand|leave|"
+    "set_down|put_down|lay_down|place_down|put_back|return|shift|slide|push|drag|pull|stick|arrange|pop|pass|give|send|lift|fetch|have"
+)
+"""Verbs by which a thing is brought somewhere, whatever the place is."""
+BRING = (
+    f"{PUT}|insert|throw|toss|store|stow|pack|tuck|slip|drop_off|dump|slot|file|load|shove|stash|stack|pile|balance|rack|hang|"
+    "hang_up|mount|seat|perch|serve|sit|house|plop|plunk|park|plant|squeeze|lower|tidy|put_away"
+)
+"""The same, where a preposition says how it shall be there."""
+TAKE = "take|remove|lift|get|pick|pick_up|grab|move|clear|fetch|unhook|pull|unstack"
+HOLD = (
+    "pick_up|pick|grab|grasp|take|lift|lift_up|hold|get|fetch|grip|seize|get_hold_of|take_hold_of|collect|raise|hold_on_to|take_up|"
+    "bring_me|hand_me|give_me|pass_me|hand_over"
+)
+UPON = "on|onto|on_top_of|upon|over|on_to|across|up_on|down_on|back_on"
+INTO = "in|into|inside|within|in_to|inside_of|down_into|back_in|back_into|in_the_inside_of"
+OFF = "off|off_of|out_of|from|away_from|down_from"
+OPEN_WAY = f"{PUT} THING to|towards|at|over_to PLACE"
+"""It is left open whether the thing shall be on or in there."""
+OPEN_UP = "open|open_up|pull_open|slide_open|unclose|swing_open|pull_out|slide_out|uncover|draw_out THING"
+START = "turn_on|switch_on|start|start_up|activate|power_on|ignite|light|light_up|fire_up|enable|flip_on|power_up|heat_up|heat THING"
+CLOSE = (
+    "close|close_up|shut|push_shut|push_closed|push_in|slide_shut|slide_closed|slide_in|swing_shut|close_off|push_to|seal|"
+    "push_back_in THING"
+)
+STOP = "turn_off|switch_off|stop|deactivate|power_off|shut_off|shut_down|disable|extinguish|turn_out|flip_off|power_down|kill|cut_off THING"
+TURN = "turn|switch|set|flip|make|get"
+HELD = (GoalPhrase("THING held", _held, asked=(f"{HOLD} THING",), about=_loose),)
 ON_OR_OFF = (
-    GoalPhrase("THING on PLACE", _on, STANDS), GoalPhrase("THING on PLACE within AMOUNT", _amid, STANDS),
-    GoalPhrase("THING off PLACE", _off, STANDS),
+    GoalPhrase(
+        "THING on PLACE", _on, STANDS, (f"{BRING} THING {UPON} PLACE", "hang|suspend THING from PLACE", OPEN_WAY), _loose, _is_level
+    ),
+    GoalPhrase("THING on PLACE within AMOUNT", _amid, STANDS),
+    GoalPhrase("THING off PLACE", _off, STANDS, (f"{TAKE} THING {OFF} PLACE",), _loose),
 )  # fmt: skip
-POURED = (GoalPhrase("VESSEL poured into VESSEL", _poured_into),)
-IN_PLACE = (GoalPhrase("THING in PLACE", _in, STANDS),)
+POURED = (
+    GoalPhrase("VESSEL poured into VESSEL", _poured_into, asked=("pour|empty|tip VESSEL into|in|out_into|to VESSEL",), about=_loose),
+)
+IN_PLACE = (GoalPhrase("THING in PLACE", _in, STANDS, (f"{BRING} THING {INTO} PLACE", OPEN_WAY), _loose, _is_hollow),)
 OPENED = (
-    GoalPhrase("THING open", _is_open, ("is", "stands")), GoalPhrase("THING open by AMOUNT", _opened_by, ("is", "stands")),
-    GoalPhrase("THING turned on", partial(_turned, on=True)),
+    GoalPhrase(
+        "THING open", _is_open, ("is", "stands"), (OPEN_UP, "pull|slide|swing|push|draw|make|leave THING open|out"), _jointed
+    ),
+    GoalPhrase(
+        "THING open by AMOUNT", _opened_by, ("is", "stands"),
+        ("open|open_up|pull_open|slide_open|pull_out THING by AMOUNT",), _jointed,
+    ),
+    GoalPhrase(
+        "THING turned on", partial(_turned, on=True), asked=(START, f"{TURN} THING on|to_on|to_the_on_position"), about=_jointed
+    ),
 )  # fmt: skip
-SHUT = (GoalPhrase("THING closed", _is_closed, ("is", "stands")), GoalPhrase("THING turned off", partial(_turned, on=False)))
+SHUT = (
+    GoalPhrase(
+        "THING closed", _is_closed, ("is", "stands"),
+        (CLOSE, "push|slide|swing|pull|make|leave THING shut|closed|in|back_in"), _jointed,
+    ),
+    GoalPhrase(
+        "THING turned off", partial(_turned, on=False), asked=(STOP, f"{TURN} THING off|to_off|to_the_off_position"), about=_jointed
+    ),
+)  # fmt: skip

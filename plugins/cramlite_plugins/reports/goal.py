@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING
 
-from cramlite import goal_answers, nearest_miss
+from cramlite import goal_answers, nearest_miss, understood_entries
 from cramlite.model import Value
 from cramlite.plugin import ReportSection, hookimpl
 
@@ -51,7 +51,8 @@ def render(done: Finished) -> str:
     rows = tuple(_rows(done))
     nearest = None if done.proven else nearest_miss(done.trace.entries)
     miss = f"{nearest.designator}: {nearest.reason}" if nearest is not None else ""
-    return fill("goal", done=done, rows=rows, known=targets(done), miss=miss) if rows else ""
+    said = understood_entries(done.trace.entries)
+    return fill("goal", done=done, rows=rows, known=targets(done), miss=miss, said=said) if rows else ""
 
 
 def _rows(done: Finished) -> Iterator[GoalRow]:

@@ -159,10 +159,10 @@ def test_an_arm_that_is_led_by_its_tool_keeps_away_from_being_stretched(elbow: f
 
 
 @pytest.mark.parametrize(("joints", "passes"), [
-    ((-0.186, 0.074, -0.245, -2.928, 0.045, 3.0, 0.312), False), ((-0.229, -0.053, -0.245, -2.931, -0.078, 2.876, 0.387), True),
+    ((-0.164, 0.138, -0.245, -2.926, 0.106, 3.062, 0.274), False), ((-0.229, -0.053, -0.245, -2.931, -0.078, 2.876, 0.387), True),
 ])  # fmt: skip
 def test_an_arm_that_may_move_beside_its_tool_keeps_away_wherever_that_leaves_it(joints: tuple[float, ...], passes: bool) -> None:
-    """Near the base, where LIBERO's Panda went astray on a way down, and 30 mm higher; commanded by its joints it may be there."""
+    """Near the base, and 43 mm higher; commanded by its joints it may be there."""
     for posture, found in ((FR3.home, passes), (None, True)):
         robot = replace(FR3, conditioning=0.08, posture=posture)
         assert only(Singularities(), replace(good(joints=np.tile(joints, (COUNT, 1))), robot=robot)).passed is found

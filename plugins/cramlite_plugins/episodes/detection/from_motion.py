@@ -148,7 +148,8 @@ def _inferred(episode: Episode, grid: Grid) -> Episode:
     episode = _with_nobody(episode, grips)
     handled = {g.thing for g in grips}
     vessels = [n for n in things if n not in grains.union(*riders.values())]
-    laid = [carried_along(episode, grid, c, r, vessels) for c, names in riders.items() if (r := names - handled)]
+    bound = handled | {n for n in moving if _on_joint(episode, n)}
+    laid = [carried_along(episode, grid, c, r, vessels) for c, names in riders.items() if (r := names - bound)]
     last = episode.span[1]
     episode = with_contents(episode, grid, _merged([*loose, *laid]))
     acting = _acting(episode, grips, grid)
@@ -179,6 +180,12 @@ def _all_grips(
         for carrier, names in along.items():
             riders[carrier] |= names
     return grips, riders
+
+
+def _on_joint(episode: Episode, name: str) -> bool:
+    """Whether a thing slides or turns on a joint: what moves along with its carrier then is mounted on it, and no content."""
+    entity = episode.known(name)
+    return entity is not None and "joint_upper" in entity.properties
 
 
 def _merged(found: Sequence[Loose]) -> list[Loose]:

@@ -37,7 +37,15 @@ def read_recording(file: Path) -> Episode | None:
     both = set(mapping.hands) & set(mapping.things)
     if both:
         raise UserError(f"{file}: '{min(both)}' is both a hand and a thing; give them two names ('track' is the recording's).")
-    table = read_table(file.parent / mapping.recording, mapping.kind)
+    return episode_of(file, mapping, read_table(file.parent / mapping.recording, mapping.kind))
+
+
+def episode_of(file: Path, mapping: Mapping, table: Table) -> Episode:
+    """Return a table of poses as an episode with inferred events.
+
+    Raises:
+        UserError: the mapping or the recording cannot be used; names the file and what to do.
+    """
     try:
         return _episode(file, mapping, table, recorded(table, mapping))
     except UserError as error:
@@ -59,21 +67,37 @@ def _episode(file: Path, mapping: Mapping, table: Table, found: Recorded) -> Epi
 
 
 def _following(episode: Episode, mapping: Mapping) -> Episode:
-    """Opening or closing as an action: the hand follows a drawer or door on its rails or hinge, without a
-    grasp."""
+    """Opening or closing as an action: the hand follows a drawer or door on its rails or hinge, without a grasp. Of a lever on a door it is
+    the one whose joint turned farther."""
     opened = {n for n, t in mapping.things.items() if t.opens is not None}
     held = [e for e in episode.events if e.type == "cram:GraspState" and e.roles["object"] in opened]
     repairs, events = list(episode.repairs), {e.id: e for e in episode.events}
     why = "it slides or turns on a joint; the hand follows it, and carries nothing"
     for grasp in held:
-        name = grasp.roles["object"]
-        before, after = (float(np.interp(t, episode.extras["times"], episode.extras[f"joint:{name}"])) for t in (grasp.start, grasp.end))
+        shares = {n: _shares(episode, n, grasp) for n in _mounted(grasp.roles["object"], mapping)}
+        name, (before, after) = max(shares.items(), key=lambda item: abs(item[1][1] - item[1][0]))
         roles = {"performer": grasp.roles["gripper"], "object": name}
         task = "soma:Opening" if after > before else "soma:Closing"
         events[grasp.id] = Event(grasp.id, task, "action", grasp.start, grasp.end, roles, True)
         what = f"read that '{name}' moves with '{grasp.roles['gripper']}' as {task}"
         repairs.append(Repair(what, (grasp.start, grasp.end), why, removed=(grasp,), added=(events[grasp.id],)))
     return replace(episode, events=tuple(events.values()), repairs=tuple(repairs)) if held else episode
+
+
+def _mounted(name: str, mapping: Mapping) -> list[str]:
+    """A thing on a joint, and what it is mounted on that has one, too."""
+    found = [name]
+    while (spec := mapping.things[found[-1]].opens) is not None and spec.on in mapping.things and spec.on not in found:
+        found.append(spec.on)
+    return [n for n in found if mapping.things[n].opens is not None]
+
+
+def _shares(episode: Episode, name: str, event: Event) -> tuple[float, float]:
+    """How far a thing is open at the start and at the end of an event, as shares of its range."""
+    entity, times = episode.known(name), episode.extras["times"]
+    upper = entity.properties["joint_upper"] if entity is not None else 1.0
+    before, after = (float(np.interp(t, times, episode.extras[f"joint:{name}"])) / upper for t in (event.start, event.end))
+    return before, after
 
 
 def _thing(name: str, spec: ThingSpec, tracks: dict[str, Track], convention: Convention, folder: Path) -> Entity:
@@ -105,9 +129,16 @@ def _joints(mapping: Mapping, tracks: dict[str, Track], found: Recorded) -> dict
     values: dict[str, Floats] = {}
     for name, spec in mapping.things.items():
         if spec.opens is not None and name in tracks:
-            away = _pulled(tracks[name]) if spec.opens.slides is not None else _turned(tracks[name])
-            values[f"joint:{name}"] = np.interp(times, tracks[name].times, away)
+            track = tracks[name] if spec.opens.on is None else _seen_from(tracks[name], tracks[spec.opens.on])
+            away = _pulled(track) if spec.opens.slides is not None else _turned(track)
+            values[f"joint:{name}"] = np.interp(times, track.times, away)
     return values
+
+
+def _seen_from(track: Track, other: Track) -> Track:
+    """The track in the frame of another one."""
+    poses = [other.at(float(t)).inverse() * track.at(float(t)) for t in track.times]
+    return Track(track.times, np.array([[*p.position, *p.quaternion] for p in poses]))
 
 
 def _pulled(track: Track) -> Floats:

@@ -100,10 +100,12 @@ class PlaceSpec(Spec):
 
 
 class OpensSpec(Spec):
-    """Drawer or door that is closed at first: how far it opens, in the recording's unit of length or in degrees."""
+    """Drawer or door that is closed at first: how far it opens, in the recording's unit of length or in degrees; and what it is mounted on,
+    if that moves."""
 
     slides: Positive | None = None
     turns: Annotated[float, Field(gt=0, le=360)] | None = None
+    on: str | None = None
 
     @model_validator(mode="after")
     def _one(self) -> OpensSpec:
@@ -159,6 +161,9 @@ class Mapping(Spec):
     def _somebody_and_something(self) -> Mapping:
         if not self.hands or not self.things:
             raise ValueError("name one hand at least under 'hands', and one thing at least under 'things'")
+        for name, thing in self.things.items():
+            if thing.opens is not None and thing.opens.on is not None and thing.opens.on not in set(self.tracks) - {name}:
+                raise ValueError(f"'{name}' opens on '{thing.opens.on}', which is no other thing with a track")
         return self
 
     @property

@@ -192,7 +192,7 @@ def _limited_stroke(where: Path, linkage: Linkage, opening: tuple[float, float] 
     low, high = opening
     if not narrowest - 1e-3 <= low < high <= widest + 1e-3:
         raise UserError(
-            f"{where}: 'opening' of {1000 * low:g} to {1000 * high:g} mm is not within what the fingers do, {1000 * narrowest:.1f} to "
+            f"{where}: 'opening' of {1000 * low:g} to {1000 * high:g} mm is not within the fingers' range, {1000 * narrowest:.1f} to "
             f"{1000 * widest:.1f} mm."
         )
     ends = [min(high, widest), *(o for o in linkage.openings if low < o < high), max(low, narrowest)]

@@ -242,5 +242,5 @@ def _check_amount(where: str, amount: int, what: str, most: int) -> None:
     if amount > most:
         raise UserError(
             f"{where}: up to here the scene has {amount:,} {what}, repeated ones counted each time; up to {most:,} are read. "
-            "Simplify it, or leave out what does not matter."
+            "Simplify it, or leave out irrelevant parts."
         )

@@ -1,0 +1,1 @@
+"""A sentence and a scene become goals: a grammar over the words of ontologies, of things and of goal phrases."""

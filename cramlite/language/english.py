@@ -1,0 +1,160 @@
+"""English as the grammar needs it: small words by their function, forms of verbs and nouns, and the split of a text into words."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+Words = tuple[str, ...]
+_TABLES: Mapping[str, Any] = yaml.safe_load((Path(__file__).parent / "english.yaml").read_text(encoding="utf-8"))
+
+
+def _phrases(text: str) -> tuple[Words, ...]:
+    """Phrases of a table, longest first."""
+    found = {tuple(p.split()) for p in text.split("|")}
+    return tuple(sorted(found, key=lambda p: (-len(p), p)))
+
+
+def _table(name: str) -> tuple[Words, ...]:
+    return _phrases(_TABLES[name])
+
+
+def _set(name: str) -> frozenset[str]:
+    return frozenset(_TABLES[name].split())
+
+
+def _by_word(name: str) -> dict[str, Any]:
+    """Word -> what it stands for, of a table that lists the words of each."""
+    return {word: meaning for meaning, words in _TABLES[name].items() for word in words.split()}
+
+
+STOPS = frozenset(",.;!?:")
+THE, ONE, EVERY = _set("the"), _set("one"), _set("every")
+NUMBERS: Mapping[str, int] = _by_word("numbers")
+ORDINALS: Mapping[str, int] = _by_word("ordinals")
+"""Ordinals; -1 is the last."""
+PRONOUNS: Mapping[str, bool] = {"it": False, "them": True, "they": True, "those": True, "these": True, "this": False, "that": False}
+"""Words that stand for what was named before -> whether for several."""
+SIDES: Mapping[str, str] = _by_word("sides")
+"""Words for a position among others -> the position."""
+SIZES: Mapping[str, int] = _by_word("sizes")
+"""Words for a size among others -> 1 the largest, -1 the smallest, 2 the tallest, -2 the lowest."""
+EXTRA = _set("extra")
+"""Words within a description that say nothing by themselves here."""
+BESIDE: Mapping[Words, str] = {p: side for side, text in _TABLES["beside"].items() for p in _phrases(text)}
+"""Prepositions of relations that are judged by positions -> the relation."""
+AMONG = _table("among")
+"""Words before a position among others: "the bowl on the left", "at the back"."""
+UNDER, TOP = _table("under"), _table("top")
+TO = _table("to")
+"""Prepositions of a destination that leave open how it is there."""
+OF = _table("of")
+"""Prepositions of a part and its whole: "the top drawer of the cabinet"."""
+WITH = _table("with")
+"""Words before what is on or in the described thing."""
+THAT = _table("that")
+"""Words before a relation of a description that say nothing more."""
+POLITE, CLOSING = _table("polite"), _table("closing")
+"""Words before and behind what is asked for that change nothing."""
+PREPARE = _table("prepare")
+"""Verbs of what only leads to something: "find the cup and ..."."""
+LATER = _set("later")
+"""Words by which what follows is done after what came before."""
+WISH = _table("wish")
+"""Words before what should hold in the end."""
+BE = _table("be")
+"""Words between what is meant and what should hold of it in the end."""
+PLACED = _set("placed")
+"""Forms of verbs that may stand before a place and change nothing."""
+NEGATIVE, CONDITIONAL = _set("negative"), _set("conditional")
+PACKAGES = _set("packages")
+"""What a product comes in, which its name need not say: "the ketchup bottle", "a can of soup"."""
+TECHNICAL = _set("technical")
+"""Words of names that programs give, which nobody says."""
+GENERAL = _set("general")
+"""Nouns for anything that can be moved."""
+ANYTHING: Words = (_TABLES["anything"],)
+ENDS = _set("ends")
+"""Words behind a side that say nothing more: "the left end"."""
+REGIONS = _set("regions")
+"""Nouns for a region of a thing."""
+PLAIN, LOW = _set("plain"), _set("low")
+"""Words of regions that name no place of their own; of what is under something."""
+INWARD = _set("inward")
+"""Words of prepositions of what is enclosed."""
+ROBOT, VIEWER = _set("robot"), _set("viewer")
+"""Who acts and who looks, and is no thing of the scene."""
+SHADES: Mapping[str, str] = _by_word("shades")
+"""Other words for colours -> the colour."""
+UNCOLOURED = _set("uncoloured")
+"""Words between colours."""
+UNITS: Mapping[str, str] = _TABLES["units"]
+VIEWS: Mapping[str, tuple[Words, ...]] = {name: _phrases(text) for name, text in _TABLES["views"].items()}
+"""View -> the words that name it."""
+_FORMS: Mapping[str, str] = _TABLES["irregular"]
+_PLURALS: Mapping[str, str] = _TABLES["plurals"]
+TOP_WORD: Words = ("on_top_of",)
+
+
+def tokens(text: str) -> Words:
+    """Split a sentence into words in lower case; commas and ends of sentences are words of their own, as is the "'s" of an owner.
+
+    Phrases for "on top of" become one word.
+    """
+    said = text.lower().replace("’", "'").replace("-", " ")
+    for short, whole in _TABLES["contracted"].items():
+        said = re.sub(rf"\b{short}\b", whole, said)
+    said = re.sub(r"(\w)'s\b", r"\1 's", said)
+    said = re.sub(r"(\w)s'(?=\s)", r"\1s", said)
+    return _joined(tuple(re.findall(r"'s|[\w/]*\w(?:\.\d+)?|[,.;!?:]", said.replace('"', " "))))
+
+
+def _joined(words: Words) -> Words:
+    found: list[str] = []
+    k = 0
+    while k < len(words):
+        ends = starts(words, k, TOP)
+        found.append(TOP_WORD[0] if ends else words[k])
+        k = ends[0] if ends else k + 1
+    return tuple(found)
+
+
+def forms(verb: str) -> tuple[str, str]:
+    """Return the past participle and the "-ing" form of a verb."""
+    if verb in _FORMS:
+        participle, gerund = _FORMS[verb].split()
+        return participle, gerund
+    stem = verb.removesuffix("e")
+    return stem + "ed", stem + "ing"
+
+
+def singular(word: str) -> str:
+    """Return the singular of a noun; a word that is none stays as it is."""
+    if word in _PLURALS:
+        return _PLURALS[word]
+    if len(word) > 3 and word.endswith("ies"):
+        return word[:-3] + "y"
+    if word.endswith(("ches", "shes", "xes", "sses", "zes")):
+        return word[:-2]
+    return word[:-1] if len(word) > 3 and word.endswith("s") and not word.endswith(("ss", "us", "is")) else word
+
+
+def plural(word: str) -> bool:
+    """Check whether a noun is in the plural."""
+    return singular(word) != word
+
+
+def starts(words: Words, at: int, phrases: tuple[Words, ...]) -> tuple[int, ...]:
+    """Return where the phrases that stand at a position end, longest first."""
+    return tuple(at + len(p) for p in phrases if words[at : at + len(p)] == p)
+
+
+def vocabulary() -> frozenset[str]:
+    """Return every word of the tables."""
+    tables = (BESIDE, AMONG, UNDER, TOP, OF, WITH, THAT, POLITE, CLOSING, WISH, BE, PREPARE)
+    single = (THE, ONE, EVERY, NUMBERS, ORDINALS, PRONOUNS, SIDES, SIZES, EXTRA, PLACED, STOPS, {"and", "or", "then", "by", "other"})
+    return frozenset({w for table in tables for phrase in table for w in phrase} | {w for group in single for w in group})

@@ -1,0 +1,143 @@
+"""Frames of verbs: what goal phrases declare of how people ask for them (``GoalPhrase.asked``), ready for the grammar."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+
+from msgspec.structs import replace
+
+from ..base.value import Value
+from ..interpretation.fluents import GoalPhrase
+from .english import Words, forms
+
+AMOUNT = "AMOUNT"
+
+
+class Frame(Value):
+    """Frame of verbs for one goal phrase.
+
+    Args:
+        phrase: that is asked for.
+        verbs: each with its particle: (("turn",), ("on",)).
+        place: whether a second thing follows.
+        prepositions: before it.
+        after: words behind the theme: "pull THING open".
+        stated: adjectives that say that it holds: "open".
+        amount: whether an amount follows.
+        region: whether the second thing may be a region.
+        beside: whether the place may also be told by what it is beside.
+    """
+
+    phrase: GoalPhrase
+    verbs: tuple[tuple[Words, Words], ...]
+    place: bool = False
+    prepositions: tuple[Words, ...] = ()
+    after: tuple[Words, ...] = ()
+    stated: tuple[Words, ...] = ()
+    amount: bool = False
+    region: bool = False
+    beside: bool = False
+
+
+Verb = tuple[Frame, Words, Words, int]
+"""A frame, the verb that was said, the particle that is still to come, and where the verb ends."""
+
+
+class Frames:
+    """Frames of all goal phrases.
+
+    Args:
+        phrases: that the plugins declare.
+    """
+
+    def __init__(self, phrases: Iterable[GoalPhrase]) -> None:
+        self._all = tuple(frame for phrase in phrases for pattern in phrase.asked for frame in (_frame(phrase, pattern),))
+        first = next((f.phrase for f in self._all if f.beside), None)
+        self._all = tuple(replace(f, beside=f.beside and f.phrase == first) for f in self._all)
+        self.placing = tuple(f for f in self._all if f.place)
+        self.unary = tuple(f for f in self._all if not f.place and not f.amount)
+        every = {p for f in self.placing for p in f.prepositions}
+        self.prepositions = tuple(sorted(every, key=lambda p: (-len(p), p)))
+        self._said = _table(self._all, participles=False)
+        self._participles = _table(self._all, participles=True)
+
+    @property
+    def states(self) -> Mapping[str, str]:
+        """Adjectives that say that a goal phrase of one thing holds -> its form."""
+        return {s[0]: f.phrase.form for f in self.unary for s in f.stated if len(s) == 1}
+
+    @property
+    def words(self) -> frozenset[str]:
+        """Every word that stands in a frame."""
+        found = {w for table in (self._said, self._participles) for said in table for w in said}
+        found |= {w for f in self._all for v, particle in f.verbs for w in (*v, *particle)}
+        return frozenset(found | {w for f in self._all for p in (*f.prepositions, *f.after, *f.stated) for w in p})
+
+    def of_preposition(self, words: Words) -> tuple[GoalPhrase, ...]:
+        """Return the phrases whose place may follow a preposition."""
+        return tuple(dict.fromkeys(f.phrase for f in self.placing if words in f.prepositions))
+
+    def verbs(self, words: Words, at: int) -> Iterator[Verb]:
+        """Generate the frames whose verb stands at a position, in its base form or as a gerund."""
+        return _verbs(self._said, words, at)
+
+    def participles(self, words: Words, at: int) -> Iterator[Verb]:
+        """Generate the frames of whose verb the past participle stands at a position."""
+        return _verbs(self._participles, words, at)
+
+
+Table = Mapping[Words, tuple[tuple[Frame, Words], ...]]
+"""What may be said as a verb -> the frames, each with the particle that is still to come."""
+
+
+def _table(frames: Iterable[Frame], *, participles: bool) -> Table:
+    found: dict[Words, dict[tuple[Frame, Words], None]] = {}
+    for frame in frames:
+        for verb, particle in frame.verbs:
+            participle, gerund = forms(verb[0])
+            for first in (participle,) if participles else (verb[0], gerund):
+                said = (first, *verb[1:])
+                found.setdefault((*said, *particle), {})[frame, ()] = None
+                if particle:
+                    found.setdefault(said, {})[frame, particle] = None
+    return {said: tuple(rows) for said, rows in found.items()}
+
+
+def _verbs(table: Table, words: Words, at: int) -> Iterator[Verb]:
+    for length in (4, 3, 2, 1):
+        said = words[at : at + length]
+        if len(said) == length:
+            yield from ((frame, said, particle, at + length) for frame, particle in table.get(said, ()))
+
+
+def _split(text: str) -> Words:
+    return ("on_top_of",) if text == "on_top_of" else tuple(text.split("_"))
+
+
+def _frame(phrase: GoalPhrase, pattern: str) -> Frame:
+    """Frame of a declared pattern, e.g. "put|place THING on|onto PLACE"."""
+    verbs, _theme, *rest = pattern.split()
+    slots = [w for w in phrase.form.split()[1:] if w.isupper()]
+    others = tuple(_split(p) for w in rest if not w.isupper() for p in w.split("|"))
+    place, amount = bool(slots) and slots[0] != AMOUNT, AMOUNT in slots
+    return Frame(
+        phrase, tuple(_verb(v) for v in verbs.split("|")), place, others if place else (), () if place or amount else others,
+        () if slots else _stated(phrase, others), amount, "PLACE" in slots, "PLACE" in slots,
+    )  # fmt: skip
+
+
+_DIRECTIONS = frozenset({"up", "in", "out", "over", "back"})
+"""Words behind a thing that say where it goes, not how it then is."""
+PARTICLES = frozenset({"up", "on", "off", "out", "down", "open", "shut", "closed", "in", "over", "away", "to"})
+
+
+def _verb(text: str) -> tuple[Words, Words]:
+    """A verb with its particle, which may also stand behind the thing."""
+    words = tuple(text.split("_"))
+    return (words[:-1], words[-1:]) if len(words) == 2 and words[1] in PARTICLES else (words, ())
+
+
+def _stated(phrase: GoalPhrase, others: tuple[Words, ...]) -> tuple[Words, ...]:
+    """Adjectives of a phrase about one thing: the words of its form, and what follows the thing."""
+    own = tuple(w for w in phrase.form.split()[1:] if not w.isupper())
+    return tuple(dict.fromkeys((own, *(o for o in others if o[-1] not in _DIRECTIONS))))

@@ -1,0 +1,269 @@
+"""The grammar of descriptions: "the left bowl that is on the stove", "both mugs", "it"."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+from msgspec.structs import replace
+
+from ..model.colour_words import COLOURS
+from . import english
+from .english import Words, starts
+from .tree import Link, Noun
+
+Found = tuple[Noun, int]
+"""A description, and the position behind it."""
+MOST = 9
+"""Words that name a thing, at most."""
+DEEP = 4
+"""Relations within relations, at most."""
+
+
+class NounParser:
+    """Parser of the descriptions in one sentence; each position is parsed once.
+
+    Args:
+        words: of the sentence.
+        prepositions: of goal phrases.
+        states: adjectives of goal phrases, e.g. "open".
+    """
+
+    def __init__(self, words: Words, prepositions: tuple[Words, ...], states: Mapping[str, str]) -> None:
+        self.words, self.prepositions, self.states = words, prepositions, states
+        self._parsed: dict[tuple[int, int, bool], tuple[Found, ...]] = {}
+        firsts = {p[0] for p in (*prepositions, *english.BESIDE, *english.UNDER, *english.OF, *english.BE, *english.WITH)}
+        firsts -= english.SIDES.keys()
+        small = {"and", "or", "but", "that", "which", "so", "such", "after", "once", "before"}
+        self._ends = firsts | english.STOPS | small | english.NEGATIVE | english.CONDITIONAL
+
+    def nouns(self, at: int, deep: int = 0, *, joined: bool = True) -> tuple[Found, ...]:
+        """Return the descriptions that may begin at a position, the longer ones first."""
+        key = at, deep, joined
+        if key not in self._parsed:
+            self._parsed[key] = ()  # no description begins with itself
+            self._parsed[key] = tuple(dict.fromkeys(self._all(at, deep, joined)))
+        return self._parsed[key]
+
+    def _all(self, at: int, deep: int, joined: bool) -> Iterator[Found]:
+        single = [*self._pronouns(at), *self._described(at, deep)]
+        if joined:
+            begun = self._described(at + 1, deep) if self.words[at : at + 1] in (("both",), ("either",)) else ()
+            for first, end in (*begun, *single):
+                yield from self._joined(at, (first,), end, deep)
+        yield from single
+
+    def _joined(self, at: int, members: tuple[Noun, ...], end: int, deep: int) -> Iterator[Found]:
+        """Descriptions joined by commas, "and" and "or"."""
+        for word, behind in self._conjunctions(end):
+            for other, last in self.nouns(behind, deep, joined=False):
+                found = (*members, other)
+                if word == ",":
+                    yield from self._joined(at, found, last, deep)
+                    continue
+                yield Noun(self._text(at, last), members=found, joined=word, several=word == "and"), last
+                if word == "and":
+                    yield from self._joined(at, found, last, deep)
+
+    def _conjunctions(self, at: int) -> Iterator[tuple[str, int]]:
+        here = self.words[at : at + 4]
+        for text, word in (("and", "and"), (", and", "and"), ("as well as", "and"), ("or", "or"), (", or", "or"), (",", ",")):
+            said = tuple(text.split())
+            if here[: len(said)] == said:
+                more = 1 if here[len(said) : len(said) + 1] in (("also",), ("both",)) else 0
+                yield word, at + len(said) + more
+
+    def _pronouns(self, at: int) -> Iterator[Found]:
+        word = self.words[at] if at < len(self.words) else ""
+        after = self.words[at + 1] if at + 1 < len(self.words) else ""
+        for phrase in (("both", "of", "them"), ("all", "of", "them"), ("them", "both"), ("them", "all"), ("all", "of", "it")):
+            if self.words[at : at + 3][: len(phrase)] == phrase:
+                yield Noun(" ".join(phrase), pronoun="them", several=True), at + len(phrase)
+        alone = not after or after in self._ends or after in english.LATER or word in ("it", "them", "they")
+        if word in english.PRONOUNS and alone:
+            yield Noun(word, pronoun=word, several=english.PRONOUNS[word]), at + 1
+        if word in ("everything", "anything"):
+            yield from self._linked(at, Noun("", english.ANYTHING, "all" if word == "everything" else "a"), at + 1, 1)
+        if word == "both" and (after in self._ends or not after):
+            yield Noun(word, pronoun="them", several=True, count=2), at + 1
+
+    def _described(self, at: int, deep: int) -> Iterator[Found]:
+        start, noun = self._quantified(at)
+        yield from self._two_sides(at, start, noun)
+        for end in self._cores(start):
+            named = self._named(noun, self.words[start:end])
+            compared = self.words[end : end + 1] in (("from",), ("to",), ("away",)) and self.words[end - 1].endswith("est")
+            if named is not None and not compared:
+                yield from ((n, last) for n, last in self._linked(at, named, end, deep) if _complete(n))
+
+    def _two_sides(self, at: int, start: int, noun: Noun) -> Iterator[Found]:
+        """Two descriptions in one: "the top and bottom drawers"."""
+        for end in self._cores(start):
+            core = self.words[start:end]
+            k = core.index("and") if "and" in core else 0
+            if k and k + 1 < len(core) and core[k - 1] in english.SIDES and core[k + 1] in english.SIDES:
+                found = [self._named(noun, c) for c in ((*core[:k], *core[k + 2 :]), (*core[: k - 1], *core[k + 1 :]))]
+                members = tuple(replace(n, said=self._text(at, end), several=False) for n in found if n is not None and n.words)
+                if len(members) == 2:
+                    yield Noun(self._text(at, end), members=members, joined="and", several=True), end
+
+    def _quantified(self, at: int) -> tuple[int, Noun]:
+        """Quantity of a description, and where its words begin."""
+        words, quantity, count, k = self.words, "", 0, at
+        while k < len(words):
+            word = words[k]
+            if word in english.EVERY and quantity != "a":
+                quantity, count = "all", 2 if word == "both" else count
+            elif word in english.NUMBERS and quantity != "a":
+                quantity, count = "all" if quantity in ("the", "all") else "number", english.NUMBERS[word]
+            elif word in english.THE or (word in english.ONE and quantity == ""):
+                quantity = quantity or ("the" if word in english.THE else "a")
+            elif word != "of" or k == at or not quantity:
+                break
+            k += 1
+        return k, Noun("", quantity=quantity or "the", count=count)
+
+    def _cores(self, start: int) -> Iterator[int]:
+        """Where the words that name a thing may end; "yellow and white mug" has an "and"."""
+        ends, k = [], start
+        while k < len(self.words) and k - start < MOST and self.words[k] not in self._ends:
+            k += 1
+            ends.append(k)
+        yield from reversed(ends)
+        if ends and self.words[k : k + 1] == ("and",) and k + 1 < len(self.words) and self._alike(k - 1, k + 1):
+            more = k + 1
+            while more < len(self.words) and more - start < MOST and self.words[more] not in self._ends:
+                more += 1
+                yield more
+        if not ends:
+            yield start
+
+    def _named(self, noun: Noun, core: Words) -> Noun | None:
+        """Description by its words; None where they name nothing, or two sides."""
+        k = core.index("and") if "and" in core else 0
+        if k and core[k - 1] in english.SIDES:
+            return None
+        kept: list[str] = []
+        sides: list[str] = []
+        ordinal = size = 0
+        other = elided = False
+        for k, word in enumerate(core):
+            if word in ("other", "another", "remaining"):
+                other = True
+            elif word in english.ORDINALS and k < len(core):
+                ordinal = english.ORDINALS[word]
+            elif word in english.SIZES:
+                size = english.SIZES[word]
+            elif word in english.SIDES:
+                sides.append(english.SIDES[word])
+            elif word in english.EXTRA or word == "far":
+                elided = elided or word in ("one", "ones")
+            else:
+                kept.append(word)
+        if not kept and not (sides or ordinal or size or other or elided):
+            return None
+        several = (bool(kept) and english.plural(kept[-1])) or "ones" in core
+        return replace(noun, elided=elided, words=tuple(kept), sides=tuple(sides), ordinal=ordinal, size=size, other=other, several=several)
+
+    def _linked(self, at: int, noun: Noun, end: int, deep: int) -> Iterator[Found]:
+        """The description with the relations that follow it, the more of them the earlier."""
+        if deep < DEEP and len(noun.links) < 3:
+            for link, last in self._links(end, deep):
+                yield from self._linked(at, replace(noun, links=(*noun.links, link)), last, deep)
+        owned = replace(noun, said=self._text(at, end))
+        if self.words[end : end + 1] == ("'s",) and deep < DEEP:
+            for last in self._cores(end + 1):
+                part = self._named(Noun("", quantity="the"), self.words[end + 1 : last])
+                if part is not None:
+                    yield from self._linked(at, replace(part, links=(Link("of", ("'s",), (owned,)),)), last, deep + 1)
+        yield owned, end
+
+    def _links(self, at: int, deep: int) -> Iterator[tuple[Link, int]]:
+        if self.words[at : at + 1] == (",",) and starts(self.words, at + 1, english.THAT):
+            at += 1
+        for begin in dict.fromkeys((*starts(self.words, at, english.THAT), at)):
+            for start in dict.fromkeys((*starts(self.words, begin, english.THAT), begin)):
+                yield from self._sides(start, deep)
+                yield from self._relations(start, deep)
+            if begin != at and begin < len(self.words) and self.words[begin] in self.states:
+                yield Link("state", (self.words[begin],)), begin + 1
+            end = begin
+            while end < len(self.words) and (self._is_colour(end) or (end > begin and self.words[end] == "and")):
+                end += 1
+            if begin != at and end > begin:
+                yield Link("colour", self.words[begin:end]), end
+
+    def _alike(self, one: int, other: int) -> bool:
+        """Whether two words are adjectives that "and" joins: two colours, or two sides."""
+        both = (self.words[one], self.words[other])
+        return (self._is_colour(one) and self._is_colour(other)) or all(w in english.SIDES for w in both)
+
+    def _is_colour(self, at: int) -> bool:
+        return self.words[at] in COLOURS or self.words[at] in english.SHADES
+
+    def _sides(self, at: int, deep: int) -> Iterator[tuple[Link, int]]:
+        """Positions among others: "on the left", "at the back of the table", "from the table's centre"."""
+        for start in starts(self.words, at, english.AMONG):
+            k = start
+            while k < len(self.words) and self.words[k] in ("the", "very", "far", "most", "extreme", "your", "my"):
+                k += 1
+            if k < len(self.words) and self.words[k] in english.SIDES:
+                yield from self._side_of(self.words[k], at, k + 1, deep)
+            for whole, end in self._wholes(k):
+                if end < len(self.words) and self.words[end] in english.SIDES:
+                    yield Link("side", (english.SIDES[self.words[end]], self.words[at]), (whole,)), end + 1
+
+    def _wholes(self, at: int) -> Iterator[Found]:
+        """A plain description before its side: "table center", "the table's middle"."""
+        for end in range(at + 1, min(at + 4, len(self.words))):
+            if self.words[end - 1] in self._ends:
+                return
+            named = self._named(Noun(self._text(at, end)), self.words[at:end])
+            if named is not None and named.words:
+                yield named, end + (self.words[end] == "'s")
+
+    def _side_of(self, word: str, at: int, end: int, deep: int) -> Iterator[tuple[Link, int]]:
+        while end < len(self.words) and self.words[end] in english.ENDS:
+            end += 1
+        link = Link("side", (english.SIDES[word], self.words[at]))
+        if self.words[end : end + 1] == ("of",):
+            for noun, last in self.nouns(end + 1, deep + 1, joined=False):
+                yield replace(link, nouns=(noun,)), last
+        yield link, end
+
+    def _relations(self, at: int, deep: int) -> Iterator[tuple[Link, int]]:
+        words = self.words
+        yield from self.beside(at, deep)
+        for kind, table in (("phrase", self.prepositions), ("under", english.UNDER), ("of", english.OF)):
+            for start in starts(words, at, table):
+                for noun, end in self.nouns(start, deep + 1, joined=False):
+                    yield Link(kind, words[at:start], (noun,)), end
+        for start in starts(words, at, english.WITH):
+            for noun, end in self.nouns(start, deep + 1, joined=False):
+                yield from ((Link("with", words[at:start], (noun,)), last) for last in self._on_it(end))
+
+    def beside(self, at: int, deep: int = 0) -> Iterator[tuple[Link, int]]:
+        """Generate the relations that are judged by positions: "next to the plate", "between the cup and the jug"."""
+        if self.words[at : at + 1] == (",",):
+            at += 1
+        for phrase, relation in english.BESIDE.items():
+            if self.words[at : at + len(phrase)] == phrase:
+                for noun, end in self.nouns(at + len(phrase), deep + 1, joined=relation == "between"):
+                    yield Link(relation, phrase, (noun,)), end
+
+    def _on_it(self, at: int) -> tuple[int, ...]:
+        """Where "on it", "in it" or "inside" ends; the words before say the rest."""
+        said = tuple(tuple(text.split()) for text in ("on it", "in it", "inside", "on top", "inside it", "on_top_of it"))
+        return (*starts(self.words, at, said), at)
+
+    def _text(self, start: int, end: int) -> str:
+        return spoken(self.words[start:end])
+
+
+def _complete(noun: Noun) -> bool:
+    """Whether a description names something: "the left" alone is a side."""
+    return bool(noun.words or noun.elided or noun.other or noun.ordinal or any(link.relation == "of" for link in noun.links))
+
+
+def spoken(words: Words) -> str:
+    """Return words as a text."""
+    return " ".join(words).replace(" 's", "'s").replace(" ,", ",").replace("on_top_of", "on top of")

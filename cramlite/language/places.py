@@ -1,0 +1,260 @@
+"""Places that sentences ask for: a whole thing, a region of it, or a spot beside another thing."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from msgspec.structs import replace
+
+from ..base.errors import UserError
+from ..model.entity_name import EntityName, thing_of
+from ..ontology.foundation import BEARS
+from .english import INWARD, LOW, PLAIN, REGIONS, SIDES, TECHNICAL, TOP_WORD, Words, singular
+from .labels import normal
+from .reference import Mentions, Referents, Resolver
+from .refusal import FALSE, OPEN, Refusal, listed
+from .tree import Link, Noun
+
+if TYPE_CHECKING:
+    from ..interpretation.fluents import GoalPhrase
+    from ..model.world import Feature
+
+NEAR = "near"
+"""How goals say "next to"."""
+USUAL = frozenset({"top", "inside", "bottom"})
+"""Names of regions that say no more than "on" and "in" do."""
+
+
+class Places:
+    """Places in a scene, for goal phrases with a place.
+
+    Args:
+        resolver: of descriptions.
+    """
+
+    def __init__(self, resolver: Resolver) -> None:
+        self._its, self._labels = resolver, resolver.labels
+
+    def at(self, noun: Noun, words: Words, phrase: GoalPhrase, themes: tuple[str, ...], mentions: Mentions) -> Referents:
+        """Return the places that a description with its preposition means, for a goal phrase.
+
+        Raises:
+            Refusal: none is, or too many are.
+        """
+        if noun.pronoun:
+            return self._before(noun, words, phrase, themes, mentions)
+        try:
+            found = self._whole(noun, words, themes, mentions)
+        except Refusal as refused:
+            regions = self._regions(noun, mentions)
+            if not regions:
+                raise
+            if len(regions) > 1 and not noun.several:
+                raise Refusal(OPEN, f"'{noun.said}' may be {listed(regions)}; say which") from refused
+            return Referents(noun.said, tuple(regions))
+        words = ("in",) if {*phrase.form.split()} & INWARD else words
+        chosen = tuple(self._chosen(name, noun, words) for name in found.names)
+        return replace(found, names=chosen)
+
+    def _whole(self, noun: Noun, words: Words, themes: tuple[str, ...], mentions: Mentions) -> Referents:
+        part = noun.words and singular(noun.words[-1]) in REGIONS and any(k.relation in ("of", "side", "phrase") for k in noun.links)
+        if part and self._regions(noun, mentions):
+            raise Refusal(FALSE, "a region")
+        if noun.sides and not noun.words:  # "the top of the cabinet"
+            if self._regions(noun, mentions):
+                raise Refusal(FALSE, "a region")
+            owners = [k.nouns[0] for k in noun.links if k.relation == "of"]
+            if owners and noun.sides == ("top",):
+                return self._its.things(owners[0], lambda n: n not in themes, mentions)
+        among = noun.sides or noun.ordinal or noun.size or any(k.relation == "side" for k in noun.links)
+        try:
+            return self._its.things(noun, lambda n: bool(among) or n not in themes, mentions)  # a theme is one of those among which it is
+        except Refusal as refused:
+            if refused.rank == OPEN and words == TOP_WORD:  # what is on top of drawers is on what they are mounted in
+                carriers = {self._carrier(n) for n in self._its.pool(noun, lambda n: n not in themes, mentions)}
+                if len(carriers) == 1:
+                    return Referents(noun.said, tuple(carriers))
+            raise
+
+    def _before(self, noun: Noun, words: Words, phrase: GoalPhrase, themes: tuple[str, ...], mentions: Mentions) -> Referents:
+        """The place that a pronoun stands for: the last that suits."""
+        pairs = zip(reversed(mentions.places), reversed(mentions.themes), strict=True)
+        order = [g for place, theme in pairs for g in (place, theme) if len(g) == 1 and not set(map(thing_of, g)) & set(themes)]
+        suited = [g for g in order if phrase.suits(self._its.scene, themes[0], g[0])]
+        if not order:
+            raise Refusal(OPEN, f"'{noun.said}' stands for no place that was named before; name it")
+        name = (suited or order)[0][0]
+        place = name if name != thing_of(name) else self._chosen(name, noun, words)
+        return Referents(noun.said, (place,))
+
+    def _carrier(self, name: str) -> str:
+        joint = self._its.scene.world.thing(name).joint
+        return joint.parent if joint is not None and joint.parent in self._its.scene.types else name
+
+    # Regions
+
+    def named(self, thing: str) -> dict[str, Feature]:
+        """Return the regions of a thing that have a name of their own, which speaks of no other thing."""
+        others = {w for n, c in self._labels.of.items() if n != thing for head in c.heads if len(head) == 1 for w in head}
+        others -= {w for head in self._labels.of[thing].heads for w in head} | set(SIDES) | REGIONS
+        found = {}
+        for feature in self._its.scene.world.thing(thing).features:
+            said = {w for w in _words(feature.name) if w not in TECHNICAL}
+            bears = self._its.scene.taxonomy.fillers(feature.type, BEARS)
+            own = said - PLAIN - REGIONS and feature.name not in USUAL and not said & (others | {"init", "initial"})
+            if own and {"inside", "standing"} & set(bears):
+                found[feature.name] = feature
+        return found
+
+    def _inward(self, feature: Feature) -> bool:
+        """Whether it encloses what is there: a cavity, or an area with a height."""
+        return "inside" in self._its.scene.taxonomy.fillers(feature.type, BEARS) or "height" in feature.size
+
+    def _chosen(self, name: str, noun: Noun, words: Words) -> str:
+        """The region of a thing that its preposition means, or the whole thing."""
+        if words == TOP_WORD and self._carrier(name) != name:
+            name = self._carrier(name)
+        named = self.named(name)
+        if {*words} & INWARD:
+            return self._inside(name, noun, named)
+        upon = [n for n, f in named.items() if not self._inward(f)]
+        top = [n for n in upon if "top" in _words(n)]
+        one = top if len(upon) > 1 else upon
+        return str(EntityName(name, one[0])) if len(one) == 1 else name
+
+    def _inside(self, name: str, noun: Noun, named: dict[str, Feature]) -> str:
+        within = [n for n, f in named.items() if self._inward(f)]
+        if len(within) == 1:
+            return str(EntityName(name, within[0]))
+        if len(within) > 1:
+            raise Refusal(OPEN, f"'{noun.said}' has several places inside: {listed([f'{name}/{n}' for n in within], 'and')}; say which")
+        its = self._its.scene.world
+        if any(self._inward(f) for f in its.thing(name).features):
+            return name
+        mounted = [t for t in its.things if t.joint is not None and t.joint.parent == name and any(self._inward(f) for f in t.features)]
+        if len(mounted) > 1:
+            raise Refusal(OPEN, f"'{noun.said}' has several places inside: {listed([t.name for t in mounted], 'and')}; say which")
+        return self._chosen(mounted[0].name, noun, ("in",)) if mounted else name
+
+    def _regions(self, noun: Noun, mentions: Mentions) -> list[str]:
+        """Regions that a description names: "the right compartment of the caddy"."""
+        words = [w for w in normal(noun.words) if w not in REGIONS]
+        owners = [k.nouns[0] for k in noun.links if k.relation in ("of", "phrase") and k.nouns]
+        generic = bool(set(normal(noun.words)) & REGIONS)
+        if not (generic or words or (noun.sides and owners)):
+            return []
+        wholes = [o for owner in owners for o in self._pool(owner, mentions)] if owners else list(self._labels.of)
+        sides = [*noun.sides, *(k.words[0] for k in noun.links if k.relation == "side")]
+        found = self._mounted(noun, wholes, sides) if generic and owners else []
+        for whole in () if found else wholes:
+            rest = [w for w in words if w not in self._labels.of[whole].words]
+            named = self.named(whole)
+            if not owners and not rest and not (generic and (words or len(named) > 1)):
+                continue
+            said = [n for n in named if all(w in self._said(n) for w in rest) and all(s in self._said(n) for s in sides)]
+            found += [str(EntityName(whole, n)) for n in said]
+        return found
+
+    def _mounted(self, noun: Noun, wholes: list[str], sides: list[str]) -> list[str]:
+        """Places inside of what is mounted in things: "the top layer of the cabinet" is in its top drawer."""
+        parts = [t for t in self._its.scene.world.things if t.joint is not None and (t.joint.parent in wholes or t.name in wholes)]
+        deep = [t.name for t in parts if any(map(self._inward, t.features))]
+        inward = [n for n in deep if all(s in self._labels.of[n].words for s in sides)]
+        return [self._chosen(n, noun, ("in",)) for n in inward] if sides else []
+
+    def _pool(self, noun: Noun, mentions: Mentions) -> list[str]:
+        try:
+            return self._its.pool(noun, lambda _: True, mentions)
+        except Refusal:
+            return []
+
+    def _said(self, region: str) -> set[str]:
+        """Words by which a region may be called."""
+        own = {SIDES.get(w, w) for w in _words(region)}
+        groups = self._its.scene.taxonomy.synonyms
+        same = [labels for labels, _ in groups if any(len(label) == 1 and {*normal(label)} & own for label in labels)]
+        return own | {w for labels in same for label in labels for w in normal(label)}
+
+    def under(self, noun: Noun, themes: tuple[str, ...], mentions: Mentions) -> Referents:
+        """Return the region under what a description means.
+
+        Raises:
+            Refusal: it has none.
+        """
+        found = self._its.things(noun, lambda n: n not in themes, mentions)
+        places = []
+        for name in found.names:
+            named = self.named(name)
+            low = [n for n in named if LOW & _words(n)] or [n for n, f in named.items() if "height" in f.size]
+            if len(low) != 1:
+                raise Refusal(FALSE, f"under {name} is no region that a goal could name; say on, in or next to which thing it shall be")
+            places.append(str(EntityName(name, low[0])))
+        return Referents(noun.said, tuple(places), found.any)
+
+    # Beside
+
+    def beside(self, link: Link, phrases: tuple[GoalPhrase, ...], theme: str, mentions: Mentions, on: str = "") -> tuple[str, str]:
+        """Return the form of a goal phrase that puts a thing beside another one, and that other's name.
+
+        Args:
+            on: where; "" for where the other one stands.
+
+        Raises:
+            Refusal: no goal says so.
+        """
+        relation = "next to" if link.relation in ("next to", "nearest") else link.relation
+        if relation in ("between", "farthest"):
+            said = f"{' '.join(link.words)} {link.nouns[0].said}"
+            raise Refusal(FALSE, f"no goal can say '{said}'; say on which thing it shall be, or next to which one")
+        others = self._its.things(link.nouns[0], lambda n: n != theme, mentions).names
+        if len(others) == 1 and self._its.holds(("on",), theme, others[0]):
+            raise Refusal(FALSE, f"{theme} is on {others[0]}, of which no goal can name a side; say next to which thing it shall be")
+        if len(others) != 1:
+            raise Refusal(OPEN, f"'{link.nouns[0].said}' are {listed(list(others), 'and')}; say next to which one")
+        other, form = others[0], _placing(phrases)
+        if region := self._region_beside(other, relation):
+            return form.replace("PLACE", region), other
+        where = on or self._support(other)
+        if not where:
+            raise Refusal(FALSE, f"nothing is known to be under {other}, so there is no place {' '.join(link.words)} it")
+        side = NEAR if relation == "next to" else self._its.space.side_word(relation)
+        return f"{form.replace('PLACE', where)} {side} {other}", other
+
+    def _region_beside(self, other: str, relation: str) -> str:
+        """A region of furniture that its name says to be beside a thing: "table/plate_right_region"."""
+        side = {"left of": "left", "right of": "right", "in front of": "front", "behind": "back", "next to": NEAR}[relation]
+        called = self._labels.of[other]
+        for thing in self._its.scene.world.things:
+            for feature in thing.features if thing.furniture and thing.name != other else ():
+                said = _words(feature.name) - _words(thing.name)
+                named = any(set(head) <= said for head in called.heads if head) or said - {side} - REGIONS <= called.words
+                if side in said and "init" not in said and named and said - {side} - REGIONS:
+                    return str(EntityName(thing.name, feature.name))
+        return ""
+
+    def _support(self, name: str) -> str:
+        """What a thing stands on; else the furniture under it."""
+        scene = self._its.scene
+        for other in scene.world.things:
+            if other.name != name and other.furniture and self._its.holds(("on",), name, other.name):
+                return other.name
+        return self._its.space.below(name, [t.name for t in scene.world.things if not t.movable and t.geoms])
+
+
+def _words(name: str) -> set[str]:
+    from ..ontology.taxonomy import words_of
+
+    return set(normal(words_of(name)))
+
+
+def _placing(phrases: tuple[GoalPhrase, ...]) -> str:
+    return next((p.form for p in phrases if "PLACE" in p.form.split()), "")
+
+
+def meaningful(phrase: GoalPhrase, resolver: Resolver, *things: str) -> bool:
+    """Check whether a goal phrase makes sense of some things."""
+    try:
+        phrase.meaning(resolver.scene, *things)
+    except (UserError, KeyError):
+        return False
+    return True

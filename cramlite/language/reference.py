@@ -1,0 +1,356 @@
+"""Descriptions become things of the scene; what may be several, or is none, is refused with candidates and numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from typing import TYPE_CHECKING
+
+from msgspec.structs import replace
+
+from ..base.errors import UserError
+from ..base.value import Value
+from ..model.colour_words import COLOURS
+from ..model.entity_name import thing_of
+from .english import PACKAGES, REGIONS, ROBOT, VIEWER, singular
+from .labels import Labels, normal
+from .refusal import FALSE, OPEN, UNKNOWN, Refusal, listed
+from .tree import Link, Noun
+
+if TYPE_CHECKING:
+    from ..interpretation.fluents import Fact, SymbolicWorld
+    from .english import Words
+    from .frames import Frames
+    from .space import Space
+
+About = Callable[[str], bool]
+FILTERS = ("phrase", "of", "with", "under", "state", "colour", "left of", "right of", "in front of", "behind", "between")
+
+
+class Referents(Value):
+    """Things that a description means.
+
+    Args:
+        said: the description.
+        names: of the things.
+        any: whether one of them will do.
+    """
+
+    said: str
+    names: tuple[str, ...]
+    any: bool = False
+
+
+class Mentions(Value):
+    """What was named before.
+
+    Args:
+        themes, places: of each clause, the first one first.
+        words: by which a thing was called last.
+        put: what was put somewhere.
+    """
+
+    themes: tuple[tuple[str, ...], ...] = ()
+    places: tuple[tuple[str, ...], ...] = ()
+    words: Words = ()
+    put: frozenset[str] = frozenset()
+
+    @property
+    def every(self) -> frozenset[str]:
+        """Everything that was named."""
+        return frozenset(thing_of(n) for group in (*self.themes, *self.places) for n in group)
+
+
+class Resolver:
+    """Resolver of descriptions in one scene.
+
+    Args:
+        scene: what there is.
+        facts: that hold in it.
+        frames: whose prepositions and adjectives descriptions use.
+        labels: what things are called.
+        space: where they are.
+    """
+
+    def __init__(self, scene: SymbolicWorld, facts: frozenset[Fact], frames: Frames, labels: Labels, space: Space) -> None:
+        self.scene, self.facts, self.frames, self.labels, self.space = scene, facts, frames, labels, space
+
+    def things(self, noun: Noun, about: About, mentions: Mentions) -> Referents:
+        """Return the things that a description means.
+
+        Args:
+            about: whether a thing can be meant at all.
+            mentions: what was named before.
+
+        Raises:
+            Refusal: none is, or too many are.
+        """
+        if noun.members:
+            members = [self.things(m, about, mentions) for m in noun.members]
+            names = tuple(dict.fromkeys(n for m in members for n in m.names))
+            return Referents(noun.said, names, any=noun.joined == "or")
+        if noun.pronoun:
+            return self._meant_before(noun, about, mentions)
+        found = self.pool(noun, about, mentions)
+        before = [n for n in found if n in mentions.every - mentions.put]
+        one = noun.quantity == "the" and not (noun.several or noun.count or noun.other) and len(before) == 1
+        return self._counted(noun, before if one else found)
+
+    def pool(self, noun: Noun, about: About, mentions: Mentions) -> list[str]:
+        """Return all things that a description may mean.
+
+        Raises:
+            Refusal: there is none.
+        """
+        if noun.members or noun.pronoun:
+            return list(self.things(noun, about, mentions).names)
+        noun = _unpacked(noun)
+        found = self._called(noun, about, mentions)
+        for link in (k for k in noun.links if k.relation in FILTERS):
+            kept = self._related(found, link, mentions)
+            if not kept:
+                raise Refusal(FALSE, f"'{noun.said}' is not there: {self._not_so(found, noun, link)}")
+            found = kept
+        for link in (k for k in noun.links if k.relation in ("next to", "nearest", "farthest")):
+            found = self._nearest(found, noun, link, mentions)
+        return self._placed(found, noun, mentions)
+
+    def holds(self, preposition: Words, thing: str, place: str) -> bool:
+        """Check whether a thing is at a place, by the goal phrases of a preposition; what is in a part is in the whole."""
+        mounted = [t.name for t in self.scene.world.things if t.joint is not None and t.joint.parent == place]
+        phrases, wheres = self.frames.of_preposition(preposition), [at for at in (place, *mounted) if at != thing]
+        return any(self._so(p.meaning, thing, at) for p in phrases for at in wheres)
+
+    def _so(self, meaning: Callable[..., object], *things: str) -> bool:
+        """Whether what a goal phrase asks for holds now."""
+        from ..interpretation.fluents import GoalCondition
+
+        try:
+            asked = meaning(self.scene, *things)
+        except (UserError, KeyError):
+            return False
+        return isinstance(asked, GoalCondition) and bool(asked.needs) and asked.needs <= self.facts
+
+    def _anywhere(self, thing: str, place: str) -> bool:
+        return any(self.holds(p, thing, place) for p in self.frames.prepositions)
+
+    # By words
+
+    def _called(self, noun: Noun, about: About, mentions: Mentions) -> list[str]:
+        """Things by the words of a description."""
+        every = [n for n in self.labels.of if not (noun.other and n in mentions.every)]
+        if not noun.words:
+            words = mentions.words
+            found = [n for n in every if self.labels.fits(n, words) > 1 and about(n)] if words else []
+            return found or [n for n in every if self.scene.world.thing(n).movable and about(n)]
+        fits = {n: self.labels.fits(n, noun.words) for n in every}
+        if {*normal(noun.words)} & {*COLOURS}:  # the white mug is not the white and yellow one
+            every = [n for n in every if fits[n] > 1 and self.labels.exact(n, noun.words)] or every
+            every = [n for n in every if fits[n] > 1 and self.labels.by_name(n, noun.words)] or every
+        if {*normal(noun.words)} & REGIONS and not any(fits.values()):
+            return self._layers(noun, about, mentions)
+        for level in (3, 2, 1):
+            named = [n for n in every if fits[n] == level]
+            suited = [n for n in named if about(n)] or self._parts(named, about)
+            if suited:
+                return suited
+        raise self._unknown(noun, [n for n in every if fits[n]])
+
+    def _layers(self, noun: Noun, about: About, mentions: Mentions) -> list[str]:
+        """Parts of what a description is of: "the top layer of the cabinet" is a drawer."""
+        owners = [n for k in noun.links if k.relation == "of" for n in self.pool(k.nouns[0], _anything, mentions)]
+        found = [n for n in owners if about(n) and self.scene.world.thing(n).joint is not None] or self._parts(owners, about)
+        if not found:
+            raise self._unknown(noun, [])
+        return found
+
+    def _parts(self, wholes: Iterable[str], about: About) -> list[str]:
+        """Parts of things on a joint that can be meant: of a stove its knob."""
+        inside = set(wholes)
+        return [t.name for t in self.scene.world.things if t.joint is not None and t.joint.parent in inside and about(t.name)]
+
+    def _unknown(self, noun: Noun, unsuited: list[str]) -> Refusal:
+        if unsuited:
+            return Refusal(FALSE, f"'{noun.said}' is {listed(unsuited)}, of which this cannot be asked")
+        words = self.labels.unknown(noun.words)
+        alike = [n for n in self.labels.of if self.labels.fits(n, noun.words[-1:])]
+        if alike and not self.labels.unknown(noun.words[-1:]):
+            places = listed([self.space.place(n) for n in alike], "and")
+            strange = [w for w in noun.words[:-1] if not any(self.labels.describes(n, (w,)) for n in alike)] or list(noun.words[:-1])
+            known = f"nothing is known of {listed([repr(w) for w in strange])} at {places}"
+            return Refusal(FALSE, f"there is no '{noun.said}' here: {known}")
+        if words:
+            said = listed([repr(w) for w in words])
+            return Refusal(UNKNOWN, f"nothing here is called {said} (in '{noun.said}'); there are: {self._names()}")
+        return Refusal(FALSE, f"there is no '{noun.said}' here; there are: {self._names()}")
+
+    def _names(self) -> str:
+        return ", ".join(t.name for t in self.scene.world.things)
+
+    # By relations
+
+    def _related(self, names: list[str], link: Link, mentions: Mentions) -> list[str]:
+        """Those of some things that are in a relation."""
+        if link.relation == "colour":
+            return [n for n in names if self.labels.describes(n, link.words)]
+        if link.relation == "state":
+            form = self.frames.states[link.words[0]]
+            phrases = [f.phrase for f in self.frames.unary if f.phrase.form == form]
+            return [n for n in names if any(self._so(p.meaning, n) for p in phrases)]
+        if link.relation == "between":
+            others = self.things(link.nouns[0], _anything, mentions).names
+            return [n for n in names if n not in others and self.space.beside(n, "between", others)]
+        others = tuple(self.pool(link.nouns[0], _anything, mentions))
+        return [n for n in names if any(self._relates(n, o, link) if n != o else link.relation == "of" for o in others)]
+
+    def _relates(self, name: str, other: str, link: Link) -> bool:
+        if link.relation == "phrase":
+            return self.holds(link.words, name, other)
+        if link.relation == "of":
+            joint = self.scene.world.thing(name).joint
+            return (joint is not None and joint.parent == other) or (link.words == ("'s",) and name.startswith(f"{other}_"))
+        if link.relation in ("with", "under"):
+            return self._anywhere(other, name)
+        return self.space.beside(name, link.relation, (other,))
+
+    def _not_so(self, names: list[str], noun: Noun, link: Link) -> str:
+        where = " ".join((*link.words, *(n.said for n in link.nouns))).replace("on_top_of", "on top of")
+        return f"of {listed([self.space.place(n) for n in names], 'and')} none is {where}"
+
+    def _nearest(self, names: list[str], noun: Noun, link: Link, mentions: Mentions) -> list[str]:
+        if observer := {*link.nouns[0].words} & (ROBOT | VIEWER):
+            return self.space.from_observer(names, robot=bool(observer & ROBOT), far=link.relation == "farthest")
+        others = [o for o in self.pool(link.nouns[0], _anything, mentions) if o not in names or len(names) > 1]
+        near = [(n, o) for n in names for o in others if n != o and (link.relation != "next to" or self._next_to(n, o))]
+        if not near:
+            raise Refusal(FALSE, f"'{noun.said}' is not there: {self._gaps(names, others, link)}")
+        if noun.several or noun.quantity != "the":
+            return [n for n in names if any(n == a for a, _ in near)]
+        far = link.relation == "farthest"
+        chosen = (max if far else min)(near, key=lambda p: self.space.apart(*p))[1]
+        return self.space.nearest([n for n in names if (n, chosen) in near], chosen, far=far)
+
+    def _next_to(self, name: str, other: str) -> bool:
+        return self.space.beside(name, "next to", (other,)) and not self._anywhere(name, other) and not self._anywhere(other, name)
+
+    def _gaps(self, names: list[str], others: Sequence[str], link: Link) -> str:
+        said = [f"{n} is {1000 * self.space.gap(n, o):.0f} mm from {o}" for n in names for o in others if n != o]
+        return f"{listed(said, 'and')}; 'next to' is said up to 350 mm" if said else f"nothing is {' '.join(link.words)} it"
+
+    # By position among others
+
+    def _placed(self, names: list[str], noun: Noun, mentions: Mentions) -> list[str]:
+        """Those that a size, a side or an ordinal picks."""
+        if noun.size:
+            names = self._sized(names, noun)
+        sides = [(s, None) for s in noun.sides] + [(k.words[0], k) for k in noun.links if k.relation == "side"]
+        if noun.ordinal:
+            if not sides and len(names) > 1:
+                raise Refusal(OPEN, f"'{noun.said}': it is not said from where {listed(names, 'and')} are counted; say 'from the left'")
+            return self._ordinal(names, noun, sides[-1][0] if sides else "left")
+        for side, link in sides:
+            names = self._at_side(names, noun, side, link, mentions)
+        return names
+
+    def _sized(self, names: list[str], noun: Noun) -> list[str]:
+        height, sign = abs(noun.size) == 2, 1.0 if noun.size > 0 else -1.0
+        size = {n: sign * self.space.size(n, height=height) for n in names}
+        best = max(size.values())
+        found = [n for n in names if size[n] >= best - 0.05 * abs(best)]
+        if len(found) == len(names) > 1 and not noun.several:
+            raise Refusal(FALSE, f"'{noun.said}': {listed(names, 'and')} are of one size, within 5 %")
+        return found
+
+    def _ordinal(self, names: list[str], noun: Noun, side: str) -> list[str]:
+        order = sorted(names, key=lambda n: -self.space.along(n, side if side != "middle" else "left"))
+        k = noun.ordinal - 1 if noun.ordinal > 0 else -1
+        if k >= len(order):
+            raise Refusal(FALSE, f"'{noun.said}' is not there: there are {len(order)}")
+        return [order[k]]
+
+    def _at_side(self, names: list[str], noun: Noun, side: str, link: Link | None, mentions: Mentions) -> list[str]:
+        by_name = [n for n in names if side in self.labels.of[n].words and self.scene.world.thing(n).joint is not None]
+        if len(by_name) == 1 and len(names) > 1:
+            return by_name
+        if link is not None and link.nouns:
+            names, whole = self._on_whole(names, noun, link, mentions)
+            if side == "middle":
+                return self.space.nearest(names, whole)
+        if len(names) == 1:
+            if not self.space.is_at(names[0], side):
+                raise Refusal(FALSE, f"'{noun.said}' is not there: there is only {self.space.place(names[0])}, which is not at the {side}")
+            return names
+        found = self.space.middle(names) if side == "middle" else self.space.most(names, side)
+        if not found:
+            raise Refusal(OPEN, f"of {listed([self.space.place(n) for n in names], 'and')} none stands in the middle ('{noun.said}')")
+        return found
+
+    def _on_whole(self, names: list[str], noun: Noun, link: Link, mentions: Mentions) -> tuple[list[str], str]:
+        """Things on what a side is of: "on the left side of the table"."""
+        wholes = self.pool(link.nouns[0], _anything, mentions)
+        found = [n for n in names if any(n != w and self.space.gap(n, w) == 0 for w in wholes)]
+        if not found:
+            raise Refusal(FALSE, f"'{noun.said}' is not there: none of {listed(names)} is on {listed(wholes)}")
+        return found, wholes[0]
+
+    # By number
+
+    def _counted(self, noun: Noun, names: list[str]) -> Referents:
+        count = noun.count
+        if noun.quantity == "a":
+            return Referents(noun.said, tuple(names), any=len(names) > 1)
+        if noun.quantity == "all" or (noun.quantity == "the" and noun.several):
+            if (count and len(names) != count) or (noun.quantity == "all" and count == 2 and len(names) != 2):
+                places = listed([self.space.place(n) for n in names], "and")
+                raise Refusal(FALSE, f"'{noun.said}' are {count}, but there are {len(names)}: {places}")
+            return Referents(noun.said, tuple(names))
+        if len(names) > max(count, 1):
+            raise Refusal(OPEN, self._which(noun, names))
+        if len(names) < count:
+            raise Refusal(FALSE, f"'{noun.said}' are {count}, but there is only {listed(names, 'and')}")
+        return Referents(noun.said, tuple(names))
+
+    def _which(self, noun: Noun, names: list[str]) -> str:
+        """Question which of several things is meant, with what would tell them apart."""
+        kind = noun.words[-1] if noun.words else "one"
+        tell = [s for s in ("left", "right", "front", "back", "top", "bottom") if len(self.space.most(names, s)) == 1]
+        said = f"'the {tell[0]} {singular(kind)}'" if tell else f"its name, '{names[0]}'"
+        places = listed([self.space.place(n) for n in names])
+        return f"'{noun.said}' may be {places}; say {said}" + (f", as seen from {self.space.view.name}" if tell else "")
+
+    def _meant_before(self, noun: Noun, about: About, mentions: Mentions) -> Referents:
+        """Things that a pronoun stands for: the last that it can be said of."""
+        def known(group: tuple[str, ...]) -> tuple[str, ...]:
+            wholes = tuple(dict.fromkeys(map(thing_of, group)))
+            return wholes if all(map(about, wholes)) else tuple(self._parts(wholes, about))
+
+        if noun.several:
+            last: tuple[tuple[str, ...], ...] = (*(mentions.themes[-1:]), *(mentions.places[-1:]))
+            together = tuple(dict.fromkeys(n for g in last for n in map(thing_of, g) if about(n)))
+            groups = [known(g) for g in (*reversed(mentions.themes), *reversed(mentions.places)) if len(g) > 1 and known(g)]
+            found = groups[0] if groups else together
+            if len(found) < 2:
+                earlier = tuple(dict.fromkeys(n for g in mentions.themes for n in map(thing_of, g) if about(n)))
+                found = earlier if len(earlier) > 1 else found
+        else:
+            groups = [known(g) for k in range(len(mentions.themes) - 1, -1, -1) for g in (mentions.themes[k], mentions.places[k])]
+            single = [g for g in groups if len(g) == 1]
+            found = single[0] if single else ()
+        if not found or (noun.count and len(found) != noun.count):
+            raise Refusal(OPEN, f"'{noun.said}' stands for nothing that was named before and that this could be asked of; name it")
+        return Referents(noun.said, found)
+
+
+def _anything(_name: str) -> bool:
+    return True
+
+
+def _unpacked(noun: Noun) -> Noun:
+    """A description by what a product comes in, as one of the product: "a can of soup"."""
+    if not noun.words or singular(noun.words[-1]) not in PACKAGES or singular(noun.words[-1]) in REGIONS:
+        return noun
+    for k, link in enumerate(noun.links):
+        if link.relation == "of" and link.words == ("of",) and link.nouns[0].words:
+            inner = link.nouns[0]
+            words = (*inner.words, *noun.words[:-1], noun.words[-1])
+            return replace(noun, words=words, links=(*noun.links[:k], *noun.links[k + 1 :], *inner.links))
+    return noun

@@ -1,0 +1,192 @@
+"""Where things are for somebody who looks at them: left and right, in front and behind, near and between."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from statistics import median
+
+import numpy as np
+
+from ..base.errors import UserError
+from ..base.value import Value
+from ..model.geometry import Pose
+from ..model.thing_boxes import Box, around, boxes
+from ..model.world import World
+
+MARGIN = 0.02
+"""By how much one thing must be farther left, nearer, ... than the others to be meant [m]: twice what a depth camera errs by."""
+WIDE = 0.35
+"""Gap up to which things may be called next to one another [m]: two widths of a plate."""
+ASIDE = 0.15
+"""Share of the spread of all things by which the only one of its kind must be off their middle, to be called "the left one"."""
+Plane = tuple[float, float]
+
+
+class View(Value):
+    """View from which left and right are told.
+
+    Args:
+        name: of it, for people: "the robot", "the camera".
+        right, away: directions in the world's plane.
+    """
+
+    name: str
+    right: Plane
+    away: Plane
+
+
+def view_of(world: World, name: str = "") -> View:
+    """Return a view by its name: "robot", "camera", or "x, y", a point of the world [m]; by default a fixed camera's, else the robot's.
+
+    Raises:
+        UserError: there is no such view.
+    """
+    cameras = [c for c in world.cameras if c.mount is None]
+    if name == "camera" and not cameras:
+        raise UserError("there is no fixed camera to look from; say 'from the robot's view', or give the scenario a camera")
+    if cameras and name in ("", "camera"):
+        turn = cameras[0].pose.rotation
+        ahead = turn[:2, 2] if float(np.hypot(*turn[:2, 2])) > 0.1 else -turn[:2, 1]
+        return _view("the camera", ahead)
+    if name in ("", "robot"):
+        return _view("the robot", world.robots[0].base.rotation[:2, 0] if world.robots else np.array([1.0, 0.0]))
+    try:
+        x, y = (float(v) for v in name.split(","))
+    except ValueError:
+        raise UserError(f"there is no view '{name}'; it is robot, camera, or a point such as '1.2, 0' in metres") from None
+    middle = np.mean([centre(around(boxes(t)))[:2] for t in world.things if t.movable and t.geoms] or [(0.0, 0.0)], axis=0)
+    return _view(f"({x:g}, {y:g})", middle - np.array([x, y]))
+
+
+def _view(name: str, ahead: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> View:
+    x, y = (ahead / max(float(np.hypot(*ahead)), 1e-9)).tolist()
+    return View(name, (y, -x), (x, y))
+
+
+def centre(box: Box) -> tuple[float, float, float]:
+    """Return the middle of a box [m]."""
+    (a, b, c), (x, y, z) = box
+    return (a + x) / 2, (b + y) / 2, (c + z) / 2
+
+
+class Space:
+    """Places of things, for a view.
+
+    Args:
+        world: with the things at their believed poses.
+        view: from where left and right are told.
+    """
+
+    def __init__(self, world: World, view: View) -> None:
+        self.view, self._base = view, world.robots[0].base.inverse() if world.robots else Pose()
+        self._boxes = {t.name: around(boxes(t)) for t in world.things if t.geoms}
+        self._at = {t.name: t.pose.position for t in world.things}
+        self._loose = [t.name for t in world.things if t.movable and t.joint is None and t.geoms]
+
+    def along(self, name: str, side: str) -> float:
+        """Return how far a thing is to a side: "left", "right", "front", "back", "top" or "bottom" [m]."""
+        x, y, z = centre(self._boxes[name])
+        right = x * self.view.right[0] + y * self.view.right[1]
+        away = x * self.view.away[0] + y * self.view.away[1]
+        return {"right": right, "left": -right, "back": away, "front": -away, "top": z, "bottom": -z}[side]
+
+    def place(self, name: str) -> str:
+        """Say where a thing is, for people."""
+        x, y, _ = self._at[name] if name in self._loose else centre(self._boxes[name])
+        return f"{name} at ({x:.2f}, {y:.2f}) m"
+
+    def below(self, name: str, furniture: Sequence[str]) -> str:
+        """Return the highest furniture that a thing stands over; "" for none."""
+        x, y, _ = centre(self._boxes[name])
+        floor = self._boxes[name][0][2] + MARGIN
+        found = [
+            (high[2], n) for n in furniture if n != name for low, high in (self._boxes[n],)
+            if low[0] <= x <= high[0] and low[1] <= y <= high[1] and high[2] <= floor
+        ]  # fmt: skip
+        return max(found)[1] if found else ""
+
+    def gap(self, one: str, other: str) -> float:
+        """Return the distance between two things, seen from above [m]; 0 where one is over the other."""
+        (a, b), (c, d) = self._boxes[one], self._boxes[other]
+        beside = (max(a[k] - d[k], c[k] - b[k], 0.0) for k in (0, 1))
+        return math.hypot(*beside)
+
+    def apart(self, one: str, other: str) -> float:
+        """Return the distance between the middles of two things, seen from above [m]."""
+        return math.dist(centre(self._boxes[one])[:2], centre(self._boxes[other])[:2])
+
+    def most(self, names: Sequence[str], side: str) -> list[str]:
+        """Return the things that are as far to a side as the farthest, within the margin."""
+        far = {n: self.along(n, side) for n in names}
+        return [n for n in names if far[n] > max(far.values()) - MARGIN]
+
+    def middle(self, names: Sequence[str]) -> list[str]:
+        """Return the thing in the middle of an odd number of them, in the direction in which they are spread; none where no one is."""
+        spread = {side: max(v) - min(v) for side in ("right", "back", "top") for v in ([self.along(n, side) for n in names],)}
+        side = max(spread, key=lambda s: spread[s])
+        if len(names) % 2 == 0 or len(names) < 3:
+            return []
+        level = median(self.along(n, side) for n in names)
+        return [n for n in names if abs(self.along(n, side) - level) < MARGIN]
+
+    def nearest(self, names: Sequence[str], other: str, *, far: bool = False) -> list[str]:
+        """Return the things that are as near to another as the nearest, within the margin; or the farthest."""
+        sign = -1.0 if far else 1.0
+        off = {n: sign * self.apart(n, other) for n in names}
+        return [n for n in names if off[n] < min(off.values()) + MARGIN]
+
+    def from_observer(self, names: Sequence[str], *, robot: bool, far: bool) -> list[str]:
+        """Return the things that are nearest to, or farthest from, the robot's base, or whoever looks."""
+        if not robot:
+            return self.most(names, "back" if far else "front")
+        x, y, _ = self._base.inverse().position
+        off = {n: (-1.0 if far else 1.0) * math.dist(centre(self._boxes[n])[:2], (x, y)) for n in names}
+        return [n for n in names if off[n] < min(off.values()) + MARGIN]
+
+    def is_at(self, name: str, side: str) -> bool:
+        """Check whether the only thing of its kind is on a side of all that can be moved, or in their middle."""
+        if side in ("top", "bottom"):
+            return True
+        if side == "middle":
+            return all(abs(self._off(name, s)) < 0.34 for s in ("right", "back"))
+        return self._off(name, side) > ASIDE
+
+    def _off(self, name: str, side: str) -> float:
+        """How far a thing is to a side of the middle of all, as a share of their spread."""
+        every = [self.along(n, side) for n in {*self._loose, name}]
+        low, high = min(every), max(every)
+        return (self.along(name, side) - (low + high) / 2) / max(high - low, 1e-9)
+
+    def beside(self, name: str, relation: str, others: Sequence[str]) -> bool:
+        """Check whether a thing is "left of", "right of", "in front of", "behind", "next to" or "between" others."""
+        if relation == "next to":
+            return self.gap(name, others[0]) <= WIDE
+        if relation == "between":
+            return len(others) == 2 and self._between(name, *others)
+        side = {"left of": "left", "right of": "right", "in front of": "front", "behind": "back"}[relation]
+        across = "back" if side in ("left", "right") else "right"
+        ahead = self.along(name, side) - self.along(others[0], side)
+        return ahead > MARGIN and ahead > abs(self.along(name, across) - self.along(others[0], across)) / 2
+
+    def _between(self, name: str, one: str, other: str) -> bool:
+        (a, b), (c, d), (x, y) = (centre(self._boxes[n])[:2] for n in (one, other, name))
+        long = max(math.dist((a, b), (c, d)), 1e-9)
+        share = ((x - a) * (c - a) + (y - b) * (d - b)) / long**2
+        aside = abs((x - a) * (d - b) - (y - b) * (c - a)) / long
+        return 0.1 < share < 0.9 and aside < long / 2
+
+    def size(self, name: str, *, height: bool) -> float:
+        """Return the height of a thing [m], or the largest side of its box."""
+        low, high = self._boxes[name]
+        sides = [b - a for a, b in zip(low, high, strict=True)]
+        return sides[2] if height else float(np.prod(sides)) ** (1 / 3)
+
+    def side_word(self, relation: str) -> str:
+        """Return the side, as the robot's frame has it, for a relation told from the view: goals are said in the robot's frame."""
+        ahead = {"left of": (-1.0, 0.0), "right of": (1.0, 0.0), "in front of": (0.0, -1.0), "behind": (0.0, 1.0)}[relation]
+        x = ahead[0] * self.view.right[0] + ahead[1] * self.view.away[0]
+        y = ahead[0] * self.view.right[1] + ahead[1] * self.view.away[1]
+        x, y, _ = self._base.rotate((x, y, 0.0)).tolist()
+        ways = {"behind": x, "in front of": -x, "left of": y, "right of": -y}
+        return max(ways, key=lambda w: ways[w])

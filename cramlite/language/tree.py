@@ -1,0 +1,88 @@
+"""What a sentence says before anybody looks at the scene: descriptions of things, and what is asked of them."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ..base.value import Value
+
+if TYPE_CHECKING:
+    from ..interpretation.fluents import GoalPhrase
+    from .english import Words
+
+
+class Link(Value):
+    """Relation of a description to others: "on the stove", "between the plate and the cup", "on the left".
+
+    Args:
+        relation: "phrase" (a preposition of goal phrases), "side" (a position among others), "of" (part and whole), "with" (the converse:
+            "with the cup on it"), "under", "state" (an adjective), or a relation that is judged by positions.
+        words: the preposition, or the word of the side or state.
+        nouns: what it relates to.
+    """
+
+    relation: str
+    words: Words
+    nouns: tuple[Noun, ...] = ()
+
+
+class Noun(Value):
+    """Description of things.
+
+    Args:
+        said: as it was said.
+        words: what they are called, without articles, numbers and positions.
+        quantity: "the", "a", "all", or "number".
+        count: of "number".
+        sides: positions among others, e.g. "left".
+        ordinal: 1 for the first, -1 for the last; 0 without one.
+        size: 1 the largest, -1 the smallest, 2 the tallest, -2 the lowest; 0 without one.
+        elided: whether "one" stands for what it is called.
+        other: whether things that were named before are left out.
+        several: whether it is said in the plural.
+        links: relations to others.
+        pronoun: that stands for what was named before; "" for none.
+        members: of "the cup and the plate"; else none.
+        joined: "and" or "or", of these.
+    """
+
+    said: str
+    words: Words = ()
+    quantity: str = "the"
+    count: int = 0
+    sides: tuple[str, ...] = ()
+    ordinal: int = 0
+    size: int = 0
+    elided: bool = False
+    other: bool = False
+    several: bool = False
+    links: tuple[Link, ...] = ()
+    pronoun: str = ""
+    members: tuple[Noun, ...] = ()
+    joined: str = ""
+
+
+class Clause(Value):
+    """What is asked for of things.
+
+    Args:
+        said: its words, without those of its descriptions.
+        phrases: goal phrases that it may mean, the likelier first.
+        theme: what the goal is about.
+        place: the second thing, for phrases that have one.
+        relation: how the theme shall be to the place: "phrase", or a relation that is judged by positions.
+        words: the preposition.
+        amount: with its unit; "" for none.
+        beside: a further relation of the place: "on the table next to the plate".
+        later: whether it is to be done after the ones before.
+    """
+
+    said: str
+    phrases: tuple[GoalPhrase, ...]
+    theme: Noun
+    place: Noun | None = None
+    relation: str = "phrase"
+    words: Words = ()
+    amount: str = ""
+    beside: Link | None = None
+    later: bool = False

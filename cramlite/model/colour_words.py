@@ -1,0 +1,34 @@
+"""Words for colours: the eleven basic colour terms of Berlin and Kay (1969), and cyan."""
+
+from __future__ import annotations
+
+import colorsys
+from collections import Counter
+
+from .world import Thing
+
+HUES = (("red", 12), ("orange", 38), ("yellow", 68), ("green", 165), ("cyan", 195), ("blue", 255), ("purple", 295),
+        ("pink", 345), ("red", 360))  # fmt: skip
+"""Where each hue ends [deg], on the HSV circle."""
+COLOURS = ("red", "orange", "yellow", "green", "cyan", "blue", "purple", "pink", "brown", "black", "grey", "white")
+PALE, DARK, LIGHT = 0.15, 0.2, 0.9
+"""Spread of the channels below which a colour is none; value below which that is black, and from which it is white."""
+BROWN = 0.68
+"""A dark orange is what people call brown: value below which it is."""
+
+
+def colour_of(thing: Thing) -> str:
+    """Return the colour of most geoms of a thing; "" where they are grey, as geoms are of which no colour is known."""
+    found = Counter(word for g in thing.geoms if not g.part and (word := colour_word(g.rgba[:3])))
+    return found.most_common(1)[0][0] if found else ""
+
+
+def colour_word(rgb: tuple[float, ...]) -> str:
+    """Return the word for a colour, channels from 0 to 1; "" for a grey."""
+    spread, value = max(rgb) - min(rgb), max(rgb)
+    if spread < PALE * max(value, 0.25) or value < 0.12:
+        return "black" if value < DARK else "white" if value >= LIGHT else ""
+    degrees = 360 * colorsys.rgb_to_hsv(rgb[0], rgb[1], rgb[2])[0]
+    if 5 <= degrees < 50 and value < BROWN:
+        return "brown"
+    return next(word for word, end in HUES if degrees < end or end == 360)

@@ -1,0 +1,181 @@
+"""Sentences become goals about the things of a scene, and what is ambiguous, false or unknown is asked back."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+from cramlite import Engine, Goal, NotUnderstood, UserError, find_scenario, read_scenario
+from cramlite.interpretation.fluents import SymbolicWorld
+from cramlite.planning.spoken_goals import spoken, understand
+
+ENGINE = Engine()
+KITCHEN, TIDY = "kitchen/kitchen_of_thirteen", "kitchen/tidy_ten"
+
+
+@cache
+def scene(name: str) -> SymbolicWorld:
+    return ENGINE.setting(read_scenario(find_scenario(name)), twins=0).symbolic(ENGINE.knowledge.taxonomy)
+
+
+def goals(name: str, sentence: str, view: str = "") -> tuple[str, ...]:
+    return understand(sentence, scene(name), ENGINE.knowledge, view).goals
+
+
+@pytest.mark.parametrize(
+    ("sentence", "expected"),
+    [
+        ("put the tin in the drawer", ["tin in drawer"]),
+        ("Could you please place the tin into the drawer?", ["tin in drawer"]),
+        ("I would like the tin to be in the drawer.", ["tin in drawer"]),
+        ("The tin should be put into the drawer", ["tin in drawer"]),
+        ("into the drawer put the tin", ["tin in drawer"]),
+        ("put the can onto the tray and the box into the basket", ["can on tray", "box in basket"]),
+        ("put both the can and the tin in the basket", ["can in basket", "tin in basket"]),
+        ("stack the red cube on top of the blue one", ["red on blue"]),
+        ("pick up the cup and set it down on the tray", ["mug on tray"]),
+        ("open the drawer, put the mug in it and close it", ["mug in drawer", "drawer closed"]),
+        ("open the drawer by 120 mm", ["drawer open by 120 mm"]),
+        ("turn the mug upside down", ["mug upside down"]),
+        ("bring me the mug", ["mug held"]),
+        ("take the can to the basket", ["can in basket"]),
+        ("take the can to the tray", ["can on tray"]),
+        ("move the bowl next to the mug", ["bowl on floor near mug"]),
+        ("put the mug or the bowl on the tray", ["mug on tray or bowl on tray"]),
+        ("push the drawer shut", ["drawer closed"]),
+        ("find the mug and put it on the tray", ["mug on tray"]),
+        ("The mug: put it on the tray.", ["mug on tray"]),
+        ("turn the mug so that it is upside down", ["mug upside down"]),
+        ("put the tin in the basket before closing the drawer", ["tin in basket", "drawer closed"]),
+        ("it would be great if you could put the tin in the basket", ["tin in basket"]),
+        ("put the cube in front of the red cube in the basket", ["blue in basket"]),
+    ],
+)
+def test_what_is_said_of_a_kitchen(sentence: str, expected: list[str]) -> None:
+    assert list(goals(KITCHEN, sentence)) == expected
+
+
+@pytest.mark.parametrize(
+    ("sentence", "expected"),
+    [
+        ("put all tins into the metal basket", ["tin_1 in metal", "tin_2 in metal", "tin_3 in metal", "tin_4 in metal"]),
+        ("put box_8 in the paper basket", ["box_8 in paper"]),
+        ("put the leftmost cube in the wood basket", ["cube_7 in wood"]),
+        ("put the cube in the front on the left in the wood basket", ["cube_7 in wood"]),
+        ("put the box nearest to cube_6 in the paper basket", ["box_8 in paper"]),
+        ("put each cube into the leftmost basket", ["cube_5 in paper", "cube_6 in paper", "cube_7 in paper"]),
+    ],
+)
+def test_things_are_told_apart(sentence: str, expected: list[str]) -> None:
+    assert sorted(goals(TIDY, sentence)) == expected
+
+
+@pytest.mark.parametrize(
+    ("sentence", "expected"),
+    [
+        ("take the tea off the hook", ["tea off hook"]),
+        ("take the tea from the hook and put it in the basket", ["tea in basket"]),
+        ("put the box that hangs on the hook into the basket", ["tea in basket"]),
+    ],
+)
+def test_what_hangs_is_taken(sentence: str, expected: list[str]) -> None:
+    assert list(goals("take_off_hanger_tasks", sentence)) == expected
+
+
+@pytest.mark.parametrize(
+    ("name", "sentence", "says"),
+    [
+        (TIDY, "put the cube in the wood basket", ["cube_5 at (0.35, 0.26) m", "cube_6", "cube_7", "say 'the"]),
+        (TIDY, "put the tin on the left in the metal basket", ["tin_3 at", "tin_4 at"]),
+        (TIDY, "put both boxes in the paper basket", ["are 2, but there are 3"]),
+        (TIDY, "put the second one", ["cannot be read"]),
+        (KITCHEN, "put the green block on the blue block", ["nothing is known of 'green'", "red at"]),
+        (KITCHEN, "put the zebra in the basket", ["nothing here is called 'zebra'"]),
+        (KITCHEN, "put the mug that is in the drawer on the tray", ["the drawer' is not there", "mug at (-0.40, 0.60) m"]),
+        (KITCHEN, "put the tin between the jug and the bowl", ["no goal can say 'between"]),
+        (KITCHEN, "do not open the drawer", ["what shall not be ('not')"]),
+        (KITCHEN, "if the drawer is open, close it", ["has a condition ('if')"]),
+        (KITCHEN, "stelle bitte die Tasse auf das Tablett", ["not in English"]),
+        (KITCHEN, "put the mug", ["cannot be read"]),
+        (KITCHEN, "find the mug", ["asks for nothing"]),
+        (KITCHEN, "put the mug on the shelf", ["there is no 'the shelf'"]),
+        (KITCHEN, "close it", ["'it' stands for nothing that was named before"]),
+        (KITCHEN, "put the drawer in the basket", ["this cannot be asked"]),
+        (KITCHEN, "", ["asks for nothing"]),
+        (KITCHEN, "put the mug on the tray " * 12, ["words; up to 60"]),
+    ],
+)
+def test_what_cannot_be_meant_is_asked_back(name: str, sentence: str, says: list[str]) -> None:
+    with pytest.raises(NotUnderstood) as refused:
+        goals(name, sentence)
+    for text in says:
+        assert text in str(refused.value)
+
+
+def test_a_false_word_is_refused_where_the_true_one_is_understood() -> None:
+    assert goals(KITCHEN, "put the mug that is on the floor on the tray") == ("mug on tray",)
+    with pytest.raises(NotUnderstood, match="is not there"):
+        goals(KITCHEN, "put the mug that is on the tray in the basket")
+
+
+def test_left_and_right_are_those_of_the_view() -> None:
+    one, other = (goals(TIDY, f"put the left cube in the {side} basket", view) for side, view in (("wood", "robot"), ("wood", "0.4, 3.0")))
+    assert one == ("cube_7 in wood",)
+    assert one != other
+    assert goals(TIDY, "put the left cube in the wood basket, as seen from the robot", "0.4, 3.0") == one
+
+
+def test_a_view_that_there_is_not_is_refused() -> None:
+    with pytest.raises(UserError, match="no fixed camera"):
+        goals(KITCHEN, "put the mug on the tray", "camera")
+    with pytest.raises(UserError, match="there is no view 'above'"):
+        goals(KITCHEN, "put the mug on the tray", "above")
+
+
+def test_what_was_understood_says_from_which_words() -> None:
+    found = understand("put the cup on the tray", scene(KITCHEN), ENGINE.knowledge)
+    assert dict(found.literals[0].origins) == {"put on": "on", "the cup": "mug", "the tray": "tray"}
+
+
+def test_other_goals_stay_as_they_are() -> None:
+    goal = Goal(("tin in drawer", *Goal.said("put the mug on the tray").says))
+    assert spoken(goal, scene(KITCHEN), ENGINE.knowledge).says == ("tin in drawer", "mug on tray")
+
+
+@pytest.fixture
+def reader(tmp_path: Path) -> Callable[[str], Engine]:
+    def made(answer: str) -> Engine:
+        path = tmp_path / "reader.py"
+        path.write_text(
+            "from cramlite.plugin import hookimpl\n\n\n@hookimpl\ndef read_sentence(sentence):\n"
+            f"    return {answer} if 'Tasse' in sentence or 'zebra' in sentence else None\n"
+        )
+        return Engine(files=[path])
+
+    return made
+
+
+def test_a_plugin_reads_what_the_grammar_has_no_words_for(reader: Callable[[str], Engine]) -> None:
+    engine = reader("['mug on tray']")
+    found = understand("stelle bitte die Tasse auf das Tablett", scene(KITCHEN), engine.knowledge)
+    assert (found.goals, found.by) == (("mug on tray",), "plugin")
+    with pytest.raises(NotUnderstood, match="not in English"):
+        understand("stelle bitte den Becher auf das Tablett", scene(KITCHEN), engine.knowledge)
+
+
+@pytest.mark.parametrize(
+    ("answer", "says"), [("['tasse on tray']", "names 'tasse'"), ("['mug loves tray']", "is no goal"), ("[]", "no goal")]
+)
+def test_what_a_plugin_reads_passes_the_same_checks(reader: Callable[[str], Engine], answer: str, says: str) -> None:
+    with pytest.raises(NotUnderstood, match=says):
+        understand("stelle bitte die Tasse auf das Tablett", scene(KITCHEN), reader(answer).knowledge)
+
+
+def test_a_plugin_is_not_asked_what_is_ambiguous_or_false(reader: Callable[[str], Engine]) -> None:
+    engine = reader("['cube_5 in wood']")
+    for sentence in ("put the cube in the wood basket beside the zebra", "put the cube in the wood basket"):
+        with pytest.raises(NotUnderstood):
+            understand(sentence.replace(" beside the zebra", ""), scene(TIDY), engine.knowledge)
