@@ -47,7 +47,7 @@ if TYPE_CHECKING:
     from .planning.pddl import PddlText as PddlText, PlanStep as PlanStep
     from .planning.plan_file import checked_steps as checked_steps, steps_of as steps_of
     from .planning.planning_problem import PlanningProblem as PlanningProblem, planning_problem as planning_problem
-    from .planning.spoken_goals import understood_entries as understood_entries
+    from .planning.trace import understood_entries as understood_entries
     from .planning.task_goals import Goal as Goal
     from .planning.trace import Entry as Entry, Trace as Trace
     from .planning.what_to_try import what_to_try as what_to_try

@@ -61,9 +61,9 @@ def understood_text(scenario: Scenario, setting: Setting, knowledge: Knowledge) 
     Raises:
         NotUnderstood: a sentence is ambiguous, false of the scene, or in words that are not known.
     """
-    from ..planning.spoken_goals import spoken, understood_entries
+    from ..planning.spoken_goals import spoken
     from ..planning.task_goals import Goal
-    from ..planning.trace import Trace
+    from ..planning.trace import Trace, understood_entries
 
     if scenario.spec.goal is not None:
         trace = Trace()

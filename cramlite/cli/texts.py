@@ -34,7 +34,7 @@ def counted(number: int, noun: str) -> str:
 def solution_text(solution: Solution, folder: str) -> str:
     """Return a short summary of a proven program, and of its first execution."""
     from ..planning.goal_parts import goal_answers
-    from ..planning.spoken_goals import understood_entries
+    from ..planning.trace import understood_entries
 
     program, plan, execution = solution.program, solution.plan, solution.execution
     lines = [

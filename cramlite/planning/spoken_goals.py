@@ -10,15 +10,14 @@ from ..base.errors import UserError
 from .goal_parser import parse_goal
 from .operators import Grounder
 from .task_goals import Goal
+from .trace import SENTENCE
 
 if TYPE_CHECKING:
     from ..interpretation.fluents import SymbolicWorld
     from ..language.sentence import Understood
     from ..plugin.catalogue import Knowledge
-    from .trace import Entry, Trace
+    from .trace import Trace
 
-SENTENCE = "sentence"
-"""Designator of the entries of the trace that say how a sentence was understood."""
 SAID = re.compile(r"say(?: from (?P<view>[^:]+))?: (?P<sentence>.+)", re.DOTALL)
 
 
@@ -89,8 +88,3 @@ def _trace(understood: Understood, trace: Trace) -> None:
     for literal in understood.literals:
         origins = "; ".join(f"'{words}' is {meant}" for words, meant in literal.origins) or f"read by a {understood.by}"
         trace.add(0, SENTENCE, literal.goal, "asked", understood.by, f"of '{understood.sentence}': {origins}{view}", kind="goal")
-
-
-def understood_entries(entries: list[Entry]) -> tuple[Entry, ...]:
-    """Return the entries that say how a sentence was understood, each once."""
-    return tuple({e.text: e for e in entries if e.designator == SENTENCE}.values())

@@ -24,6 +24,10 @@ STOPPED = "stopped by the caller"
 KNOWN = "answered before"
 
 
+SENTENCE = "sentence"
+"""Designator of the entries that say how a sentence was understood."""
+
+
 class Entry(Value):
     """Entry of the trace: a question, choice or refusal, with its plugin and reason.
 
@@ -171,6 +175,11 @@ class Trace(Struct):
             msgspec.ValidationError: an entry has no kind, or another field that is missing or wrong.
         """
         return cls(convert(rows, list[Entry]))
+
+
+def understood_entries(entries: list[Entry]) -> tuple[Entry, ...]:
+    """Return the entries that say how a sentence was understood, each once."""
+    return tuple({e.text: e for e in entries if e.designator == SENTENCE}.values())
 
 
 def read_trace(path: Path) -> Trace:

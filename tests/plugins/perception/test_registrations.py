@@ -31,7 +31,7 @@ PAPER = data_folder("experiments") / "pose_recipes" / "paper_registration.py"
 
 
 def _registrations(engine: Engine) -> dict[str, Expert]:
-    return {e.name: e for e in engine.knowledge.experts if "hypotheses" in e.outputs}
+    return {e.name: e for e in engine.knowledge.experts if "hypotheses" in e.outputs and "clean" in e.inputs}
 
 
 @pytest.mark.heavy

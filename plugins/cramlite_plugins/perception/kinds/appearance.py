@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterable, Mapping
 from functools import lru_cache
 from typing import Any
 
@@ -11,7 +10,6 @@ import numpy as np
 from scipy import ndimage
 
 from cramlite.model import Floats, Thing, Value, Vector3
-from cramlite.plugin import Expert, Inputs, hookimpl
 
 from ...imports.library.attitudes import upward
 from ...shapes.skins import skin_of
@@ -46,11 +44,6 @@ class Appearance(Value, eq=False):
     sides: Floats
     up: tuple[Vector3, ...]
     printed: bool
-
-
-def appearances(inputs: Inputs) -> Mapping[str, Any]:
-    """Return the appearance of each known model that has a shape."""
-    return {"appearances": tuple(appearance_of(m) for m in inputs["models"] if m.geoms)}
 
 
 def appearance_of(model: Thing) -> Appearance:
@@ -123,11 +116,3 @@ def histogram(colours: Floats, weights: Floats | None = None) -> Floats:
 def likeness(own: Floats, appearance: Appearance) -> float:
     """Return how well a part's histogram agrees with the likeliest side, 0 to 1 (their intersection)."""
     return float(np.minimum(own[None], appearance.sides).sum(axis=1).max())
-
-
-@hookimpl
-def experts() -> Iterable[Expert]:
-    return [
-        Expert("appearances", "surface, colours and usual attitudes of each known model", ("models",), ("appearances",), appearances,
-               cost_ms=5.0),
-    ]  # fmt: skip

@@ -117,6 +117,13 @@ def kind(inputs: Inputs) -> Mapping[str, Any]:
     }
 
 
+def appearances(inputs: Inputs) -> Mapping[str, Any]:
+    """Return the appearance of each known model that has a shape."""
+    from .appearance import appearance_of
+
+    return {"appearances": tuple(appearance_of(m) for m in inputs["models"] if m.geoms)}
+
+
 @hookimpl
 def experts() -> Iterable[Expert]:
     parameters = (
@@ -149,6 +156,8 @@ def experts() -> Iterable[Expert]:
         Parameter("least", 0.02, "less likely models are no hypotheses"),
     )
     return [
+        Expert("appearances", "surface, colours and usual attitudes of each known model", ("models",), ("appearances",), appearances,
+               cost_ms=5.0),
         Expert("printed_things", "things that known models with prints explain", ("view", "cloud", "background", "appearances"),
                (SEGMENTS, "explanations"), explained, cost_ms=1500.0, parameters=parameters),
         Expert("printed_kind", "the model that explains it, by shape and print", ("segment", "explanations", "models"),
