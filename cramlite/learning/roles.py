@@ -48,8 +48,7 @@ class Cast(Value, eq=False):
 
     @property
     def told(self) -> int:
-        """Weight of the changes that a rule should explain: each recorded change, or one of each set of measured ones,
-        and each moved thing."""
+        """Weight of the changes that a rule should explain: each recorded one, one of each set of measured ones, and each moved thing."""
         return len(self.changes) + len(self.measured) + self.movers
 
 

@@ -25,16 +25,20 @@ def types(priors: Mapping[str, Any]) -> tuple[str, ...]:
 
 
 class Known(Value, eq=False):
-    """Appearance of a known model: red and green shares of its largest geom, sorted extents of its bounding box [m]."""
+    """Appearance of a known model: red and green shares of its largest geom, sorted extents of its bounding box [m], and
+    whether it has a print, which one colour does not tell."""
 
     model: Thing
     chroma: Floats
     lengths: list[float]
+    printed: bool = False
 
 
 def known_looks(inputs: Inputs) -> Mapping[str, Any]:
     """Return the appearance of each known model."""
-    return {"looks": tuple(Known(m, _model_chroma(m), _lengths(m)) for m in inputs["models"])}
+    from ..shapes.skins import skin_of
+
+    return {"looks": tuple(Known(m, _model_chroma(m), _lengths(m), skin_of(m.mesh) is not None) for m in inputs["models"])}
 
 
 def category(inputs: Inputs) -> Mapping[str, Any]:

@@ -69,6 +69,15 @@ def test_a_library_says_what_it_took_and_what_it_refused(folder: Path, tmp_path:
     assert "carton (unchanged)" in changed.stdout
 
 
+def test_two_files_of_one_name_are_not_one_kind(folder: Path, tmp_path: Path) -> None:
+    cramlite("library", "add", folder, "--out", tmp_path / "lib")
+    (tmp_path / "more").mkdir()
+    trimesh.creation.box((0.03, 0.03, 0.03)).export(str(tmp_path / "more" / "cube.stl"))
+    trimesh.creation.box((0.03, 0.03, 0.06)).export(str(tmp_path / "more" / "post.stl"))
+    done = cramlite("library", "add", tmp_path / "more", "--out", tmp_path / "lib")
+    assert "'cube' is the name of" in done.stdout and "post: 30 x 30 x 60 mm" in done.stdout
+
+
 def test_kinds_are_object_models_with_their_look(folder: Path, tmp_path: Path) -> None:
     cramlite("library", "add", folder, "--out", tmp_path / "lib", "--up", "z")
     models = Engine(models=[tmp_path / "lib"]).knowledge.models

@@ -48,8 +48,9 @@ def add_models(folder: Path, library: Path, scale: float, density: float, up: st
     found, kinds, refused = sources(folder), list[KnownKind](), dict[str, str]()
     made: dict[str, Path] = {}
     for name, path in found.files:
-        if name in made:
-            refused[str(path)] = f"'{name}' is the name of '{made[name]}', too; rename one of the files."
+        other = made.get(name) or _elsewhere(entries.get(name), path)
+        if other is not None:
+            refused[str(path)] = f"'{name}' is the name of '{other}', too; rename one of the files."
             continue
         try:
             kind, entry = _added(name, path, library, entries.get(name), (scale, density, up))
@@ -62,6 +63,12 @@ def add_models(folder: Path, library: Path, scale: float, density: float, up: st
     if kinds:
         write_entries(file, entries)
     return BuiltLibrary(tuple(kinds), refused, found.parts)
+
+
+def _elsewhere(entry: Entry | None, path: Path) -> Path | None:
+    """Another file that there still is, of which the library has the kind of a name."""
+    before = Path(str(entry.told.get("file", path))) if entry is not None else path
+    return before if before.resolve() != path.resolve() and before.is_file() else None
 
 
 def _added(

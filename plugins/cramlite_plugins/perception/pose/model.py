@@ -138,7 +138,8 @@ class PoseModel(Value, eq=False, dict=True):
 
     def difference(self, pose: Pose, truth: Pose) -> tuple[float, float]:
         """Return the pose error (m, rad) up to the model's symmetries; metres at the model's centre."""
-        return min((self._apart(pose * s, truth) for s in self.symmetries), key=lambda d: d[1] + d[0])
+        same = self.symmetries if self.axis is None else self.symmetries[:2]  # turns about the axis change neither
+        return min((self._apart(pose * s, truth) for s in same), key=lambda d: d[1] + d[0])
 
     def _apart(self, pose: Pose, truth: Pose) -> tuple[float, float]:
         metres = float(np.linalg.norm(pose.apply(self.centre) - truth.apply(self.centre)))

@@ -30,11 +30,17 @@ def segments(inputs: Inputs) -> Mapping[str, Any]:
     """Segment the foreground into connected parts between edges, and merge parts of one object.
 
     What an edge covers goes to its neighbour.
+
+    Raises:
+        Unresolvable: nothing stands out, or a known model has a print, whose colours have edges of their own.
     """
     import numpy as np
 
     from ..values import Segment
 
+    printed = next((k.model.name for k in inputs.get("looks", ()) if k.printed), None)
+    if printed is not None:
+        raise Unresolvable(f"what is printed on '{printed}' has edges of its own")
     view, cloud, behind = inputs["view"], inputs["cloud"], inputs["background"]
     front = cloud.mask & ~behind
     chroma = chromaticity(view.rgb)
@@ -44,7 +50,7 @@ def segments(inputs: Inputs) -> Mapping[str, Any]:
     found = [Segment(np.isin(labels, p.labels)) for p in merged]
     if not found:
         raise Unresolvable(f"nothing stands out from the background: {int(front.sum())} pixels in front of it")
-    return {SEGMENTS: tuple(found)}
+    return {SEGMENTS: tuple(found), "explanations": ()}
 
 
 def chromaticity(rgb: np.ndarray[Any, np.dtype[np.uint8]]) -> Floats32:
@@ -187,6 +193,6 @@ def experts() -> Iterable[Expert]:
         Parameter("longest_m", 0.30, "no product of the shipped scenarios is longer"),
     )
     return [
-        Expert("edge_segments", "parts between edges of depth and colour", ("view", "cloud", "background"), (SEGMENTS,),
-               segments, uses=("looks",), cost_ms=70.0, parameters=parameters),
+        Expert("edge_segments", "parts between edges of depth and colour", ("view", "cloud", "background"),
+               (SEGMENTS, "explanations"), segments, uses=("looks",), cost_ms=70.0, parameters=parameters),
     ]  # fmt: skip

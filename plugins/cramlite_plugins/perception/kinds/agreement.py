@@ -1,0 +1,80 @@
+"""Agreement of colours between a model at a pose and a picture: what a pixel shows is compared with what is printed there."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy import ndimage
+
+from cramlite.model import Floats, Mask, Pose, Value, View
+
+from ..pose.outline import tolerance
+from .appearance import Appearance
+
+POINTS = 350
+GAIN = (0.3, 1.4)
+"""Brightness of the picture relative to the print, at least and at most: shade, and a lamp."""
+EVEN = 0.03
+"""Weight of an even light, as a share of the print's: what one side shows does not tell a lamp."""
+OFF = 0.16
+"""Mean difference of a channel, of full scale, at which nothing agrees: the grey of a print against its black."""
+FEW = 25
+"""Points below which a pose shows too little to be judged by colour."""
+
+
+class Picture(Value, eq=False):
+    """Smoothed colours (height, width, 3), 0 to 255, and depth [m] of a view."""
+
+    view: View
+    rgb: Floats
+
+    @classmethod
+    def of(cls, view: View) -> Picture:
+        """Smooth a view's colours over 3 x 3 pixels."""
+        return cls(view, ndimage.uniform_filter(view.rgb.astype(np.float32), (3, 3, 1)))
+
+
+def agreement(picture: Picture, mask: Mask, appearance: Appearance, poses: Sequence[Pose]) -> Floats:
+    """Return how well colours agree at each of P poses of the model in the world, 0 to 1.
+
+    Only points count that face the camera, lie in the mask and are as deep as what is seen. The light is that which
+    explains the picture best.
+    """
+    view = picture.view
+    step = max(1, len(appearance.colours) // (4 * POINTS))
+    points, normals = appearance.surface.points[::step], appearance.surface.normals[::step]
+    printed = appearance.colours[::step]
+    back = view.camera.inverse()
+    found = np.zeros(len(poses))
+    for k, pose in enumerate(poses):
+        in_camera = back * pose
+        seen = in_camera.apply(points)
+        turned = in_camera.rotate(normals)
+        facing = np.einsum("ij,ij->i", turned, seen) < -0.15 * np.linalg.norm(seen, axis=1)
+        found[k] = _agreement(picture, mask, seen[facing], turned[facing], printed[facing])
+    return found
+
+
+def _agreement(picture: Picture, mask: Mask, seen: Floats, normals: Floats, printed: Floats) -> float:
+    view = picture.view
+    pixels = view.intrinsics.project(seen)
+    inside = np.isfinite(pixels).all(1) & (pixels > -0.5).all(1)
+    inside &= (pixels[:, 0] < view.intrinsics.width - 0.5) & (pixels[:, 1] < view.intrinsics.height - 0.5)
+    column, row = np.rint(pixels[inside]).astype(int).T
+    z = seen[inside, 2]
+    near = mask[row, column] & (np.abs(view.depth[row, column] - z) < 2 * tolerance(z.astype(np.float32)))
+    if near.sum() < FEW:
+        return 0.0
+    shown, own = picture.rgb[row[near], column[near]].astype(float), printed[inside][near]
+    off = np.abs(shown - _light(shown, own, normals[inside][near])[:, None] * own).mean(axis=1) / 255.0
+    return float(np.clip(1.0 - off / OFF, 0.0, 1.0).mean())
+
+
+def _light(shown: Floats, own: Floats, normals: Floats) -> Floats:
+    """Brightness (N,) by which a print of colours (N, 3) is best explained: linear in the normal, as Lambert's law of one lamp is."""
+    terms = np.concatenate([np.ones((len(normals), 1)), normals], axis=1)
+    weight, product = (own * own).sum(axis=1), (own * shown).sum(axis=1)
+    matrix = (terms * weight[:, None]).T @ terms
+    matrix += EVEN * weight.sum() * np.diag((0.0, 1.0, 1.0, 1.0)) + 1e-6 * np.eye(4)
+    return np.asarray(np.clip(terms @ np.linalg.solve(matrix, terms.T @ product), *GAIN))

@@ -1,0 +1,133 @@
+"""What known models look like: surface, colours on it, colour histograms of their sides, and which side is up."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterable, Mapping
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from scipy import ndimage
+
+from cramlite.model import Floats, Thing, Value, Vector3
+from cramlite.plugin import Expert, Inputs, hookimpl
+
+from ...imports.library.attitudes import upward
+from ...shapes.skins import skin_of
+from ..pose.model import PoseModel, pose_model, with_symmetries
+from .samples import samples_of
+
+CHROMA, BRIGHTNESS = 8, 3
+"""Bins of red and green shares each, and of brightness relative to the brightest."""
+LOW, HIGH = 0.05, 0.75
+"""Shares of the first and the last bin; pure colours in white light have 0.9, and go to the last."""
+BLUR = 0.8
+"""Standard deviation of a colour in bins: shading, gamma and noise move it over a border."""
+DARK = 40.0
+"""Sum of channels below which shares are noise and count as grey."""
+
+
+class Appearance(Value, eq=False):
+    """What a known model looks like.
+
+    Args:
+        model: the thing, at the origin.
+        surface: for registration.
+        colours: (N, 3) of the surface's points, 0 to 255.
+        sides: (14, bins) colour histograms of what is seen along each axis and diagonal.
+        up: directions of its frame that may point up where it stands.
+        printed: whether it has a texture.
+    """
+
+    model: Thing
+    surface: PoseModel
+    colours: Floats
+    sides: Floats
+    up: tuple[Vector3, ...]
+    printed: bool
+
+
+def appearances(inputs: Inputs) -> Mapping[str, Any]:
+    """Return the appearance of each known model that has a shape."""
+    return {"appearances": tuple(appearance_of(m) for m in inputs["models"] if m.geoms)}
+
+
+def appearance_of(model: Thing) -> Appearance:
+    """Return the appearance of a model; made once for each shape and look."""
+    return _made(_Key(repr(model), model))
+
+
+class _Key(Value, eq=False):
+    """A model as the key of a cache: its text decides."""
+
+    text: str
+    thing: Thing
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Key) and other.text == self.text
+
+    def __hash__(self) -> int:
+        return hash(self.text)
+
+
+@lru_cache(maxsize=512)
+def _made(key: _Key) -> Appearance:
+    model = key.thing
+    skin = skin_of(model.mesh)
+    if skin is None:
+        surface = pose_model(model)
+        largest = max(model.geoms, key=lambda g: float(np.prod(sorted(g.half_extents)[-2:])))
+        colours = np.tile(np.array(largest.rgba[:3]) * 255.0, (len(surface.points), 1))
+        return Appearance(model, surface, colours, _sides(surface, colours), ((0.0, 0.0, 1.0),), False)
+    found = samples_of(skin)
+    surface = with_symmetries(
+        PoseModel(model.name, model.type, found.points.astype(np.float32), found.normals.astype(np.float32), features=model.features)
+    )
+    up = model.mesh.up if model.mesh is not None else None
+    standing = (up,) if up is not None else tuple(u for u, _ in upward(_hull(found.points)))
+    return Appearance(model, surface, found.colours, _sides(surface, found.colours), standing, True)
+
+
+def _hull(points: Floats) -> Any:
+    import trimesh
+
+    return trimesh.Trimesh(points, process=False)
+
+
+def _sides(surface: PoseModel, colours: Floats) -> Floats:
+    ways = [np.array(w, float) for w in itertools.product((-1, 0, 1), repeat=3) if sum(map(abs, w)) in (1, 3)]
+    found = []
+    for way in ways:
+        facing = np.clip(surface.normals @ (way / np.linalg.norm(way)), 0.0, None)
+        found.append(histogram(colours, facing))
+    return np.array(found)
+
+
+def histogram(colours: Floats, weights: Floats | None = None) -> Floats:
+    """Return the blurred colour histogram (bins,) of colours (N, 3), its sum 1; what is brightest counts as white light."""
+    weights = np.ones(len(colours)) if weights is None else weights
+    if not weights.sum() > 0:
+        return np.zeros(CHROMA * CHROMA * BRIGHTNESS)
+    total = colours.sum(axis=1)
+    shares = np.where(total[:, None] > DARK, colours[:, :2] / np.maximum(total, 1.0)[:, None], 1 / 3)
+    brightest = np.percentile(total[weights > 0], 95)
+    bright = np.clip(total / max(float(brightest), 1.0), 0.0, 0.999)
+    bins = np.clip(((shares - LOW) / (HIGH - LOW) * CHROMA).astype(int), 0, CHROMA - 1)
+    level = (bright * BRIGHTNESS).astype(int)
+    flat = np.bincount((bins[:, 0] * CHROMA + bins[:, 1]) * BRIGHTNESS + level, weights, CHROMA * CHROMA * BRIGHTNESS)
+    soft = ndimage.gaussian_filter(flat.reshape(CHROMA, CHROMA, BRIGHTNESS), BLUR, mode="constant")
+    return np.asarray(soft.reshape(-1) / max(float(soft.sum()), 1e-12))
+
+
+def likeness(own: Floats, appearance: Appearance) -> float:
+    """Return how well a part's histogram agrees with the likeliest side, 0 to 1 (their intersection)."""
+    return float(np.minimum(own[None], appearance.sides).sum(axis=1).max())
+
+
+@hookimpl
+def experts() -> Iterable[Expert]:
+    return [
+        Expert("appearances", "surface, colours and usual attitudes of each known model", ("models",), ("appearances",), appearances,
+               cost_ms=5.0),
+    ]  # fmt: skip

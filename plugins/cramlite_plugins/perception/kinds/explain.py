@@ -1,0 +1,156 @@
+"""Experts for kinds with a print: a picture is explained by known models, and each object says which and where."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from cramlite.model import Value
+from cramlite.plugin import SEGMENTS, UNKNOWN, Expert, Inputs, Judged, Parameter, Unresolvable, hookimpl
+
+from ..category import types
+from ..pose.registration import Fit
+
+if TYPE_CHECKING:
+    from .appearance import Appearance
+    from .interpret import Part, Reading
+
+
+class Explanation(Value, eq=False):
+    """What explains a segment.
+
+    Args:
+        segment: the very segment.
+        shares: (model, probability), the likeliest first; "" is none of the known ones.
+        fits: the readings, best first.
+    """
+
+    segment: Any
+    shares: tuple[tuple[str, float], ...]
+    fits: tuple[Fit, ...]
+
+
+def explained(inputs: Inputs) -> Mapping[str, Any]:
+    """Segment a picture by explaining it with known models, where some have a print.
+
+    Raises:
+        Unresolvable: no known model has a print, or nothing stands out.
+    """
+    from ..values import Segment
+    from .agreement import Picture
+    from .interpret import Scene, interpreted
+
+    known: Sequence[Appearance] = inputs["appearances"]
+    if not any(a.printed for a in known):
+        raise Unresolvable("no known model has a print")
+    view, cloud = inputs["view"], inputs["cloud"]
+    front = cloud.mask & ~inputs["background"]
+    scene = Scene(Picture.of(view), cloud.points, tuple(known), inputs.parameters)
+    parts = interpreted(scene, front)
+    if not parts:
+        raise Unresolvable(f"nothing stands out from the background: {int(front.sum())} pixels in front of it")
+    segments = tuple(Segment(p.mask) for p in parts)
+    found = tuple(_explanation(s, p, inputs.parameters) for s, p in zip(segments, parts, strict=True))
+    return {SEGMENTS: segments, "explanations": found}
+
+
+def _explanation(segment: Any, part: Part, limits: Mapping[str, float]) -> Explanation:
+    """Probabilities by Bayes' rule over the models' best scores and "none", with equal priors."""
+    import numpy as np
+
+    best: dict[str, Reading] = {}
+    for reading in part.readings:
+        best.setdefault(reading.appearance.model.name, reading)
+    names = ["", *best]
+    scores = np.array([limits["none"], *(r.score for r in best.values())])
+    weights = np.exp((scores - scores.max()) / limits["doubt"])
+    shares = weights / weights.sum()
+    order = sorted(range(len(names)), key=lambda k: (-shares[k], names[k]))
+    likely = {names[k]: float(shares[k]) for k in order}
+    fits = [_fit(r, likely[r.appearance.model.name], part.readings, limits) for r in part.readings
+            if likely[r.appearance.model.name] > limits["least"]]  # fmt: skip
+    return Explanation(segment, tuple(likely.items()), tuple(sorted(fits, key=lambda f: -f.score)))
+
+
+def _fit(reading: Reading, likely: float, others: Sequence[Reading], limits: Mapping[str, float]) -> Fit:
+    """A reading with its confidence: at most ``DOUBT`` where the model fits as well at another pose."""
+    from ..pose.estimate import DOUBT, OTHER
+
+    sure = min(1.0, reading.score / limits["full"]) * (0.5 + 0.5 * likely)
+    own, model = reading.appearance.model.name, reading.appearance.surface
+    reasons = reading.reasons
+    for rival in others:
+        if rival.appearance.model.name == own and abs(reading.score - rival.score) < limits["tie"]:
+            metres, turn = model.difference(rival.pose, reading.pose)
+            if metres > OTHER[0] or turn > OTHER[1]:
+                sure, reasons = min(sure, DOUBT), (*reasons, f"another pose, {1000 * metres:.0f} mm away, fits as well")
+                break
+    return Fit(own, reading.pose, sure, "; ".join(reasons))
+
+
+def kind(inputs: Inputs) -> Mapping[str, Any]:
+    """Say which model explains an object, and at which poses; a fixture keeps its class.
+
+    Raises:
+        Unresolvable: it was segmented without known models.
+    """
+    segment = inputs["segment"]
+    found = next((e for e in inputs["explanations"] if e.segment is segment), None)
+    if found is None:
+        raise Unresolvable("it was segmented without known models")
+    models = {m.name: m for m in inputs["models"]}
+    by_type: dict[str, float] = {}
+    for name, share in found.shares:
+        own = models[name].type if name else UNKNOWN
+        by_type[own] = by_type.get(own, 0.0) + share
+    why = {f.model: f.reason for f in reversed(found.fits)}
+    said = sorted(by_type.items(), key=lambda p: (-p[1], p[0]))
+    first = next((n for n, _ in found.shares), "")
+    reason = f"'{first}': {why[first]}" if first in why else "no known model explains it"
+    judged = [Judged(t, min(1.0, s), reason if k == 0 else "") for k, (t, s) in enumerate(said)]
+    unknown = not first
+    candidates = tuple(Judged(n, min(1.0, s), why.get(n, "")) for n, s in found.shares if n)
+    return {
+        "type": Judged(judged[0].value, judged[0].confidence, reason, tuple(judged[1:])),
+        "candidates": candidates,
+        "hypotheses": () if unknown else found.fits,
+    }
+
+
+@hookimpl
+def experts() -> Iterable[Expert]:
+    parameters = (
+        Parameter("cell_m", 0.0075, "neighbouring pixels at 1.3 m are 4 mm apart; things nearer than that touch"),
+        Parameter("pixels", 60, "a small carton at 1.3 m has 125"),
+        Parameter("least_m", 0.02, "smaller rests are edges of what was explained"),
+        Parameter("again", 2, "rests of rests"),
+        Parameter("candidates", 8, "of 32 kinds, by colour"),
+        Parameter("alike", 0.35, "of the most alike model's likeness"),
+        Parameter("partly", 4, "of them where things may touch, for each part"),
+        Parameter("models", 2, "registered in full; the coarse registration has ranked them"),
+        Parameter("poses", 4, "of each model that are registered in full"),
+        Parameter("far", 0.3, "of a model's diameter, from which coarse registration draws points near"),
+        Parameter("large_m", 0.25, "diameter above which coarse registration has twice the iterations"),
+        Parameter("yaws", 8, "coarse poses of each model whose print is compared"),
+        Parameter("as_well", 0.93, "of a pose's score, above which shape does not tell a turn of it"),
+        Parameter("missing_m", 0.07, "half of a carton may be hidden, by others or by itself"),
+        Parameter("excess_m", 0.035, "the box around a leaning thing is larger than the thing"),
+        Parameter("tie", 0.02, "difference of scores that tells no pose from another"),
+        Parameter("larger_m", 0.015, "flying pixels at both ends make a thing that much larger"),
+        Parameter("near", 0.75, "of the best coarse score, above which a second model is registered in full"),
+        Parameter("hopeless", 0.08, "coarse score below which no model is registered in full"),
+        Parameter("good", 0.45, "above it a cluster is one thing"),
+        Parameter("bad", 0.35, "below it a model does not explain it"),
+        Parameter("gain", 0.05, "by which several things must explain more than one"),
+        Parameter("owns_m", 0.003, "beside what depth noise explains"),
+        Parameter("none", 0.40, "score that a wrong model reaches by chance"),
+        Parameter("doubt", 0.04, "difference of scores by which a model is e times likelier"),
+        Parameter("full", 0.60, "score of a right model in full view"),
+        Parameter("least", 0.02, "less likely models are no hypotheses"),
+    )
+    return [
+        Expert("printed_things", "things that known models with prints explain", ("view", "cloud", "background", "appearances"),
+               (SEGMENTS, "explanations"), explained, cost_ms=1500.0, parameters=parameters),
+        Expert("printed_kind", "the model that explains it, by shape and print", ("segment", "explanations", "models"),
+               ("type", "candidates", "hypotheses"), kind, "object", domains={"type": types}, cost_ms=0.1),
+    ]  # fmt: skip

@@ -1,0 +1,331 @@
+"""What a cluster of points is: known models at poses, in any attitude, with probabilities; touching things are told apart."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+
+import numpy as np
+from msgspec.structs import replace
+from scipy import ndimage
+
+from cramlite.model import Floats, Mask, Pose, Value, View
+from cramlite.plugin import checkpoint
+
+from ..dimensions import extents
+from ..pose.estimate import COARSE, FINE, MIDDLE, PoseHypothesis, allowed, best, hypotheses
+from ..pose.icp import PoseBatch, register
+from ..pose.model import Floats32, PoseModel
+from ..pose.outline import Outline, tolerance
+from ..pose.prior import Alignment, Prior
+from ..pose.score import ENOUGH, Scores, score_poses
+from ..pose.starts import scene_clouds, slid, starts_for
+from ..segmentation.clean import voxel_components
+from .agreement import Picture, agreement
+from .appearance import Appearance, histogram, likeness
+
+ANY = Prior()
+STEP = 10
+"""Of turns about the vertical that are tried by their print [deg]: a letter of 10 mm on a can is 15 deg wide."""
+
+
+class Reading(Value, eq=False):
+    """One model at one pose as the explanation of a part.
+
+    Args:
+        appearance: of the model.
+        pose: of its frame in the world.
+        fit: 0 to 1, of its shape; colour: 0 to 1, of its print.
+        reasons: clauses with numbers.
+    """
+
+    appearance: Appearance
+    pose: Pose
+    fit: float
+    colour: float
+    reasons: tuple[str, ...] = ()
+
+    @property
+    def score(self) -> float:
+        """Return how well it explains the part, 0 to 1; shape counts twice, since light and blur change colours."""
+        return self.fit * self.fit * self.colour
+
+
+class Part(Value, eq=False):
+    """A part of the picture and its readings, best first; none where no model explains it."""
+
+    mask: Mask
+    readings: tuple[Reading, ...]
+
+    @property
+    def score(self) -> float:
+        """Return the score of the best reading."""
+        return self.readings[0].score if self.readings else 0.0
+
+
+class Scene(Value, eq=False):
+    """What interpretation needs: the picture, points (height, width, 3) in the world [m], appearances and limits."""
+
+    picture: Picture
+    points: Floats
+    appearances: tuple[Appearance, ...]
+    limits: Mapping[str, float]
+
+
+def interpreted(scene: Scene, front: Mask) -> list[Part]:
+    """Interpret what stands out from the background, cluster by cluster; what a model explains is taken out first."""
+    parts: list[Part] = []
+    open_ = [(mask, 0) for mask in clusters(scene, front)]
+    while open_:
+        mask, depth = open_.pop(0)
+        checkpoint()
+        part = _whole_or_split(scene, mask)
+        if part.score >= scene.limits["bad"] and depth < scene.limits["again"]:
+            rest = clusters(scene, mask & ~part.mask)
+            open_ += [(m, depth + 1) for m in rest if _extent(scene, m) > scene.limits["least_m"]]
+        parts.append(part)
+    return parts
+
+
+def clusters(scene: Scene, front: Mask) -> list[Mask]:
+    """Return the masks of points whose voxels touch, the largest first; without pixels beside an edge of depth."""
+    inner = front & ~_beside_edges(scene.picture.view)
+    points = scene.points[inner]
+    if len(points) < scene.limits["pixels"]:
+        return []
+    labels = voxel_components(points.astype(np.float32), {"cell_m": scene.limits["cell_m"]})
+    sizes = np.bincount(labels)
+    found = []
+    for k in np.argsort(-sizes, kind="stable"):
+        if sizes[k] < scene.limits["pixels"]:
+            break
+        mask = np.zeros(front.shape, bool)
+        mask[inner] = labels == k
+        found.append(mask)
+    return found
+
+
+def _beside_edges(view: View) -> Mask:
+    """Pixels next to a step of depth, which may lie between both surfaces."""
+    depth = np.where(view.valid, view.depth, np.nan)
+    low, high = ndimage.minimum_filter(np.nan_to_num(depth, nan=np.inf), 3), ndimage.maximum_filter(np.nan_to_num(depth, nan=-np.inf), 3)
+    return np.asarray(high - low > 0.025 * np.where(np.isfinite(low), low, 1.0))
+
+
+def _extent(scene: Scene, mask: Mask) -> float:
+    return float(np.ptp(scene.points[mask], axis=0).max())
+
+
+def _whole_or_split(scene: Scene, mask: Mask) -> Part:
+    """A cluster as one thing; as one of several that touch, where that explains its own part better."""
+    whole = read(scene, mask, _ranked(scene, mask))
+    if whole.score < scene.limits["good"] and int(mask.sum()) >= 3 * scene.limits["pixels"]:
+        least = max(scene.limits["good"], whole.score + scene.limits["gain"])
+        for number in (2, 3):
+            found = max(_partial(scene, mask, number), key=lambda r: r.score, default=None)
+            if found is not None and found.score >= least:
+                return _claimed(scene, Part(mask, (found,)))
+    return _claimed(scene, whole)
+
+
+def _partial(scene: Scene, mask: Mask, number: int) -> Iterator[Reading]:
+    """Readings of one of some parts of a cluster, at one of its ends or about the middle of a part.
+
+    The rest of the cluster does not count against them, and hides nothing.
+    """
+    whole = _seen(scene, mask)
+    for part in _split(scene, mask, number) if whole is not None else ():
+        for a in _candidates(scene, part, partly=True)[: int(scene.limits["partly"])]:
+            if whole is not None and (starts := _coarse(scene, part, a, _standing(a))) is not None:
+                yield _touching(scene, mask, whole, a, starts)
+
+
+def _touching(scene: Scene, mask: Mask, whole: tuple[Floats32, Outline], appearance: Appearance, starts: PoseBatch) -> Reading:
+    """The best of some poses, as they are or at an end of a whole cluster, and of their equals by symmetry."""
+    model = appearance.surface
+    near = slid(model, whole[1], starts.pick(slice(0, 4)))
+    order = np.argsort(-_partly(model, whole, near), kind="stable")[: int(scene.limits["yaws"])]
+    poses = [h.pose * s for h in _posed(scene, near.pick(order)) for s in model.symmetries[:4]]
+    fits = _partly(model, whole, _batch(scene, poses))
+    colours = agreement(scene.picture, mask, appearance, poses)
+    k = int((fits**2 * colours).argmax())
+    said = f"{100 * colours[k]:.0f} % of its print agrees", "it touches something"
+    return Reading(appearance, poses[k], float(fits[k]), float(colours[k]), said)
+
+
+def _partly(model: PoseModel, whole: tuple[Floats32, Outline], poses: PoseBatch) -> Floats:
+    """Scores of poses that need not explain all of a cluster."""
+    scores = score_poses(model, *whole, poses, 200)
+    return np.asarray(scores.free**2 * np.minimum(1, scores.seen / ENOUGH), dtype=float)
+
+
+def _posed(scene: Scene, starts: PoseBatch) -> list[PoseHypothesis]:
+    """Registrations as poses in the world, in their order."""
+    ones = np.arange(len(starts), 0, -1, dtype=np.float32)
+    return hypotheses(scene.picture.view, starts, Scores(ones, ones, ones, ones, ones))
+
+
+def _split(scene: Scene, mask: Mask, number: int) -> list[Mask]:
+    """Parts of a cluster beside each other, about centres of their own in the horizontal plane (k-means; Lloyd, 1982)."""
+    from scipy.cluster.vq import kmeans2
+
+    points = scene.points[mask][:, :2].astype(float)
+    centres, _ = kmeans2(points[:: max(1, len(points) // 1500)], number, minit="++", seed=0)
+    label = ((points[:, None] - centres[None]) ** 2).sum(axis=2).argmin(axis=1)
+    found = []
+    for k in range(number):
+        if int((label == k).sum()) >= scene.limits["pixels"]:
+            own = np.zeros(mask.shape, bool)
+            own[mask] = label == k
+            found.append(own)
+    return found
+
+
+def read(scene: Scene, mask: Mask, ranked: Sequence[Reading]) -> Part:
+    """Read a part by registering in full what coarse registration ranks first; in any attitude where none of its usual ones fits."""
+    limits = scene.limits
+    least = max(limits["hopeless"], limits["near"] * ranked[0].score) if ranked else 1.0
+    tried = [q.appearance for q in ranked[: int(limits["models"])] if q.score >= least]
+    found = [r for a in tried for r in _full(scene, mask, a, _standing(a))]
+    if max((r.score for r in found), default=0.0) < limits["bad"]:
+        any_way = [q for a in [r.appearance for r in ranked[:3]] if (q := _quick(scene, mask, a, ANY)) is not None]
+        first = max(any_way, key=lambda q: q.score, default=None)
+        if first is not None and first.score >= limits["hopeless"]:
+            found += _full(scene, mask, first.appearance, ANY)
+    full = {r.appearance.model.name for r in found}
+    found += [q for q in ranked if q.appearance.model.name not in full]
+    return Part(mask, tuple(sorted(found, key=lambda r: -r.score)))
+
+
+def _ranked(scene: Scene, mask: Mask) -> list[Reading]:
+    """The best coarse registration of each model whose colours and size allow a part, best first."""
+    quick = [q for a in _candidates(scene, mask) if (q := _quick(scene, mask, a, _standing(a))) is not None]
+    return sorted(quick, key=lambda q: -q.score)
+
+
+def _standing(appearance: Appearance) -> Prior:
+    return Prior((Alignment(appearance.up, ((0.0, 0.0, 1.0),)),))
+
+
+def _candidates(scene: Scene, mask: Mask, *, partly: bool = False) -> list[Appearance]:
+    """Models by likeness of colours and size, without those that are smaller than what is seen; by colours alone if that may be
+    part of one thing and part of another."""
+    own = histogram(scene.picture.view.rgb[mask].astype(float))
+    seen = extents(scene.points[mask])
+    lengths = np.sort([seen.height, seen.width, seen.depth])
+    alike = [(likeness(own, a) * (1.0 if partly else _sized(lengths, a, scene.limits)), a) for a in scene.appearances]
+    alike.sort(key=lambda p: (-p[0], p[1].model.name))
+    least = scene.limits["alike"] * (alike[0][0] if alike else 0.0)
+    return [a for share, a in alike[: int(scene.limits["candidates"])] if share >= least]
+
+
+def _sized(lengths: Floats, appearance: Appearance, limits: Mapping[str, float]) -> float:
+    """Likelihood of sorted extents of what is seen [m]; a part may be hidden, and a tilted thing's box is larger."""
+    own = np.sort(appearance.surface.extents)
+    if lengths[2] > appearance.surface.diameter + limits["larger_m"] or lengths[1] > math.hypot(own[1], own[2]) + limits["larger_m"]:
+        return 0.0
+    missing = np.maximum(0.0, own - lengths)[1:] / limits["missing_m"]
+    excess = np.maximum(0.0, lengths - own) / limits["excess_m"]
+    return math.exp(-float(missing @ missing + excess @ excess) / 2)
+
+
+def _seen(scene: Scene, mask: Mask) -> tuple[Floats32, Outline] | None:
+    """Points of a part in the optical frame, and its outline; None if they are too few."""
+    clouds = scene_clouds(scene.picture.view, mask)
+    if not clouds or len(clouds[-1].points) < scene.limits["pixels"] / 2:
+        return None
+    return clouds[-1].points, Outline.of(scene.picture.view, clouds[-1].mask)
+
+
+def _coarse(scene: Scene, mask: Mask, appearance: Appearance, prior: Prior) -> PoseBatch | None:
+    """The best few poses of a coarse registration; farther than products' starts are those of large things."""
+    seen, model, view = _seen(scene, mask), appearance.surface, scene.picture.view
+    if seen is None:
+        return None
+    large = model.diameter > scene.limits["large_m"]
+    reach = max(COARSE.reach[0], scene.limits["far"] * model.diameter)
+    stage = replace(COARSE, reach=(reach, COARSE.reach[1]), iterations=(2 if large else 1) * COARSE.iterations)
+    starts = register(model, seen[0], starts_for(view.camera, model, prior, seen[0]), stage, seen[1])
+    starts = best(model, *seen, allowed(view, prior, starts), int(scene.limits["yaws"]), 200)
+    return register(model, seen[0], starts, MIDDLE, seen[1]) if len(starts) else None
+
+
+def _quick(scene: Scene, mask: Mask, appearance: Appearance, prior: Prior) -> Reading | None:
+    """The best of a coarse registration."""
+    starts, seen = _coarse(scene, mask, appearance, prior), _seen(scene, mask)
+    if starts is None or seen is None:
+        return None
+    scored = hypotheses(scene.picture.view, starts, score_poses(appearance.surface, *seen, starts, 300))
+    colours = agreement(scene.picture, mask, appearance, [h.pose for h in scored])
+    found = [Reading(appearance, h.pose, h.score, float(c)) for h, c in zip(scored, colours, strict=True)]
+    return max(found, key=lambda r: r.score)
+
+
+def _full(scene: Scene, mask: Mask, appearance: Appearance, prior: Prior) -> list[Reading]:
+    """Registration in full; of poses that shape cannot tell apart the one whose print agrees."""
+    starts, seen, model, view = _coarse(scene, mask, appearance, prior), _seen(scene, mask), appearance.surface, scene.picture.view
+    if starts is None or seen is None:
+        return []
+    kept = int(scene.limits["poses"])
+    starts = best(model, *seen, slid(model, seen[1], best(model, *seen, starts, kept, 300)), kept, 300)
+    starts = allowed(view, prior, register(model, seen[0], starts, FINE, seen[1]))
+    found = []
+    for h in distinct(model, hypotheses(view, starts, score_poses(model, *seen, starts))):
+        found.append(_by_print(scene, mask, appearance, seen, h))
+    return found
+
+
+def _by_print(scene: Scene, mask: Mask, appearance: Appearance, seen: tuple[Floats32, Outline], found: PoseHypothesis) -> Reading:
+    """The turn of a pose whose print agrees best, registered again."""
+    model = appearance.surface
+    poses, fits = _turned(scene, seen, model, found.pose)
+    colours = agreement(scene.picture, mask, appearance, poses)
+    k = int((fits * fits * colours).argmax())
+    again = register(model, seen[0], _batch(scene, [poses[k]]), FINE, seen[1])
+    refined = hypotheses(scene.picture.view, again, score_poses(model, *seen, again))
+    pose, fit, colour = poses[k], float(fits[k]), float(colours[k])
+    if k and refined and refined[0].score >= fit:
+        pose, fit = refined[0].pose, refined[0].score
+        colour = float(agreement(scene.picture, mask, appearance, [pose])[0])
+    return Reading(appearance, pose, fit, colour, (*found.reasons, f"{100 * colour:.0f} % of its print agrees"))
+
+
+def distinct(model: PoseModel, found: Sequence[PoseHypothesis]) -> list[PoseHypothesis]:
+    """Return hypotheses without those that are within 3 mm and 3 degrees of a better one."""
+    kept: list[PoseHypothesis] = []
+    for h in found:
+        apart = [model.difference(h.pose, k.pose) for k in kept]
+        if all(d > 0.003 or a > math.radians(3) for d, a in apart):
+            kept.append(h)
+    return kept
+
+
+def _turned(scene: Scene, seen: tuple[Floats32, Outline], model: PoseModel, pose: Pose) -> tuple[list[Pose], Floats]:
+    """A pose, and those turned from it by a symmetry or about the vertical that fit nearly as well, as of nearly round things;
+    and their scores."""
+    centre = pose.apply(model.centre)
+    there, back = Pose(tuple(centre)), Pose(tuple(-centre))
+    yaws = [there * Pose.from_rotvec((0, 0, 0), (0, 0, math.radians(a))) * back * pose for a in range(STEP, 360, STEP)]
+    poses = [pose, *yaws, *(pose * s for s in model.symmetries[1:9])]
+    scores = score_poses(model, *seen, _batch(scene, poses), 300).score
+    kept = np.flatnonzero(scores >= scene.limits["as_well"] * scores[0])
+    return [poses[k] for k in kept], np.asarray(scores[kept], dtype=float)
+
+
+def _batch(scene: Scene, poses: Sequence[Pose]) -> PoseBatch:
+    """Poses of a model in the world as registration has them."""
+    inverse = [(scene.picture.view.camera.inverse() * p).inverse() for p in poses]
+    return PoseBatch(np.array([p.rotation for p in inverse], np.float32), np.array([p.position for p in inverse], np.float32))
+
+
+def _claimed(scene: Scene, part: Part) -> Part:
+    """A part with the pixels that its best reading explains; as it is without any."""
+    if not part.readings or part.score < scene.limits["bad"]:
+        return part
+    first, mask, view = part.readings[0], part.mask, scene.picture.view
+    local = first.pose.inverse().apply(scene.points[mask])
+    nearest = first.appearance.surface.points[first.appearance.surface.grid.look_up(local.astype(np.float32))]
+    away = np.linalg.norm(local - nearest, axis=1)
+    own = np.zeros(mask.shape, bool)
+    own[mask] = away < scene.limits["owns_m"] + tolerance(view.depth[mask])
+    return Part(own if own.any() else mask, part.readings)

@@ -1,0 +1,125 @@
+"""Kinds with a print: which of ten cartons of one size, where, which way round; and what is none of them."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from helpers.as_a_user import cramlite
+from helpers.printed_box import printed_box
+
+from cramlite import Engine
+from cramlite.model import Camera, Intrinsics, Pose, Thing, World, replace
+from cramlite.perception.active_perception import ask
+from cramlite.perception.query import parse_query
+from cramlite.perception.result import Perceived
+from cramlite.plugin import UNKNOWN
+from cramlite_plugins.objects.products_and_fixtures import make
+from cramlite_plugins.simulation.camera.depth_camera import look
+
+SIZE = (0.07, 0.045, 0.11)
+CAMERA = Intrinsics(500.0, 500.0, 255.5, 191.5, 512, 384)
+
+
+def tiles(seed: int) -> tuple[np.ndarray, ...]:
+    """Prints of a carton's six sides: four by four patches of few colours."""
+    rng = np.random.default_rng(seed)
+    palette = rng.integers(20, 255, (4, 3))
+    return tuple(np.kron(palette[rng.integers(0, 4, (4, 4))], np.ones((6, 6, 1))).astype(np.uint8) for _ in range(6))
+
+
+@pytest.fixture(scope="module")
+def engine(tmp_path_factory: pytest.TempPathFactory) -> Engine:
+    """An engine that knows ten cartons."""
+    folder = tmp_path_factory.mktemp("cartons")
+    for k in range(10):
+        (folder / f"carton_{k}").mkdir()
+        printed_box(folder / f"carton_{k}" / f"carton_{k}.glb", SIZE, tiles(k))
+    assert cramlite("library", "add", folder, "--out", folder / "lib").returncode == 0
+    return Engine(models=[folder / "lib"])
+
+
+def standing(engine: Engine, kind: str, x: float, y: float, yaw: float) -> Thing:
+    """A carton on the table; yaw [deg]."""
+    pose = Pose.from_rotvec((x, y, SIZE[2] / 2), (0, 0, math.radians(yaw)))
+    return engine.knowledge.models[kind].make(name=f"a_{kind}", pose=pose)
+
+
+def perceived(engine: Engine, *things: Thing, seed: int = 1) -> Perceived:
+    """What a noisy picture of things on a table from 0.7 m away is taken for."""
+    eye, target = np.array((1.0, 0.0, 0.55)), np.array((0.45, 0.0, 0.05))
+    camera = Camera(Pose.from_axes(tuple(eye), target - eye, np.cross(target - eye, (0, 0, 1))), intrinsics=CAMERA)
+    table = make("table", "table", Pose((0.45, 0, 0)), {})
+    view = look(World((table, *things)), {}, camera, seed=seed)
+    knowledge = engine.knowledge
+    query = replace(parse_query("", knowledge.taxonomy, knowledge.experts), wanted=("type", "pose", "model"))
+    return ask(query, view, (), knowledge)
+
+
+def answered(found: Perceived) -> dict[str, Pose]:
+    """Models that were recognised, with their poses."""
+    return {p.value("model"): p.value("pose") for p in found.answers if p.value("type") != UNKNOWN and p.value("pose")}
+
+
+def apart(pose: Pose, thing: Thing) -> tuple[float, float]:
+    """How far a pose is from that of a thing [m, deg], no symmetry allowed."""
+    metres, turn = pose.distance(thing.pose)
+    return metres, math.degrees(turn)
+
+
+def test_the_print_tells_cartons_of_one_size_and_the_way_round(engine: Engine) -> None:
+    things = [standing(engine, "carton_3", 0.40, -0.13, 20), standing(engine, "carton_7", 0.46, 0.05, 250)]
+    found = answered(perceived(engine, *things))
+    assert found.keys() == {"carton_3", "carton_7"}
+    for thing, kind in zip(things, ("carton_3", "carton_7"), strict=True):
+        metres, degrees = apart(found[kind], thing)
+        assert metres < 0.005 and degrees < 6
+
+
+@pytest.mark.heavy
+def test_what_is_not_in_the_library_is_unknown(engine: Engine, tmp_path: Path) -> None:
+    other = printed_box(tmp_path / "other.glb", SIZE, tiles(77))
+    stranger = make("mesh", "stranger", Pose((0.42, 0.10, SIZE[2] / 2)), {"file": str(other), "mass": 0.2})
+    can = make("can", "can", Pose((0.45, -0.12, 0.05)), {"rgba": (0.95, 0.95, 0.95, 1.0)})
+    known = standing(engine, "carton_5", 0.48, 0.0, 40)
+    found = perceived(engine, stranger, can, known)
+    assert answered(found).keys() == {"carton_5"}
+    assert sum(p.value("type") == UNKNOWN for p in found.answers) >= 2
+
+
+@pytest.mark.heavy
+def test_touching_cartons_are_told_apart(engine: Engine) -> None:
+    things = [standing(engine, "carton_1", 0.45, -0.036, 0), standing(engine, "carton_2", 0.45, 0.011, 0)]
+    found = answered(perceived(engine, *things))
+    assert found.keys() == {"carton_1", "carton_2"}
+    assert all(apart(found[k], t)[0] < 0.008 for k, t in zip(("carton_1", "carton_2"), things, strict=True))
+
+
+@pytest.mark.heavy
+def test_a_tilted_carton_has_its_tilt(engine: Engine) -> None:
+    tilted = Pose.from_rotvec((0.45, 0.0, 0.065), (0.45, 0.3, 0.2))
+    thing = replace(standing(engine, "carton_4", 0, 0, 0), pose=tilted)
+    found = answered(perceived(engine, thing))
+    assert found.keys() == {"carton_4"}
+    metres, degrees = apart(found["carton_4"], thing)
+    assert metres < 0.006 and degrees < 8
+
+
+@pytest.mark.heavy
+def test_doubtful_kinds_come_with_probabilities(engine: Engine) -> None:
+    (percept,) = perceived(engine, standing(engine, "carton_8", 0.45, 0.0, 30)).answers
+    said = percept.values["pose"].judged
+    assert 0.5 < said.confidence <= 1.0
+    assert "of its print agrees" in said.reason
+    kinds = percept.values["type"].judged
+    assert kinds.confidence + sum(o.confidence for o in kinds.others) == pytest.approx(1.0, abs=0.05)
+
+
+def test_without_a_print_segmentation_is_as_before(engine: Engine) -> None:
+    plain = Engine()
+    tea = plain.knowledge.models["tea_box"].make(name="tea", pose=Pose((0.45, 0, 0.065)))
+    found = perceived(plain, tea)
+    assert [p.value("type") for p in found.answers] == ["cram:TeaBox"]
+    assert "printed_things" not in {r.expert for r in found.runs}
