@@ -250,11 +250,16 @@ def test_runs_and_reports_are_resources(proven: Proven) -> None:
     assert program.text == (proven.place / "program.script").read_text()
 
 
+def test_a_sentence_that_is_not_understood_is_asked_back(proven: Proven) -> None:
+    assert "nothing here is called 'zebra'" in proven.refused("resolve", scenario=yaml.safe_load(TABLE), say="put the zebra on the box")
+    assert "leave one of them out" in proven.refused("resolve", scenario=yaml.safe_load(TABLE), say="take the tin", goal=["tin on box"])
+
+
 def test_no_tool_takes_text_or_joint_values() -> None:
     server = make_server(Engine(), ClientFiles(Path.cwd(), Path.cwd() / "runs"))
     tools = ask(server, lambda c: c.list_tools()).tools
     taken = {p for t in tools for p in t.input_schema["properties"]}
-    assert taken == {"scenario", "seed", "episode", "run", "designator", "at", "goal"}
+    assert taken == {"scenario", "seed", "episode", "run", "designator", "at", "goal", "say"}
     assert all(t.input_schema["additionalProperties"] is False for t in tools)
 
 

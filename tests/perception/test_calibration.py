@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 from pathlib import Path
 from typing import Any, Literal
 
@@ -135,7 +136,7 @@ def _edited(folder: Path, into: Path, **keys: str) -> Path:
 
 JOINTS = "[" + ", ".join(f"{{file: {k}.png, joints: [0]}}" for k in range(8)) + "]"
 WRONG: dict[str, tuple[dict[str, str], str]] = {
-    "dictionary": ({"board": "{dictionary: 5X5_50}"}, "markers of the dictionary 4X4"),
+    "dictionary": ({"board": "{dictionary: 5X5_50}"}, "markers of the dictionary 4X4_50"),
     "no such dictionary": ({"board": "{dictionary: 4X4_51}"}, "4X4_50"),
     "square": ({"board": "{square: 30 mm, marker: 22.3 mm}"}, "another size"),
     "key": ({"borad": "{}"}, "board"),
@@ -181,3 +182,9 @@ def test_calibration_and_pose_of_a_camera_are_not_both_said(tmp_path: Path) -> N
     (tmp_path / "a.yaml").write_text("scenario: a\ntasks: []\nrobot: {type: ur5e}\ncamera: {calibration: c.yaml, width: 640}\n")
     with pytest.raises(UserError, match="leave out width"):
         read_scenario(tmp_path / "a.yaml")
+
+
+def test_without_opencv_the_command_says_what_to_install(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "cv2", None)
+    done = as_a_user.cramlite("calibrate", folder)
+    assert done.returncode == 2 and "pip install 'cramlite[calibration]'" in done.stderr

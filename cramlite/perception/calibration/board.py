@@ -19,6 +19,8 @@ DPI = 300
 """Dots per inch of a printed board: what office printers resolve."""
 LEAST = 6
 """Corners of a board that are seen: four make a pose, two more tell whether it is right."""
+LEAST_MARKERS = 4
+"""Markers of a dictionary that are seen where its board is: one alone may be a pattern that looks like it."""
 MARGIN = 0.005
 """White border around a printed board [m]: a marker is found by the white around it."""
 
@@ -134,12 +136,13 @@ def found(spec: BoardSpec, grey: Image) -> Sighting | None:
     return Sighting(corners, pixels) if spread[1] > 0.5 * spec.square else None
 
 
-def other_dictionaries(spec: BoardSpec, grey: Image) -> list[str]:
-    """Names of other dictionaries of which at least two markers are in a picture, those with most markers first."""
-    cv2, counts = opencv(), dict[str, int]()
-    for name in sorted(n.removeprefix("DICT_") for n in dir(cv2.aruco) if n.startswith("DICT_")):
+def other_dictionary(spec: BoardSpec, grey: Image) -> str:
+    """Return the name of another dictionary of which markers are in a picture, the smallest one; empty if there is none."""
+    cv2 = opencv()
+    names = (n.removeprefix("DICT_") for n in dir(cv2.aruco) if n.startswith("DICT_"))
+    for name in sorted(names, key=lambda n: (int(size) if (size := n.rpartition("_")[2]).isdigit() else 10**6, n)):
         markers = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, f"DICT_{name}"))
-        _, names, _ = cv2.aruco.ArucoDetector(markers).detectMarkers(grey)
-        if names is not None and len(names) > 1 and name != spec.dictionary:
-            counts[name] = len(names)
-    return sorted(counts, key=lambda n: (-counts[n], n))
+        _, seen, _ = cv2.aruco.ArucoDetector(markers).detectMarkers(grey)
+        if seen is not None and len(seen) >= LEAST_MARKERS and name != spec.dictionary:
+            return str(name)
+    return ""

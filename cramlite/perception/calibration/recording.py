@@ -20,7 +20,7 @@ from ...model.geometry import Pose
 from ...model.view import Intrinsics
 from ...scenario.camera_spec import IntrinsicsSpec
 from ...scenario.pose_spec import PoseSpec
-from .board import BoardSpec, found, other_dictionaries
+from .board import BoardSpec, found, other_dictionary
 from .hand_eye import Station
 
 if TYPE_CHECKING:
@@ -140,8 +140,8 @@ def read_recording(folder: Path, spec: RecordingSpec, flange_of: FlangeOf) -> Re
 def _too_few(folder: Path, spec: RecordingSpec, count: int, without: Sequence[str]) -> str:
     b = spec.board
     names = ", ".join(without[:NAMED]) + (f" and {len(without) - NAMED} more" if len(without) > NAMED else "")
-    others = other_dictionaries(b, _grey(folder / without[0]))
-    hint = f" In {without[0]} there are markers of the dictionary {others[0]}." if others else ""
+    other = other_dictionary(b, _grey(folder / without[0]))
+    hint = f" In {without[0]} there are markers of the dictionary {other}." if other else ""
     return (
         f"{folder}: no board was found in {len(without)} of {count} pictures ({names}), and {LEAST} with one are needed. It was looked "
         f"for as {b.kind}, {b.columns} columns x {b.rows} rows, dictionary {b.dictionary}.{hint} Compare that with the printed board; it "

@@ -34,6 +34,11 @@ class Known(Value, eq=False):
     printed: bool = False
 
 
+def printed(looks: Iterable[Known]) -> bool:
+    """Check whether a known model has a print."""
+    return any(k.printed for k in looks)
+
+
 def known_looks(inputs: Inputs) -> Mapping[str, Any]:
     """Return the appearance of each known model."""
     from ..shapes.skins import skin_of

@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 from cramlite.plugin import SEGMENTS, Expert, Inputs, Parameter, Unresolvable, hookimpl
 
+from ..category import printed
+
 if TYPE_CHECKING:
     import numpy as np
 
@@ -30,7 +32,8 @@ def segments(inputs: Inputs) -> Mapping[str, Any]:
     """Segment what stands before the planes that bound the view, along steps and concave edges.
 
     Raises:
-        Unresolvable: the map has fixtures, on which products hang flush with each other; or nothing stands out.
+        Unresolvable: the map has fixtures, on which products hang flush with each other; a known model has a print, by which
+            it is told from what touches it; or nothing stands out.
     """
     import numpy as np
 
@@ -38,6 +41,8 @@ def segments(inputs: Inputs) -> Mapping[str, Any]:
 
     if inputs["fixtures"]:
         raise Unresolvable("the map has fixtures, and things that touch them flush are parted by colour")
+    if printed(inputs.get("looks", ())):
+        raise Unresolvable("a known model has a print, which tells more than shape")
     view, cloud, limits = inputs["view"], inputs["cloud"], inputs.parameters
     inverse = np.where(cloud.mask, 1.0 / np.where(cloud.mask, view.depth, 1.0), np.nan)
     front = _front(cloud, inverse, inputs["planes"], limits)
@@ -46,7 +51,7 @@ def segments(inputs: Inputs) -> Mapping[str, Any]:
     found = [Segment(labels == k) for k in np.flatnonzero(sizes >= limits["pixels"]) if k > 0]
     if not found:
         raise Unresolvable(f"nothing stands out from the planes behind: {int(front.sum())} pixels in front of them")
-    return {SEGMENTS: tuple(found)}
+    return {SEGMENTS: tuple(found), "explanations": ()}
 
 
 def _front(cloud: Cloud, inverse: Inverse, planes: Sequence[Plane], limits: Mapping[str, float]) -> Mask:
@@ -184,5 +189,6 @@ def experts() -> Iterable[Expert]:
     )
     return [
         Expert("concave_segments", "parts between steps and concave edges, where nothing is known of the surroundings",
-               ("view", "cloud", "planes", "fixtures"), (SEGMENTS,), segments, cost_ms=5.0, parameters=parameters),
+               ("view", "cloud", "planes", "fixtures"), (SEGMENTS, "explanations"), segments, uses=("looks",), cost_ms=5.0,
+               parameters=parameters),
     ]  # fmt: skip

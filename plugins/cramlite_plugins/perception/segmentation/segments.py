@@ -10,6 +10,7 @@ from msgspec.structs import replace
 from cramlite.model import Value
 from cramlite.plugin import SEGMENTS, Expert, Inputs, Parameter, Unresolvable, hookimpl
 
+from ..category import printed
 from ..dimensions import extents
 
 if TYPE_CHECKING:
@@ -38,9 +39,8 @@ def segments(inputs: Inputs) -> Mapping[str, Any]:
 
     from ..values import Segment
 
-    printed = next((k.model.name for k in inputs.get("looks", ()) if k.printed), None)
-    if printed is not None:
-        raise Unresolvable(f"what is printed on '{printed}' has edges of its own")
+    if printed(inputs.get("looks", ())):
+        raise Unresolvable("a known model has a print, which has edges of its own")
     view, cloud, behind = inputs["view"], inputs["cloud"], inputs["background"]
     front = cloud.mask & ~behind
     chroma = chromaticity(view.rgb)
