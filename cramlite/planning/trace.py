@@ -22,8 +22,6 @@ Outcome = Literal["asked", "chosen", "refused", "impossible", "failed", "nogood"
 Kind = Literal["sequence", "goal", "action", "compound", "object", "location", "motion", "twin", "proof", "budget", "stop"]
 STOPPED = "stopped by the caller"
 KNOWN = "answered before"
-
-
 SENTENCE = "sentence"
 """Designator of the entries that say how a sentence was understood."""
 
