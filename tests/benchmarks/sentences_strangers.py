@@ -1,0 +1,92 @@
+"""How many sentences of a stranger are understood as exactly the goal that was written beside them, and how many are asked back.
+
+    python tests/benchmarks/sentences_strangers.py [--figure NAME --seen no|yes]
+
+The sentences (sentences_strangers.yaml) are about shipped scenarios, and were written by one who had not read the grammar. On and in mean
+the same, as goals have it, `off` is `not on`, and a class of things is all their names. What is read besides the goal counts as a miss.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+import yaml
+from figure import add_figure, rate, value, write
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT))
+
+from cramlite import Engine, NotUnderstood, read_scenario  # noqa: E402
+from cramlite.base.resources import find_scenario  # noqa: E402
+from cramlite.interpretation.fluents import SymbolicWorld  # noqa: E402
+from cramlite.planning.spoken_goals import understand  # noqa: E402
+
+SENTENCES = Path(__file__).with_suffix(".yaml")
+
+
+def plain(goals: Iterable[str], scene: SymbolicWorld) -> set[str]:
+    """Goals of names, with one word for on and in, and one for off and not on."""
+    return {g for goal in goals for g in _named(goal.replace(" in ", " on "), scene)}
+
+
+def _named(goal: str, scene: SymbolicWorld) -> list[str]:
+    words = goal.split()
+    if "off" in words:
+        words = ["not", *("on" if w == "off" else w for w in words)]
+    if words[0] != "each":
+        return [" ".join(words)]
+    class_, rest = f"cram:{words[1].removeprefix('cram:')}", words[2:]
+    things = (t.name for t in scene.world.things if scene.is_a(t.name, class_) and t.name not in rest)
+    return [" ".join((name, *rest)) for name in things]
+
+
+def read(sentence: str, scene: SymbolicWorld, engine: Engine) -> tuple[list[str] | None, str]:
+    """The goals that a sentence is understood as, or none and what is asked back."""
+    try:
+        return list(understand(sentence, scene, engine.knowledge).goals), ""
+    except NotUnderstood as error:
+        return None, str(error)
+
+
+def right(entry: dict[str, Any], goals: list[str] | None, scene: SymbolicWorld) -> bool:
+    """Whether a sentence was understood as it was meant, or refused as it had to be."""
+    if "refused" in entry or goals is None:
+        return "refused" in entry and goals is None
+    return any(plain(goals, scene) == plain(meant, scene) for meant in (entry["goal"], *entry.get("also", ())))
+
+
+def main() -> None:
+    options = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    add_figure(options)
+    asked = options.parse_args()
+    hits = {"goal": [], "refused": []}  # type: dict[str, list[bool]]
+    misread, cpu = 0, 0.0
+    for name, entries in yaml.safe_load(SENTENCES.read_text()).items():
+        engine = Engine()
+        scene = engine.setting(read_scenario(find_scenario(name))).symbolic(engine.knowledge.taxonomy)
+        for entry in entries:
+            kind, before = "refused" if "refused" in entry else "goal", time.process_time()
+            goals, why = read(entry["say"], scene, engine)
+            cpu += time.process_time() - before
+            hits[kind].append(right(entry, goals, scene))
+            misread += kind == "goal" and goals is not None and not hits[kind][-1]
+            if not hits[kind][-1]:
+                print(f"{name}: {entry['say']}\n  understood: {goals or why}\n  {kind}: {entry[kind]}")
+    meant, refused = hits["goal"], hits["refused"]
+    print(f"{sum(meant)} of {len(meant)} exactly the goal, {misread} misread; {sum(refused)} of {len(refused)} rightly asked back")
+    numbers = [
+        rate("sentences understood as exactly the goal", sum(meant), len(meant)),
+        rate("sentences read as another goal", misread, len(meant)),
+        rate("false or ambiguous sentences asked back", sum(refused), len(refused)),
+        value("CPU time of a sentence", cpu / (len(meant) + len(refused)), "s"),
+    ]
+    write(asked, numbers, seeds="seed 0 of ten scenarios")
+
+
+if __name__ == "__main__":
+    main()
