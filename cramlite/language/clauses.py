@@ -115,6 +115,9 @@ class ClauseParser:
         elif frame.place:
             for begin in self._between(at):
                 yield from self._places(frame, verb, theme, begin)
+            for unary in self.frames.unary:
+                for begin in starts(self.words, at, unary.stated):
+                    yield from ((replace(c, state=unary.phrase), end) for c, end in self._places(frame, verb, theme, begin))
         elif not frame.after:
             yield self._clause(frame, verb, theme), at
         else:
@@ -167,7 +170,9 @@ class ClauseParser:
                     yield self._clause(frame, verb, theme, place, "phrase", self.words[at:start]), last
 
     def _amounts(self, frame: Frame, verb: Words, theme: Noun, at: int) -> Iterator[Found]:
-        k = at + 1 if self.words[at : at + 1] == ("by",) else at
+        k = at
+        while self.words[k : k + 1] in (("by",), ("about",), ("roughly",), ("approximately",)):
+            k += 1
         if k < len(self.words):
             number = re.fullmatch(r"(\d+(?:\.\d+)?)([a-z]*)", self.words[k])
             unit = number[2] if number and number[2] else self.words[k + 1] if k + 1 < len(self.words) else ""
@@ -212,6 +217,8 @@ class ClauseParser:
         """What is said of a theme: "open", "on the plate", "put into the basket"."""
         begins = [at, at + 1] if at < len(self.words) and self.words[at] in english.PLACED else [at]
         for begin in begins:
+            if begin == at and self.words[at : at + 1] == ("from",):
+                continue  # "get the cup from the hook" takes it off
             for frame in self.frames.placing:
                 yield from self._places(frame, (), theme, begin)
         for frame, verb, particle, end in self.frames.participles(self.words, at):

@@ -80,7 +80,9 @@ class Places:
         """The place that a pronoun stands for: the last that suits."""
         pairs = zip(reversed(mentions.places), reversed(mentions.themes), strict=True)
         order = [g for place, theme in pairs for g in (place, theme) if len(g) == 1 and not set(map(thing_of, g)) & set(themes)]
+        hollow = [g for g in order if any(map(self._inward, self._its.scene.world.thing(thing_of(g[0])).features))]
         suited = [g for g in order if phrase.suits(self._its.scene, themes[0], g[0])]
+        suited = hollow if {*words} & INWARD and hollow else suited
         if not order:
             raise Refusal(OPEN, f"'{noun.said}' stands for no place that was named before; name it")
         name = (suited or order)[0][0]
@@ -214,7 +216,7 @@ class Places:
         other, form = others[0], _placing(phrases)
         if region := self._region_beside(other, relation):
             return form.replace("PLACE", region), other
-        where = on or self._support(other)
+        where = on or _put_on(other, mentions) or self._support(other)
         if not where:
             raise Refusal(FALSE, f"nothing is known to be under {other}, so there is no place {' '.join(link.words)} it")
         side = NEAR if relation == "next to" else self._its.space.side_word(relation)
@@ -245,6 +247,13 @@ def _words(name: str) -> set[str]:
     from ..ontology.taxonomy import words_of
 
     return set(normal(words_of(name)))
+
+
+def _put_on(name: str, mentions: Mentions) -> str:
+    """Where a thing was put before in the sentence; "" if it was not, or not at one place."""
+    pairs = zip(reversed(mentions.themes), reversed(mentions.places), strict=True)
+    last = next((places for themes, places in pairs if name in themes and places and name in mentions.put), ())
+    return thing_of(last[0]) if len(last) == 1 else ""
 
 
 def _placing(phrases: tuple[GoalPhrase, ...]) -> str:

@@ -11,7 +11,7 @@ from ..base.errors import UserError
 from ..base.value import Value
 from ..model.colour_words import COLOURS
 from ..model.entity_name import thing_of
-from .english import PACKAGES, REGIONS, ROBOT, VIEWER, singular
+from .english import ORDINALS, PACKAGES, REGIONS, ROBOT, VIEWER, singular
 from .labels import Labels, normal
 from .refusal import FALSE, OPEN, UNKNOWN, Refusal, listed
 from .tree import Link, Noun
@@ -130,7 +130,8 @@ class Resolver:
             return False
         return isinstance(asked, GoalCondition) and bool(asked.needs) and asked.needs <= self.facts
 
-    def _anywhere(self, thing: str, place: str) -> bool:
+    def anywhere(self, thing: str, place: str) -> bool:
+        """Check whether a thing is at a place, by any preposition."""
         return any(self.holds(p, thing, place) for p in self.frames.prepositions)
 
     # By words
@@ -209,7 +210,7 @@ class Resolver:
             joint = self.scene.world.thing(name).joint
             return (joint is not None and joint.parent == other) or (link.words == ("'s",) and name.startswith(f"{other}_"))
         if link.relation in ("with", "under"):
-            return self._anywhere(other, name)
+            return self.anywhere(other, name)
         return self.space.beside(name, link.relation, (other,))
 
     def _not_so(self, names: list[str], noun: Noun, link: Link) -> str:
@@ -230,7 +231,7 @@ class Resolver:
         return self.space.nearest([n for n in names if (n, chosen) in near], chosen, far=far)
 
     def _next_to(self, name: str, other: str) -> bool:
-        return self.space.beside(name, "next to", (other,)) and not self._anywhere(name, other) and not self._anywhere(other, name)
+        return self.space.beside(name, "next to", (other,)) and not self.anywhere(name, other) and not self.anywhere(other, name)
 
     def _gaps(self, names: list[str], others: Sequence[str], link: Link) -> str:
         said = [f"{n} is {1000 * self.space.gap(n, o):.0f} mm from {o}" for n in names for o in others if n != o]
@@ -244,6 +245,9 @@ class Resolver:
             names = self._sized(names, noun)
         sides = [(s, None) for s in noun.sides] + [(k.words[0], k) for k in noun.links if k.relation == "side"]
         if noun.ordinal:
+            own = [n for n in names if ORDINALS.get(n.lower()) == noun.ordinal]
+            if own and not sides:
+                return own  # it is a name
             if not sides and len(names) > 1:
                 raise Refusal(OPEN, f"'{noun.said}': it is not said from where {listed(names, 'and')} are counted; say 'from the left'")
             return self._ordinal(names, noun, sides[-1][0] if sides else "left")

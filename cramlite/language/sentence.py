@@ -14,6 +14,7 @@ from . import english
 from .clauses import ClauseParser
 from .frames import Frames
 from .labels import Labels
+from .nouns import spoken
 from .places import Places, meaningful
 from .reference import Mentions, Referents, Resolver
 from .refusal import FALSE, OPEN, UNKNOWN, UNREAD, Refusal, listed
@@ -180,7 +181,8 @@ class _Reading:
         """Goals of all clauses; those that a later one takes back are left out."""
         found: list[_Row] = []
         for number, clause in enumerate(clauses):
-            for row in self._clause(clause):
+            stated = [replace(clause, phrases=(clause.state,), place=None, beside=None)] if clause.state is not None else []
+            for row in (row for part in (clause, *stated) for row in self._clause(part)):
                 found = [f for f in found if not self._superseded(f, row, clauses, number)]
                 found.append(row)
         if not found:
@@ -234,6 +236,7 @@ class _Reading:
             raise Refusal(UNREAD, f"'{clause.said}' is said of another kind of place")
         if len(places.names) > 1 and not places.any:
             raise Refusal(OPEN, f"'{places.said}' are {listed(list(places.names), 'and')}; say which thing goes where")
+        self._check_there(clause, phrase, themes, places)
         goals = []
         for theme in themes.names:
             ways = [self._said(phrase, (theme, p)) for p in places.names if thing_of(p) != theme]
@@ -245,6 +248,17 @@ class _Reading:
         origins = [(clause.said, _verb_of(phrase)), (clause.theme.said, how[0])]
         origins += [(clause.place.said, how[1])] if clause.place is not None else []
         return self._rows(clause, phrase, goals, themes.any, tuple(origins))
+
+    def _check_there(self, clause: Clause, phrase: GoalPhrase, themes: Referents, places: Referents) -> None:
+        """Refuse to take things from where none of them is, or was put before."""
+        if not meaningful(phrase, self._its, themes.names[0], places.names[0]):
+            return
+        condition = phrase.meaning(self._its.scene, themes.names[0], places.names[0])
+        if condition.needs or not condition.without or clause.said == spoken(clause.words) or {*themes.names} & self._mentions.put:
+            return
+        if not any(self._its.anywhere(t, thing_of(p)) for t in themes.names for p in places.names):
+            at = f"is not on or in {listed([*places.names])}"
+            raise Refusal(FALSE, f"{listed([*themes.names], 'and')} {at}, so it cannot be taken from there")
 
     def _spots(self, clause: Clause, themes: Referents) -> list[_Row]:
         """Goals beside or under things."""

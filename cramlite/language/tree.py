@@ -75,6 +75,7 @@ class Clause(Value):
         amount: with its unit; "" for none.
         beside: a further relation of the place: "on the table next to the plate".
         later: whether it is to be done after the ones before.
+        state: how the theme shall be there, as a goal phrase of it alone: "put the cup upside down onto the tray".
     """
 
     said: str
@@ -86,3 +87,4 @@ class Clause(Value):
     amount: str = ""
     beside: Link | None = None
     later: bool = False
+    state: GoalPhrase | None = None

@@ -9,6 +9,7 @@ the same, as goals have it, `off` is `not on`, and a class of things is all thei
 from __future__ import annotations
 
 import argparse
+import re
 import sys
 import time
 from collections.abc import Iterable
@@ -35,7 +36,7 @@ def plain(goals: Iterable[str], scene: SymbolicWorld) -> set[str]:
 
 
 def _named(goal: str, scene: SymbolicWorld) -> list[str]:
-    words = goal.split()
+    words = re.sub(r"(\d+) cm", lambda found: f"{found[1]}0 mm", goal).split()
     if "off" in words:
         words = ["not", *("on" if w == "off" else w for w in words)]
     if words[0] != "each":

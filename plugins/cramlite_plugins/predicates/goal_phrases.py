@@ -199,7 +199,8 @@ TURN = "turn|switch|set|flip|make|get"
 HELD = (GoalPhrase("THING held", _held, asked=(f"{HOLD} THING",), about=_loose),)
 ON_OR_OFF = (
     GoalPhrase(
-        "THING on PLACE", _on, STANDS, (f"{BRING} THING {UPON} PLACE", "hang|suspend THING from PLACE", OPEN_WAY), _loose, _is_level
+        "THING on PLACE", _on, STANDS, (f"{BRING}|thread|hook THING {UPON} PLACE", "hang|suspend THING from PLACE", OPEN_WAY), _loose,
+        _is_level,
     ),
     GoalPhrase("THING on PLACE within AMOUNT", _amid, STANDS),
     GoalPhrase("THING off PLACE", _off, STANDS, (f"{TAKE} THING {OFF} PLACE",), _loose),
