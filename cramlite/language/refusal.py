@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-UNREAD, UNKNOWN, FALSE, OPEN = range(4)
-"""How far a reading came before it was refused: not through the sentence; words that name nothing; what is not so in the scene; what may be
-several things."""
+UNREAD, UNKNOWN, FALSE, ABSENT, OPEN = range(5)
+"""How far a reading came before it was refused: not through the sentence; words that name nothing; what is not so in the scene; things that
+are not where they are to be taken from; what may be several things."""
 
 
 class Refusal(Exception):

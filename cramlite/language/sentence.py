@@ -17,7 +17,7 @@ from .labels import Labels
 from .nouns import spoken
 from .places import Places, meaningful
 from .reference import Mentions, Referents, Resolver
-from .refusal import FALSE, OPEN, UNKNOWN, UNREAD, Refusal, listed
+from .refusal import ABSENT, FALSE, OPEN, UNKNOWN, UNREAD, Refusal, listed
 from .space import Space, view_of
 from .tree import Clause, Link
 
@@ -258,7 +258,7 @@ class _Reading:
             return
         if not any(self._its.anywhere(t, thing_of(p)) for t in themes.names for p in places.names):
             at = f"is not on or in {listed([*places.names])}"
-            raise Refusal(FALSE, f"{listed([*themes.names], 'and')} {at}, so it cannot be taken from there")
+            raise Refusal(ABSENT, f"{listed([*themes.names], 'and')} {at}, so it cannot be taken from there")
 
     def _spots(self, clause: Clause, themes: Referents) -> list[_Row]:
         """Goals beside or under things."""

@@ -65,7 +65,7 @@ def main() -> None:
     options = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     add_figure(options)
     asked = options.parse_args()
-    hits = {"goal": [], "refused": []}  # type: dict[str, list[bool]]
+    hits: dict[str, list[bool]] = {"goal": [], "refused": []}
     misread, cpu = 0, 0.0
     for name, entries in yaml.safe_load(SENTENCES.read_text()).items():
         engine = Engine()
