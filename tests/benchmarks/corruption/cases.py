@@ -14,6 +14,7 @@ from . import (
     handling,
     handling_harmless,
     harmless,
+    latest,
     letting_go,
     meanings,
     order,
@@ -38,11 +39,15 @@ SEALED = (*sealed.RULES, *sealed_harmless.RULES)
 FRESH = (*protections.RULES, *handling.RULES, *handling_harmless.RULES)
 """Rules that were written later, again without a look at the judges."""
 
+LATEST = latest.RULES
+"""Rules that were written last, by an auditor who had not read the judges."""
+
 RULES: Mapping[str, tuple[Rule, ...]] = {
     "open": OPEN,
     "fresh": FRESH,
+    "latest": LATEST,
     "sealed": SEALED,
-    "all": (*OPEN, *FRESH, *SEALED),
+    "all": (*OPEN, *FRESH, *LATEST, *SEALED),
 }
 """Rules by the name of their set."""
 
