@@ -75,6 +75,8 @@ def test_a_problem_too_large_for_its_translator_is_refused_with_what_to_try(monk
 
 
 PARENT = """
+import signal
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background jobs ignore it
 from cramlite.planning.pddl import PddlText
 from cramlite.planning.symbolic_planner import fast_downward
 fast_downward(PddlText({domain!r}, {problem!r}, {{}}, {{}}))
