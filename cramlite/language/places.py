@@ -129,7 +129,8 @@ class Places:
         if len(within) == 1:
             return str(EntityName(name, within[0]))
         if len(within) > 1:
-            raise Refusal(OPEN, f"'{noun.said}' has several places inside: {listed([f'{name}/{n}' for n in within], 'and')}; say which")
+            places = listed([str(EntityName(name, n)) for n in within], "and")
+            raise Refusal(OPEN, f"'{noun.said}' has several places inside: {places}; say which")
         its = self._its.scene.world
         if any(self._inward(f) for f in its.thing(name).features):
             return name
