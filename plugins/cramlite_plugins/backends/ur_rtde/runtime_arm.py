@@ -59,7 +59,10 @@ def log(text: str) -> None:
 
 def gone(reason: str) -> None:
     """End the program at once where the robot is gone: the end of ur_rtde would wait for it, or abort this process."""
-    log(f"cramlite abort: {reason}")
+    out, silent = os.dup(1), os.open(os.devnull, os.O_WRONLY)
+    for stream in (1, 2):  # threads of ur_rtde print until the process ends, also in the middle of a line
+        os.dup2(silent, stream)
+    os.write(out, f"\ncramlite abort: {reason}\n".encode())
     os._exit(1)
 
 
