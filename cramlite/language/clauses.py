@@ -1,4 +1,4 @@
-"""The grammar of what is asked: imperatives, passives and wishes, in any order of their parts, joined by "and" and "then"."""
+"""Grammar of requests: imperatives, passives and wishes, in any order of their parts, joined by "and" and "then"."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class ClauseParser:
                 yield from self._rest(behind, (*before, replace(clause, later=later)))
 
     def _polite(self, at: int) -> tuple[int, bool]:
-        """Where what is asked begins, and whether it is said to come later."""
+        """Start of a request, and whether it is said to come later."""
         start, later = at, False
         while start < len(self.words):
             found = starts(self.words, start, english.POLITE)
@@ -95,21 +95,21 @@ class ClauseParser:
                 yield from self._place_first(frame, verb, end)
 
     def _purpose(self, theme: Noun, at: int) -> Iterator[Found]:
-        """What a theme is moved for: "turn the cup so that it is upside down"."""
+        """Purpose of a move of a theme: "turn the cup so that it is upside down"."""
         if self.words[at : at + 2] in (("so", "that"), ("such", "that")):
             for stands, end in self._nouns.nouns(at + 2):
                 for begin in starts(self.words, end, english.BE) if stands.pronoun else ():
                     yield from self._predicates(theme, begin)
 
     def _named(self, at: int) -> Iterator[Found]:
-        """Things that are only named, for what follows: "find the cup and ...", "the cup: ..."."""
+        """Things that are only named, for the words behind them: "find the cup and ...", "the cup: ..."."""
         for start in (*starts(self.words, at, english.PREPARE), at):
             for noun, end in self._nouns.nouns(start):
                 if start != at or self.words[end : end + 1] in ((",",), (":",)):
                     yield Clause("", (), noun), end
 
     def _complements(self, frame: Frame, verb: Words, theme: Noun, at: int) -> Iterator[Found]:
-        """What follows a verb and its theme."""
+        """Complements behind a verb and its theme."""
         if frame.amount:
             yield from self._amounts(frame, verb, theme, at)
         elif frame.place:
@@ -214,7 +214,7 @@ class ClauseParser:
                     yield from self._predicates(theme, begin)
 
     def _predicates(self, theme: Noun, at: int) -> Iterator[Found]:
-        """What is said of a theme: "open", "on the plate", "put into the basket"."""
+        """Predicate of a theme: "open", "on the plate", "put into the basket"."""
         begins = [at, at + 1] if at < len(self.words) and self.words[at] in english.PLACED else [at]
         for begin in begins:
             if begin == at and self.words[at : at + 1] == ("from",):

@@ -28,7 +28,7 @@ def _set(name: str) -> frozenset[str]:
 
 
 def _by_word(name: str) -> dict[str, Any]:
-    """Word -> what it stands for, of a table that lists the words of each."""
+    """Word -> its meaning, of a table that lists the words of each meaning."""
     return {word: meaning for meaning, words in _TABLES[name].items() for word in words.split()}
 
 

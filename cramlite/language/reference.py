@@ -1,4 +1,4 @@
-"""Descriptions become things of the scene; what may be several, or is none, is refused with candidates and numbers."""
+"""Descriptions become things of the scene; an ambiguous or empty one is refused with candidates and numbers."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class Referents(Value):
 
 
 class Mentions(Value):
-    """What was named before.
+    """Things that were named before.
 
     Args:
         themes, places: of each clause, the first one first.
@@ -115,13 +115,13 @@ class Resolver:
         return self._placed(found, noun, mentions)
 
     def holds(self, preposition: Words, thing: str, place: str) -> bool:
-        """Check whether a thing is at a place, by the goal phrases of a preposition; what is in a part is in the whole."""
+        """Check whether a thing is at a place, by the goal phrases of a preposition; contents of a part are contents of the whole."""
         mounted = [t.name for t in self.scene.world.things if t.joint is not None and t.joint.parent == place]
         phrases, wheres = self.frames.of_preposition(preposition), [at for at in (place, *mounted) if at != thing]
         return any(self._so(p.meaning, thing, at) for p in phrases for at in wheres)
 
     def _so(self, meaning: Callable[..., object], *things: str) -> bool:
-        """Whether what a goal phrase asks for holds now."""
+        """Whether the state of a goal phrase holds now."""
         from ..interpretation.fluents import GoalCondition
 
         try:
@@ -157,7 +157,7 @@ class Resolver:
         raise self._unknown(noun, [n for n in every if fits[n]])
 
     def _layers(self, noun: Noun, about: About, mentions: Mentions) -> list[str]:
-        """Parts of what a description is of: "the top layer of the cabinet" is a drawer."""
+        """Parts of the referent of a description: "the top layer of the cabinet" is a drawer."""
         owners = [n for k in noun.links if k.relation == "of" for n in self.pool(k.nouns[0], _anything, mentions)]
         found = [n for n in owners if about(n) and self.scene.world.thing(n).joint is not None] or self._parts(owners, about)
         if not found:
@@ -289,7 +289,7 @@ class Resolver:
         return found
 
     def _on_whole(self, names: list[str], noun: Noun, link: Link, mentions: Mentions) -> tuple[list[str], str]:
-        """Things on what a side is of: "on the left side of the table"."""
+        """Things on the referent of a side: "on the left side of the table"."""
         wholes = self.pool(link.nouns[0], _anything, mentions)
         found = [n for n in names if any(n != w and self.space.gap(n, w) == 0 for w in wholes)]
         if not found:
@@ -314,7 +314,7 @@ class Resolver:
         return Referents(noun.said, tuple(names))
 
     def _which(self, noun: Noun, names: list[str]) -> str:
-        """Question which of several things is meant, with what would tell them apart."""
+        """Question which of several things is meant, with the properties that would tell them apart."""
         kind = noun.words[-1] if noun.words else "one"
         tell = [s for s in ("left", "right", "front", "back", "top", "bottom") if len(self.space.most(names, s)) == 1]
         said = f"'the {tell[0]} {singular(kind)}'" if tell else f"its name, '{names[0]}'"
@@ -349,7 +349,7 @@ def _anything(_name: str) -> bool:
 
 
 def _unpacked(noun: Noun) -> Noun:
-    """A description by what a product comes in, as one of the product: "a can of soup"."""
+    """A description by its packaging, as one of the product: "a can of soup"."""
     if not noun.words or singular(noun.words[-1]) not in PACKAGES or singular(noun.words[-1]) in REGIONS:
         return noun
     for k, link in enumerate(noun.links):

@@ -1,4 +1,4 @@
-"""A sentence becomes goals: every reading of the grammar is tried on the scene; what only one of them makes sense of is understood."""
+"""A sentence becomes goals: every reading of the grammar is tried on the scene; the only one that makes sense is understood."""
 
 from __future__ import annotations
 
@@ -326,7 +326,7 @@ class _Reading:
         return apart and bool(self._fluents.clash(self._its.scene, one, other))
 
     def _meaning(self, row: _Row) -> GoalCondition | None:
-        """What a goal asks for; None where it leaves something open."""
+        """State that a goal asks for; None where it leaves something open."""
         names = [w for w in row.literal.goal.split() if thing_of(w) in self._its.scene.types]
         slots = len([w for w in row.phrase.form.split() if w.isupper()])
         things = [names[0], row.clause.amount] if row.clause.amount else names[:slots]

@@ -1,4 +1,4 @@
-"""What a sentence says before anybody looks at the scene: descriptions of things, and what is asked of them."""
+"""Content of a sentence before anybody looks at the scene: descriptions of things, and requests about them."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ class Noun(Value):
 
 
 class Clause(Value):
-    """What is asked for of things.
+    """Request about things.
 
     Args:
         said: its words, without those of its descriptions.

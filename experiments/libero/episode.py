@@ -1,4 +1,4 @@
-"""One episode of LIBERO as a scenario: what the judge says of its world, in the words of cramlite."""
+"""One episode of LIBERO as a scenario: the answers of the judge about its world, in the words of cramlite."""
 
 from __future__ import annotations
 

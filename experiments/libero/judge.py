@@ -165,7 +165,7 @@ class Judge:
         }  # fmt: skip
 
     def read(self) -> dict[str, Any]:
-        """Return the poses of what can be moved, by body, and the goal where another one is asked for; of suites with changes alone."""
+        """Return the poses of movable things, by body, and the goal where another one is asked for; of suites with changes alone."""
         if self.change is None:
             return {}
         env, data = self.env.env, self.env.sim.data
