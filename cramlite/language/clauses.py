@@ -39,12 +39,25 @@ class ClauseParser:
         """Generate the readings of the whole sentence, the likelier ones first."""
         yield from islice(self._rest(0, ()), MOST)
 
+    def elliptic(self) -> Iterator[tuple[Clause, ...]]:
+        """Generate the readings of a sentence without any verb: "all blocks on the tray, the tin in the bowl"."""
+        yield from islice(self._without_verbs(0, ()), MOST)
+
+    def _without_verbs(self, at: int, before: tuple[Clause, ...]) -> Iterator[tuple[Clause, ...]]:
+        start, _ = self._polite(at)
+        if start >= len(self.words) and before:
+            yield before
+            return
+        for clause, end in self._brief(start):
+            for behind in self._closed(end):
+                yield from self._without_verbs(behind, (*before, clause))
+
     def _rest(self, at: int, before: tuple[Clause, ...]) -> Iterator[tuple[Clause, ...]]:
         start, later = self._polite(at)
         if start >= len(self.words) and before:
             yield before
             return
-        for clause, end in (*self._clauses(start), *self._gapped(start, before)):
+        for clause, end in (*self._clauses(start), *self._gapped(start, before), *self._brief(start, toward=True)):
             self.farthest = max(self.farthest, end)
             for behind in self._closed(end):
                 yield from self._rest(behind, (*before, replace(clause, later=later)))
@@ -200,9 +213,14 @@ class ClauseParser:
 
     def _gapped(self, at: int, before: tuple[Clause, ...]) -> Iterator[Found]:
         """A clause without its verb, which is that of the one before: "and the sauce in the tray"."""
-        for frame in self.frames.placing:
-            if before and before[-1].place is not None and frame.region:
-                for theme, end in self._nouns.nouns(at):
+        if before and before[-1].place is not None:
+            yield from self._brief(at)
+
+    def _brief(self, at: int, *, toward: bool = False) -> Iterator[Found]:
+        """A clause without a verb, "the tin into the bowl"; ``toward``: with a preposition of a destination alone."""
+        for frame in self.frames.placing if at < len(self.words) else ():
+            for theme, end in self._nouns.nouns(at) if frame.region else ():
+                if not toward or self.words[end : end + 1] in english.TOWARD:
                     yield from self._places(frame, (), theme, end)
 
     def _wished(self, at: int) -> Iterator[Found]:
@@ -210,6 +228,8 @@ class ClauseParser:
         for start in (*starts(self.words, at, english.WISH), at):
             for theme, end in self._nouns.nouns(start):
                 been = starts(self.words, end, english.BE)
+                for begin in starts(self.words, end, english.NOT_BE):
+                    yield from ((replace(clause, denied=True), last) for clause, last in self._predicates(theme, begin))
                 for begin in (*been, *((end,) if start != at else ())):
                     yield from self._predicates(theme, begin)
 

@@ -192,7 +192,7 @@ class Places:
             if len(low) != 1:
                 raise Refusal(FALSE, f"under {name} is no region that a goal could name; say on, in or next to which thing it shall be")
             places.append(str(EntityName(name, low[0])))
-        return Referents(noun.said, tuple(places), found.any)
+        return Referents(noun.said, tuple(places), found.some)
 
     # Beside
 

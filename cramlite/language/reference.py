@@ -32,12 +32,17 @@ class Referents(Value):
     Args:
         said: the description.
         names: of the things.
-        any: whether one of them will do.
+        some: how many of them will do; 0 where all are meant.
     """
 
     said: str
     names: tuple[str, ...]
-    any: bool = False
+    some: int = 0
+
+    @property
+    def listed(self) -> str:
+        """Their names, as people list them."""
+        return listed([*self.names], "or" if self.some else "and")
 
 
 class Mentions(Value):
@@ -87,7 +92,7 @@ class Resolver:
         if noun.members:
             members = [self.things(m, about, mentions) for m in noun.members]
             names = tuple(dict.fromkeys(n for m in members for n in m.names))
-            return Referents(noun.said, names, any=noun.joined == "or")
+            return Referents(noun.said, names, some=int(noun.joined == "or"))
         if noun.pronoun:
             return self._meant_before(noun, about, mentions)
         found = self.pool(noun, about, mentions)
@@ -301,19 +306,21 @@ class Resolver:
     def _counted(self, noun: Noun, names: list[str]) -> Referents:
         count = noun.count
         if noun.quantity == "a":
-            return Referents(noun.said, tuple(names), any=len(names) > 1)
+            return Referents(noun.said, tuple(names), some=int(len(names) > 1))
         if noun.quantity == "all" or (noun.quantity == "the" and noun.several):
             if (count and len(names) != count) or (noun.quantity == "all" and count == 2 and len(names) != 2):
                 places = listed([self.space.place(n) for n in names], "and")
                 raise Refusal(FALSE, f"'{noun.said}' are {count}, but there are {len(names)}: {places}")
             return Referents(noun.said, tuple(names))
+        if noun.quantity == "number" and len(names) > count:
+            return Referents(noun.said, tuple(names), some=count)
         if len(names) > max(count, 1):
-            raise Refusal(OPEN, self._which(noun, names))
+            raise Refusal(OPEN, self.which(noun, names))
         if len(names) < count:
             raise Refusal(FALSE, f"'{noun.said}' are {count}, but there is only {listed(names, 'and')}")
         return Referents(noun.said, tuple(names))
 
-    def _which(self, noun: Noun, names: list[str]) -> str:
+    def which(self, noun: Noun, names: list[str]) -> str:
         """Question which of several things is meant, with the properties that would tell them apart."""
         kind = noun.words[-1] if noun.words else "one"
         tell = [s for s in ("left", "right", "front", "back", "top", "bottom") if len(self.space.most(names, s)) == 1]
