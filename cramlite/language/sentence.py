@@ -339,6 +339,8 @@ class _Reading:
         one, other = (self._meaning(r) for r in (before, row))
         if one is None or other is None:
             return False
+        if row.clause.theme.pronoun and before.clause.said == spoken(before.clause.words) and one.needs and one.needs <= self._its.facts:
+            return True  # "the tin is on the tray: pick it up" says where it is
         means = not one.needs or any(self._fluents[f[0]].in_hand for f in one.needs)
         if means and (other.needs or other.shown):
             return True

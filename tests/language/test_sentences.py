@@ -56,6 +56,8 @@ def goals(name: str, sentence: str, view: str = "") -> tuple[str, ...]:
         ("put the tin in the basket before closing the drawer", ["tin in basket", "drawer closed"]),
         ("it would be great if you could put the tin in the basket", ["tin in basket"]),
         ("put the cube in front of the red cube in the basket", ["blue in basket"]),
+        ("The mug is on the floor, please put it on the tray.", ["mug on tray"]),
+        ("The red block is on the floor: pick it up.", ["red held"]),
         ("The mug onto the tray, then shut the drawer.", ["mug on tray", "drawer closed"]),
         ("mug on the tray, tin in the basket please", ["mug on tray", "tin in basket"]),
         ("the tin called tin into the basket", ["tin in basket"]),
