@@ -209,7 +209,7 @@ def test_an_arm_that_brakes_waits_until_what_is_read_rests(lies: int, least: int
     arm, alarm = Falling(lies), Alarm()
     ran = stream(loaded, UR5E, arm, alarm)
     assert ran.outcome == "noticed" and least <= arm.steps <= most
-    assert np.abs(arm.speed).max() < 0.05, "it stands still"
+    assert np.abs(arm.speed).max() < 0.2, "it stands still"
     assert alarm.last is not None and (alarm.last.poses or {})["cup"].position[2] == pytest.approx(0.005 * max(0, lies - arm.steps))
 
 
