@@ -21,7 +21,7 @@ def prepare(engine: Engine, scene: dict[str, Any], hello: Hello, folder: Path, t
     if abs(turn[0]) < 0.999999:
         raise UserError(f"The robot's base is turned by the quaternion {turn}; all of LIBERO's stand straight.")
     return scene_setting(
-        engine, folder, scene, hello, lambda things: goal_sentences(scene, things), twins,
+        engine, folder, scene, hello, lambda setting: goal_sentences(scene, setting.world.things), twins,
         robot={"type": "libero_panda", "at": {"position": [x, y, z]}},
         limits=STRICT if scene.get("strict") else {"advisory": ["bystanders"], "may_push": True},  # LIBERO does not ask about them
     )  # fmt: skip

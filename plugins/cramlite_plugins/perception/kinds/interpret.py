@@ -21,7 +21,7 @@ from ..pose.prior import Alignment, Prior
 from ..pose.score import ENOUGH, Scores, score_poses
 from ..pose.starts import scene_clouds, slid, starts_for
 from ..segmentation.clean import voxel_components
-from .agreement import Picture, agreement
+from .agreement import Picture, agreement, edged
 from .appearance import Appearance, histogram, likeness
 
 ANY = Prior()
@@ -122,10 +122,22 @@ def _whole_or_split(scene: Scene, mask: Mask) -> Part:
     if whole.score < scene.limits["good"] and int(mask.sum()) >= 3 * scene.limits["pixels"]:
         least = max(scene.limits["good"], whole.score + scene.limits["gain"])
         for number in (2, 3):
-            found = max(_partial(scene, mask, number), key=lambda r: r.score, default=None)
-            if found is not None and found.score >= least:
-                return _claimed(scene, Part(mask, (found,)))
+            for found in sorted(_partial(scene, mask, number), key=lambda r: -r.score):
+                if found.score < least:
+                    break
+                part = _claimed(scene, Part(mask, (found,)))
+                if _stands_out(scene, mask, part, whole.score):
+                    return part
     return _claimed(scene, whole)
+
+
+def _stands_out(scene: Scene, mask: Mask, part: Part, whole: float) -> bool:
+    """Whether a part of a cluster ends where an edge is, and explains more than the whole cluster as one thing does, where that
+    explains it at all."""
+    first = part.readings[0]
+    if whole >= scene.limits["bad"] and first.score * part.mask.sum() < whole * mask.sum():
+        return False
+    return edged(scene.picture, mask, first.appearance, first.pose) >= scene.limits["edged"]
 
 
 def _partial(scene: Scene, mask: Mask, number: int) -> Iterator[Reading]:
