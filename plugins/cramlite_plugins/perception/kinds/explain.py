@@ -71,11 +71,13 @@ def _explanation(segment: Any, part: Part, limits: Mapping[str, float]) -> Expla
     """Probabilities by Bayes' rule over the models' best scores and "none", with equal priors."""
     import numpy as np
 
+    from .interpret import rarity
+
     best: dict[str, Reading] = {}
     for reading in part.readings:
         best.setdefault(reading.appearance.model.name, reading)
     names = ["", *best]
-    scores = np.array([limits["none"], *(r.score for r in best.values())])
+    scores = np.array([limits["none"] * rarity(part.mask, limits), *(r.score for r in best.values())])
     weights = np.exp((scores - scores.max()) / limits["doubt"])
     shares = weights / weights.sum()
     order = sorted(range(len(names)), key=lambda k: (-shares[k], names[k]))
@@ -167,6 +169,8 @@ def experts() -> Iterable[Expert]:
         Parameter("gain", 0.05, "by which several things must explain more than one"),
         Parameter("edged", 0.5, "of the outline of one of several things that touch: faces of two may be alike for a part of it"),
         Parameter("owns_m", 0.003, "beside what depth noise explains"),
+        Parameter("small", 1500, "pixels: a carton at 0.9 m; larger parts are explained by chance less often"),
+        Parameter("rarer", 0.25, "power of the number of pixels with which a chance fit gets rarer"),
         Parameter("none", 0.40, "score that a wrong model reaches by chance"),
         Parameter("doubt", 0.04, "difference of scores by which a model is e times likelier"),
         Parameter("full", 0.60, "score of a right model in full view"),
