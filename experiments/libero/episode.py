@@ -24,7 +24,7 @@ def prepare(
     if abs(turn[0]) < 0.999999:
         raise UserError(f"The robot's base is turned by the quaternion {turn}; all of LIBERO's stand straight.")
     return scene_setting(
-        engine, folder, scene, hello, lambda things: goal_sentences(scene, things), twins, now,
+        engine, folder, scene, hello, lambda setting: goal_sentences(scene, setting.world.things), twins, now,
         robot={"type": "libero_panda", "at": {"position": [x, y, z]}},
         limits=STRICT if scene.get("strict") else {"advisory": ["bystanders"], "may_push": True},  # LIBERO does not ask about them
     )  # fmt: skip
