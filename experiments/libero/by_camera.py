@@ -11,7 +11,7 @@ from typing import Any
 from msgspec import json
 
 from cramlite import Engine, Setting, UserError
-from cramlite.model import Pose, RobotMount, Thing
+from cramlite.model import Pose, RobotMount, Thing, World
 from cramlite.planning.spoken_goals import understand
 from cramlite_plugins.judges.judge_process import PATIENCE
 from cramlite_plugins.judges.judged_scene import scene_setting
