@@ -315,6 +315,15 @@ def test_a_knob_is_on_from_a_fifth_of_its_range() -> None:
         assert finding.passed is on and denied.passed is not on and off.passed is (share == 0.0)
 
 
+def test_a_knob_is_off_at_its_stop() -> None:
+    """And not where one that sprang back from it glides on; pressed, it is beyond."""
+    for share, off in ((-0.0005, True), (0.0, True), (0.0008, True), (0.0013, False), (0.02, False)):
+        run = settled(knob("k", Pose((0.7, 0, 0.3)), turn=1.5))
+        run = replace(run, values={"k": np.full(len(run.times), 1.5 * share)})
+        (finding,) = judged(run, "k turned off")
+        assert finding.passed is off, (share, finding.reason)
+
+
 def test_what_is_denied_must_not_hold() -> None:
     still = settled(*IN)
     out, inside = judged(still, "not tin on floor", "not tin in basket")
