@@ -1,4 +1,4 @@
-"""One episode of LIBERO as a scenario: what the judge says of its world, in the words of cramlite."""
+"""One episode of LIBERO as a scenario: the answers of the judge about its world, in the words of cramlite."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def prepare(
     if abs(turn[0]) < 0.999999:
         raise UserError(f"The robot's base is turned by the quaternion {turn}; all of LIBERO's stand straight.")
     return scene_setting(
-        engine, folder, scene, hello, lambda things: goal_sentences(scene, things), twins, now,
+        engine, folder, scene, hello, lambda setting: goal_sentences(scene, setting.world.things), twins, now,
         robot={"type": "libero_panda", "at": {"position": [x, y, z]}},
         limits=STRICT if scene.get("strict") else {"advisory": ["bystanders"], "may_push": True},  # LIBERO does not ask about them
     )  # fmt: skip

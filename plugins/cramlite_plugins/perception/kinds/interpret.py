@@ -1,4 +1,4 @@
-"""What a cluster of points is: known models at poses, in any attitude, with probabilities; touching things are told apart."""
+"""Interpretation of a cluster of points: known models at poses, in any attitude, with probabilities; touching things are told apart."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from ..pose.prior import Alignment, Prior
 from ..pose.score import ENOUGH, Scores, score_poses
 from ..pose.starts import scene_clouds, slid, starts_for
 from ..segmentation.clean import voxel_components
-from .agreement import Picture, agreement
+from .agreement import Picture, agreement, edged
 from .appearance import Appearance, histogram, likeness
 
 ANY = Prior()
@@ -64,7 +64,7 @@ class Part(Value, eq=False):
 
 
 class Scene(Value, eq=False):
-    """What interpretation needs: the picture, points (height, width, 3) in the world [m], appearances and limits."""
+    """Input of interpretation: the picture, points (height, width, 3) in the world [m], appearances and limits."""
 
     picture: Picture
     points: Floats
@@ -80,11 +80,21 @@ def interpreted(scene: Scene, front: Mask) -> list[Part]:
         mask, depth = open_.pop(0)
         checkpoint()
         part = _whole_or_split(scene, mask)
-        if part.score >= scene.limits["bad"] and depth < scene.limits["again"]:
+        if part.score >= bad(part.mask, scene.limits) and depth < scene.limits["again"]:
             rest = clusters(scene, mask & ~part.mask)
             open_ += [(m, depth + 1) for m in rest if _extent(scene, m) > scene.limits["least_m"]]
         parts.append(part)
     return parts
+
+
+def rarity(mask: Mask, limits: Mapping[str, float]) -> float:
+    """Return how seldom a wrong model fits a part by chance, 1 for a small one: the more is to be explained, the seldomer."""
+    return float(min(1.0, (limits["small"] / max(1, int(mask.sum()))) ** limits["rarer"]))
+
+
+def bad(mask: Mask, limits: Mapping[str, float]) -> float:
+    """Return the score below which a model does not explain a part."""
+    return limits["bad"] * rarity(mask, limits)
 
 
 def clusters(scene: Scene, front: Mask) -> list[Mask]:
@@ -119,13 +129,25 @@ def _extent(scene: Scene, mask: Mask) -> float:
 def _whole_or_split(scene: Scene, mask: Mask) -> Part:
     """A cluster as one thing; as one of several that touch, where that explains its own part better."""
     whole = read(scene, mask, _ranked(scene, mask))
-    if whole.score < scene.limits["good"] and int(mask.sum()) >= 3 * scene.limits["pixels"]:
+    if whole.score < scene.limits["good"] * rarity(mask, scene.limits) and int(mask.sum()) >= 3 * scene.limits["pixels"]:
         least = max(scene.limits["good"], whole.score + scene.limits["gain"])
         for number in (2, 3):
-            found = max(_partial(scene, mask, number), key=lambda r: r.score, default=None)
-            if found is not None and found.score >= least:
-                return _claimed(scene, Part(mask, (found,)))
+            for found in sorted(_partial(scene, mask, number), key=lambda r: -r.score):
+                if found.score < least:
+                    break
+                part = _claimed(scene, Part(mask, (found,)))
+                if _stands_out(scene, mask, part, whole.score):
+                    return part
     return _claimed(scene, whole)
+
+
+def _stands_out(scene: Scene, mask: Mask, part: Part, whole: float) -> bool:
+    """Whether a part of a cluster ends where an edge is, and explains more than the whole cluster as one thing does, where that
+    explains it at all."""
+    first = part.readings[0]
+    if whole >= bad(mask, scene.limits) and first.score * part.mask.sum() < whole * mask.sum():
+        return False
+    return edged(scene.picture, mask, first.appearance, first.pose) >= scene.limits["edged"]
 
 
 def _partial(scene: Scene, mask: Mask, number: int) -> Iterator[Reading]:
@@ -187,7 +209,7 @@ def read(scene: Scene, mask: Mask, ranked: Sequence[Reading]) -> Part:
     least = max(limits["hopeless"], limits["near"] * ranked[0].score) if ranked else 1.0
     tried = [q.appearance for q in ranked[: int(limits["models"])] if q.score >= least]
     found = [r for a in tried for r in _full(scene, mask, a, _standing(a))]
-    if max((r.score for r in found), default=0.0) < limits["bad"]:
+    if max((r.score for r in found), default=0.0) < bad(mask, limits):
         any_way = [q for a in [r.appearance for r in ranked[:3]] if (q := _quick(scene, mask, a, ANY)) is not None]
         first = max(any_way, key=lambda q: q.score, default=None)
         if first is not None and first.score >= limits["hopeless"]:
@@ -320,7 +342,7 @@ def _batch(scene: Scene, poses: Sequence[Pose]) -> PoseBatch:
 
 def _claimed(scene: Scene, part: Part) -> Part:
     """A part with the pixels that its best reading explains; as it is without any."""
-    if not part.readings or part.score < scene.limits["bad"]:
+    if not part.readings or part.score < bad(part.mask, scene.limits):
         return part
     first, mask, view = part.readings[0], part.mask, scene.picture.view
     local = first.pose.inverse().apply(scene.points[mask])
