@@ -175,7 +175,8 @@ class Engine:
 
         Args:
             goal: a scenario, or its reading.
-            now: the world as it really is by now, where it is no longer as the scenario has it; only a camera is shown it.
+            now: the world as it really is by now, where it is no longer as the scenario has it: its robots, and what they hold; only a
+                camera is shown its things.
             rest: the plan that is left by then: what the camera looks for; by default the scenario's.
             twins: in how many a program is tried before it counts as proven, 0 for the nominal run alone; by default what the
                 scenario says, or 8.

@@ -79,7 +79,7 @@ TO_DO: Mapping[Deviation, str] = {
 
 
 class Stretch(Value):
-    """Executed stretch: a run, what was noticed, and the decision.
+    """Executed stretch: a run, its notice, and the decision.
 
     Args:
         round: the run, with its program and ``rollout``.
@@ -95,7 +95,7 @@ class Stretch(Value):
 
     @property
     def to_do(self) -> str:
-        """What a person could do about the notice, as a clause; "" without one."""
+        """Remedy of a notice by a person, as a clause; "" without one."""
         return TO_DO[self.notice.kind] if self.notice else ""
 
 

@@ -156,7 +156,7 @@ class Driver(Backend, Protocol):
     """Backend that also drives a robot with its text: by a process that answers for the robot."""
 
     def drive(self, text: str, robot: Robot, command: Sequence[str]) -> Rollout:
-        """Start a process by its command, run a text on its robot, and return what the robot felt; no thing is in the rollout's world.
+        """Start a process by its command, run a text on its robot, and return its measured forces; no thing is in the rollout's world.
 
         Raises:
             UserError: the text cannot be driven, or the process does not answer as it must.

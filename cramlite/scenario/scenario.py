@@ -1,4 +1,4 @@
-"""Scenario files: YAML that says what to start from, which robot acts, and what is in its world."""
+"""Scenario files: YAML of a start, a robot and its world."""
 
 from __future__ import annotations
 

@@ -11,7 +11,7 @@ from typing import Any
 from msgspec import json
 
 from cramlite import Engine, Setting, UserError
-from cramlite.model import Pose, RobotMount, Thing
+from cramlite.model import Pose, RobotMount, Thing, World
 from cramlite.planning.spoken_goals import understand
 from cramlite_plugins.judges.judge_process import PATIENCE
 from cramlite_plugins.judges.judged_scene import scene_setting
@@ -59,7 +59,7 @@ class LiberoByCamera(Libero):
         """Return the colours of what the camera sees now, as PNG."""
         return base64.b64decode(self.ask({"ask": "look"}, self.patience)["rgb"])
 
-    def setting(self, engine: Engine, folder: Path, twins: int) -> tuple[Path, Setting]:
+    def setting(self, engine: Engine, folder: Path, twins: int, now: World | None = None) -> tuple[Path, Setting]:
         """Look, write the scene that is believed since and its scenario, and build its setting: where the sentence is to become true."""
         said = self.ask({"ask": "look"}, self.patience)
         hello = self.hello()
@@ -80,7 +80,7 @@ class LiberoByCamera(Libero):
             return list(understand(self.sentence, scene, engine.knowledge, f"{x:.3f}, {y:.3f}").goals)
 
         return scene_setting(
-            engine, folder, {"xml": xml, "qpos": state}, hello, goal, twins, robot={"type": "libero_panda"},
+            engine, folder, {"xml": xml, "qpos": state}, hello, goal, twins, now, robot={"type": "libero_panda"},
             limits={"advisory": ["bystanders"], "may_push": True},
         )  # fmt: skip
 

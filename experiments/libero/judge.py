@@ -1,8 +1,8 @@
 """LIBERO as a process that judges: it runs in an environment of its own and speaks JSON lines.
 
 Nothing of cramlite is imported here; ``connection.py`` starts it. Requests: ``reset`` (suite, task, state), ``scene``, ``look``,
-``cameras``, ``check``, and those of a robot process (``hello``, ``step``, ``end``; docs/how-to/drive_a_robot.md): its Panda takes deltas of its
-end effector through robosuite's operational space controller, as in the published protocol. A request that cannot be served is
+``cameras``, ``check``, and those of a robot process (``hello``, ``step``, ``end``; docs/how-to/drive_a_robot.md): its Panda takes deltas
+of its end effector through robosuite's operational space controller, as in the published protocol. A request that cannot be served is
 answered with ``error``.
 """
 
@@ -166,7 +166,7 @@ class Judge:
         }  # fmt: skip
 
     def read(self) -> dict[str, Any]:
-        """Return the poses of what can be moved, by body, and the goal where another one is asked for; of suites with changes alone."""
+        """Return the poses of movable things, by body, and the goal where another one is asked for; of suites with changes alone."""
         if self.change is None:
             return {}
         env, data = self.env.env, self.env.sim.data

@@ -38,7 +38,7 @@ def named_kinds() -> dict[str, bool]:
     for suite in SUITES:
         for path in sorted((Path(get_libero_path("bddl_files")) / suite).glob("*.bddl")):
             problem = bddl_utils.robosuite_parse_problem(str(path))
-            found |= {kind: False for kind in problem["objects"]}
+            found |= dict.fromkeys(problem["objects"], False)
             found |= {kind: True for kind in problem["fixtures"] if not kind.endswith(SURROUNDINGS)}
     return dict(sorted(found.items()))
 

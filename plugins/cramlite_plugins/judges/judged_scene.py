@@ -12,6 +12,7 @@ import yaml
 from msgspec.structs import replace
 
 from cramlite import Engine, Setting, read_scenario
+from cramlite.model import World
 
 from ..backends.stream.messages import Hello
 
@@ -27,7 +28,7 @@ SEQUENCES = 3
 
 def scene_setting(
     engine: Engine, folder: Path, scene: Mapping[str, Any], hello: Hello, goal: Callable[[Setting], list[str]], twins: int,
-    **spec: Any,
+    now: World | None = None, **spec: Any,
 ) -> tuple[Path, Setting]:  # fmt: skip
     """Write the scene and the scenario of an episode, and build its setting.
 
@@ -36,6 +37,7 @@ def scene_setting(
         scene: with its MJCF text, ``xml``, and its state, ``qpos``.
         hello: what the robot feels.
         goal: what shall hold in the world of a setting.
+        now: the world as it was read last; what its robot holds stays where it was read.
         spec: further keys of the scenario; ``robot`` at least.
 
     Returns:
@@ -49,7 +51,7 @@ def scene_setting(
     world = {"file": str(folder.resolve() / "scene.xml"), "keyframe": "state", "packages": _assets(scene["xml"])} | absent
     world |= {"noise": NOISE} if hello.poses is not None else {}
     whole = {"scenario": "episode", "world": world, **spec}
-    setting = engine.setting(read_scenario(whole | {"tasks": []}), twins=twins)
+    setting = engine.setting(read_scenario(whole | {"tasks": []}), twins=twins, now=now)
     parts = goal(setting)
     asked = {"budget": {"sequences": SEQUENCES * len(parts), **SEARCH}, "goal": parts}
     scenario = folder / "scenario.yaml"

@@ -76,7 +76,7 @@ def _friction(geoms: tuple[Geom, ...]) -> float:
 
 
 def _geoms(shapes: list[Shaped], mesh: Any, name: str) -> tuple[tuple[Geom, ...], tuple[str, ...]]:
-    """Collision geoms and notes; of a file where nothing collides the convex parts of what is seen."""
+    """Collision geoms and notes; of a file where nothing collides the convex parts of its visible geoms."""
     geoms = tuple(g for s in shapes for g in s.geoms)
     notes = tuple(dict.fromkeys(n for s in shapes for n in s.notes))
     if geoms:

@@ -1,4 +1,4 @@
-"""Agreement of colours between a model at a pose and a picture: what a pixel shows is compared with what is printed there."""
+"""Agreement of colours between a model at a pose and a picture: the colour of a pixel is compared with the print at that point."""
 
 from __future__ import annotations
 

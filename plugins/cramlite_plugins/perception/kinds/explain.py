@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 class Explanation(Value, eq=False):
-    """What explains a segment.
+    """Explanation of a segment.
 
     Args:
         segment: the very segment.

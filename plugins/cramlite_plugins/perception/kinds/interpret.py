@@ -1,4 +1,4 @@
-"""What a cluster of points is: known models at poses, in any attitude, with probabilities; touching things are told apart."""
+"""Interpretation of a cluster of points: known models at poses, in any attitude, with probabilities; touching things are told apart."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ class Part(Value, eq=False):
 
 
 class Scene(Value, eq=False):
-    """What interpretation needs: the picture, points (height, width, 3) in the world [m], appearances and limits."""
+    """Input of interpretation: the picture, points (height, width, 3) in the world [m], appearances and limits."""
 
     picture: Picture
     points: Floats

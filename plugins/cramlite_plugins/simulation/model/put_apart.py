@@ -93,13 +93,12 @@ def _rests(compiled: Compiled, data: Data, world: World, ways_out: list[tuple[st
 
 
 def _at_rest(start: World, read: World, pair: tuple[str, str]) -> dict[str, Pose]:
-    """Poses of what is no longer where it was read when all is at rest, what is held aside; none where a pair is in each other again."""
-    held = {m.holds.thing: start.thing(m.holds.thing).pose for m in start.robots if m.holds}
-    compiled = compile_world(replace(start, robots=()), {})
+    """Poses of what is no longer where it was read when all is at rest, what is held fixed; none where a pair is in each other again."""
+    held = {m.holds.thing for m in start.robots if m.holds}
+    things = tuple(replace(t, mass=None) if t.name in held else t for t in start.things)
+    compiled = compile_world(replace(start, robots=(), things=things), {})
     data = compiled.data()
     while data.time < SETTLE:
-        for thing, pose in held.items():
-            compiled.place(data, thing, pose)
         mujoco.mj_step(compiled.model, data)
     if any({a, b} == set(pair) for a, b, _ in _wrong(compiled, data)):
         return {}
