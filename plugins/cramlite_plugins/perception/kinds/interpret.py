@@ -206,13 +206,14 @@ def _split(scene: Scene, mask: Mask, number: int) -> list[Mask]:
 def read(scene: Scene, mask: Mask, ranked: Sequence[Reading]) -> Part:
     """Read a part by registering in full what coarse registration ranks first; in any attitude where none of its usual ones fits."""
     limits = scene.limits
-    least = max(limits["hopeless"], limits["near"] * ranked[0].score) if ranked else 1.0
+    hopeless = limits["hopeless"] * rarity(mask, limits) ** 2
+    least = max(hopeless, limits["near"] * ranked[0].score) if ranked else 1.0
     tried = [q.appearance for q in ranked[: int(limits["models"])] if q.score >= least]
     found = [r for a in tried for r in _full(scene, mask, a, _standing(a))]
     if max((r.score for r in found), default=0.0) < bad(mask, limits):
         any_way = [q for a in [r.appearance for r in ranked[:3]] if (q := _quick(scene, mask, a, ANY)) is not None]
         first = max(any_way, key=lambda q: q.score, default=None)
-        if first is not None and first.score >= limits["hopeless"]:
+        if first is not None and first.score >= hopeless:
             found += _full(scene, mask, first.appearance, ANY)
     full = {r.appearance.model.name for r in found}
     found += [q for q in ranked if q.appearance.model.name not in full]
