@@ -278,9 +278,11 @@ class Doubting(Protocol):
 class Correcting(Protocol):
     """Simulator that also corrects read poses that cannot be."""
 
-    def put_apart(self, world: World, robots: Mapping[str, Robot], most: float) -> tuple[World, tuple[str, ...]]:
+    def put_apart(
+        self, world: World, robots: Mapping[str, Robot], most: float, deep: float | None = None
+    ) -> tuple[World, tuple[str, ...]]:
         """Return the world with loose things moved out of others to free places, at most ``most`` [m] off, and
-        clauses on the moves."""
+        clauses on the moves; ``deep`` is how far one may be inside another [m], None for what readings usually are."""
         ...
 
 
