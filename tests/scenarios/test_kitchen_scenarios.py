@@ -38,7 +38,7 @@ GOALS = {
     "boxed_in": "12.93 kg on the flange, gripper included, > 5 kg that 'ur5e' carries",
     "drawer_blocked": "12.93 kg on the flange, gripper included, > 5 kg that 'ur5e' carries",
     "kitchen_of_thirteen": "12.93 kg on the flange, gripper included, > 5 kg that 'ur5e' carries",
-    "latched_door": "1.Opening/pull: force",
+    "latched_door": "2.Opening/pull: force",
     "regrasp": "its outline would overlap that of 'roof'",
     "shut_below": "12.93 kg on the flange, gripper included, > 5 kg that 'ur5e' carries",
     "swap_on_shelf": "its outline would overlap that of",

@@ -16,6 +16,7 @@ from cramlite_plugins.locations.handles import joint_value
 from cramlite_plugins.objects.controls import latch
 from cramlite_plugins.objects.furniture import cabinet, door, drawer
 from cramlite_plugins.robots.arms import robots
+from cramlite_plugins.shapes.mounts import mounts
 from cramlite_plugins.simulation.model.compile import compile_world
 from cramlite_plugins.simulation.recording.recorder import Recorder
 
@@ -75,6 +76,11 @@ def test_a_latch_before_a_door_keeps_it_shut_until_it_is_turned(turned: float, o
         mujoco.mj_step(compiled.model, data)
     opened = float(data.qpos[compiled.things["x"].joint])
     assert opened > 0.3 if opens else opened < 0.05
+
+
+def test_a_mount_is_what_stands_still_or_goes_with_it() -> None:
+    kept, beside = latch("latch", AT * Pose((0.0, -0.16, 0.07)), "jamb"), latch("beside", AT * Pose((0.0, -0.16, -0.07)), "cabinet")
+    assert mounts(door("x", AT, "cabinet"), world(door("x", AT, "cabinet"), kept, beside)) == ("cabinet", "beside")
 
 
 def test_a_planning_model_puts_it_anywhere() -> None:
