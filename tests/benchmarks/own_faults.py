@@ -2,7 +2,7 @@
 
 ``python tests/benchmarks/own_faults.py --out ROWS.jsonl [--first N] [--count N]`` appends a JSON line a run and runs no number twice: it
 may be stopped, and goes on by the same command. Number n is a fault of kind n modulo 12, so that every prefix is balanced over kinds; sixty
-numbers share their drawn scenes. The rule of what one arm could mend is ``unmendable``; it looks at the draw alone, and was written before the
+numbers share their scenes. The rule of what one arm could mend is ``unmendable``; it looks at the draw alone, and was written before the
 first run. A run is right if the goal holds in the simulator's own state at the end; or, of the others, if the arm stopped by itself with a
 right diagnosis (``RIGHT``).
 """
@@ -185,7 +185,7 @@ class Drawn:
 
     def _carried(self, thing: Thing) -> bool:
         """Whether the middle of a thing is over what carries it, 20 mm from its edges."""
-        x, y, z = thing.pose.position
+        x, y, _ = thing.pose.position
         low = min(b[0][2] for b in boxes(thing))
         for other in self.world.things:
             for (x0, y0, _), (x1, y1, top) in boxes(other):
