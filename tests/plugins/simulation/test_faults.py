@@ -92,6 +92,6 @@ def test_a_line_that_is_not_there_is_no_trigger(knowledge: Knowledge, place: Wor
 
 
 def test_a_trigger_is_reached_at_any_line_of_the_block_below_a_comment() -> None:
-    text = "# P lifts\ndef p():\n  global a = 1\n  # 1.A/transfer: there\n  go(a)\n  go(b)\n  if c:\n    d()\n\n  e()\n  # 1.A/lift\n  up()\n"
+    text = "# P lifts\ndef p():\n  global a = 1\n  # 1.A/transfer: there\n  go(a)\n  go(b)\n  if c:\n    d()\n\n  e()\n"
     assert _lines_with("1.A/transfer", text) == {4, 5, 6, 7}
     assert _lines_with("lifts", text) == {1, 2}, "the lines of a definition are deeper than its heading"
