@@ -2,9 +2,9 @@
 
 ``python tests/benchmarks/own_faults.py --out ROWS.jsonl [--first N] [--count N]`` appends a JSON line a run and runs no number twice: it
 may be stopped, and goes on by the same command. Number n is a fault of kind n modulo 12, so that every prefix is balanced over kinds; sixty
-numbers share their drawn scenes. The rule of what one arm could mend is ``unmendable``; it looks at the draw alone, and was written before
-the first run. A run is right if the goal holds in the simulator's own state at the end; or, of the others, if the arm stopped by itself with a
-right diagnosis (``RIGHT``).
+numbers share their scenes. The rule of what one arm could mend is ``unmendable``; it looks at the draw alone, and was written before the
+first run. A run is right if the goal holds in the simulator's own state at the end; or, of the others, if the arm stopped by itself with
+a right diagnosis (``RIGHT``).
 """
 
 from __future__ import annotations
