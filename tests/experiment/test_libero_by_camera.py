@@ -25,8 +25,8 @@ LIBERO = ROOT / "experiments" / "libero"
 CUP = """<mujoco><worldbody><body name="main"><inertial pos="0 0 0" mass=".1" diaginertia="1e-4 1e-4 1e-4"/><freejoint name="joint0"/>
 <geom type="box" size=".03 .03 .04"/><geom type="sphere" size=".02" contype="0" conaffinity="0" group="1"/></body></worldbody></mujoco>"""
 CHEST = """<mujoco><compiler angle="radian"/><worldbody><body name="main" pos="0 0 .1"><geom type="box" size=".1 .1 .1"/>
-<body name="drawer"><joint name="slide" type="slide" axis="1 0 0" range="0 .2"/><geom type="box" pos=".12 0 0" size=".01 .05 .02" mass=".2"/>
-</body></body></worldbody></mujoco>"""
+<body name="drawer"><joint name="slide" type="slide" axis="1 0 0" range="0 .2"/>
+<geom type="box" pos=".12 0 0" size=".01 .05 .02" mass=".2"/></body></body></worldbody></mujoco>"""
 
 
 def part(name: str) -> ModuleType:

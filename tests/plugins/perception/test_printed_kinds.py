@@ -161,3 +161,14 @@ def test_without_a_print_segmentation_is_as_before(engine: Engine) -> None:
     found = perceived(plain, tea)
     assert [p.value("type") for p in found.answers] == ["cram:TeaBox"]
     assert "printed_things" not in {r.expert for r in found.runs}
+
+
+@pytest.mark.heavy
+def test_the_robot_itself_is_no_thing(engine: Engine) -> None:
+    view = pictured(standing(engine, "carton_3", 0.45, 0.0, 20))
+    knowledge = engine.knowledge
+    query = replace(parse_query("", knowledge.taxonomy, knowledge.experts), wanted=("type", "pose", "model"))
+    somewhere, there = (np.full(view.depth.shape, np.nan) for _ in range(2))
+    there[:] = view.depth + 0.055  # so far behind that no pixel is cut out as the robot's own, and within the carton
+    assert answered(ask(query, view, (), knowledge, robot=somewhere)).keys() == {"carton_3"}
+    assert not answered(ask(query, view, (), knowledge, robot=there))
