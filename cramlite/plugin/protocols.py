@@ -257,7 +257,7 @@ class Illustrator(Protocol):
 
 
 class Simulator(ProgramRunner, VirtualController, SimulatedCamera, SimulatedPerson, Illustrator, Protocol):
-    """Physics simulator: all five trades over one model of the world. It may be ``Doubting`` and ``Correcting``, too."""
+    """Physics simulator: all that its bases do, with one model of the world. It may be ``Doubting`` and ``Correcting``, too."""
 
     @property
     def name(self) -> str:

@@ -25,7 +25,7 @@ def files_of(library: Path) -> dict[str, Path]:
 
 
 def scene_of(found: Sequence[tuple[str, Pose]], files: dict[str, Path], table: float) -> tuple[str, list[float]]:
-    """Put kinds at their poses onto a table of some height [m].
+    """Put kinds at their poses onto a table of some height [m]; none that can be moved is within it.
 
     Returns:
         The scene as MJCF, and its state. Things are named after their kinds and numbered, "plate_1_main".
@@ -39,8 +39,10 @@ def scene_of(found: Sequence[tuple[str, Pose]], files: dict[str, Path], table: f
     for kind, pose in found:
         spec, frame = _kind(files[kind])
         at = pose * frame.inverse()
-        lowest.append(_lowest(spec, at) - table)
-        placed.append((kind, spec, at))
+        low = _lowest(spec, at) - table
+        if low > -RESTS or not any(j.type == mujoco.mjtJoint.mjJNT_FREE for j in spec.joints):
+            lowest.append(low)
+            placed.append((kind, spec, at))
     stand = [v for v in lowest if abs(v) < RESTS]
     top = table + float(np.median(stand)) if stand else table
     half = [s / 2 for s in TABLE]

@@ -45,6 +45,17 @@ def distance(points: Floats, thing: Thing) -> Floats:
     return away
 
 
+def depth_within(points: Floats, thing: Thing) -> Floats:
+    """Return how deep points (N, 3) in the world frame are inside of a thing's solids (N,) [m]; 0 outside."""
+    import numpy as np
+
+    deep = np.zeros(len(points))
+    local = thing.pose.inverse().apply(points)
+    for geom in (g for g in thing.geoms if g.shape != "convex"):
+        deep = np.maximum(deep, -signed_distances(geom.pose.inverse().apply(local), geom)[0])
+    return deep
+
+
 def on_fixtures(cloud: Cloud, fixtures: Iterable[Thing], tolerance: float) -> Mask:
     """Return the mask of a cloud's points within ``tolerance`` [m] of the surface of things whose poses are known."""
     import numpy as np

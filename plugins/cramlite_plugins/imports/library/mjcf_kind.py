@@ -97,10 +97,14 @@ def _joint(model: Any, joint: int) -> str:
 
 
 def _parts(source: Source, frame: Pose) -> list[look.Part]:
-    """Triangles of the purely visual geoms; without any, of all opaque geoms."""
+    """Triangles of the purely visual geoms, and of others in their group where it is not that of all that collide; without any, of all
+    opaque geoms."""
     model = source.model
     seen = [g for g in range(model.ngeom) if model.geom_bodyid[g] and _opacity(model, g) > 0]
     shown = [g for g in seen if not collides(model, g)]
+    looks = {int(model.geom_group[g]) for g in shown}
+    if any(collides(model, g) and int(model.geom_group[g]) not in looks for g in range(model.ngeom)):
+        shown = [g for g in seen if int(model.geom_group[g]) in looks]
     return [_part(source, g, frame) for g in shown or seen]
 
 

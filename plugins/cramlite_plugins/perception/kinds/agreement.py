@@ -15,6 +15,8 @@ from .appearance import Appearance
 POINTS = 350
 GAIN = (0.3, 1.4)
 """Brightness of the picture relative to the print, at least and at most: shade, and a lamp."""
+SHADE = (0.8, 1.25)
+"""What folds and shadows make of a point's brightness, at least and at most."""
 EVEN = 0.03
 """Weight of an even light, as a share of the print's: what one side shows does not tell a lamp."""
 OFF = 0.16
@@ -97,7 +99,9 @@ def _agreement(picture: Picture, mask: Mask, seen: Floats, normals: Floats, prin
     if near.sum() < FEW:
         return 0.0
     shown, own = picture.rgb[row[near], column[near]].astype(float), printed[inside][near]
-    off = np.abs(shown - _light(shown, own, normals[inside][near])[:, None] * own).mean(axis=1) / 255.0
+    lit = _light(shown, own, normals[inside][near])[:, None] * own
+    shade = np.clip((shown * lit).sum(axis=1) / np.maximum((lit * lit).sum(axis=1), 1.0), *SHADE)
+    off = np.abs(shown - shade[:, None] * lit).mean(axis=1) / 255.0
     return float(np.clip(1.0 - off / OFF, 0.0, 1.0).mean())
 
 

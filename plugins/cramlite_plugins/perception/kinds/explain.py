@@ -47,7 +47,7 @@ def explained(inputs: Inputs) -> Mapping[str, Any]:
         raise Unresolvable("no known model has a print")
     view, cloud = inputs["view"], inputs["cloud"]
     front = cloud.mask & ~_surroundings(inputs, known)
-    scene = Scene(Picture.of(view), cloud.points, tuple(known), inputs.parameters)
+    scene = Scene(Picture.of(view), cloud.points, tuple(known), inputs.parameters, tuple(inputs["fixtures"]))
     parts = interpreted(scene, front)
     if not parts:
         raise Unresolvable(f"nothing stands out from the background: {int(front.sum())} pixels in front of it")
@@ -167,6 +167,8 @@ def experts() -> Iterable[Expert]:
         Parameter("good", 0.45, "above it a cluster is one thing"),
         Parameter("bad", 0.35, "below it a model does not explain it"),
         Parameter("gain", 0.05, "by which several things must explain more than one"),
+        Parameter("within_m", 0.022, "shapes are drawn up to 20 mm into what they stand on; what is deeper inside of it cannot be there"),
+        Parameter("within", 0.1, "of a model's surface that deep inside of furniture"),
         Parameter("edged", 0.5, "of the outline of one of several things that touch: faces of two may be alike for a part of it"),
         Parameter("owns_m", 0.003, "beside what depth noise explains"),
         Parameter("small", 1500, "pixels: a carton at 0.9 m; larger parts are explained by chance less often"),

@@ -9,10 +9,11 @@ import numpy as np
 from msgspec.structs import replace
 from scipy import ndimage
 
-from cramlite.model import Floats, Mask, Pose, Value, View
+from cramlite.model import Floats, Mask, Pose, Thing, Value, View
 from cramlite.plugin import checkpoint
 
 from ..dimensions import extents
+from ..fixtures import depth_within
 from ..pose.estimate import COARSE, FINE, MIDDLE, PoseHypothesis, allowed, best, hypotheses
 from ..pose.icp import PoseBatch, register
 from ..pose.model import Floats32, PoseModel
@@ -64,12 +65,13 @@ class Part(Value, eq=False):
 
 
 class Scene(Value, eq=False):
-    """Input of interpretation: the picture, points (height, width, 3) in the world [m], appearances and limits."""
+    """Input of interpretation: the picture, points (height, width, 3) in the world [m], appearances, limits, and furniture."""
 
     picture: Picture
     points: Floats
     appearances: tuple[Appearance, ...]
     limits: Mapping[str, float]
+    fixtures: tuple[Thing, ...] = ()
 
 
 def interpreted(scene: Scene, front: Mask) -> list[Part]:
@@ -135,6 +137,8 @@ def _whole_or_split(scene: Scene, mask: Mask) -> Part:
             for found in sorted(_partial(scene, mask, number), key=lambda r: -r.score):
                 if found.score < least:
                     break
+                if not _beside(scene, found):
+                    continue
                 part = _claimed(scene, Part(mask, (found,)))
                 if _stands_out(scene, mask, part, whole.score):
                     return part
@@ -188,35 +192,45 @@ def _posed(scene: Scene, starts: PoseBatch) -> list[PoseHypothesis]:
 
 
 def _split(scene: Scene, mask: Mask, number: int) -> list[Mask]:
-    """Parts of a cluster beside each other, about centres of their own in the horizontal plane (k-means; Lloyd, 1982)."""
+    """Parts of a cluster beside each other, about centres of their own in the horizontal plane (k-means; Lloyd, 1982); of two also one on
+    the other."""
     from scipy.cluster.vq import kmeans2
 
-    points = scene.points[mask][:, :2].astype(float)
-    centres, _ = kmeans2(points[:: max(1, len(points) // 1500)], number, minit="++", seed=0)
-    label = ((points[:, None] - centres[None]) ** 2).sum(axis=2).argmin(axis=1)
+    points = scene.points[mask].astype(float)
     found = []
-    for k in range(number):
-        if int((label == k).sum()) >= scene.limits["pixels"]:
-            own = np.zeros(mask.shape, bool)
-            own[mask] = label == k
-            found.append(own)
+    for axes in (slice(0, 2), slice(2, 3)) if number == 2 else (slice(0, 2),):
+        own_points = points[:, axes]
+        centres, _ = kmeans2(own_points[:: max(1, len(points) // 1500)], number, minit="++", seed=0)
+        label = ((own_points[:, None] - centres[None]) ** 2).sum(axis=2).argmin(axis=1)
+        for k in range(number):
+            if int((label == k).sum()) >= scene.limits["pixels"]:
+                own = np.zeros(mask.shape, bool)
+                own[mask] = label == k
+                found.append(own)
     return found
 
 
 def read(scene: Scene, mask: Mask, ranked: Sequence[Reading]) -> Part:
     """Read a part by registering in full what coarse registration ranks first; in any attitude where none of its usual ones fits."""
     limits = scene.limits
-    least = max(limits["hopeless"], limits["near"] * ranked[0].score) if ranked else 1.0
+    hopeless = limits["hopeless"] * rarity(mask, limits) ** 2
+    least = max(hopeless, limits["near"] * ranked[0].score) if ranked else 1.0
     tried = [q.appearance for q in ranked[: int(limits["models"])] if q.score >= least]
     found = [r for a in tried for r in _full(scene, mask, a, _standing(a))]
     if max((r.score for r in found), default=0.0) < bad(mask, limits):
         any_way = [q for a in [r.appearance for r in ranked[:3]] if (q := _quick(scene, mask, a, ANY)) is not None]
         first = max(any_way, key=lambda q: q.score, default=None)
-        if first is not None and first.score >= limits["hopeless"]:
+        if first is not None and first.score >= hopeless:
             found += _full(scene, mask, first.appearance, ANY)
     full = {r.appearance.model.name for r in found}
     found += [q for q in ranked if q.appearance.model.name not in full]
-    return Part(mask, tuple(sorted(found, key=lambda r: -r.score)))
+    return Part(mask, tuple(sorted((r for r in found if _beside(scene, r)), key=lambda r: -r.score)))
+
+
+def _beside(scene: Scene, reading: Reading) -> bool:
+    """Whether a model at a pose is beside furniture whose place is known, not within it."""
+    points = reading.pose.apply(reading.appearance.surface.points[::10])
+    return all(float((depth_within(points, t) > scene.limits["within_m"]).mean()) < scene.limits["within"] for t in scene.fixtures)
 
 
 def _ranked(scene: Scene, mask: Mask) -> list[Reading]:
