@@ -51,7 +51,7 @@ def changed(spec: Spec, found: Relaxation, steps: int) -> Spec:
     off = [STEP * steps * v for v in found.change.way]
     new: Spec = json.loads(json.dumps(spec))
     if not found.change.thing:
-        new["robot"]["base"] = {"position": off}
+        new["robot"]["at"] = {"position": off}
         return new
     thing: Mapping[str, Any] = next(t for t in new["things"] if t["name"] == found.change.thing)
     thing["at"]["position"][:] = [a + b for a, b in zip(thing["at"]["position"], off, strict=True)]
