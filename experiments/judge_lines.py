@@ -10,7 +10,7 @@ import os
 import sys
 from typing import Any
 
-REQUESTS = ("reset", "hello", "scene", "step", "check", "cameras")
+REQUESTS = ("reset", "hello", "scene", "look", "step", "check", "cameras")
 
 
 class Refused(Exception):

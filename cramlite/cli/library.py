@@ -1,4 +1,4 @@
-"""``cramlite library``: meshes and MJCF files of known kinds become a library, and what was taken is shown."""
+"""``cramlite library``: a library of known kinds from meshes and MJCF files, with a table of the parts that it took."""
 
 from __future__ import annotations
 

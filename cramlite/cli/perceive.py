@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from ..model.world import Thing
     from ..perception.query import ObjectQuery
     from ..plugin.catalogue import Knowledge
+    from ..scenario.scenario import Scenario
 
 
 
@@ -62,6 +63,8 @@ def perceive_view(
     from ..engine.engine import Engine
 
     engine = Engine.with_plugins(plugins)
+    if (scenario := _scenario_of(source)) is not None:
+        engine = engine.suited(scenario)
     knowledge = engine.knowledge
     query = replace(parse_query(text, knowledge.taxonomy, knowledge.experts), wanted=attributes)
     taken = picture_of(source, query, engine, seed)
@@ -86,17 +89,25 @@ def picture_of(source: str, query: ObjectQuery, engine: Engine, seed: int) -> Pi
     Its fixtures are those of a scenario, with known poses; a recording has none.
     """
     knowledge, path = engine.knowledge, Path(source)
-    if path.exists() and path.suffix not in (".yaml", ".yml"):
+    scenario = _scenario_of(source)
+    if scenario is None:
         view = engine.registry.first("read_view", path=path)
         if view is not None:
             return Picture(view, Camera(view.camera, intrinsics=view.intrinsics), ())
         if path.is_file():
             raise UserError(f"'{path}' is in no format that a plugin reads as a view; see 'cramlite plugins'.")
-    scenario = read_scenario(find_scenario(source))
+        scenario = read_scenario(find_scenario(source))
     robot = robot_of(scenario, knowledge)
     world, relations = build_world(scenario, scenario.spec.things, scenario.spec.vary, knowledge, seed)
     real = real_world(scenario, world, relations, seed)
     return next(pictures(scenario, query, Look((), world, relations, {}, real), robot, knowledge, seed))
+
+
+def _scenario_of(source: str) -> Scenario | None:
+    """The scenario of a path or name; None where it names a file or folder that may be a recorded view."""
+    path = Path(source)
+    recorded = path.exists() and path.suffix not in (".yaml", ".yml")
+    return None if recorded else read_scenario(find_scenario(source))
 
 
 def fixtures_of(source: str, knowledge: Knowledge, seed: int) -> tuple[Thing, ...]:

@@ -1,4 +1,4 @@
-"""A sentence on the command line: the option, the scenario that starts from it, and what was understood."""
+"""A sentence on the command line: its option, the scenario that starts from it, and the formula of its goal."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def said_in(path: Path, said: Said | None) -> Scenario:
 
 
 def understood_text(scenario: Scenario, setting: Setting, knowledge: Knowledge) -> Iterator[str]:
-    """Generate what the sentences of a scenario's goal were understood as, a line for each goal.
+    """Generate the meaning of the sentences of a scenario's goal, a line for each goal.
 
     Raises:
         NotUnderstood: a sentence is ambiguous, false of the scene, or in words that are not known.

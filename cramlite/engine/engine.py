@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Never
 from msgspec.structs import replace
 
 from ..base.errors import UserError
+from ..base.memory import give_back
 from ..base.pulse import Stop, working
 from ..base.seeds import whole_seed
 from ..planning.budget import Budget, budget_of, until_late
@@ -175,7 +176,8 @@ class Engine:
 
         Args:
             goal: a scenario, or its reading.
-            now: the world as it really is by now, where it is no longer as the scenario has it; only a camera is shown it.
+            now: the world as it really is by now, where it is no longer as the scenario has it: its robots, and what they hold; only a
+                camera is shown its things.
             rest: the plan that is left by then: what the camera looks for; by default the scenario's.
             twins: in how many a program is tried before it counts as proven, 0 for the nominal run alone; by default what the
                 scenario says, or 8.
@@ -280,7 +282,10 @@ class Engine:
         budget = budget or _budget(reading.goal)
         stop = until_late(budget, trace, stop)
         beat = Heartbeat(trace, progress, stop)
-        yield from beat.over(self._candidates(reading, setting, seed, budget, trace, progress, stop))
+        try:
+            yield from beat.over(self._candidates(reading, setting, seed, budget, trace, progress, stop))
+        finally:
+            give_back()
 
     def _candidates(
         self, reading: Reading, setting: Setting | None, seed: int, budget: Budget, trace: Trace, progress: Progress,

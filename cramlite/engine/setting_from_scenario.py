@@ -52,7 +52,7 @@ def setting_of(
     name = backend or scenario.spec.backend or robot.backend
     place = scenario.where("backend") if scenario.spec.backend == name else ""
     writer = pick("backend", knowledge.backends, name, place)
-    world, relations = build_world(scenario, scenario.spec.things, scenario.spec.vary, knowledge, seed)
+    world, relations = build_world(scenario, scenario.spec.things, scenario.spec.vary, knowledge, seed, now.robots if now else ())
     _check_world(scenario, world, knowledge)
     _check_objects(scenario, knowledge)
     if now is not None:

@@ -1,4 +1,4 @@
-"""The grammar of what is asked: imperatives, passives and wishes, in any order of their parts, joined by "and" and "then"."""
+"""Grammar of requests: imperatives, passives and wishes, in any order of their parts, joined by "and" and "then"."""
 
 from __future__ import annotations
 
@@ -39,18 +39,31 @@ class ClauseParser:
         """Generate the readings of the whole sentence, the likelier ones first."""
         yield from islice(self._rest(0, ()), MOST)
 
+    def elliptic(self) -> Iterator[tuple[Clause, ...]]:
+        """Generate the readings of a sentence without any verb: "all blocks on the tray, the tin in the bowl"."""
+        yield from islice(self._without_verbs(0, ()), MOST)
+
+    def _without_verbs(self, at: int, before: tuple[Clause, ...]) -> Iterator[tuple[Clause, ...]]:
+        start, _ = self._polite(at)
+        if start >= len(self.words) and before:
+            yield before
+            return
+        for clause, end in self._brief(start):
+            for behind in self._closed(end):
+                yield from self._without_verbs(behind, (*before, clause))
+
     def _rest(self, at: int, before: tuple[Clause, ...]) -> Iterator[tuple[Clause, ...]]:
         start, later = self._polite(at)
         if start >= len(self.words) and before:
             yield before
             return
-        for clause, end in (*self._clauses(start), *self._gapped(start, before)):
+        for clause, end in (*self._clauses(start), *self._gapped(start, before), *self._brief(start, toward=True)):
             self.farthest = max(self.farthest, end)
             for behind in self._closed(end):
                 yield from self._rest(behind, (*before, replace(clause, later=later)))
 
     def _polite(self, at: int) -> tuple[int, bool]:
-        """Where what is asked begins, and whether it is said to come later."""
+        """Start of a request, and whether it is said to come later."""
         start, later = at, False
         while start < len(self.words):
             found = starts(self.words, start, english.POLITE)
@@ -95,21 +108,21 @@ class ClauseParser:
                 yield from self._place_first(frame, verb, end)
 
     def _purpose(self, theme: Noun, at: int) -> Iterator[Found]:
-        """What a theme is moved for: "turn the cup so that it is upside down"."""
+        """Purpose of a move of a theme: "turn the cup so that it is upside down"."""
         if self.words[at : at + 2] in (("so", "that"), ("such", "that")):
             for stands, end in self._nouns.nouns(at + 2):
                 for begin in starts(self.words, end, english.BE) if stands.pronoun else ():
                     yield from self._predicates(theme, begin)
 
     def _named(self, at: int) -> Iterator[Found]:
-        """Things that are only named, for what follows: "find the cup and ...", "the cup: ..."."""
+        """Things that are only named, for the words behind them: "find the cup and ...", "the cup: ..."."""
         for start in (*starts(self.words, at, english.PREPARE), at):
             for noun, end in self._nouns.nouns(start):
                 if start != at or self.words[end : end + 1] in ((",",), (":",)):
                     yield Clause("", (), noun), end
 
     def _complements(self, frame: Frame, verb: Words, theme: Noun, at: int) -> Iterator[Found]:
-        """What follows a verb and its theme."""
+        """Complements behind a verb and its theme."""
         if frame.amount:
             yield from self._amounts(frame, verb, theme, at)
         elif frame.place:
@@ -200,9 +213,14 @@ class ClauseParser:
 
     def _gapped(self, at: int, before: tuple[Clause, ...]) -> Iterator[Found]:
         """A clause without its verb, which is that of the one before: "and the sauce in the tray"."""
-        for frame in self.frames.placing:
-            if before and before[-1].place is not None and frame.region:
-                for theme, end in self._nouns.nouns(at):
+        if before and before[-1].place is not None:
+            yield from self._brief(at)
+
+    def _brief(self, at: int, *, toward: bool = False) -> Iterator[Found]:
+        """A clause without a verb, "the tin into the bowl"; ``toward``: with a preposition of a destination alone."""
+        for frame in self.frames.placing if at < len(self.words) else ():
+            for theme, end in self._nouns.nouns(at) if frame.region else ():
+                if not toward or self.words[end : end + 1] in english.TOWARD:
                     yield from self._places(frame, (), theme, end)
 
     def _wished(self, at: int) -> Iterator[Found]:
@@ -210,11 +228,13 @@ class ClauseParser:
         for start in (*starts(self.words, at, english.WISH), at):
             for theme, end in self._nouns.nouns(start):
                 been = starts(self.words, end, english.BE)
+                for begin in starts(self.words, end, english.NOT_BE):
+                    yield from ((replace(clause, denied=True), last) for clause, last in self._predicates(theme, begin))
                 for begin in (*been, *((end,) if start != at else ())):
                     yield from self._predicates(theme, begin)
 
     def _predicates(self, theme: Noun, at: int) -> Iterator[Found]:
-        """What is said of a theme: "open", "on the plate", "put into the basket"."""
+        """Predicate of a theme: "open", "on the plate", "put into the basket"."""
         begins = [at, at + 1] if at < len(self.words) and self.words[at] in english.PLACED else [at]
         for begin in begins:
             if begin == at and self.words[at : at + 1] == ("from",):

@@ -28,7 +28,7 @@ def _set(name: str) -> frozenset[str]:
 
 
 def _by_word(name: str) -> dict[str, Any]:
-    """Word -> what it stands for, of a table that lists the words of each."""
+    """Word -> its meaning, of a table that lists the words of each meaning."""
     return {word: meaning for meaning, words in _TABLES[name].items() for word in words.split()}
 
 
@@ -68,6 +68,12 @@ WISH = _table("wish")
 """Words before what should hold in the end."""
 BE = _table("be")
 """Words between what is meant and what should hold of it in the end."""
+NOT_BE = _table("not be")
+"""Words between what is meant and what should not hold of it in the end."""
+TOWARD = _table("toward")
+"""Prepositions of a destination, which describe nothing that is there."""
+CALLED = _set("called")
+"""Words before a thing's own name."""
 PLACED = _set("placed")
 """Forms of verbs that may stand before a place and change nothing."""
 NEGATIVE, CONDITIONAL = _set("negative"), _set("conditional")

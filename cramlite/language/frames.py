@@ -1,4 +1,4 @@
-"""Frames of verbs: what goal phrases declare of how people ask for them (``GoalPhrase.asked``), ready for the grammar."""
+"""Frames of verbs: the requests that goal phrases declare (``GoalPhrase.asked``), ready for the grammar."""
 
 from __future__ import annotations
 
@@ -138,6 +138,6 @@ def _verb(text: str) -> tuple[Words, Words]:
 
 
 def _stated(phrase: GoalPhrase, others: tuple[Words, ...]) -> tuple[Words, ...]:
-    """Adjectives of a phrase about one thing: the words of its form, and what follows the thing."""
+    """Adjectives of a phrase about one thing: the words of its form, and the words behind the thing."""
     own = tuple(w for w in phrase.form.split()[1:] if not w.isupper())
     return tuple(dict.fromkeys((own, *(o for o in others if o[-1] not in _DIRECTIONS))))

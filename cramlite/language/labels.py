@@ -1,4 +1,4 @@
-"""What things may be called: words of their names and classes, synonyms that ontologies list, colours."""
+"""Labels of things: words of their names and classes, synonyms that ontologies list, colours."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def normal(words: Iterable[str]) -> Words:
 
 
 class Called(Value):
-    """What an entity may be called.
+    """Labels of an entity.
 
     Args:
         heads: whole names, e.g. ("moka", "pot") and ("pot",).
@@ -51,7 +51,7 @@ class Labels(Value, dict=True):
 
     @cached_property
     def of(self) -> Mapping[str, Called]:
-        """What each thing may be called."""
+        """Labels of each thing."""
         return {t.name: self._called(t.name) for t in self.scene.world.things}
 
     @cached_property
@@ -101,7 +101,7 @@ class Labels(Value, dict=True):
         return all(w in called.words or w in called.colours or w in UNCOLOURED for w in words)
 
     def _unspecific(self, name: str) -> bool:
-        """Whether nothing says what a thing comes in: no name and no class."""
+        """Whether neither name nor class gives the packaging of a thing."""
         return not any(head[-1] in PACKAGES for head in self.of[name].heads)
 
     def _called(self, name: str) -> Called:
@@ -132,7 +132,7 @@ def _shapes(thing: Thing) -> set[Words]:
 
 
 def _parts(name: str) -> tuple[Words, Words]:
-    """Words of a name that say what it is, and those behind its last number: "cabinet_1_top"."""
+    """Words of a name for its kind, and those behind its last number: "cabinet_1_top"."""
     found = re.findall(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|\d+", name)
     last = max((k for k, w in enumerate(found) if w.isdigit()), default=len(found))
     own, rest = found[:last], found[last:]

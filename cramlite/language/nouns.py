@@ -142,6 +142,9 @@ class NounParser:
         k = core.index("and") if "and" in core else 0
         if k and core[k - 1] in english.SIDES:
             return None
+        called = next((i for i, w in enumerate(core) if w in english.CALLED and 0 < i < len(core) - 1), 0)
+        if called:  # "the basket called paper"
+            return replace(noun, words=core[called + 1 :])
         kept: list[str] = []
         sides: list[str] = []
         ordinal = size = 0

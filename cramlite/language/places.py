@@ -109,7 +109,7 @@ class Places:
         return found
 
     def _inward(self, feature: Feature) -> bool:
-        """Whether it encloses what is there: a cavity, or an area with a height."""
+        """Whether it encloses its contents: a cavity, or an area with a height."""
         return "inside" in self._its.scene.taxonomy.fillers(feature.type, BEARS) or "height" in feature.size
 
     def _chosen(self, name: str, noun: Noun, words: Words) -> str:
@@ -159,7 +159,7 @@ class Places:
         return found
 
     def _mounted(self, noun: Noun, wholes: list[str], sides: list[str]) -> list[str]:
-        """Places inside of what is mounted in things: "the top layer of the cabinet" is in its top drawer."""
+        """Places inside of parts that are mounted in things: "the top layer of the cabinet" is in its top drawer."""
         parts = [t for t in self._its.scene.world.things if t.joint is not None and (t.joint.parent in wholes or t.name in wholes)]
         deep = [t.name for t in parts if any(map(self._inward, t.features))]
         inward = [n for n in deep if all(s in self._labels.of[n].words for s in sides)]
@@ -179,7 +179,7 @@ class Places:
         return own | {w for labels in same for label in labels for w in normal(label)}
 
     def under(self, noun: Noun, themes: tuple[str, ...], mentions: Mentions) -> Referents:
-        """Return the region under what a description means.
+        """Return the region under the referent of a description.
 
         Raises:
             Refusal: it has none.
@@ -192,7 +192,7 @@ class Places:
             if len(low) != 1:
                 raise Refusal(FALSE, f"under {name} is no region that a goal could name; say on, in or next to which thing it shall be")
             places.append(str(EntityName(name, low[0])))
-        return Referents(noun.said, tuple(places), found.any)
+        return Referents(noun.said, tuple(places), found.some)
 
     # Beside
 
@@ -236,7 +236,7 @@ class Places:
         return ""
 
     def _support(self, name: str) -> str:
-        """What a thing stands on; else the furniture under it."""
+        """Support of a thing; else the furniture under it."""
         scene = self._its.scene
         for other in scene.world.things:
             if other.name != name and other.furniture and self._its.holds(("on",), name, other.name):

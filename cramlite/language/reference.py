@@ -1,4 +1,4 @@
-"""Descriptions become things of the scene; what may be several, or is none, is refused with candidates and numbers."""
+"""Descriptions become things of the scene; an ambiguous or empty one is refused with candidates and numbers."""
 
 from __future__ import annotations
 
@@ -32,16 +32,21 @@ class Referents(Value):
     Args:
         said: the description.
         names: of the things.
-        any: whether one of them will do.
+        some: how many of them will do; 0 where all are meant.
     """
 
     said: str
     names: tuple[str, ...]
-    any: bool = False
+    some: int = 0
+
+    @property
+    def listed(self) -> str:
+        """Their names, as people list them."""
+        return listed([*self.names], "or" if self.some else "and")
 
 
 class Mentions(Value):
-    """What was named before.
+    """Things that were named before.
 
     Args:
         themes, places: of each clause, the first one first.
@@ -87,7 +92,7 @@ class Resolver:
         if noun.members:
             members = [self.things(m, about, mentions) for m in noun.members]
             names = tuple(dict.fromkeys(n for m in members for n in m.names))
-            return Referents(noun.said, names, any=noun.joined == "or")
+            return Referents(noun.said, names, some=int(noun.joined == "or"))
         if noun.pronoun:
             return self._meant_before(noun, about, mentions)
         found = self.pool(noun, about, mentions)
@@ -115,13 +120,13 @@ class Resolver:
         return self._placed(found, noun, mentions)
 
     def holds(self, preposition: Words, thing: str, place: str) -> bool:
-        """Check whether a thing is at a place, by the goal phrases of a preposition; what is in a part is in the whole."""
+        """Check whether a thing is at a place, by the goal phrases of a preposition; contents of a part are contents of the whole."""
         mounted = [t.name for t in self.scene.world.things if t.joint is not None and t.joint.parent == place]
         phrases, wheres = self.frames.of_preposition(preposition), [at for at in (place, *mounted) if at != thing]
         return any(self._so(p.meaning, thing, at) for p in phrases for at in wheres)
 
     def _so(self, meaning: Callable[..., object], *things: str) -> bool:
-        """Whether what a goal phrase asks for holds now."""
+        """Whether the state of a goal phrase holds now."""
         from ..interpretation.fluents import GoalCondition
 
         try:
@@ -157,7 +162,7 @@ class Resolver:
         raise self._unknown(noun, [n for n in every if fits[n]])
 
     def _layers(self, noun: Noun, about: About, mentions: Mentions) -> list[str]:
-        """Parts of what a description is of: "the top layer of the cabinet" is a drawer."""
+        """Parts of the referent of a description: "the top layer of the cabinet" is a drawer."""
         owners = [n for k in noun.links if k.relation == "of" for n in self.pool(k.nouns[0], _anything, mentions)]
         found = [n for n in owners if about(n) and self.scene.world.thing(n).joint is not None] or self._parts(owners, about)
         if not found:
@@ -289,7 +294,7 @@ class Resolver:
         return found
 
     def _on_whole(self, names: list[str], noun: Noun, link: Link, mentions: Mentions) -> tuple[list[str], str]:
-        """Things on what a side is of: "on the left side of the table"."""
+        """Things on the referent of a side: "on the left side of the table"."""
         wholes = self.pool(link.nouns[0], _anything, mentions)
         found = [n for n in names if any(n != w and self.space.gap(n, w) == 0 for w in wholes)]
         if not found:
@@ -301,20 +306,22 @@ class Resolver:
     def _counted(self, noun: Noun, names: list[str]) -> Referents:
         count = noun.count
         if noun.quantity == "a":
-            return Referents(noun.said, tuple(names), any=len(names) > 1)
+            return Referents(noun.said, tuple(names), some=int(len(names) > 1))
         if noun.quantity == "all" or (noun.quantity == "the" and noun.several):
             if (count and len(names) != count) or (noun.quantity == "all" and count == 2 and len(names) != 2):
                 places = listed([self.space.place(n) for n in names], "and")
                 raise Refusal(FALSE, f"'{noun.said}' are {count}, but there are {len(names)}: {places}")
             return Referents(noun.said, tuple(names))
+        if noun.quantity == "number" and len(names) > count:
+            return Referents(noun.said, tuple(names), some=count)
         if len(names) > max(count, 1):
-            raise Refusal(OPEN, self._which(noun, names))
+            raise Refusal(OPEN, self.which(noun, names))
         if len(names) < count:
             raise Refusal(FALSE, f"'{noun.said}' are {count}, but there is only {listed(names, 'and')}")
         return Referents(noun.said, tuple(names))
 
-    def _which(self, noun: Noun, names: list[str]) -> str:
-        """Question which of several things is meant, with what would tell them apart."""
+    def which(self, noun: Noun, names: list[str]) -> str:
+        """Question which of several things is meant, with the properties that would tell them apart."""
         kind = noun.words[-1] if noun.words else "one"
         tell = [s for s in ("left", "right", "front", "back", "top", "bottom") if len(self.space.most(names, s)) == 1]
         said = f"'the {tell[0]} {singular(kind)}'" if tell else f"its name, '{names[0]}'"
@@ -349,7 +356,7 @@ def _anything(_name: str) -> bool:
 
 
 def _unpacked(noun: Noun) -> Noun:
-    """A description by what a product comes in, as one of the product: "a can of soup"."""
+    """A description by its packaging, as one of the product: "a can of soup"."""
     if not noun.words or singular(noun.words[-1]) not in PACKAGES or singular(noun.words[-1]) in REGIONS:
         return noun
     for k, link in enumerate(noun.links):

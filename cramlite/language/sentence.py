@@ -1,4 +1,4 @@
-"""A sentence becomes goals: every reading of the grammar is tried on the scene; what only one of them makes sense of is understood."""
+"""A sentence becomes goals: every reading of the grammar is tried on the scene; the only one that makes sense is understood."""
 
 from __future__ import annotations
 
@@ -93,21 +93,29 @@ def understand(sentence: str, scene: SymbolicWorld, fluents: Fluents, view: str 
     _check_words(sentence, words)
     frames, space = Frames(fluents.phrases), Space(scene.world, view_of(scene.world, view))
     resolver = Resolver(scene, fluents.initial(scene), frames, Labels(scene), space)
-    parser = ClauseParser(words, frames)
-    found: dict[tuple[str, ...], tuple[Literal, ...]] = {}
     refused: list[Refusal] = []
-    for reading in parser.readings():
-        try:
-            literals = _Reading(resolver, fluents).literals(reading)
-            found.setdefault(tuple(sorted(one.goal for one in literals)), literals)
-        except Refusal as refusal:
-            refused.append(refusal)
+    parser = ClauseParser(words, frames)
+    found = _meanings(parser.readings(), resolver, fluents, refused) or _meanings(parser.elliptic(), resolver, fluents, refused)
     if len(found) == 1:
         return Understood(sentence, next(iter(found.values())), view=space.view.name if english.SIDES.keys() & set(words) else "")
     if found:
         texts = [f"'{' and '.join(one.goal for one in literals)}'" for literals in found.values()]
         raise NotUnderstood(f"'{sentence}' may mean {listed(texts)}; say it in shorter sentences, or name the things.", ambiguous=True)
     raise _refusal(sentence, words, parser, resolver, refused)
+
+
+def _meanings(
+    readings: Iterable[Sequence[Clause]], resolver: Resolver, fluents: Fluents, refused: list[Refusal]
+) -> dict[tuple[str, ...], tuple[Literal, ...]]:
+    """Goals -> these with their origins, of the readings that make sense; the others' refusals are appended."""
+    found: dict[tuple[str, ...], tuple[Literal, ...]] = {}
+    for reading in readings:
+        try:
+            literals = _Reading(resolver, fluents).literals(reading)
+            found.setdefault(tuple(sorted(one.goal for one in literals)), literals)
+        except Refusal as refusal:
+            refused.append(refusal)
+    return found
 
 
 def _viewed(words: english.Words, view: str) -> tuple[english.Words, str]:
@@ -135,18 +143,18 @@ def _check_words(sentence: str, words: english.Words) -> None:
     if len(words) > LONGEST:
         raise NotUnderstood(f"The sentence has {len(words)} words; up to {LONGEST} are read. Say it in several sentences.")
     plain = _without_phrases(words)
-    denied = [w for w in words if w in english.NEGATIVE]
-    if denied:
-        raise NotUnderstood(
-            f"'{sentence}' says what shall not be ('{denied[0]}'); say what shall hold instead, or write a goal such as 'not tin on tray'."
-        )
     asked = [w for w in plain if w in english.CONDITIONAL]
     if asked:
         raise NotUnderstood(f"'{sentence}' has a condition ('{asked[0]}'); a goal has none. Say what shall hold in the end.")
 
 
 def _refusal(sentence: str, words: english.Words, parser: ClauseParser, resolver: Resolver, refused: Sequence[Refusal]) -> NotUnderstood:
-    """The reason of the reading that came farthest."""
+    """The reason of the reading that came farthest; of those that were not read through, the words that deny."""
+    denied = [w for w in words if w in english.NEGATIVE]
+    if denied and not any(r.rank == OPEN for r in refused):
+        said = f"'{sentence}' says what shall not be ('{denied[0]}')"
+        advice = "say what shall hold instead, or 'the tin should not be on the tray'."
+        return NotUnderstood(f"{said}; {advice}")
     if refused:
         best = max(refused, key=lambda r: r.rank)
         return NotUnderstood(f"'{sentence}': {best.text}.", open=best.rank == UNKNOWN, ambiguous=best.rank == OPEN)
@@ -228,13 +236,13 @@ class _Reading:
     def _unary(self, clause: Clause, phrase: GoalPhrase, themes: Referents) -> list[_Row]:
         amount = (clause.amount,) if clause.amount else ()
         goals = [(n, self._said(phrase, (n, *amount))) for n in themes.names]
-        origins = ((clause.said, _verb_of(phrase)), (clause.theme.said, listed(list(themes.names), "or" if themes.any else "and")))
-        return self._rows(clause, phrase, goals, themes.any, origins)
+        origins = ((clause.said, _verb_of(phrase)), (clause.theme.said, themes.listed))
+        return self._rows(clause, phrase, goals, themes.some, origins)
 
     def _placed(self, clause: Clause, phrase: GoalPhrase, themes: Referents, places: Referents) -> list[_Row]:
         if clause.words and " ".join(clause.words) in _OPEN_WAYS and not phrase.suits(self._its.scene, themes.names[0], places.names[0]):
             raise Refusal(UNREAD, f"'{clause.said}' is said of another kind of place")
-        if len(places.names) > 1 and not places.any:
+        if len(places.names) > 1 and places.some != 1:
             raise Refusal(OPEN, f"'{places.said}' are {listed(list(places.names), 'and')}; say which thing goes where")
         self._check_there(clause, phrase, themes, places)
         goals = []
@@ -243,11 +251,10 @@ class _Reading:
             if clause.beside is not None and ways:
                 form, _ = self._places.beside(clause.beside, clause.phrases, theme, self._mentions, thing_of(places.names[0]))
                 ways = [form.replace("THING", theme)]
-            goals.append((theme, " or ".join(ways)))
-        how = listed([*themes.names], "or" if themes.any else "and"), listed([*places.names])
-        origins = [(clause.said, _verb_of(phrase)), (clause.theme.said, how[0])]
-        origins += [(clause.place.said, how[1])] if clause.place is not None else []
-        return self._rows(clause, phrase, goals, themes.any, tuple(origins))
+            goals.append((theme, OR.join(ways)))
+        origins = [(clause.said, _verb_of(phrase)), (clause.theme.said, themes.listed)]
+        origins += [(clause.place.said, listed([*places.names]))] if clause.place is not None else []
+        return self._rows(clause, phrase, goals, themes.some, tuple(origins))
 
     def _check_there(self, clause: Clause, phrase: GoalPhrase, themes: Referents, places: Referents) -> None:
         """Refuse to take things from where none of them is, or was put before."""
@@ -275,20 +282,33 @@ class _Reading:
             goals.append((theme, form.replace("THING", theme)))
         themed = (clause.theme.said, listed([*themes.names], "and"))
         origins = ((clause.said, goals[0][1].partition(" ")[2]), themed, (clause.place.said, meant))
-        rows = self._rows(clause, phrase, goals, themes.any, origins)
+        rows = self._rows(clause, phrase, goals, themes.some, origins)
         self._mention(clause, themes.names, (meant,))
         return rows
 
     def _rows(
-        self, clause: Clause, phrase: GoalPhrase, goals: Sequence[tuple[str, str]], any_: bool, origins: tuple[tuple[str, str], ...]
+        self, clause: Clause, phrase: GoalPhrase, goals: Sequence[tuple[str, str]], some: int, origins: tuple[tuple[str, str], ...]
     ) -> list[_Row]:
         kept = tuple((words, meant) for words, meant in origins if words and words != meant)
-        goals = [(theme, goal) for theme, goal in goals if goal]
+        goals = [(theme, f"not {goal}" if clause.denied else goal) for theme, goal in goals if goal]
         if not goals:
             raise Refusal(FALSE, f"'{clause.theme.said}' cannot be brought to itself")
-        if any_:
-            return [_Row(clause, phrase, tuple(t for t, _ in goals), Literal(" or ".join(g for _, g in goals), kept))]
+        if clause.denied and (some or any(OR in goal for _, goal in goals)):
+            raise Refusal(OPEN, f"'{clause.theme.said}' leaves open which of several things it shall not be; name them")
+        if some:
+            goal = OR.join(g for _, g in goals) if some == 1 else self._number(clause, goals, some)
+            return [_Row(clause, phrase, tuple(t for t, _ in goals), Literal(goal, kept))]
         return [_Row(clause, phrase, (theme,), Literal(goal, kept)) for theme, goal in goals]
+
+    def _number(self, clause: Clause, goals: Sequence[tuple[str, str]], some: int) -> str:
+        """Goal for so many of several things: of a class that has no others."""
+        scene, themes = self._its.scene, {theme for theme, _ in goals}
+        others = {t.name for t in scene.world.things} - themes
+        class_ = scene.types[next(iter(sorted(themes)))]
+        rests = {goal.removeprefix(theme) for theme, goal in goals}
+        if len(rests) > 1 or not all(scene.is_a(t, class_) for t in themes) or any(scene.is_a(t, class_) for t in others):
+            raise Refusal(OPEN, self._its.which(clause.theme, [*dict.fromkeys(theme for theme, _ in goals)]))
+        return f"{some} of {class_.rpartition(':')[2]}{rests.pop()}"
 
     def _said(self, phrase: GoalPhrase, things: tuple[str, ...]) -> str:
         """The goal in words, if it makes sense of these things."""
@@ -319,6 +339,8 @@ class _Reading:
         one, other = (self._meaning(r) for r in (before, row))
         if one is None or other is None:
             return False
+        if row.clause.theme.pronoun and before.clause.said == spoken(before.clause.words) and one.needs and one.needs <= self._its.facts:
+            return True  # "the tin is on the tray: pick it up" says where it is
         means = not one.needs or any(self._fluents[f[0]].in_hand for f in one.needs)
         if means and (other.needs or other.shown):
             return True
@@ -326,7 +348,9 @@ class _Reading:
         return apart and bool(self._fluents.clash(self._its.scene, one, other))
 
     def _meaning(self, row: _Row) -> GoalCondition | None:
-        """What a goal asks for; None where it leaves something open."""
+        """State that a goal asks for; None where it leaves something open."""
+        if row.clause.denied:
+            return None
         names = [w for w in row.literal.goal.split() if thing_of(w) in self._its.scene.types]
         slots = len([w for w in row.phrase.form.split() if w.isupper()])
         things = [names[0], row.clause.amount] if row.clause.amount else names[:slots]
@@ -336,6 +360,7 @@ class _Reading:
             return None
 
 
+OR = " or "
 _OPEN_WAYS = frozenset({"to", "towards", "at", "over to", "toward"})
 """Prepositions that leave open whether it is on or in."""
 

@@ -1,4 +1,4 @@
-"""Where things are for somebody who looks at them: left and right, in front and behind, near and between."""
+"""Directions seen by an observer: left and right, in front and behind, near and between."""
 
 from __future__ import annotations
 
@@ -137,7 +137,7 @@ class Space:
         return [n for n in names if off[n] < min(off.values()) + MARGIN]
 
     def from_observer(self, names: Sequence[str], *, robot: bool, far: bool) -> list[str]:
-        """Return the things that are nearest to, or farthest from, the robot's base, or whoever looks."""
+        """Return the things that are nearest to, or farthest from, the robot's base, or the observer."""
         if not robot:
             return self.most(names, "back" if far else "front")
         x, y, _ = self._base.inverse().position

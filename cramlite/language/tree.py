@@ -1,4 +1,4 @@
-"""What a sentence says before anybody looks at the scene: descriptions of things, and what is asked of them."""
+"""Content of a sentence before anybody looks at the scene: descriptions of things, and requests about them."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ class Noun(Value):
 
 
 class Clause(Value):
-    """What is asked for of things.
+    """Request about things.
 
     Args:
         said: its words, without those of its descriptions.
@@ -75,6 +75,7 @@ class Clause(Value):
         amount: with its unit; "" for none.
         beside: a further relation of the place: "on the table next to the plate".
         later: whether it is to be done after the ones before.
+        denied: whether it shall not be so: "the tin should not be on the floor".
         state: how the theme shall be there, as a goal phrase of it alone: "put the cup upside down onto the tray".
     """
 
@@ -87,4 +88,5 @@ class Clause(Value):
     amount: str = ""
     beside: Link | None = None
     later: bool = False
+    denied: bool = False
     state: GoalPhrase | None = None

@@ -143,7 +143,7 @@ def _changes(language: Language, common: Sequence[Literal]) -> Iterator[Literal]
 
 
 def own_changes(tables: Tables, span: int) -> tuple[Literal, ...]:
-    """Return recorded states between who acts and up to two things of a span that begin or end in it, whoever the things are."""
+    """Return recorded states between the actor and up to two things of a span that begin or end in it, whichever the things are."""
     asked = [one for one in tables.language.literals(2) if one.kind in ("begins", "ends") and ANY not in one.slots]
     literals = [one for one in asked if recorded(tables.language, one)]
     if not literals or not tables.size:

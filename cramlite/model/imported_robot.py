@@ -8,7 +8,7 @@ from .robot import Robot
 
 
 class ImportedRobot(Value):
-    """Robot read from a file, with notes on what the file had and lacked.
+    """Robot read from a file, with notes on the parts that the file had and lacked.
 
     Args:
         robot: joints count as its Denavit-Hartenberg table does; ``axis_zeros`` is where the file counts zero.

@@ -1,4 +1,4 @@
-"""Kinds of things that a library knows: what was taken of each file, and what was not."""
+"""Known kinds of a library: the parts of each file that were taken, and those that were not."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Check of cameras: is one where it is believed, by what stands in its picture?"""
+"""Check of cameras: whether one is where it is believed, by the fixtures in its picture."""
 
 from __future__ import annotations
 

@@ -70,7 +70,7 @@ def understand(sentence: str, scene: SymbolicWorld, knowledge: Knowledge, view: 
 
 
 def _checked(sentence: str, goals: tuple[str, ...], grounder: Grounder, where: str) -> Understood:
-    """What a plugin read, if they are goals about things that there are."""
+    """Goals that a plugin read, if they are about things that there are."""
     from ..language.sentence import Literal, NotUnderstood, Understood
 
     try:

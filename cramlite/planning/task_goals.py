@@ -35,7 +35,7 @@ class Goal(Value):
 
     @classmethod
     def said(cls, sentence: str, view: str = "") -> Goal:
-        """Return a goal that is said in a sentence, "put both cups onto the tray"; what it means is found in the setting.
+        """Return a goal from a sentence, "put both cups onto the tray"; its meaning is found in the setting.
 
         Args:
             view: from where left and right are told: "robot", "camera" or "x, y"; by default that of a fixed camera, else the robot's.

@@ -1,1 +1,1 @@
-"""Tests of robot programs with pytest: programs run in worlds with contact, and assertions ask what happened."""
+"""Tests of robot programs with pytest: programs run in worlds with contact; assertions are about their runs."""

@@ -1,4 +1,4 @@
-"""Page about a failed assertion: what happened, the moment drawn, and the program with the line that ran."""
+"""Page about a failed assertion: the finding, the moment drawn, and the program with the line that ran."""
 
 from __future__ import annotations
 

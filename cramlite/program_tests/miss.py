@@ -1,4 +1,4 @@
-"""Misses of assertions: what happened instead, when, and in which line of the program."""
+"""Misses of assertions: the finding, its time, and its line of the program."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ HAND = "hand"
 
 
 class ProgramFailure(AssertionError):
-    """An assertion about a program's run does not hold; the message says what happened, when and in which line."""
+    """An assertion about a program's run does not hold; the message gives the finding, its time and line."""
 
 
 class Miss(Value):

@@ -54,7 +54,7 @@ class TimeLinePage:
         write_html(folder / FILE, page)
 
     def _picture(self, moment: Moment, rollout: Rollout) -> str:
-        """What a moment looked like, as a data address."""
+        """Picture of a moment, as a data address."""
         sample = int(np.searchsorted(rollout.times, moment.since).clip(0, len(rollout.times) - 1))
         robots = self.knowledge.robots_of(rollout.world)
         return _webp(self.knowledge.simulator.picture(rollout, sample, robots, SIZE))

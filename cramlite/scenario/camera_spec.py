@@ -64,7 +64,7 @@ class CameraSpec(Spec):
         return Intrinsics.from_field_of_view(self.width, self.height, self.horizontal_fov)
 
     def calibrated(self, folder: Path) -> CameraSpec:
-        """Return the camera with what its calibration file says; ``folder``: that of the scenario.
+        """Return the camera with the values of its calibration file; ``folder``: that of the scenario.
 
         Raises:
             UserError: the file cannot be read, or was not written by ``cramlite calibrate``.

@@ -1,4 +1,4 @@
-"""Errors and proofs under doubt as files write them: only what differs from the defaults."""
+"""Errors and proofs under doubt in files: only differences from the defaults."""
 
 from __future__ import annotations
 

@@ -32,7 +32,7 @@ Path = tuple[str | int, ...]
 
 
 class WhereSpec(Spec):
-    """Constraints on the place that a task chooses, beside what its roles say. Left and in front are as the robot's base looks, along x.
+    """Constraints on the place that a task chooses, beside its roles. Left and in front are as the robot's base looks, along x.
 
     Args:
         near, left_of, right_of, in_front_of, behind: things.
@@ -105,7 +105,7 @@ class TaskSpec(Spec):
 
 
 class RuleSpec(Spec):
-    """Tasks under a rule of the plan language, which may be nested: what ``task_entry`` makes of ``{RULE: ...}``.
+    """Tasks under a rule of the plan language, which may be nested: values of ``task_entry`` from ``{RULE: ...}``.
 
     Args:
         rule: "sequence", "choose", "fallback", "try_all", "parallel", "repeat", "retry" or "monitor".

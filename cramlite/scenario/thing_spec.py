@@ -1,4 +1,4 @@
-"""Things of a scenario file: what they are and where, how they vary, and how far they may be from where they are believed to be."""
+"""Things of a scenario file: kind, pose, variation, and the error of their believed pose."""
 
 from __future__ import annotations
 

@@ -14,7 +14,7 @@ from ..base.errors import PluginError, UserError, nearest
 from ..base.resources import find_scenario
 from ..base.seeds import whole_seed
 from ..model.geometry import Pose
-from ..model.world import Camera, Physics, Thing, World
+from ..model.world import Camera, Physics, RobotMount, Thing, World
 from ..plugin.protocols import Correcting
 from .faults import faulty
 from .imported_world import imported_world
@@ -76,6 +76,7 @@ def build_world(
     vary: Iterable[VarySpec],
     knowledge: Knowledge,
     seed: int,
+    robots: tuple[RobotMount, ...] = (),
 ) -> tuple[World, tuple[Relation, ...]]:
     """Build the world of a scenario, and return it with the relations that it states.
 
@@ -83,6 +84,7 @@ def build_world(
 
     Args:
         seed: 0 gives the world as written; any other draws ``vary`` from it.
+        robots: as they stand where poses are read, if not as the scenario has them; what they hold stays where it was read.
 
     Raises:
         UserError: an unknown model, parameter or thing.
@@ -116,20 +118,23 @@ def build_world(
         if spec.hangs_on:
             relations.append(("hangs_on", spec.name, spec.hangs_on.hanger))
     world = _completed(scenario, tuple(built.values()), imported, knowledge)
-    return corrected(world, knowledge, scenario.spec.world.noise if scenario.spec.world else 0.0), tuple(relations)
+    read = replace(world, robots=robots or world.robots)
+    found = corrected(read, knowledge, scenario.spec.world.noise if scenario.spec.world else 0.0)
+    return replace(found, robots=world.robots), tuple(relations)
 
 
-def corrected(world: World, knowledge: Knowledge, noise: float) -> World:
+def corrected(world: World, knowledge: Knowledge, noise: float, deep: float | None = None) -> World:
     """Return a world of read poses in which things that cannot be where they were read are moved to free
     places, with a note.
 
     Args:
         noise: how far readings may be off [m]; with 0 the world is as it was read.
+        deep: that one may be inside another [m]; None for the simulator's own limit.
     """
     simulator = knowledge.simulator
     if not noise or not isinstance(simulator, Correcting):
         return world
-    apart, said = simulator.put_apart(world, knowledge.robots_of(world), noise)
+    apart, said = simulator.put_apart(world, knowledge.robots_of(world), noise, deep)
     return replace(apart, notes=(*apart.notes, *said))
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from cramlite import Engine, Setting
+from cramlite.model import World
 from cramlite_plugins.judges.judge_process import PATIENCE, JudgeEnvironment, JudgeProcess
 
 from .episode import prepare
@@ -29,9 +30,9 @@ class Libero(JudgeProcess):
     def __init__(self, environment: Path | None = None, patience: float = PATIENCE) -> None:
         super().__init__([ENVIRONMENT.python(environment), str(SCRIPT)], "docs/how-to/libero.md", "libero_panda", 7, patience)
 
-    def setting(self, engine: Engine, folder: Path, twins: int) -> tuple[Path, Setting]:
+    def setting(self, engine: Engine, folder: Path, twins: int, now: World | None = None) -> tuple[Path, Setting]:
         """Write the episode's scene and scenario, and build its setting."""
-        return prepare(engine, self.scene(), self.hello(), folder, twins)
+        return prepare(engine, self.scene(), self.hello(), folder, twins, now)
 
 
 def connect(environment: Path | None) -> Libero:

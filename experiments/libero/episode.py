@@ -1,4 +1,4 @@
-"""One episode of LIBERO as a scenario: what the judge says of its world, in the words of cramlite."""
+"""One episode of LIBERO as a scenario: the answers of the judge about its world, in the words of cramlite."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from cramlite import Engine, Setting, UserError
+from cramlite.model import World
 from cramlite_plugins.backends.stream.messages import Hello
 from cramlite_plugins.judges.judged_scene import scene_setting
 
@@ -15,13 +16,15 @@ STRICT = {"bystander_motion": "1 mm"}
 """Where an obstacle may not be moved."""
 
 
-def prepare(engine: Engine, scene: dict[str, Any], hello: Hello, folder: Path, twins: int) -> tuple[Path, Setting]:
+def prepare(
+    engine: Engine, scene: dict[str, Any], hello: Hello, folder: Path, twins: int, now: World | None = None
+) -> tuple[Path, Setting]:
     """Write scene and scenario of an episode, and build its setting: where its goal is to be achieved."""
     x, y, z, *turn = scene["base"]
     if abs(turn[0]) < 0.999999:
         raise UserError(f"The robot's base is turned by the quaternion {turn}; all of LIBERO's stand straight.")
     return scene_setting(
-        engine, folder, scene, hello, lambda things: goal_sentences(scene, things), twins,
+        engine, folder, scene, hello, lambda setting: goal_sentences(scene, setting.world.things), twins, now,
         robot={"type": "libero_panda", "at": {"position": [x, y, z]}},
         limits=STRICT if scene.get("strict") else {"advisory": ["bystanders"], "may_push": True},  # LIBERO does not ask about them
     )  # fmt: skip

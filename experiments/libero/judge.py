@@ -1,8 +1,8 @@
 """LIBERO as a process that judges: it runs in an environment of its own and speaks JSON lines.
 
-Nothing of cramlite is imported here; ``connection.py`` starts it. Requests: ``reset`` (suite, task, state), ``scene``, ``cameras``,
-``check``, and those of a robot process (``hello``, ``step``, ``end``; docs/how-to/drive_a_robot.md): its Panda takes deltas of its
-end effector through robosuite's operational space controller, as in the published protocol. A request that cannot be served is
+Nothing of cramlite is imported here; ``connection.py`` starts it. Requests: ``reset`` (suite, task, state), ``scene``, ``look``,
+``cameras``, ``check``, and those of a robot process (``hello``, ``step``, ``end``; docs/how-to/drive_a_robot.md): its Panda takes deltas
+of its end effector through robosuite's operational space controller, as in the published protocol. A request that cannot be served is
 answered with ``error``.
 """
 
@@ -26,6 +26,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 from changes import PREFIX, Change, cases
 from instability import instability
 from judge_lines import Refused, serve
+from looking import taken
 from masses import with_masses
 from obstacles import PREFIX as SAFE
 from obstacles import Obstacles, problem
@@ -165,7 +166,7 @@ class Judge:
         }  # fmt: skip
 
     def read(self) -> dict[str, Any]:
-        """Return the poses of what can be moved, by body, and the goal where another one is asked for; of suites with changes alone."""
+        """Return the poses of movable things, by body, and the goal where another one is asked for; of suites with changes alone."""
         if self.change is None:
             return {}
         env, data = self.env.env, self.env.sim.data
@@ -189,6 +190,11 @@ class Judge:
         changed = self.change.applied if self.change else None
         avoided = self.obstacles.avoided if self.obstacles else None
         return {"success": self.success(), "first": self.first, "steps": self.steps, "changed": changed, "avoided": avoided}
+
+    def look(self) -> dict[str, Any]:
+        """Return a picture with depth by the fixed camera, calibrated to the robot's base, and the robot's joints."""
+        joints = self.feel()
+        return taken(self.env.sim.model._model, self.env.sim.data._data, "robot0_link0") | {n: joints[n] for n in ("joints", "opening")}
 
     def cameras(self) -> dict[str, Any]:
         """Take a picture with each camera of the published protocol, as PNG in base64."""

@@ -1,4 +1,4 @@
-"""The Panda of robosuite 1.4 as a robot of cramlite, a plugin file: what LIBERO's scenes are driven with.
+"""The Panda of robosuite 1.4 as a robot of cramlite, a plugin file: the robot of LIBERO's scenes.
 
 Kinematics: links and joint ranges of robosuite 1.4, models/assets/robots/panda/robot.xml: the Franka Research 3's but for the flange
 (106.5 mm) and the ranges. Speeds: Panda data sheet. Masses of the links are the FR3's (cramlite_plugins/robots/fr3.py). Hand:

@@ -1,4 +1,4 @@
-"""What the published rules measure, where ours measure differently: end points, and contacts that span an action.
+"""Measures of the published rules, where ours differ: end points, and contacts that span an action.
 
 ``sliding_gripper.yaml`` is not here: as published its class has no 'http://', so that the rule never fires.
 """

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from cramlite import Engine, Setting
+from cramlite.model import World
 from cramlite_plugins.backends.stream.process import RobotProcess
 from cramlite_plugins.judges.judge_process import PATIENCE, JudgeEnvironment, JudgeProcess
 from cramlite_plugins.judges.judged_scene import scene_setting
@@ -39,11 +40,11 @@ class Robosuite(JudgeProcess):
             self.robot = RobotProcess(self.lines, kind, joints, self.patience)
         return super().reset(suite, task, state)
 
-    def setting(self, engine: Engine, folder: Path, twins: int) -> tuple[Path, Setting]:
+    def setting(self, engine: Engine, folder: Path, twins: int, now: World | None = None) -> tuple[Path, Setting]:
         """Write the episode's scene and scenario, and build its setting."""
         scene = self.scene()
         robot: dict[str, Any] = {"type": self.robot.robot, "at": {"position": scene["base"], "yaw": f"{scene['yaw']} deg"}}
-        return scene_setting(engine, folder, scene, self.hello(), lambda _: list(scene["goal"]), twins, robot=robot)
+        return scene_setting(engine, folder, scene, self.hello(), lambda _: list(scene["goal"]), twins, now, robot=robot)
 
 
 def connect(environment: Path | None) -> Robosuite:

@@ -8,13 +8,11 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from msgspec.structs import replace
-
 from ...base.errors import UserError
 from ...base.run_directory import write_whole
 from ...base.value import Value
 from ...engine.expectation import Limits, RunWatch, expectation
-from ...engine.read_belief import in_hand
+from ...engine.read_belief import world_as_read
 from ...model.readings import Deviation, Notice
 from ...planning.trace import Trace
 from ...scenario.scenario import read_scenario
@@ -24,6 +22,7 @@ if TYPE_CHECKING:
     from ...engine.setting import Setting
     from ...engine.solution import Solution
     from ...model.rollout import Rollout
+    from ...model.world import World
     from .judge import Judge
 
 ROUNDS = 6
@@ -85,7 +84,7 @@ def play_on(judge: Judge, engine: Engine, solution: Solution, folder: Path, twin
         if notice.kind is Deviation.STOPPED:
             return played(f"{notice}; {PERSON}")
         began = time.process_time()
-        following, why, notes = _following(judge, engine, watch, folder / f"round_{number + 1}", twins)
+        following, why, notes = _following(judge, engine, _read(solution.setting, watch), folder / f"round_{number + 1}", twins)
         thought.append(time.process_time() - began)
         corrections += [n for n in notes if n not in known]
         if following is None:
@@ -95,14 +94,14 @@ def play_on(judge: Judge, engine: Engine, solution: Solution, folder: Path, twin
 
 
 def _following(
-    judge: Judge, engine: Engine, watch: RunWatch, folder: Path, twins: int
+    judge: Judge, engine: Engine, read: World, folder: Path, twins: int
 ) -> tuple[Solution | None, str, tuple[str, ...]]:
     """First proven program from the judge's present world, None with the reason; and the world's notes."""
     trace = Trace()
     notes: tuple[str, ...] = ()
     try:
-        path, setting = judge.setting(engine, folder, twins)
-        setting, notes = _holding(setting, watch), setting.world.notes
+        path, setting = judge.setting(engine, folder, twins, read)
+        notes = setting.world.notes
         found = engine.resolve(read_scenario(path), setting=setting, trace=trace)
         solution = next(found, None)
     except UserError as error:
@@ -112,9 +111,7 @@ def _following(
     return solution, "" if solution else failure_text(trace, engine.registry.faults), notes
 
 
-def _holding(setting: Setting, watch: RunWatch) -> Setting:
-    """Setting with the payload of the last readings in the hand."""
-    mount, read = setting.world.robots[0], watch.last
-    assert read is not None
-    holds = in_hand(setting.world.things, read, setting.robot.gripper.opening[0])
-    return replace(setting, world=replace(setting.world, robots=(replace(mount, holds=holds),)))
+def _read(before: Setting, watch: RunWatch) -> World:
+    """World of a setting by the last readings, with the payload in the hand."""
+    assert watch.last is not None
+    return world_as_read(before.world, watch.last, before.world, before.robot.gripper.opening[0])

@@ -14,6 +14,7 @@ from ...engine.engine import Engine
 from ...engine.setting import Setting
 from ...model.readings import Watch
 from ...model.rollout import Rollout
+from ...model.world import World
 
 CONNECT = "connect"
 """Function of an experiment's file that returns its judge, or says how its environment is installed."""
@@ -53,8 +54,12 @@ class Judge(Protocol):
     def reset(self, suite: str, task: int, state: int) -> str:
         """Begin an episode and return the name of its task."""
 
-    def setting(self, engine: Engine, folder: Path, twins: int) -> tuple[Path, Setting]:
-        """Write the scenario of the present episode, with its goal, into a folder; return its file and setting."""
+    def setting(self, engine: Engine, folder: Path, twins: int, now: World | None = None) -> tuple[Path, Setting]:
+        """Write the scenario of the present episode, with its goal, into a folder; return its file and setting.
+
+        Args:
+            now: the world as it was read last, of watched suites alone: what its robot holds.
+        """
 
     def play(self, program: str, setting: Setting, watch: Watch | None = None) -> Rollout:
         """Run a program in the judge's simulator to its end, or until a watcher of its readings stops it."""

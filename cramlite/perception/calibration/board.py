@@ -43,7 +43,7 @@ class BoardSpec(Spec):
 
     @property
     def size(self) -> tuple[float, float]:
-        """Width and height of what is printed [m]."""
+        """Width and height of the print [m]."""
         gap = self.square - self.marker if self.kind == "grid" else 0.0
         return self.columns * self.square - gap, self.rows * self.square - gap
 

@@ -208,7 +208,7 @@ class _Problem(Value, eq=False, dict=True):
 
     @cached_property
     def _arrays(self) -> tuple[Floats, Floats, Floats, Any]:
-        """From what the board is on to what the camera is on, (M, 4, 4); corners, pixels and number of picture of all points."""
+        """Transforms from the board's mount to the camera's, (M, 4, 4); corners, pixels and number of picture of all points."""
         flanges = [s.flange.inverse() if self.mount == "flange" else s.flange for s in self.stations]
         at = np.repeat(np.arange(len(flanges)), [len(s.sighting.pixels) for s in self.stations])
         sightings = [s.sighting for s in self.stations]
@@ -223,7 +223,7 @@ class _Problem(Value, eq=False, dict=True):
         return least_squares(lambda x: self.residuals(camera, board, x).ravel(), start, x_scale="jac", method="trf")
 
     def jackknife(self, jacobian: Floats, residuals: Floats) -> Floats:
-        """Covariance of the solution: what it moves by if one picture is left out, over all pictures."""
+        """Covariance of the solution: its change if one picture is left out, over all pictures."""
         ends = np.cumsum([2 * len(s.sighting.pixels) for s in self.stations])
         whole, moved = jacobian.T @ jacobian, []
         for j, r in zip(np.split(jacobian, ends[:-1]), np.split(residuals, ends[:-1]), strict=True):
@@ -272,7 +272,7 @@ def _right_size(problem: _Problem, found: Calibration) -> None:
 
 
 def _unrelated(stations: Sequence[Station], mount: str, intrinsics: Intrinsics, found: Calibration) -> str:
-    """What to say where pictures and poses do not fit; whether they would fit with the camera elsewhere."""
+    """Advice where pictures and poses do not fit; whether they would fit with the camera elsewhere."""
     other = "world" if mount == "flange" else "flange"
     again = _solved(_Problem(tuple(stations), other, intrinsics, False), *_guess(stations, other, intrinsics))
     if again.error < found.error / 5:

@@ -23,7 +23,7 @@ DISTORTED = 1.0
 
 
 def calibration_text(found: Calibration, recording: Recording, warned: Sequence[str] = ()) -> str:
-    """Return what was found, with error bars, in lines."""
+    """Return the solution, with error bars, in lines."""
     k, spec = found.intrinsics, recording.spec
     sizes = np.sqrt(np.diag(found.covariance))
     x, y, z = (1000 * v for v in found.camera.position)
@@ -47,7 +47,7 @@ def calibration_text(found: Calibration, recording: Recording, warned: Sequence[
 
 
 def warnings(found: Calibration, recording: Recording) -> list[str]:
-    """Return what makes a calibration doubtful: pictures that do not fit, and a lens that bends lines."""
+    """Return the doubts about a calibration: pictures that do not fit, and a lens that bends lines."""
     told = []
     if found.strays:
         each = ", ".join(f"{n} ({np.sqrt((found.pixels[n] ** 2).sum(axis=1).mean()):.2f} pixels)" for n in found.strays)

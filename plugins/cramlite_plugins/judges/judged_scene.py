@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +12,7 @@ import yaml
 from msgspec.structs import replace
 
 from cramlite import Engine, Setting, read_scenario
-from cramlite.model import Thing
+from cramlite.model import World
 
 from ..backends.stream.messages import Hello
 
@@ -27,8 +27,8 @@ SEQUENCES = 3
 
 
 def scene_setting(
-    engine: Engine, folder: Path, scene: Mapping[str, Any], hello: Hello, goal: Callable[[Sequence[Thing]], list[str]], twins: int,
-    **spec: Any,
+    engine: Engine, folder: Path, scene: Mapping[str, Any], hello: Hello, goal: Callable[[Setting], list[str]], twins: int,
+    now: World | None = None, **spec: Any,
 ) -> tuple[Path, Setting]:  # fmt: skip
     """Write the scene and the scenario of an episode, and build its setting.
 
@@ -36,7 +36,8 @@ def scene_setting(
         folder: for ``scene.xml`` and ``scenario.yaml``.
         scene: with its MJCF text, ``xml``, and its state, ``qpos``.
         hello: what the robot feels.
-        goal: sentences about the things of the world.
+        goal: what shall hold in the world of a setting.
+        now: the world as it was read last; what its robot holds stays where it was read.
         spec: further keys of the scenario; ``robot`` at least.
 
     Returns:
@@ -50,8 +51,8 @@ def scene_setting(
     world = {"file": str(folder.resolve() / "scene.xml"), "keyframe": "state", "packages": _assets(scene["xml"])} | absent
     world |= {"noise": NOISE} if hello.poses is not None else {}
     whole = {"scenario": "episode", "world": world, **spec}
-    setting = engine.setting(read_scenario(whole | {"tasks": []}), twins=twins)
-    parts = goal(setting.world.things)
+    setting = engine.setting(read_scenario(whole | {"tasks": []}), twins=twins, now=now)
+    parts = goal(setting)
     asked = {"budget": {"sequences": SEQUENCES * len(parts), **SEARCH}, "goal": parts}
     scenario = folder / "scenario.yaml"
     scenario.write_text(yaml.safe_dump(whole | asked, sort_keys=False), encoding="utf-8", newline="\n")

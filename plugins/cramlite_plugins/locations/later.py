@@ -9,7 +9,8 @@ from collections.abc import Iterator
 from cramlite.model import Belief, EntityName, enclosing_names, thing_of
 from cramlite.plugin import Context
 
-CLOSING, RELEASING, RETRACTING = "soma:Closing", "soma:Releasing", "soma:Retracting"
+CLOSING, OPENING = "soma:Closing", "soma:Opening"
+RELEASING, RETRACTING = "soma:Releasing", "soma:Retracting"
 
 
 def closes(name: str, put: str, context: Context) -> bool:
@@ -23,10 +24,10 @@ def closes(name: str, put: str, context: Context) -> bool:
     return False
 
 
-def closes_next(put: str, context: Context) -> bool:
-    """Check whether the first of the later tasks that is not about the payload closes something."""
-    others = (task for task in context.later if put not in task.things)
-    return any(context.taxonomy.is_a(task.action.task, CLOSING) for task in itertools.islice(others, 1))
+def goes_on(put: str, context: Context) -> bool:
+    """Check whether the first of the later tasks about other things than the payload opens nothing, which would need more room."""
+    others = (task for task in context.later if task.things and put not in task.things)
+    return any(not context.taxonomy.is_a(task.action.task, OPENING) for task in itertools.islice(others, 1))
 
 
 def retracts_from(put: str, context: Context) -> bool:

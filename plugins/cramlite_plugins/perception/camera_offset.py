@@ -100,7 +100,7 @@ def _registered(points: _Points, solids: Sequence[tuple[Geom, Pose]], centre: Fl
 def _clear(
     points: _Points, whole: Pose, solids: Sequence[tuple[Geom, Pose]], limits: Mapping[str, float]
 ) -> tuple[_Points, list[tuple[Geom, Pose]]]:
-    """Solids on which most points near them lie, and their points: what hangs on a peg is near it, too, and tells nothing."""
+    """Solids on which most points near them lie, and their points: a thing on a peg is near it, too, and tells nothing."""
     import numpy as np
 
     at, rays = whole.apply(points.at), whole.rotate(points.rays)

@@ -11,6 +11,10 @@ from cramlite.plugin import Expert, Inputs, Judged, Parameter, hookimpl
 if TYPE_CHECKING:
     import numpy as np
 
+    from cramlite.model import Mask
+
+    from .values import Cloud
+
     Floats = np.ndarray[Any, np.dtype[np.float64]]
 
 
@@ -39,6 +43,35 @@ def distance(points: Floats, thing: Thing) -> Floats:
     for geom in thing.geoms:
         away = np.minimum(away, np.maximum(signed_distances(geom.pose.inverse().apply(local), geom)[0], 0.0))
     return away
+
+
+def depth_within(points: Floats, thing: Thing) -> Floats:
+    """Return how deep points (N, 3) in the world frame are inside of a thing's solids (N,) [m]; 0 outside."""
+    import numpy as np
+
+    deep = np.zeros(len(points))
+    local = thing.pose.inverse().apply(points)
+    for geom in (g for g in thing.geoms if g.shape != "convex"):
+        deep = np.maximum(deep, -signed_distances(geom.pose.inverse().apply(local), geom)[0])
+    return deep
+
+
+def on_fixtures(cloud: Cloud, fixtures: Iterable[Thing], tolerance: float) -> Mask:
+    """Return the mask of a cloud's points within ``tolerance`` [m] of the surface of things whose poses are known."""
+    import numpy as np
+
+    from ..shapes.bounds import corners
+
+    index = np.flatnonzero(cloud.mask)
+    points = cloud.points.reshape(-1, 3)[index].astype(float)
+    near = np.zeros(len(index), bool)
+    for thing in (t for t in fixtures if t.geoms):
+        edges = corners(thing, thing.pose)
+        around = ((points > edges.min(axis=0) - tolerance) & (points < edges.max(axis=0) + tolerance)).all(axis=1) & ~near
+        near[around] = distance(points[around], thing) < tolerance
+    mask = np.zeros(cloud.mask.size, bool)
+    mask[index[near]] = True
+    return mask.reshape(cloud.mask.shape)
 
 
 def signed_distances(p: Floats, geom: Geom) -> tuple[Floats, Floats]:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections import Counter
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import Any
 
 from cramlite.plugin import Expert, Inputs, Judged, Parameter, hookimpl
@@ -11,7 +12,8 @@ UNLIKELY = 1e6
 
 
 def instances(inputs: Inputs) -> Mapping[str, Any]:
-    """Match objects with those of an earlier frame; an unmatched one gets a new name, its class and a number.
+    """Match objects with those of an earlier frame; an unmatched one gets a new name: its class and a number, or its model and a number
+    where several known models are of its class.
 
     Solves the assignment problem of least total distance (Kuhn, 1955) among pairs of one class that are near enough.
     """
@@ -30,7 +32,8 @@ def instances(inputs: Inputs) -> Mapping[str, Any]:
                 costs[i, j] = float(np.linalg.norm(centres[i] - np.asarray(place)))
     limit = inputs.parameters["way_m"]
     kept = {int(i): known[j] for i, j in zip(*linear_sum_assignment(costs), strict=True) if costs[i, j] <= limit}
-    names = _named(objects, kept, set(known))
+    count = Counter(m.type for m in inputs.get("models", ()))
+    names = _named(objects, kept, set(known), {t for t, models in count.items() if models > 1})
     judged = tuple(
         None if c is None else Judged(n, _sure(i, n, kept, known, costs, limit), _why(i, n, kept, known, costs))
         for i, (n, c) in enumerate(zip(names, centres, strict=True))
@@ -42,13 +45,23 @@ def _type(values: Mapping[str, Judged]) -> str:
     return str(values["type"].value) if "type" in values else "unknown"
 
 
-def _named(objects: Sequence[Mapping[str, Judged]], kept: Mapping[int, str], used: set[str]) -> list[str]:
+def _stem(values: Mapping[str, Judged], shared: Collection[str]) -> str:
+    """What a new object is called before its number."""
+    candidates = values["candidates"].value if "candidates" in values else ()
+    if candidates and _type(values) in shared:
+        return str(candidates[0].value)
+    return _type(values).split(":")[-1].lower()
+
+
+def _named(
+    objects: Sequence[Mapping[str, Judged]], kept: Mapping[int, str], used: set[str], shared: Collection[str]
+) -> list[str]:
     names = []
     for i, values in enumerate(objects):
         if i in kept:
             names.append(kept[i])
             continue
-        stem = _type(values).split(":")[-1].lower()
+        stem = _stem(values, shared)
         number = next(k for k in range(1, 1000) if f"{stem}_{k}" not in used)
         used.add(f"{stem}_{number}")
         names.append(f"{stem}_{number}")
@@ -77,5 +90,5 @@ def experts() -> Iterable[Expert]:
     )
     return [
         Expert("assignment", "names that stay over frames", ("objects", "points", "type"), ("instance",), instances,
-               "scene", uses=("earlier",), cost_ms=2.0, parameters=(way,)),
+               "scene", uses=("earlier", "models", "candidates"), cost_ms=2.0, parameters=(way,)),
     ]  # fmt: skip

@@ -22,7 +22,7 @@ from .person import Person
 
 
 def demonstrate(world: World, shown: Sequence[Shown], *, seed: int, rate: float = 50.0) -> Rollout:
-    """Record a person who performs scripts in a world, one after the other, until one does not come off.
+    """Record a person performing scripts in a world, one after the other, until one does not come off.
 
     Args:
         world: with the things that the scripts need; robots are left out.

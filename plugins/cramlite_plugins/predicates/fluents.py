@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator
 
 import numpy as np
+import shapely
 
 from cramlite.model import EntityName, Floats, Thing, thing_of
 from cramlite.plugin import (
@@ -16,7 +17,7 @@ from cramlite.plugin import (
     contents,
 )
 
-from ..shapes.bounds import corners, lowest
+from ..shapes.bounds import centre_of_mass, corners, lowest
 from ..shapes.nesting import room_under
 from ..shapes.standing_up import stood_up
 from ..shapes.surfaces import SUNK, resting_height
@@ -146,8 +147,10 @@ def _stacked(thing: Thing, scene: SymbolicWorld, boxes: list[tuple[str, Floats, 
     height, owner = resting_height(thing, thing.pose, [(b, b.pose) for b in below])
     if abs(low[2] - height) < STANDS_WITHIN:
         return owner
+    if _stands(thing, float(low[2]), scene):
+        return None
     upright = stood_up(thing, thing.pose) is thing.pose
-    return None if upright or _stands(thing, float(low[2]), scene) else _leans_on(thing, below)
+    return _leans_on(thing, [b for b in below if _is_over(thing, b)] if upright else below)
 
 
 def _stood_on(thing: Thing, scene: SymbolicWorld) -> str | None:
@@ -160,6 +163,12 @@ def _leans_on(thing: Thing, below: list[Thing]) -> str | None:
     """Support of a thing that stands on no surface: the nearest below it, if as good as touched."""
     found = min(((abs(room_under(thing, thing.pose, b, b.pose)), b.name) for b in below), default=(math.inf, ""))
     return found[1] if found[0] < STANDS_WITHIN else None
+
+
+def _is_over(thing: Thing, other: Thing) -> bool:
+    """Whether a thing's centre of mass is over another, seen from above."""
+    outline = shapely.MultiPoint(corners(other, other.pose)[:, :2]).convex_hull
+    return bool(outline.covers(shapely.Point(thing.pose.apply(centre_of_mass(thing))[:2])))
 
 
 def _stands(thing: Thing, low: float, scene: SymbolicWorld) -> bool:

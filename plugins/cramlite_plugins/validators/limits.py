@@ -12,6 +12,7 @@ from cramlite.plugin import Candidate, Cost, Finding, Validator, hookimpl
 from .task_times import task_at
 
 LOOK = 0.1  # between samples that are looked at [s]
+BACK = 0.002  # by which an arm that leaves a singularity may come back to it: it is led at 20 Hz [smallest singular value]
 PASSING = 0.8  # distance kept from limits at a stop; free motions are planned without it
 
 
@@ -45,7 +46,10 @@ def _targets(step: AnyStep) -> tuple[Joints, ...]:
 
 
 class Singularities(Value):
-    """Check that the arm kept its distance from singularities while the text ran, if it must keep one (``Robot.conditioning``)."""
+    """Check that the arm kept its distance from singularities while the text ran, if it must keep one (``Robot.conditioning``).
+
+    An arm that stands nearer to one when the text begins may leave it, and come no nearer before.
+    """
 
     name: str = "singularities"
     cost: Cost = "rollout"
@@ -58,11 +62,15 @@ class Singularities(Value):
             return
         count = 1 + round((rollout.times[-1] - rollout.times[0]) / LOOK)
         samples = np.unique(np.linspace(0, len(rollout.times) - 1, count).round().astype(int))
-        values = [conditioning(robot, rollout.joints[k]) for k in samples]
-        worst = int(np.argmin(values))
-        least, at = values[worst], int(samples[worst])
+        values = np.array([conditioning(robot, rollout.joints[k]) for k in samples])
+        kept = PASSING * robot.conditioning
+        leaving = 0 if values[-1] < kept else int(np.argmax(values >= kept))
+        nearer = values[:leaving] < np.maximum.accumulate(values[:leaving]) - BACK
+        first = int(np.argmax(nearer)) if nearer.any() else leaving
+        worst = first + int(np.argmin(values[first:]))
+        least, at = float(values[worst]), int(samples[worst])
         reason = f"smallest singular value {least:.3f} at {rollout.times[at]:.1f} s, {robot.conditioning} is kept"
-        yield Finding(self.name, least >= PASSING * robot.conditioning, reason, least, robot.conditioning, origin=task_at(candidate, at))
+        yield Finding(self.name, least >= kept, reason, least, robot.conditioning, origin=task_at(candidate, at))
 
 
 @hookimpl

@@ -10,7 +10,19 @@ import numpy as np
 import pytest
 from conftest import ROOT, Run
 
-from cramlite.model import Drive, MoveJoints, MoveUntilContact, Program, Rollout, SetGripper, typed_code
+from cramlite.model import (
+    Deviation,
+    Drive,
+    MoveJoints,
+    MoveUntilContact,
+    Notice,
+    Program,
+    Readings,
+    Rollout,
+    SetGripper,
+    replace,
+    typed_code,
+)
 from cramlite.plugin import UserError
 from cramlite_plugins.backends.stream.backend import Stream
 from cramlite_plugins.backends.stream.messages import Action, Hello, State
@@ -162,6 +174,67 @@ def test_a_spring_that_says_its_inertia_does_not_overshoot(told: bool, least: fl
     assert least <= max(arm.seen) - end <= most
     there, goal = (forward(UR5E, np.array(q)) for q in (ran.joints[-1], turn.path[-1]))
     assert there.distance(goal)[0] <= arm.hello().tolerance[0], "the last motion of a program is awaited to its tolerance"
+
+
+class Falling(Spring):
+    """A spring beside a thing that falls by 5 mm a period, until it lies after so many of them."""
+
+    def __init__(self, lies: int) -> None:
+        super().__init__(True)
+        self.lies, self.steps = lies, 0
+
+    def step(self, action: Action) -> State:
+        self.steps += 1
+        height = 0.005 * max(0, self.lies - self.steps)
+        return replace(super().step(action), poses={"cup": (0.5, 0.0, height, 1.0, 0.0, 0.0, 0.0)})
+
+
+class Alarm:
+    """A watcher that notices something at its third reading."""
+
+    period, seen, last = 0.05, 0, None
+
+    def see(self, readings: Readings) -> Notice | None:
+        self.seen += 1
+        return Notice(Deviation.ADDED, readings.time, "it is there") if self.seen == 3 else None
+
+    def rest(self, readings: Readings) -> None:
+        self.last = readings
+
+
+@pytest.mark.parametrize(("lies", "least", "most"), [(0, 2, 10), (16, 16, 20), (1000, 20, 24)], ids=["rests", "falls", "falls on"])
+def test_an_arm_that_brakes_waits_until_what_is_read_rests(lies: int, least: int, most: int) -> None:
+    turn = MoveJoints(((UR5E.home[0] + 1.0, *UR5E.home[1:]),), 1.0, 4.0)
+    loaded = load_program(typed_code(Program("test", "arm", "ur5e", UR5E.gripper.tcp, UR5E.home, (turn,), ())).text, UR5E)
+    arm, alarm = Falling(lies), Alarm()
+    ran = stream(loaded, UR5E, arm, alarm)
+    assert ran.outcome == "noticed" and least <= arm.steps <= most
+    assert np.abs(arm.speed).max() < 0.2, "it stands still"
+    assert alarm.last is not None and (alarm.last.poses or {})["cup"].position[2] == pytest.approx(0.005 * max(0, lies - arm.steps))
+
+
+class Cancelling(Alarm):
+    """A watcher that hears at a reading amid the motion that nothing is asked for any more, or sees that something is there."""
+
+    def __init__(self, kind: Deviation) -> None:
+        self.kind, self.before = kind, list[Readings]()
+
+    def see(self, readings: Readings) -> Notice | None:
+        self.before.append(readings)
+        return Notice(self.kind, readings.time, "") if len(self.before) == 12 else None
+
+
+@pytest.mark.parametrize(("kind", "at_once"), [(Deviation.CANCELLED, True), (Deviation.MOVED, False)])
+def test_an_arm_whose_task_is_cancelled_stops_at_once(kind: Deviation, at_once: bool) -> None:
+    """It moves at up to 1 rad/s and is a spring: after ten actions it is within 20 mrad; one that brakes goes on by 0.2 rad and more."""
+    turn = MoveJoints(((UR5E.home[0] + 1.0, *UR5E.home[1:]),), 1.0, 4.0)
+    loaded = load_program(typed_code(Program("test", "arm", "ur5e", UR5E.gripper.tcp, UR5E.home, (turn,), ())).text, UR5E)
+    arm, watch = Spring(True), Cancelling(kind)
+    ran = stream(loaded, UR5E, arm, watch)
+    when = watch.before[-1]
+    after = np.array(arm.seen[round(when.time * arm.rate) * arm.parts :][: 10 * arm.parts]) - when.joints[0]
+    assert ran.outcome == "noticed" and arm.speed[0] < 0.2
+    assert bool(abs(after[-1]) < 0.02 and after.max() < 0.05) is at_once
 
 
 # What is no answer

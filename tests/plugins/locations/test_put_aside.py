@@ -1,4 +1,4 @@
-"""What is put aside before something is shut: beside where it stood; elsewhere where the task says more or it was not there."""
+"""What is put aside before other things are handled: beside where it stood; elsewhere where the task says more or it was not there."""
 
 from __future__ import annotations
 
@@ -59,9 +59,13 @@ def test_where_something_stands_there_it_goes_to_another_side() -> None:
     assert math.dist(there[:2], STOOD) == pytest.approx(0.14, abs=0.002) and math.dist(there[:2], (x, y)) > 0.08
 
 
+@pytest.mark.parametrize("over", [0.0, 0.02])
+def test_it_goes_there_too_before_another_thing_is_taken_and_from_the_top_of_one(over: float) -> None:
+    assert moved(taken(over=over), ("soma:Retracting", "soma:Grasping")) == pytest.approx(0.14, abs=0.002)
+
+
 def test_what_came_from_elsewhere_and_what_is_told_more_goes_where_it_did() -> None:
     assert moved(taken()) == pytest.approx(0.14, abs=0.002)
-    assert moved(taken(over=0.02)) == pytest.approx(math.dist(STOOD, (0.45, 0.35)), abs=0.002)
     assert moved(taken(at=(0.3, -0.3))) == pytest.approx(math.dist(STOOD, (0.45, 0.35)), abs=0.002)
     for tasks in ((), ("soma:Retracting",), ("soma:Opening",), ("soma:Opening", "soma:Closing")):
         assert moved(taken(), tasks) == pytest.approx(math.dist(STOOD, (0.45, 0.35)), abs=0.002), tasks

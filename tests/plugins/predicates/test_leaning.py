@@ -33,3 +33,25 @@ OVER, BESIDE = Pose.from_rotvec((0.0, 0.0, 0.15), (0.0, 0.35, 0.0)), Pose((0.2, 
 @pytest.mark.parametrize("at", [OVER, BESIDE], ids=["over it", "beside it"])
 def test_what_is_over_or_beside_it_is_not(at: Pose) -> None:
     assert carrier(at) == "table"
+
+
+def test_what_is_upright_on_one_edge_is_carried_by_what_is_under_its_middle() -> None:
+    """A cup that was put onto the rim of a bowl: it stands upright, on no surface of either."""
+    bowl = Thing("bowl", "cram:Product", Pose((0.0, 0.0, 0.01)), _rim(0.05, 0.04), mass=0.2)
+    cup = Thing("cup", "cram:Product", Pose((0.03, 0.0, 0.05)), (Geom("box", (0.02, 0.02, 0.03), Pose((0.0, 0.0, 0.03))),), mass=0.1)
+    beside = cup.moved_to(Pose((0.06, 0.0, 0.05)))
+    for thing, below in ((cup, "bowl"), (beside, "table")):
+        world = World((table("table", Pose(), (1.0, 1.0, 0.02)), bowl, thing), ())
+        found = {name: carrier for carrier, name in _supporting(SymbolicWorld(world, Engine().knowledge.taxonomy, (), {}))}
+        assert found["cup"] == below
+
+
+def _rim(radius: float, height: float) -> tuple[Geom, ...]:
+    """Four walls around a hollow; one is as high as stated, the others lower by 10 mm."""
+    lower = (height - 0.01) / 2
+    return (
+        Geom("box", (0.004, radius, height / 2), Pose((radius, 0.0, height / 2))),
+        Geom("box", (0.004, radius, lower), Pose((-radius, 0.0, lower))),
+        Geom("box", (radius, 0.004, lower), Pose((0.0, radius, lower))),
+        Geom("box", (radius, 0.004, lower), Pose((0.0, -radius, lower))),
+    )

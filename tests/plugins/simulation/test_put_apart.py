@@ -60,3 +60,18 @@ def test_what_is_held_or_fixed_stays(tmp_path: Path) -> None:
         assert mended.thing(fixed).pose == inside.thing(fixed).pose, fixed
         assert mended.thing(other).pose != inside.thing(other).pose and len(mended.notes) == len(inside.notes) + 1
         assert corrected(inside, ENGINE.knowledge, 0.0) is inside
+
+
+def test_what_the_hand_holds_up_is_where_it_was_read(tmp_path: Path) -> None:
+    """A can was read 20 mm deep in the box below it, which is in the air: without the hand both would fall."""
+    scene = SCENE.format(at=0.4).replace('"0.4 0.1 0.03"><freejoint/><geom', '"0.4 0.1 0.3"><freejoint/><geom', 1)
+    (tmp_path / "scene.xml").write_text(scene.replace('"0.4 0.1 0.03"', '"0.4 0.1 0.34"'))
+    (tmp_path / "scenario.yaml").write_text(SCENARIO.format(noise=", noise: 30 mm"))
+    scenario = read_scenario(tmp_path / "scenario.yaml")
+    with pytest.raises(UserError, match="overlap by 20 mm"):
+        ENGINE.setting(scenario, twins=0)
+    mount = replace(read(tmp_path, "", 0.48).robots[0], holds=InHand("box", Pose((0, 0, 0)), 10.0))
+    (tmp_path / "scene.xml").write_text(scene.replace('"0.4 0.1 0.03"', '"0.4 0.1 0.34"'))
+    world = ENGINE.setting(scenario, twins=0, now=World((), (mount,))).world
+    assert world.thing("box").pose.position[2] == 0.3 and world.robots[0].holds == mount.holds
+    assert world.thing("can").pose.position[2] == pytest.approx(0.36, abs=0.002)

@@ -10,6 +10,7 @@ from msgspec import Struct, field
 
 from cramlite.model import (
     CompliantSlide,
+    Deviation,
     Drive,
     ForceExtract,
     ForceInsert,
@@ -57,8 +58,13 @@ class RobotConnection(Protocol):
 FEELING = MoveUntilContact | ForceMove | SpiralSearch | ForceInsert | ForceExtract | CompliantSlide
 """Steps that end by what is felt."""
 PAGE = "docs/how-to/drive_a_robot.md"
-REST = 0.5
-"""An arm that brakes has come to rest after so long [s]."""
+REST = 1.0
+"""So long at most an arm that brakes, and what is read around it, may take to come to rest [s]."""
+AT_ONCE = 1000.0
+"""Deceleration of the command where nothing is asked for any more: it stands still from the next action on [rad/s2, m/s2]."""
+MOVED, TURNED = 0.02, 0.2
+"""Slower than this is at rest: positions [m/s]; joints [rad/s], and quaternions [1/s].
+LIBERO's Panda creeps where it stands still."""
 LONGEST = 600.0
 """A program that still runs then is stopped [s]."""
 
@@ -133,7 +139,7 @@ def _play(machine: ProgramMachine, arm: StreamedArm, record: _Record, watched: _
             arm.cycle()
             record.observe()
             if watched is not None and (notice := watched.see(arm, machine.main_line)):
-                _brake(arm, record)
+                _brake(arm, record, AT_ONCE if notice.kind is Deviation.CANCELLED else HALT)
                 return "noticed", str(notice)
         return "timeout", f"line {machine.main_line}: the program still ran after {LONGEST:g} s"
     except Halted:
@@ -144,13 +150,24 @@ def _play(machine: ProgramMachine, arm: StreamedArm, record: _Record, watched: _
         machine.close()
 
 
-def _brake(arm: StreamedArm, record: _Record) -> None:
-    """Bring the arm to rest on its path, and let it settle."""
+def _brake(arm: StreamedArm, record: _Record, deceleration: float) -> None:
+    """Bring the arm to rest on its path, and wait until nothing that is read moves."""
     arm.end_force_mode()
-    arm.stop(HALT)
+    arm.stop(deceleration)
     for _ in range(round(REST / arm.period)):
+        before = arm.state
         arm.cycle()
         record.observe()
+        if arm.motion is None and _is_still(before, arm.state, arm.period):
+            return
+
+
+def _is_still(before: State, now: State, period: float) -> bool:
+    """Whether joints and things are at rest, by two states."""
+    was, are = before.poses or {}, now.poses or {}
+    poses = np.array([np.subtract(are[n], was[n]) for n in are.keys() & was.keys()]).reshape(-1, 7)
+    turned, most = np.abs(np.subtract(now.joints, before.joints)).max(), np.array([MOVED] * 3 + [TURNED] * 4)
+    return bool(are.keys() == was.keys() and turned < TURNED * period and (np.abs(poses) < most * period).all())
 
 
 def readings(arm: StreamedArm, line: int, mount: RobotMount) -> Readings:

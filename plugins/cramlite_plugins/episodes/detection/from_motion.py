@@ -183,7 +183,7 @@ def _all_grips(
 
 
 def _on_joint(episode: Episode, name: str) -> bool:
-    """Whether a thing slides or turns on a joint: what moves along with its carrier then is mounted on it, and no content."""
+    """Whether a thing slides or turns on a joint: a thing that moves along with its carrier then is mounted on it, and no content."""
     entity = episode.known(name)
     return entity is not None and "joint_upper" in entity.properties
 

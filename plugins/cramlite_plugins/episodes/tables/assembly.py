@@ -85,7 +85,7 @@ def _following(episode: Episode, mapping: Mapping) -> Episode:
 
 
 def _mounted(name: str, mapping: Mapping) -> list[str]:
-    """A thing on a joint, and what it is mounted on that has one, too."""
+    """A thing on a joint, and its mount if that has a joint, too."""
     found = [name]
     while (spec := mapping.things[found[-1]].opens) is not None and spec.on in mapping.things and spec.on not in found:
         found.append(spec.on)

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from .entries import Entry
     from .mjcf_kind import Draft
 
-VERSION = 1
+VERSION = 2
 """Of what is written; another one makes a library's kinds anew."""
 FILE = "library.yaml"
 

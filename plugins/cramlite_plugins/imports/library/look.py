@@ -1,4 +1,4 @@
-"""What a kind looks like: triangles with textures, put together to one mesh with one image, as a GLB file."""
+"""Appearance of a kind: triangles with textures, put together to one mesh with one image, as a GLB file."""
 
 from __future__ import annotations
 

@@ -76,7 +76,7 @@ def _friction(geoms: tuple[Geom, ...]) -> float:
 
 
 def _geoms(shapes: list[Shaped], mesh: Any, name: str) -> tuple[tuple[Geom, ...], tuple[str, ...]]:
-    """Collision geoms and notes; of a file where nothing collides the convex parts of what is seen."""
+    """Collision geoms and notes; of a file where nothing collides the convex parts of its visible geoms."""
     geoms = tuple(g for s in shapes for g in s.geoms)
     notes = tuple(dict.fromkeys(n for s in shapes for n in s.notes))
     if geoms:
@@ -97,10 +97,14 @@ def _joint(model: Any, joint: int) -> str:
 
 
 def _parts(source: Source, frame: Pose) -> list[look.Part]:
-    """Triangles of the purely visual geoms; without any, of all opaque geoms."""
+    """Triangles of the purely visual geoms, and of others in their group where it is not that of all that collide; without any, of all
+    opaque geoms."""
     model = source.model
     seen = [g for g in range(model.ngeom) if model.geom_bodyid[g] and _opacity(model, g) > 0]
     shown = [g for g in seen if not collides(model, g)]
+    looks = {int(model.geom_group[g]) for g in shown}
+    if any(collides(model, g) and int(model.geom_group[g]) not in looks for g in range(model.ngeom)):
+        shown = [g for g in seen if int(model.geom_group[g]) in looks]
     return [_part(source, g, frame) for g in shown or seen]
 
 

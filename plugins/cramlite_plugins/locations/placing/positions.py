@@ -16,7 +16,7 @@ from cramlite.model import Floats, Pose
 from ...kinematics.kinematics import forward
 from ...shapes.bounds import centre_of_mass, support
 from ...shapes.surfaces import filled, footprint, inset, standing
-from ..later import closes_next, puts_into
+from ..later import goes_on, puts_into
 from ..parameters import Where
 from .checks import ASIDE, OFF_WALLS, SIDES
 from .query import Query, lying_in
@@ -32,17 +32,15 @@ INSET = 0.12  # of what is nearest to a robot that drove, from the edge [m]
 ROUNDED = 0.0002  # twice what positions are rounded by [m]
 ALIKE = 0.002  # radii of discs that are as good as one another [m]
 TRIED = 32  # corners that are looked at, of a round opening evenly spaced ones
-ON = 0.005  # from a surface to what stands on it at most [m]: more than it is known by, less than boards are thick
 AWAY = 0.1
-"""Between the payload that is put aside so that something can be shut, and where it stood [m]: half a hand.
-Before something is opened it goes farther."""
+"""Between the payload that is put aside, and where it stood [m]: half a hand. Before something is opened it goes farther."""
 
 
 def positions_on(query: Query, now: Pose) -> Iterator[Offset]:
     """Generate the positions of a payload, turned as at a pose in the base frame, best first.
 
-    Of what is not level the middle alone, where things are least likely to tip or to slide. Of what stood on
-    the surface, and is put aside so that something can be shut, first those beside where it stood.
+    Of what is not level the middle alone, where things are least likely to tip or to slide. Of what stood over
+    the surface, and is put aside before other things are handled, first those beside where it stood.
     """
     if query.under:
         return iter([(0.0, 0.0)])
@@ -124,28 +122,27 @@ def middle(query: Query, now: Pose) -> Floats:
 
 
 def beside_where_it_stood(query: Query, free: Any, wide: float) -> Iterator[Offset]:
-    """Generate positions in a free area of a surface beside the payload's old place on it, nearest to the robot
-    first; only if the next other task closes the surface's thing.
+    """Generate positions in a free area of a surface beside the payload's old place over it, nearest to the robot
+    first; only if other things are handled afterwards.
 
     Args:
         wide: radius of the disc in the payload's outline [m].
     """
     stood = _stood(query)
-    if stood is not None and closes_next(query.thing.name, query.context):
+    if stood is not None and goes_on(query.thing.name, query.context):
         x, y, _ = query.target.pose.inverse().apply((0.0, 0.0, 0.0)).tolist()
         yield from around(free, stood, 2 * wide + AWAY, (x, y))
 
 
 def _stood(query: Query) -> Offset | None:
-    """Position on a surface at which the payload stood when it was taken; None if it stood elsewhere, or the
+    """Position on a surface over which the payload stood when it was taken; None if it stood elsewhere, or the
     robot drove since."""
     held = query.held
     if not held.joints or query.belief.at is not None:
         return None
-    there, level = forward(query.context.robot, held.joints) * held.tcp_to_thing, query.target.pose.position[2]
+    there = forward(query.context.robot, held.joints) * held.tcp_to_thing
     x, y, _ = query.target.pose.inverse().apply(there.position).tolist()
-    low = -support(query.thing, there, (0.0, 0.0, -1.0))
-    return (x, y) if abs(low - level) < ON and query.target.area.covers(shapely.Point(x, y)) else None
+    return (x, y) if query.target.area.covers(shapely.Point(x, y)) else None
 
 
 def free_area(core: Any, obstacles: Iterable[Any], radius: float) -> Any:

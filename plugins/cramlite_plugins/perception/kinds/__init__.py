@@ -1,1 +1,1 @@
-"""Kinds that are told apart by what is printed on them: appearance, explanation of clusters, hypotheses."""
+"""Kinds that are told apart by their print: appearance, explanation of clusters, hypotheses."""

@@ -1,4 +1,4 @@
-"""Agreement of colours between a model at a pose and a picture: what a pixel shows is compared with what is printed there."""
+"""Agreement of colours between a model at a pose and a picture: the colour of a pixel is compared with the print at that point."""
 
 from __future__ import annotations
 
@@ -15,12 +15,22 @@ from .appearance import Appearance
 POINTS = 350
 GAIN = (0.3, 1.4)
 """Brightness of the picture relative to the print, at least and at most: shade, and a lamp."""
+SHADE = (0.8, 1.25)
+"""What folds and shadows make of a point's brightness, at least and at most."""
 EVEN = 0.03
 """Weight of an even light, as a share of the print's: what one side shows does not tell a lamp."""
 OFF = 0.16
 """Mean difference of a channel, of full scale, at which nothing agrees: the grey of a print against its black."""
+TWICE, GRAIN = 2.0, 0.008
+"""A picture that one plain colour explains more than so much better does not show a print; noise of a smoothed channel, of full scale."""
 FEW = 25
 """Points below which a pose shows too little to be judged by colour."""
+
+
+CLOSED, RING = 3, 4
+"""Pixels between projected points of a surface; width of the ring around it that is compared with it."""
+PLAIN, STEP = 14.0, 0.015
+"""Mean difference of the channels, of 255, and share of the depth, above which there is an edge: three times noise and grain."""
 
 
 class Picture(Value, eq=False):
@@ -56,6 +66,30 @@ def agreement(picture: Picture, mask: Mask, appearance: Appearance, poses: Seque
     return found
 
 
+def edged(picture: Picture, mask: Mask, appearance: Appearance, pose: Pose) -> float:
+    """Return how much of a model's outline at a pose, as far as it runs through a mask, has an edge of depth or colour beside it, 0 to 1.
+
+    A thing ends where one of them changes; a piece of a larger face has no edge around it.
+    """
+    view, model = picture.view, appearance.surface
+    in_camera = view.camera.inverse() * pose
+    pixels = view.intrinsics.project(in_camera.apply(model.points))
+    inside = np.isfinite(pixels).all(1) & (pixels > -0.5).all(1)
+    inside &= (pixels[:, 0] < view.intrinsics.width - 0.5) & (pixels[:, 1] < view.intrinsics.height - 0.5)
+    column, row = np.rint(pixels[inside]).astype(int).T
+    own = np.zeros(mask.shape, bool)
+    own[row, column] = True
+    own = ndimage.binary_closing(own, iterations=CLOSED)
+    ring = ndimage.binary_dilation(own, iterations=RING) & ~ndimage.binary_dilation(own) & mask
+    inner = ndimage.binary_erosion(own, iterations=2) & mask
+    if ring.sum() < FEW or not inner.any():
+        return 1.0
+    beside = ndimage.distance_transform_edt(~inner, return_distances=False, return_indices=True)[:, ring]
+    other = np.abs(picture.rgb[ring] - picture.rgb[tuple(beside)]).mean(axis=1) > PLAIN
+    step = np.abs(view.depth[ring] - view.depth[tuple(beside)]) > STEP * view.depth[ring]
+    return float((other | step).mean())
+
+
 def _agreement(picture: Picture, mask: Mask, seen: Floats, normals: Floats, printed: Floats) -> float:
     view = picture.view
     pixels = view.intrinsics.project(seen)
@@ -67,8 +101,17 @@ def _agreement(picture: Picture, mask: Mask, seen: Floats, normals: Floats, prin
     if near.sum() < FEW:
         return 0.0
     shown, own = picture.rgb[row[near], column[near]].astype(float), printed[inside][near]
-    off = np.abs(shown - _light(shown, own, normals[inside][near])[:, None] * own).mean(axis=1) / 255.0
-    return float(np.clip(1.0 - off / OFF, 0.0, 1.0).mean())
+    off = _off(shown, own, normals[inside][near])
+    plain = _off(shown, np.broadcast_to(shown.mean(axis=0), shown.shape), normals[inside][near])
+    better = TWICE * (plain.mean() + GRAIN) / (off.mean() + GRAIN)
+    return float(np.clip(1.0 - off / OFF, 0.0, 1.0).mean() * min(1.0, better))
+
+
+def _off(shown: Floats, own: Floats, normals: Floats) -> Floats:
+    """Mean difference of the channels (N,), of full scale, between a picture and a print in the light that explains it best."""
+    lit = _light(shown, own, normals)[:, None] * own
+    shade = np.clip((shown * lit).sum(axis=1) / np.maximum((lit * lit).sum(axis=1), 1.0), *SHADE)
+    return np.asarray(np.abs(shown - shade[:, None] * lit).mean(axis=1) / 255.0)
 
 
 def _light(shown: Floats, own: Floats, normals: Floats) -> Floats:

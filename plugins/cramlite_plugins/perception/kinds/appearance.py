@@ -1,4 +1,4 @@
-"""What known models look like: surface, colours on it, colour histograms of their sides, and which side is up."""
+"""Appearance of known models: surface, colours on it, colour histograms of their sides, and which side is up."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ DARK = 40.0
 
 
 class Appearance(Value, eq=False):
-    """What a known model looks like.
+    """Appearance of a known model.
 
     Args:
         model: the thing, at the origin.
@@ -98,7 +98,7 @@ def _sides(surface: PoseModel, colours: Floats) -> Floats:
 
 
 def histogram(colours: Floats, weights: Floats | None = None) -> Floats:
-    """Return the blurred colour histogram (bins,) of colours (N, 3), its sum 1; what is brightest counts as white light."""
+    """Return the blurred colour histogram (bins,) of colours (N, 3), its sum 1; the brightest counts as white light."""
     weights = np.ones(len(colours)) if weights is None else weights
     if not weights.sum() > 0:
         return np.zeros(CHROMA * CHROMA * BRIGHTNESS)

@@ -12,12 +12,14 @@ from ..category import types
 from ..pose.registration import Fit
 
 if TYPE_CHECKING:
+    from cramlite.model import Mask
+
     from .appearance import Appearance
     from .interpret import Part, Reading
 
 
 class Explanation(Value, eq=False):
-    """What explains a segment.
+    """Explanation of a segment.
 
     Args:
         segment: the very segment.
@@ -44,8 +46,8 @@ def explained(inputs: Inputs) -> Mapping[str, Any]:
     if not any(a.printed for a in known):
         raise Unresolvable("no known model has a print")
     view, cloud = inputs["view"], inputs["cloud"]
-    front = cloud.mask & ~inputs["background"]
-    scene = Scene(Picture.of(view), cloud.points, tuple(known), inputs.parameters)
+    front = cloud.mask & ~_surroundings(inputs, known)
+    scene = Scene(Picture.of(view), cloud.points, tuple(known), inputs.parameters, tuple(inputs["fixtures"]), inputs.get("robot"))
     parts = interpreted(scene, front)
     if not parts:
         raise Unresolvable(f"nothing stands out from the background: {int(front.sum())} pixels in front of it")
@@ -54,15 +56,28 @@ def explained(inputs: Inputs) -> Mapping[str, Any]:
     return {SEGMENTS: segments, "explanations": found}
 
 
+def _surroundings(inputs: Inputs, known: Sequence[Appearance]) -> Mask:
+    """Pixels of furniture whose place is known, and of planes that are larger than any known model."""
+    from ..fixtures import on_fixtures
+    from ..segmentation.planes import on_planes
+
+    limits, cloud = inputs.parameters, inputs["cloud"]
+    largest = max(a.surface.diameter for a in known)
+    walls = on_planes(cloud, inputs["planes"], limits["thickness_m"], max(limits["extent_m"], largest))
+    return walls | on_fixtures(cloud, inputs["fixtures"], limits["fixture_m"])
+
+
 def _explanation(segment: Any, part: Part, limits: Mapping[str, float]) -> Explanation:
     """Probabilities by Bayes' rule over the models' best scores and "none", with equal priors."""
     import numpy as np
+
+    from .interpret import rarity
 
     best: dict[str, Reading] = {}
     for reading in part.readings:
         best.setdefault(reading.appearance.model.name, reading)
     names = ["", *best]
-    scores = np.array([limits["none"], *(r.score for r in best.values())])
+    scores = np.array([limits["none"] * rarity(part.mask, limits), *(r.score for r in best.values())])
     weights = np.exp((scores - scores.max()) / limits["doubt"])
     shares = weights / weights.sum()
     order = sorted(range(len(names)), key=lambda k: (-shares[k], names[k]))
@@ -127,6 +142,9 @@ def appearances(inputs: Inputs) -> Mapping[str, Any]:
 @hookimpl
 def experts() -> Iterable[Expert]:
     parameters = (
+        Parameter("thickness_m", 0.010, "five times the median error of a D435 below 1 m"),
+        Parameter("extent_m", 0.20, "longer than any product that a gripper of 85 mm takes, and than any known model"),
+        Parameter("fixture_m", 0.010, "5 mm of error of a fixture's pose, and the noise of depth"),
         Parameter("cell_m", 0.0075, "neighbouring pixels at 1.3 m are 4 mm apart; things nearer than that touch"),
         Parameter("pixels", 60, "a small carton at 1.3 m has 125"),
         Parameter("least_m", 0.02, "smaller rests are edges of what was explained"),
@@ -149,7 +167,14 @@ def experts() -> Iterable[Expert]:
         Parameter("good", 0.45, "above it a cluster is one thing"),
         Parameter("bad", 0.35, "below it a model does not explain it"),
         Parameter("gain", 0.05, "by which several things must explain more than one"),
+        Parameter("within_m", 0.022, "shapes are drawn up to 20 mm into what they stand on; what is deeper inside of it cannot be there"),
+        Parameter("within", 0.1, "of a model's surface that deep inside of furniture"),
+        Parameter("robot_m", 0.05, "depth noise at a metre, links drawn simpler than they are"),
+        Parameter("robot", 0.3, "of a model's surface that near to the robot's own"),
+        Parameter("edged", 0.5, "of the outline of one of several things that touch: faces of two may be alike for a part of it"),
         Parameter("owns_m", 0.003, "beside what depth noise explains"),
+        Parameter("small", 1500, "pixels: a carton at 0.9 m; larger parts are explained by chance less often"),
+        Parameter("rarer", 0.25, "power of the number of pixels with which a chance fit gets rarer"),
         Parameter("none", 0.40, "score that a wrong model reaches by chance"),
         Parameter("doubt", 0.04, "difference of scores by which a model is e times likelier"),
         Parameter("full", 0.60, "score of a right model in full view"),
@@ -158,8 +183,8 @@ def experts() -> Iterable[Expert]:
     return [
         Expert("appearances", "surface, colours and usual attitudes of each known model", ("models",), ("appearances",), appearances,
                cost_ms=5.0),
-        Expert("printed_things", "things that known models with prints explain", ("view", "cloud", "background", "appearances"),
-               (SEGMENTS, "explanations"), explained, cost_ms=1500.0, parameters=parameters),
+        Expert("printed_things", "things that known models with prints explain", ("view", "cloud", "planes", "appearances", "fixtures"),
+               (SEGMENTS, "explanations"), explained, uses=("robot",), cost_ms=1500.0, parameters=parameters),
         Expert("printed_kind", "the model that explains it, by shape and print", ("segment", "explanations", "models"),
                ("type", "candidates", "hypotheses"), kind, "object", domains={"type": types}, cost_ms=0.1),
     ]  # fmt: skip

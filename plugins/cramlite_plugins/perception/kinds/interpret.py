@@ -1,4 +1,4 @@
-"""What a cluster of points is: known models at poses, in any attitude, with probabilities; touching things are told apart."""
+"""Interpretation of a cluster of points: known models at poses, in any attitude, with probabilities; touching things are told apart."""
 
 from __future__ import annotations
 
@@ -9,10 +9,11 @@ import numpy as np
 from msgspec.structs import replace
 from scipy import ndimage
 
-from cramlite.model import Floats, Mask, Pose, Value, View
+from cramlite.model import Floats, Mask, Pose, Thing, Value, View
 from cramlite.plugin import checkpoint
 
 from ..dimensions import extents
+from ..fixtures import depth_within
 from ..pose.estimate import COARSE, FINE, MIDDLE, PoseHypothesis, allowed, best, hypotheses
 from ..pose.icp import PoseBatch, register
 from ..pose.model import Floats32, PoseModel
@@ -21,7 +22,7 @@ from ..pose.prior import Alignment, Prior
 from ..pose.score import ENOUGH, Scores, score_poses
 from ..pose.starts import scene_clouds, slid, starts_for
 from ..segmentation.clean import voxel_components
-from .agreement import Picture, agreement
+from .agreement import Picture, agreement, edged
 from .appearance import Appearance, histogram, likeness
 
 ANY = Prior()
@@ -64,12 +65,15 @@ class Part(Value, eq=False):
 
 
 class Scene(Value, eq=False):
-    """What interpretation needs: the picture, points (height, width, 3) in the world [m], appearances and limits."""
+    """Input of interpretation: the picture, points (height, width, 3) in the world [m], appearances, limits, furniture, and the depth
+    (height, width) at which the robot would be seen, NaN beside it [m]."""
 
     picture: Picture
     points: Floats
     appearances: tuple[Appearance, ...]
     limits: Mapping[str, float]
+    fixtures: tuple[Thing, ...] = ()
+    robot: Floats | None = None
 
 
 def interpreted(scene: Scene, front: Mask) -> list[Part]:
@@ -80,11 +84,21 @@ def interpreted(scene: Scene, front: Mask) -> list[Part]:
         mask, depth = open_.pop(0)
         checkpoint()
         part = _whole_or_split(scene, mask)
-        if part.score >= scene.limits["bad"] and depth < scene.limits["again"]:
+        if part.score >= bad(part.mask, scene.limits) and depth < scene.limits["again"]:
             rest = clusters(scene, mask & ~part.mask)
             open_ += [(m, depth + 1) for m in rest if _extent(scene, m) > scene.limits["least_m"]]
         parts.append(part)
     return parts
+
+
+def rarity(mask: Mask, limits: Mapping[str, float]) -> float:
+    """Return how seldom a wrong model fits a part by chance, 1 for a small one: the more is to be explained, the seldomer."""
+    return float(min(1.0, (limits["small"] / max(1, int(mask.sum()))) ** limits["rarer"]))
+
+
+def bad(mask: Mask, limits: Mapping[str, float]) -> float:
+    """Return the score below which a model does not explain a part."""
+    return limits["bad"] * rarity(mask, limits)
 
 
 def clusters(scene: Scene, front: Mask) -> list[Mask]:
@@ -119,13 +133,27 @@ def _extent(scene: Scene, mask: Mask) -> float:
 def _whole_or_split(scene: Scene, mask: Mask) -> Part:
     """A cluster as one thing; as one of several that touch, where that explains its own part better."""
     whole = read(scene, mask, _ranked(scene, mask))
-    if whole.score < scene.limits["good"] and int(mask.sum()) >= 3 * scene.limits["pixels"]:
+    if whole.score < scene.limits["good"] * rarity(mask, scene.limits) and int(mask.sum()) >= 3 * scene.limits["pixels"]:
         least = max(scene.limits["good"], whole.score + scene.limits["gain"])
         for number in (2, 3):
-            found = max(_partial(scene, mask, number), key=lambda r: r.score, default=None)
-            if found is not None and found.score >= least:
-                return _claimed(scene, Part(mask, (found,)))
+            for found in sorted(_partial(scene, mask, number), key=lambda r: -r.score):
+                if found.score < least:
+                    break
+                if not _beside(scene, found):
+                    continue
+                part = _claimed(scene, Part(mask, (found,)))
+                if _stands_out(scene, mask, part, whole.score):
+                    return part
     return _claimed(scene, whole)
+
+
+def _stands_out(scene: Scene, mask: Mask, part: Part, whole: float) -> bool:
+    """Whether a part of a cluster ends where an edge is, and explains more than the whole cluster as one thing does, where that
+    explains it at all."""
+    first = part.readings[0]
+    if whole >= bad(mask, scene.limits) and first.score * part.mask.sum() < whole * mask.sum():
+        return False
+    return edged(scene.picture, mask, first.appearance, first.pose) >= scene.limits["edged"]
 
 
 def _partial(scene: Scene, mask: Mask, number: int) -> Iterator[Reading]:
@@ -166,35 +194,47 @@ def _posed(scene: Scene, starts: PoseBatch) -> list[PoseHypothesis]:
 
 
 def _split(scene: Scene, mask: Mask, number: int) -> list[Mask]:
-    """Parts of a cluster beside each other, about centres of their own in the horizontal plane (k-means; Lloyd, 1982)."""
+    """Parts of a cluster beside each other, about centres of their own in the horizontal plane (k-means; Lloyd, 1982); of two also one on
+    the other."""
     from scipy.cluster.vq import kmeans2
 
-    points = scene.points[mask][:, :2].astype(float)
-    centres, _ = kmeans2(points[:: max(1, len(points) // 1500)], number, minit="++", seed=0)
-    label = ((points[:, None] - centres[None]) ** 2).sum(axis=2).argmin(axis=1)
+    points = scene.points[mask].astype(float)
     found = []
-    for k in range(number):
-        if int((label == k).sum()) >= scene.limits["pixels"]:
-            own = np.zeros(mask.shape, bool)
-            own[mask] = label == k
-            found.append(own)
+    for axes in (slice(0, 2), slice(2, 3)) if number == 2 else (slice(0, 2),):
+        own_points = points[:, axes]
+        centres, _ = kmeans2(own_points[:: max(1, len(points) // 1500)], number, minit="++", seed=0)
+        label = ((own_points[:, None] - centres[None]) ** 2).sum(axis=2).argmin(axis=1)
+        for k in range(number):
+            if int((label == k).sum()) >= scene.limits["pixels"]:
+                own = np.zeros(mask.shape, bool)
+                own[mask] = label == k
+                found.append(own)
     return found
 
 
 def read(scene: Scene, mask: Mask, ranked: Sequence[Reading]) -> Part:
     """Read a part by registering in full what coarse registration ranks first; in any attitude where none of its usual ones fits."""
     limits = scene.limits
-    least = max(limits["hopeless"], limits["near"] * ranked[0].score) if ranked else 1.0
+    hopeless = limits["hopeless"] * rarity(mask, limits) ** 2
+    least = max(hopeless, limits["near"] * ranked[0].score) if ranked else 1.0
     tried = [q.appearance for q in ranked[: int(limits["models"])] if q.score >= least]
     found = [r for a in tried for r in _full(scene, mask, a, _standing(a))]
-    if max((r.score for r in found), default=0.0) < limits["bad"]:
+    if max((r.score for r in found), default=0.0) < bad(mask, limits):
         any_way = [q for a in [r.appearance for r in ranked[:3]] if (q := _quick(scene, mask, a, ANY)) is not None]
         first = max(any_way, key=lambda q: q.score, default=None)
-        if first is not None and first.score >= limits["hopeless"]:
+        if first is not None and first.score >= hopeless:
             found += _full(scene, mask, first.appearance, ANY)
     full = {r.appearance.model.name for r in found}
     found += [q for q in ranked if q.appearance.model.name not in full]
-    return Part(mask, tuple(sorted(found, key=lambda r: -r.score)))
+    return Part(mask, tuple(sorted((r for r in found if _beside(scene, r)), key=lambda r: -r.score)))
+
+
+def _beside(scene: Scene, reading: Reading) -> bool:
+    """Whether a model at a pose is beside furniture whose place is known, and beside the robot, not within them."""
+    points = reading.pose.apply(reading.appearance.surface.points[::10])
+    if scene.robot is not None and _on_robot(scene, points) > scene.limits["robot"]:
+        return False
+    return all(float((depth_within(points, t) > scene.limits["within_m"]).mean()) < scene.limits["within"] for t in scene.fixtures)
 
 
 def _ranked(scene: Scene, mask: Mask) -> list[Reading]:
@@ -320,7 +360,7 @@ def _batch(scene: Scene, poses: Sequence[Pose]) -> PoseBatch:
 
 def _claimed(scene: Scene, part: Part) -> Part:
     """A part with the pixels that its best reading explains; as it is without any."""
-    if not part.readings or part.score < scene.limits["bad"]:
+    if not part.readings or part.score < bad(part.mask, scene.limits):
         return part
     first, mask, view = part.readings[0], part.mask, scene.picture.view
     local = first.pose.inverse().apply(scene.points[mask])
@@ -329,3 +369,14 @@ def _claimed(scene: Scene, part: Part) -> Part:
     own = np.zeros(mask.shape, bool)
     own[mask] = away < scene.limits["owns_m"] + tolerance(view.depth[mask])
     return Part(own if own.any() else mask, part.readings)
+
+
+def _on_robot(scene: Scene, points: Floats) -> float:
+    """Share of points of the world that are where the camera would see the robot itself."""
+    view = scene.picture.view
+    seen = view.camera.inverse().apply(points)
+    column, row = np.rint(np.nan_to_num(view.intrinsics.project(seen), nan=-1.0)).astype(int).T
+    inside = (column >= 0) & (row >= 0) & (column < view.intrinsics.width) & (row < view.intrinsics.height)
+    away = np.full(len(points), np.inf)
+    away[inside] = np.abs(scene.robot[row[inside], column[inside]] - seen[inside, 2]) if scene.robot is not None else np.inf
+    return float((np.nan_to_num(away, nan=np.inf) < scene.limits["robot_m"]).mean())

@@ -1,4 +1,4 @@
-"""Points on the outside of a textured surface, with normals and colours: what a ring of cameras around it sees."""
+"""Points on the outside of a textured surface, with normals and colours, as a ring of cameras around it sees them."""
 
 from __future__ import annotations
 
@@ -105,7 +105,7 @@ def _thinned(points: Floats, normals: Floats) -> Any:
 
 
 def _smeared(points: Floats, normals: Floats, colours: Floats) -> Floats:
-    """Colours averaged over what one pixel sees."""
+    """Colours averaged over the area of one pixel."""
     from scipy.spatial import cKDTree
 
     sides = np.concatenate([points, SMEARED * normals], axis=1)

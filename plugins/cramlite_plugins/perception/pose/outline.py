@@ -76,6 +76,13 @@ class Outline(Value, eq=False, dict=True):
         x, y = (np.fmin(np.fmax(k, 0), size - 1).astype(np.int64) for k, size in ((x, width), (y, height)))  # NaN: 0
         return u, v, y * width + x, inside
 
+    def in_view(self, points: Floats32) -> Mask:
+        """Check whether the whole image, not only the crop, shows points (..., 3) of the optical frame [m]."""
+        i = self.intrinsics
+        z = np.maximum(points[..., 2], np.float32(1e-3))
+        u, v = points[..., 0] / z * np.float32(i.fx) + np.float32(i.cx), points[..., 1] / z * np.float32(i.fy) + np.float32(i.cy)
+        return np.asarray((u > -0.5) & (u < i.width - 0.5) & (v > -0.5) & (v < i.height - 0.5))
+
     def silhouette_error(self, points: Floats32, facing: Mask) -> tuple[tuple[NDArray[np.int64], ...], Floats32]:
         """Return the silhouette error: points seen outside of the mask where nothing nearer hides them.
 
@@ -90,7 +97,7 @@ class Outline(Value, eq=False, dict=True):
             (K, 3) [m].
         """
         u, v, flat, _ = self.pixels(points)
-        which = np.nonzero(facing & ~self.mask.reshape(-1)[flat])
+        which = np.nonzero(facing & ~self.mask.reshape(-1)[flat] & self.in_view(points))
         z, at = points[..., 2][which], flat[which]
         rows, columns = self._nearest
         du, dv = columns.reshape(-1)[at] - u[which], rows.reshape(-1)[at] - v[which]

@@ -75,6 +75,7 @@ def _shown(
     facing = (starts.turn @ (middle / np.linalg.norm(middle))) @ normals.T < -0.1
     seen = starts.turn.transpose(0, 2, 1) @ (points.T - starts.shift[:, :, None])
     _, _, flat, inside = outline.pixels(seen.transpose(0, 2, 1))
+    facing &= outline.in_view(seen.transpose(0, 2, 1))  # what is outside the picture tells nothing
     z = seen[:, 2]
     on = outline.mask.reshape(-1)[flat] & inside
     measured = outline.depth.reshape(-1)[flat]

@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING, Any
 from cramlite.plugin import Expert, Inputs, Parameter, Unresolvable, hookimpl
 
 if TYPE_CHECKING:
-    from ..values import Plane, Points32
+    from cramlite.model import Mask
+
+    from ..values import Cloud, Plane, Points32
 
 SAMPLE, TRIALS, MOST = 3000, 200, 5  # points that are counted, triples that are tried, planes that are looked for
 
@@ -70,21 +72,25 @@ def background(inputs: Inputs) -> Mapping[str, Any]:
 
     Being connected and large keeps the fronts of two boxes in one plane from being taken for a wall.
     """
+    return {"background": on_planes(inputs["cloud"], inputs["planes"], inputs.parameters["thickness_m"], inputs.parameters["extent_m"])}
+
+
+def on_planes(cloud: Cloud, found: Iterable[Plane], thickness: float, extent: float) -> Mask:
+    """Return the mask of a cloud's points within ``thickness`` [m] of a plane, in connected parts of at least ``extent`` [m]."""
     import numpy as np
     from scipy import ndimage
 
-    cloud, found = inputs["cloud"], inputs["planes"]
     mask = np.zeros(cloud.mask.shape, bool)
     points = cloud.points[cloud.mask]
     for plane in found:
         on = np.zeros(cloud.mask.shape, bool)
-        on[cloud.mask] = np.abs(plane.distance(points)) < inputs.parameters["thickness_m"]
+        on[cloud.mask] = np.abs(plane.distance(points)) < thickness
         labels, _ = ndimage.label(on)
         for k, box in enumerate(ndimage.find_objects(labels), 1):
             part = labels[box] == k
-            if part.sum() > 200 and _span(cloud.points[box][part]) >= inputs.parameters["extent_m"]:
+            if part.sum() > 200 and _span(cloud.points[box][part]) >= extent:
                 mask[box] |= part
-    return {"background": mask}
+    return mask
 
 
 def _span(points: Points32) -> float:

@@ -81,7 +81,7 @@ class Contacts:
         return tuple(self._asleep)
 
     def _between(self, data: Data, asleep: Any) -> tuple[Touch, ...]:
-        """The touches of things that sleep, with each other and with what is fixed."""
+        """The touches of things that sleep, with each other and with furniture."""
         copy = awake_copy(self._model, data)
         kept = self._kept(copy)
         theirs = np.flatnonzero((asleep[kept.trees] | (kept.trees < 0)).all(axis=1)).tolist()

@@ -1,4 +1,4 @@
-"""The part of Python that generated code may consist of. It is checked before the code runs: what is not named here is not executed.
+"""Subset of Python that generated code may consist of. It is checked before the code runs: others are not executed.
 
 The generator writes nothing else, whatever a program says. So this is a second lock: names have a prefix or are helpers, the only
 attributes are methods of the machine, and there is no import, class, lambda, comprehension, format string, star or ``del``.

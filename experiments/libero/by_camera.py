@@ -1,0 +1,109 @@
+"""LIBERO as a judge of what a camera sees and a sentence says: no model, no state and no formula of it is asked for."""
+
+from __future__ import annotations
+
+import base64
+import os
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+from msgspec import json
+
+from cramlite import Engine, Setting, UserError
+from cramlite.model import Pose, RobotMount, Thing, World
+from cramlite.planning.spoken_goals import understand
+from cramlite_plugins.judges.judge_process import PATIENCE
+from cramlite_plugins.judges.judged_scene import scene_setting
+
+from .connection import Libero
+from .placed_kinds import files_of, scene_of
+from .sight import levelled, pictured, recognised
+
+ALLOWED = ("reset", "look", "hello", "step", "check", "end")
+"""Requests to the judge; a robot cell answers the same, but for ``reset`` and ``check``, which judge."""
+KINDS, USUAL = "CRAMLITE_LIBERO_KINDS", "~/.local/share/cramlite/libero_kinds"
+"""Environment variable that says where the library of known kinds is, and its usual place."""
+ASKED = "asked.json"
+"""File of an episode: all that the judge was asked, and the names of what it answered."""
+
+
+class LiberoByCamera(Libero):
+    """LIBERO's judge, of which only a picture with depth, joints and the task's sentence are known."""
+
+    def __init__(self, environment: Path | None = None, patience: float = PATIENCE) -> None:
+        super().__init__(environment, patience)
+        self.sentence, self.seed = "", 0
+        self.asked: list[dict[str, Any]] = []
+
+    def reset(self, suite: str, task: int, state: int) -> str:
+        """Begin an episode, and keep its sentence."""
+        self.asked, self.seed = [], task * 1000 + state
+        return super().reset(suite, task, state)
+
+    def ask(self, ask: dict[str, Any], patience: float) -> dict[str, Any]:
+        """Send a request that a robot cell could answer, and return the answer; both are kept.
+
+        Raises:
+            UserError: it asks for more, or as that of any judge.
+        """
+        if ask["ask"] not in ALLOWED:
+            raise UserError(f"The judge is not asked for '{ask['ask']}': a cell has no such sensor.")
+        said = super().ask(ask, patience)
+        self.asked.append({**ask, "answered": sorted(said)})
+        if ask["ask"] == "reset":
+            self.sentence = str(said.get("language", ""))
+        return said
+
+    def picture(self) -> bytes:
+        """Return the colours of what the camera sees now, as PNG."""
+        return base64.b64decode(self.ask({"ask": "look"}, self.patience)["rgb"])
+
+    def setting(self, engine: Engine, folder: Path, twins: int, now: World | None = None) -> tuple[Path, Setting]:
+        """Look, write the scene that is believed since and its scenario, and build its setting: where the sentence is to become true."""
+        said = self.ask({"ask": "look"}, self.patience)
+        hello = self.hello()
+        mount = RobotMount("robot", "libero_panda", joints=tuple(said["joints"]), opening=min(said["opening"], 0.08))
+        view, table = levelled(pictured(said, self.seed))
+        library = library_folder()
+        found = recognised(engine, view, table, kinds_of(library), mount)
+        folder.mkdir(parents=True, exist_ok=True)
+        (folder / ASKED).write_bytes(json.format(json.encode({
+            "asked": self.asked, "sentence": self.sentence, "table": table,
+            "seen": [{"kind": k, "position": p.position, "quaternion": p.quaternion, "confidence": c} for k, p, c in found],
+        })))  # fmt: skip
+        xml, state = scene_of([(k, p) for k, p, _ in found], files_of(library), table)
+        x, y, _ = view.camera.position
+
+        def goal(setting: Setting) -> list[str]:
+            scene = setting.symbolic(engine.knowledge.taxonomy)
+            return list(understand(self.sentence, scene, engine.knowledge, f"{x:.3f}, {y:.3f}").goals)
+
+        return scene_setting(
+            engine, folder, {"xml": xml, "qpos": state}, hello, goal, twins, now, robot={"type": "libero_panda"},
+            limits={"advisory": ["bystanders"], "may_push": True},
+        )  # fmt: skip
+
+
+def library_folder() -> Path:
+    """Return where the library of known kinds is.
+
+    Raises:
+        UserError: it is not there; says how it is made.
+    """
+    folder = Path(os.environ.get(KINDS) or USUAL).expanduser()
+    if not (folder / "library.yaml").is_file():
+        raise UserError(f"There is no library of LIBERO's kinds in '{folder}'; docs/how-to/libero.md#by-camera says how one is made.")
+    return folder
+
+
+@lru_cache(maxsize=1)
+def kinds_of(library: Path) -> tuple[Thing, ...]:
+    """Return the kinds of a library, each at the origin."""
+    makers = Engine().knowledge.registry.first("read_models", path=library) or ()
+    return tuple(maker.make(name=maker.name, pose=Pose()) for maker in makers)
+
+
+def connect(environment: Path | None) -> LiberoByCamera:
+    """Return the judge."""
+    return LiberoByCamera(environment)

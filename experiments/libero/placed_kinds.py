@@ -1,0 +1,98 @@
+"""A scene of known kinds at their poses, as MJCF: each from the file that its library was made of, joints and all."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from cramlite.model import Pose
+from cramlite.plugin import load_yaml
+
+TABLE = (1.0, 1.6, 0.05)
+"""Sides and thickness of the table that is believed under things [m]; its near side is ``BEHIND`` the robot's base."""
+BEHIND = 0.05
+RESTS = 0.02
+"""A thing whose lowest point is so near to the table rests on it [m]."""
+
+
+def files_of(library: Path) -> dict[str, Path]:
+    """Return the file that each kind of a library was made of."""
+    data: Any = load_yaml(library / "library.yaml")
+    return {name: Path(entry["told"]["file"]) for name, entry in data["models"].items()}
+
+
+def scene_of(found: Sequence[tuple[str, Pose]], files: dict[str, Path], table: float) -> tuple[str, list[float]]:
+    """Put kinds at their poses onto a table of some height [m]; none that can be moved is within it.
+
+    Returns:
+        The scene as MJCF, and its state. Things are named after their kinds and numbered, "plate_1_main".
+    """
+    import mujoco
+
+    scene = mujoco.MjSpec()
+    numbers: dict[str, int] = {}
+    lowest: list[float] = []
+    placed = []
+    for kind, pose in found:
+        spec, frame = _kind(files[kind])
+        at = pose * frame.inverse()
+        low = _lowest(spec, at) - table
+        if low > -RESTS or not any(j.type == mujoco.mjtJoint.mjJNT_FREE for j in spec.joints):
+            lowest.append(low)
+            placed.append((kind, spec, at))
+    stand = [v for v in lowest if abs(v) < RESTS]
+    top = table + float(np.median(stand)) if stand else table
+    half = [s / 2 for s in TABLE]
+    body = scene.worldbody.add_body(name="table", pos=[half[0] - BEHIND, 0.0, top - half[2]])
+    body.add_geom(name="table_top", type=mujoco.mjtGeom.mjGEOM_BOX, size=half, friction=[1.0, 0.005, 0.0001])
+    for (kind, spec, at), low in zip(placed, lowest, strict=True):
+        numbers[kind] = numbers.get(kind, 0) + 1
+        down = table + low - top if abs(low) < RESTS else 0.0
+        x, y, z = at.position
+        frame_of = scene.worldbody.add_frame(pos=[x, y, z - down], quat=list(at.quaternion))
+        scene.attach(spec, prefix=f"{kind}_{numbers[kind]}_", frame=frame_of)
+    model = scene.compile()
+    return scene.to_xml(), model.qpos0.tolist()
+
+
+def _kind(file: Path) -> tuple[Any, Pose]:
+    """A kind without what only looks, and the frame of its first body that has a shape, at the joints' zero."""
+    import mujoco
+
+    spec = mujoco.MjSpec.from_file(str(file))
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    first = next(b for b in range(1, model.nbody) if model.body_geomnum[b])
+    frame = np.eye(4)
+    frame[:3, :3], frame[:3, 3] = data.xmat[first].reshape(3, 3), data.xpos[first]
+    for geom in [g for g in spec.geoms if not g.contype and not g.conaffinity]:
+        spec.delete(geom)
+    used = {g.meshname for g in spec.geoms}
+    for geom in spec.geoms:
+        geom.material = ""
+    for part in (*(m for m in spec.meshes if m.name not in used), *spec.materials, *spec.textures):
+        spec.delete(part)
+    for mesh in spec.meshes:
+        mesh.file = str(file.parent / mesh.file)
+    return spec, Pose.from_matrix(frame)
+
+
+def _lowest(spec: Any, at: Pose) -> float:
+    """Height of the lowest corner of a kind's collision shapes, put somewhere [m]."""
+    import mujoco
+
+    model = spec.copy().compile()
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    low = np.inf
+    for g in range(model.ngeom):
+        turn = data.geom_xmat[g].reshape(3, 3)
+        size = model.geom_aabb[g]
+        signs = np.array(np.meshgrid(*[(-1, 1)] * 3)).reshape(3, -1).T
+        corners = data.geom_xpos[g] + (size[:3] + signs * size[3:]) @ turn.T
+        low = min(low, float(at.apply(corners)[:, 2].min()))
+    return low

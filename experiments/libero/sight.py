@@ -1,0 +1,103 @@
+"""What a picture of LIBERO's fixed camera shows: known kinds, where they stand, and the table that bears them.
+
+Poses are in the frame of the robot's base, z up. The errors of a stereo camera and of a calibration are added here, by the seed of the
+episode; two angles of the calibration are found again, since a table is level.
+"""
+
+from __future__ import annotations
+
+import base64
+import io
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from msgspec.structs import replace
+
+from cramlite import Engine, UserError
+from cramlite.model import Camera, Geom, Intrinsics, Pose, RobotMount, Thing, View, World
+from cramlite.perception.active_perception import ask
+from cramlite.perception.query import ObjectQuery
+from cramlite.plugin import UNKNOWN
+from cramlite_plugins.perception.values import Box
+from cramlite_plugins.simulation.camera.noise import Noise, noisy_colour, noisy_depth
+
+NOISE = Noise(disparity=0.029)
+"""Of depth: 1.5 mm at 1 m, growing with the square; holes, edges, shadows and steps as of any stereo camera."""
+CALIBRATION = (0.002, math.radians(0.3))
+"""Standard deviation of the camera's place along each axis [m], and of its turn about each [rad]."""
+REACH = ((0.15, 1.05), (-0.75, 0.75))
+"""Where things are looked for: x and y before the robot's base [m]."""
+DEEP, HIGH = 0.05, 0.60
+"""So far below and above the table things are looked for [m]."""
+BIN, THICK, LEVEL = 0.004, 0.012, 0.9
+"""Bin of heights [m], how far points of the table lie from the commonest height, and the least share of the vertical in its normal."""
+
+
+def pictured(said: Mapping[str, Any], seed: int) -> View:
+    """Return the picture that a judge's answer to ``look`` holds, with the errors of a camera and of its calibration."""
+    from PIL import Image
+
+    rgb, steps = (np.asarray(Image.open(io.BytesIO(base64.b64decode(said[n])))) for n in ("rgb", "depth"))
+    height, width = steps.shape
+    fx, fy, cx, cy = said["intrinsics"]
+    intrinsics = Intrinsics(fx, fy, cx, cy, width, height)
+    depth = np.where(steps > 0, steps / 1e4, np.inf)
+    place = np.eye(4)
+    place[:3, :3], place[:3, 3] = np.reshape(said["rotation"], (3, 3)), said["position"]
+    rng = np.random.default_rng([seed, 2207])
+    askew = Pose.from_rotvec(tuple(rng.normal(0, CALIBRATION[0], 3)), tuple(rng.normal(0, CALIBRATION[1], 3)))
+    seen = noisy_depth(depth, _cosines(depth, intrinsics), intrinsics, NOISE, rng)
+    pixels = np.clip(np.rint(noisy_colour(rgb.astype(float), NOISE, rng)), 0, 255).astype(np.uint8)
+    return View(pixels, seen.astype(np.float32), intrinsics, Pose.from_matrix(place) * askew, 0.0)
+
+
+def _cosines(depth: Any, intrinsics: Intrinsics) -> Any:
+    """Cosine between each ray and the normal of what it hits, by differences of neighbouring pixels."""
+    points = intrinsics.rays * np.where(np.isfinite(depth), depth, 0.0)[..., None]
+    normal = np.cross(np.gradient(points, axis=0), np.gradient(points, axis=1))
+    lengths = np.linalg.norm(normal, axis=2) * np.linalg.norm(points, axis=2)
+    return np.abs(np.einsum("ijk,ijk->ij", normal, points)) / np.maximum(lengths, 1e-12)
+
+
+def levelled(view: View) -> tuple[View, float]:
+    """Turn a view about its eye until the table is level; return it with the table's height [m].
+
+    Raises:
+        UserError: there is no table in the picture.
+    """
+    for _ in range(2):
+        points = view.world_cloud[view.valid].astype(float)
+        near = np.all([(points[:, k] > low) & (points[:, k] < high) for k, (low, high) in enumerate(REACH)], axis=0)
+        points = points[near]
+        if len(points) < 1000:
+            raise UserError(f"The picture shows {len(points)} points within the robot's reach, which are no table.")
+        counts, edges = np.histogram(points[:, 2], np.arange(points[:, 2].min(), points[:, 2].max() + BIN, BIN))
+        level = points[np.abs(points[:, 2] - edges[int(counts.argmax())] - BIN / 2) < THICK]
+        centre = level.mean(axis=0)
+        normal = np.linalg.svd((level - centre)[:: max(1, len(level) // 5000)], full_matrices=False)[2][2]
+        normal = normal * np.sign(normal[2])
+        if normal[2] < LEVEL:
+            raise UserError(f"What the picture shows most of is no table: it slopes by {math.degrees(math.acos(normal[2])):.0f} deg.")
+        axis = np.cross(normal, (0.0, 0.0, 1.0))
+        there = Pose(view.camera.position)
+        view = replace(view, camera=there * Pose.from_rotvec((0, 0, 0), tuple(axis)) * there.inverse() * view.camera)
+    points = view.world_cloud[view.valid].astype(float)
+    height = float(np.median(points[np.abs(points[:, 2] - edges[int(counts.argmax())]) < THICK][:, 2]))
+    return view, height
+
+
+def recognised(engine: Engine, view: View, table: float, kinds: Sequence[Thing], mount: RobotMount) -> list[tuple[str, Pose, float]]:
+    """Return kind, pose and confidence of what a picture shows on a table, without the robot's own pixels."""
+    knowledge = engine.knowledge
+    fixed = Camera(view.camera, intrinsics=view.intrinsics, noise=False)
+    alone = World((), (mount,))
+    own = knowledge.simulator.look(alone, knowledge.robots_of(alone), fixed, seed=0).depth
+    around = Box(*zip(*REACH, (table - DEEP, table + HIGH), strict=True))
+    query = ObjectQuery(wanted=("type", "pose", "model"))
+    half = (0.6, 1.0, 0.02)
+    under = Thing("table", "soma:Table", Pose((0.5, 0.0, table - half[2])), (Geom("box", half),))
+    said = ask(query, view, (under,), knowledge, models=tuple(kinds), robot=own, region=around)
+    found = [p for p in said.answers if p.value("type") != UNKNOWN and p.value("model") and p.value("pose")]
+    return [(str(p.value("model")), p.value("pose"), p.values["pose"].judged.confidence) for p in found]

@@ -1,0 +1,135 @@
+"""LIBERO by camera, as far as it needs no LIBERO: pictures with errors, a level table, scenes of known kinds, and what is not asked."""
+
+from __future__ import annotations
+
+import base64
+import io
+from pathlib import Path
+from types import ModuleType, SimpleNamespace
+from typing import Any
+
+import mujoco
+import numpy as np
+import pytest
+from conftest import ROOT
+from PIL import Image
+
+from cramlite import UserError
+from cramlite.experiment.judged.judge import module_of
+from cramlite.experiment.judged.spec import read_judged
+from cramlite.model import Camera, Intrinsics, Pose, Thing, World
+from cramlite_plugins.objects.products_and_fixtures import make
+from cramlite_plugins.simulation.camera.depth_camera import look
+
+LIBERO = ROOT / "experiments" / "libero"
+CUP = """<mujoco><worldbody><body name="main"><inertial pos="0 0 0" mass=".1" diaginertia="1e-4 1e-4 1e-4"/><freejoint name="joint0"/>
+<geom type="box" size=".03 .03 .04"/><geom type="sphere" size=".02" contype="0" conaffinity="0" group="1"/></body></worldbody></mujoco>"""
+CHEST = """<mujoco><compiler angle="radian"/><worldbody><body name="main" pos="0 0 .1"><geom type="box" size=".1 .1 .1"/>
+<body name="drawer"><joint name="slide" type="slide" axis="1 0 0" range="0 .2"/>
+<geom type="box" pos=".12 0 0" size=".01 .05 .02" mass=".2"/></body></body></worldbody></mujoco>"""
+
+
+def part(name: str) -> ModuleType:
+    """A module of the experiment."""
+    return module_of(LIBERO / f"{name}.py")
+
+
+def said(table: float, *things: Thing) -> dict[str, Any]:
+    """What a judge would answer to 'look', of things on a table at some height."""
+    size = 192
+    eye, target = np.array((1.3, 0.0, table + 0.7)), np.array((0.55, 0.0, table))
+    camera = Pose.from_axes(tuple(eye), target - eye, np.cross(target - eye, (0, 0, 1)))
+    intrinsics = Intrinsics(230.0, 230.0, (size - 1) / 2, (size - 1) / 2, size, size)
+    under = make("table", "table", Pose((0.6, 0, table - 0.01)), {"size": (1.4, 1.6, 0.02)})
+    view = look(World((under, *things)), {}, Camera(camera, intrinsics=intrinsics, noise=False), seed=0)
+    steps = np.where(np.isfinite(view.depth), np.rint(np.nan_to_num(view.depth, posinf=0) * 1e4), 0).astype(np.uint16)
+    return {
+        "rgb": png(view.rgb), "depth": png(steps), "intrinsics": [230.0, 230.0, (size - 1) / 2, (size - 1) / 2],
+        "position": list(camera.position), "rotation": camera.rotation.reshape(-1).tolist(),
+    }  # fmt: skip
+
+
+def png(pixels: Any) -> str:
+    """Pixels as PNG in base64."""
+    Image.fromarray(pixels).save(buffer := io.BytesIO(), "png")
+    return base64.b64encode(buffer.getvalue()).decode()
+
+
+@pytest.mark.parametrize("seed", [0, 3])
+def test_a_table_is_level_though_the_calibration_is_not(seed: int) -> None:
+    sight, there = part("sight"), said(0.05)
+    view = sight.pictured(there, seed)
+    off = view.camera.distance(Pose(tuple(there["position"]), view.camera.quaternion))[0]
+    assert 0 < off < 0.02, "an error of calibration was added"
+    level, height = sight.levelled(view)
+    points = level.world_cloud[level.valid]
+    on = points[np.abs(points[:, 2] - height) < 0.02]
+    far, near = on[on[:, 0] > 0.8][:, 2], on[on[:, 0] < 0.4][:, 2]
+    assert abs(float(np.median(far) - np.median(near))) < 0.002
+    assert abs(height - 0.05) < 0.015
+
+
+def test_the_same_seed_errs_in_the_same_way() -> None:
+    sight, there = part("sight"), said(0.0)
+    one, two, other = (sight.pictured(there, seed) for seed in (1, 1, 2))
+    assert one.camera == two.camera != other.camera
+    assert np.array_equal(one.depth, two.depth, equal_nan=True) and np.isnan(one.depth).any()
+
+
+def test_without_a_table_nothing_is_guessed() -> None:
+    there = said(0.0)
+    blind = there | {"depth": png(np.zeros((192, 192), np.uint16))}
+    sight = part("sight")
+    with pytest.raises(UserError, match="no table"):
+        sight.levelled(sight.pictured(blind, 0))
+
+
+@pytest.fixture
+def kinds(tmp_path: Path) -> dict[str, Path]:
+    """Files of a cup and a chest."""
+    for name, text in (("cup", CUP), ("chest", CHEST)):
+        (tmp_path / f"{name}.xml").write_text(text)
+    return {n: tmp_path / f"{n}.xml" for n in ("cup", "chest")}
+
+
+def test_kinds_stand_where_they_were_seen_joints_and_all(kinds: dict[str, Path]) -> None:
+    cup, chest = Pose((0.5, 0.1, 0.053)), Pose.from_rotvec((0.7, -0.2, 0.11), (0, 0, 1.0))
+    xml, state = part("placed_kinds").scene_of([("cup", cup), ("cup", Pose((0.5, 0.3, 0.055))), ("chest", chest)], kinds, 0.012)
+    model = mujoco.MjModel.from_xml_string(xml)
+    data = mujoco.MjData(model)
+    data.qpos[:] = state
+    mujoco.mj_forward(model, data)
+    names = {model.body(b).name for b in range(model.nbody)}
+    assert {"table", "cup_1_main", "cup_2_main", "chest_1_main", "chest_1_drawer"} <= names
+    assert np.allclose(data.body("cup_1_main").xpos[:2], cup.position[:2])
+    assert np.allclose(data.body("chest_1_main").xpos[:2], chest.position[:2])
+    top = data.geom("table_top").xpos[2] + model.geom("table_top").size[2]
+    assert data.body("cup_1_main").xpos[2] - 0.04 == pytest.approx(top, abs=1e-6), "what rests on the table rests on it"
+    assert model.joint("chest_1_slide").range.tolist() == [0, 0.2]
+    assert all(model.geom_contype), "what only looks is left out"
+
+
+def test_what_would_be_within_the_table_is_not_there(kinds: dict[str, Path]) -> None:
+    xml, _ = part("placed_kinds").scene_of([("cup", Pose((0.5, 0.1, 0.0)))], kinds, 0.012)
+    assert "cup_1" not in xml
+
+
+def test_no_more_is_asked_than_a_cell_answers(monkeypatch: pytest.MonkeyPatch) -> None:
+    module = part("by_camera")
+    judge = object.__new__(module.LiberoByCamera)
+    judge.asked, judge.lines = [], SimpleNamespace(ask=lambda line, patience: b'{"rgb": "", "joints": []}')
+    assert judge.ask({"ask": "look"}, 1.0)["joints"] == []
+    assert judge.asked == [{"ask": "look", "answered": ["joints", "rgb"]}]
+    for more in ("scene", "cameras"):
+        with pytest.raises(UserError, match=f"not asked for '{more}'"):
+            judge.ask({"ask": more}, 1.0)
+    monkeypatch.setenv(module.KINDS, "/nowhere")
+    with pytest.raises(UserError, match="no library of LIBERO's kinds"):
+        module.library_folder()
+
+
+def test_its_experiment_says_what_is_given() -> None:
+    spec = read_judged(LIBERO / "camera.yaml").spec
+    assert "sentence" in spec.given and "scene" not in part("by_camera").ALLOWED
+    whole = read_judged(LIBERO / "experiment.yaml").spec
+    assert all(whole.suites[name].budget == suite.budget for name, suite in spec.suites.items())

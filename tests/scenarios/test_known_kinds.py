@@ -1,0 +1,83 @@
+"""A cell whose things a library knows by their print: looked for, meant by a sentence, put away, and executed."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from helpers.as_a_user import cramlite
+from helpers.printed_box import printed_box
+
+SIZES = {"oats_box": (0.06, 0.045, 0.12), "rice_box": (0.06, 0.045, 0.12), "salt_box": (0.05, 0.05, 0.10), "soap_box": (0.07, 0.05, 0.06)}
+CELL = """\
+scenario: groceries
+title: Look for a box of oats among others, and put it into a basket
+goal: {say: SENTENCE}
+robot: {type: ur5e}
+models: [library]
+camera: {mount: flange, at: {position: [0, 90 mm, 30 mm], yaw: 180 deg}}
+poses: camera
+things:
+  - {name: floor, model: table, at: {position: [0.2, 0, -5 mm]}, with: {size: [1.6 m, 1.6 m, 20 mm]}}
+  - {name: counter, model: table, at: {position: [0.5, 0.2, 0.1]}, with: {size: [0.4 m, 0.4 m, 20 mm]}}
+  - {name: basket, model: basket, at: {position: [0.30, -0.45, 0]}, with: {size: [0.4 m, 0.3 m, 0.15 m]}}
+  - {name: a, model: oats_box, at: {position: [0.52, 0.1, 0.171]}}
+  - {name: b, model: rice_box, at: {position: [0.42, 0.26, 0.171]}}
+  - {name: c, model: salt_box, at: {position: [0.56, 0.33, 0.161]}}
+  - {name: stranger, model: block, at: {position: [0.60, 0.20, 0.141]}, with: {size: [50 mm, 50 mm, 60 mm]}}
+"""
+
+
+def tiles(seed: int) -> tuple[np.ndarray, ...]:
+    """Prints of a carton's six sides: four by four patches of four colours."""
+    rng = np.random.default_rng(seed)
+    palette = rng.integers(70, 255, (4, 3))
+    return tuple(np.kron(palette[rng.integers(0, 4, (4, 4))], np.ones((6, 6, 1))).astype(np.uint8) for _ in range(6))
+
+
+@pytest.fixture(scope="module")
+def cell(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with the library, in which scenarios may be written."""
+    folder = tmp_path_factory.mktemp("groceries")
+    for k, (name, size) in enumerate(SIZES.items()):
+        (folder / "meshes" / name).mkdir(parents=True)
+        printed_box(folder / "meshes" / name / f"{name}.glb", size, tiles(k))
+    made = cramlite("library", "add", folder / "meshes", "--out", folder / "library", "--up", "z")
+    assert made.returncode == 0, made.stderr
+    return folder
+
+
+def written(cell: Path, sentence: str) -> Path:
+    """The scenario with a sentence."""
+    path = cell / f"{len(sentence)}.yaml"
+    path.write_text(CELL.replace("SENTENCE", sentence))
+    return path
+
+
+@pytest.mark.heavy
+def test_what_a_sentence_means_is_put_away(cell: Path, tmp_path: Path) -> None:
+    scenario = written(cell, "put the oats box into the basket")
+    done = cramlite("resolve", scenario, "--out", tmp_path / "run", "--no-report", "--twins", "0", "--json")
+    assert done.returncode == 0, done.stderr
+    assert "oats_box_1 in basket" in (tmp_path / "run" / "trace.json").read_text()
+    assert "obstacle_1" in done.stderr, "the stranger is in the way, and nothing more"
+    ran = cramlite("execute", tmp_path / "run" / "program.script", "--world", scenario)
+    assert ran.returncode == 0, ran.stdout + ran.stderr
+
+
+@pytest.mark.heavy
+def test_what_is_not_there_is_asked_back(cell: Path, tmp_path: Path) -> None:
+    done = cramlite("goal", written(cell, "put the soap box into the basket"))
+    assert done.returncode == 2, done.stdout
+    assert "there is no 'the soap box' here" in done.stderr
+
+
+@pytest.mark.heavy
+def test_a_scenario_is_perceived_with_its_library(cell: Path) -> None:
+    scenario = written(cell, "put the rice box into the basket")
+    done = cramlite("perceive", scenario, "--query", "on=counter", "--attributes", "model", "--json")
+    assert done.returncode == 0, done.stderr
+    models = {a["values"]["model"]["value"] for a in json.loads(done.stdout)["answers"] if "model" in a["values"]}
+    assert models == {"oats_box", "rice_box", "salt_box"}
