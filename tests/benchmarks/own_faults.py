@@ -4,7 +4,7 @@
 may be stopped, and goes on by the same command. Number n is a fault of kind n modulo 12, so that every prefix is balanced over kinds; sixty
 numbers share their scenes. The rule of what one arm could mend is ``unmendable``; it looks at the draw alone, and was written before the
 first run. A run is right if the goal holds in the simulator's own state at the end; or, of the others, if the arm stopped by itself with a
-right diagnosis (``RIGHT``).
+right diagnosis (``RIGHT``) and without a force above its limit.
 """
 
 from __future__ import annotations
@@ -326,17 +326,18 @@ def episode(number: int) -> dict[str, Any]:
     ran = run(of, drawn.world, number)
     going, done, why = ran
     notices, happened = [s.notice for s in done if s.notice], [f.time for f in done[0].round.rollout.faults]
-    goal = drawn.fault.goal or of.goal()
+    goal, what = drawn.fault.goal or of.goal(), told(of, ran)
     good = reached(of, going, done, goal)
     if not drawn.mendable:
         stopped = bool(why) or (drawn.kind == "asked" and bool(notices))
-        good = stopped and still(done) and str(notices[0].kind) in RIGHT[drawn.kind] if notices else False
+        safe = stopped and still(done) and not what["above"]
+        good = safe and bool(notices) and str(notices[0].kind) in RIGHT[drawn.kind]
     timed = bool(notices and happened) and drawn.kind not in ("closes_short", "drawer_sticks", "physics")
     return {
         "number": number, "kind": drawn.kind, "scene": drawn.scene, "seed": of.seed, "fault": drawn.text, "phase": drawn.phase,
         "mendable": drawn.mendable, "well": good, "triggered": bool(happened) or drawn.fault.from_start,
         "to_notice": round(notices[0].time - happened[0], 3) if timed else None,
-        **told(of, ran), "proof_cpu": round(ready - began, 1), "cpu": round(time.process_time() - ready, 1),
+        **what, "proof_cpu": round(ready - began, 1), "cpu": round(time.process_time() - ready, 1),
     }  # fmt: skip
 
 
