@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Never
 from msgspec.structs import replace
 
 from ..base.errors import UserError
+from ..base.memory import give_back
 from ..base.pulse import Stop, working
 from ..base.seeds import whole_seed
 from ..planning.budget import Budget, budget_of, until_late
@@ -281,7 +282,10 @@ class Engine:
         budget = budget or _budget(reading.goal)
         stop = until_late(budget, trace, stop)
         beat = Heartbeat(trace, progress, stop)
-        yield from beat.over(self._candidates(reading, setting, seed, budget, trace, progress, stop))
+        try:
+            yield from beat.over(self._candidates(reading, setting, seed, budget, trace, progress, stop))
+        finally:
+            give_back()
 
     def _candidates(
         self, reading: Reading, setting: Setting | None, seed: int, budget: Budget, trace: Trace, progress: Progress,

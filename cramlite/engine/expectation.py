@@ -36,6 +36,8 @@ SLACK = 0.2
 """Of a line of the program, what its proof showed so long before and after may be read, too [s]."""
 AGAIN = 2
 """Readings in a row that must say the same."""
+ASKED = {Deviation.GOAL_CHANGED, Deviation.CANCELLED}
+"""What is asked for is no measurement: one reading tells it."""
 SAME = 0.5
 """Readings that were the same for so long while the arm should move are frozen [s]."""
 MOVING = 0.02
@@ -198,7 +200,7 @@ class RunWatch:
         key = (found.kind, found.thing) if found else None
         self._times = self._times + 1 if key is not None and key == self._before else 1
         self._before = key
-        self.notice = found if found is not None and self._times >= AGAIN else None
+        self.notice = found if found is not None and (self._times >= AGAIN or found.kind in ASKED) else None
         return self.notice
 
     def rest(self, readings: Readings) -> None:

@@ -14,9 +14,10 @@ from typing import TYPE_CHECKING
 
 from msgspec.structs import replace
 
-from ..base.errors import NoSolution, UserError
+from ..base.errors import NoSolution, Unresolvable, UserError
 from ..base.value import Value
 from ..model.designator_name import task_of
+from ..model.designators import Action
 from ..model.fault import FaultKind
 from ..model.readings import Deviation, Notice
 from ..model.rollout import world_after_run
@@ -45,6 +46,8 @@ if TYPE_CHECKING:
 
 STILL = 0.005
 """What nobody means to move gets no further on the way back [m]; as bystanders by default."""
+RESTING = 0.0003
+"""Depth of a contact at rest [m]: what was read deeper in something stands on it, for a proof begins from there."""
 BACK = "0.Back"
 """Designator of the way back."""
 STOPS = {"halted": Deviation.REFUSED, "protective stop": Deviation.STOPPED, "killed": Deviation.KILLED}
@@ -53,6 +56,7 @@ STOPS = {"halted": Deviation.REFUSED, "protective stop": Deviation.STOPPED, "kil
 
 ACKNOWLEDGED = "a protective stop is acknowledged by a person, who has looked why; execute again with --replan then"
 REACHED = "the goal holds as things are"
+CLOSED = "what comes then cannot be done as things are"
 SAME = 2
 """So many times the same may be noticed in the same step and be planned around."""
 TO_DO: Mapping[Deviation, str] = {
@@ -119,6 +123,8 @@ class GoingOn:
         self.setting = engine.setting(scenario, seed=seed, twins=0)
         self.goal = self._asked()
         self.at = 0  # the action of the plan that was under way
+        self.step = ""  # and its step
+        self.opened = 0  # stages of an open program that were resolved
         self.trace = Trace()
         self.noticed: Counter[tuple[Deviation, str, str]] = Counter()
 
@@ -169,18 +175,45 @@ class GoingOn:
             watch, done = self._run(attempt)
             notice = self._noticed(watch, done)
             self.say(f"round {number}: {notice or done.said}")
-            if notice is None or notice.kind is Deviation.CANCELLED:
+            if (notice is None and not self._open) or (notice and notice.kind is Deviation.CANCELLED):
                 yield Stretch(done, notice, "the arm stands still" if notice else "")
                 return
             began = time.process_time()
-            following, decision = self._decided(done, watch, notice, given_up=number == most)
+            following, decision = self._decided(done, watch, notice, given_up=number == most) if notice else self._stage(done, watch)
+            if decision == REACHED and self._open:
+                following, decision = self._stage(done, watch)
             self.say(f"round {number}: {decision.splitlines()[0]}")
             yield Stretch(done, notice, decision, time.process_time() - began)
             if decision == REACHED:
                 return
             if following is None:
-                raise NoSolution(f"Round {number} was stopped by {notice}. The arm stands still: {decision}. To do: {TO_DO[notice.kind]}.")
+                raise NoSolution(_stopped(number, notice, decision))
             attempt = following
+
+    @property
+    def _open(self) -> bool:
+        """Whether stages are to come that are resolved when their time comes; another goal takes the place of all."""
+        return self.opened < len(self.scenario.spec.then)
+
+    def _stage(self, done: Round, watch: RunWatch) -> tuple[Attempt | None, str]:
+        """First program of the next stage, proven from the readings, or of what is to be done in its place; None with the reasons."""
+        self._believe(done, watch)
+        number, self.opened, self.goal, why = self.opened, self.opened + 1, None, list[str]()
+        world = real_after(done.rollout, done.attempt.world, self.setting.world.robots[0].holds)
+        for key in ("do", "else"):
+            stage = self.scenario.stage(number, key)
+            if stage is None:
+                continue
+            trace = Trace()
+            try:
+                found = next(self.engine.resolve(stage, setting=self.setting, seed=self.seed, trace=trace), None)
+            except UserError as error:  # what it names is not there
+                why.append(str(error))
+                continue
+            if found is not None and found.candidate.code is not None:
+                return Attempt(found.plan, found.program, found.candidate.code, world), f"resolves what comes then ({key}): {found.plan}"
+            why.append(self._failure(trace, self.engine.registry.faults))
+        return None, f"{CLOSED}. {' '.join(why)}"
 
     def _run(self, attempt: Attempt) -> tuple[RunWatch, Round]:
         simulator, mount = self.engine.knowledge.simulator, attempt.world.robots[0].name
@@ -237,7 +270,7 @@ class GoingOn:
         if watch.last.poses is None:
             return None, "there are no readings; when they are back, execute again with --replan"
         if notice.kind is Deviation.GOAL_CHANGED and watch.last.goal:
-            self.goal = watch.last.goal
+            self.goal, self.opened = watch.last.goal, len(self.scenario.spec.then)
         self._believe(done, watch)
         self.trace = Trace()
         holds = self.setting.world.robots[0].holds
@@ -258,7 +291,7 @@ class GoingOn:
         before, attempt = self.setting, done.attempt
         assert watch.last is not None
         read = world_as_read(before.world, watch.last, attempt.world, self._closed)
-        world = corrected(read, self.engine.knowledge, SIGMAS * self.noise.position)
+        world = corrected(read, self.engine.knowledge, SIGMAS * self.noise.position, RESTING)
         for note in world.notes[len(read.notes) :]:
             self.say(note)
         where = {t.name: t.pose for t in before.world.things}
@@ -266,7 +299,8 @@ class GoingOn:
         relations = tuple(r for r in before.relations if r[1] in stayed)
         self.setting = replace(before, world=world, relations=relations, real=None)
         names = [a.name for a in attempt.plan.actions]
-        self.at = next((k for k, n in enumerate(names) if n == task_of(done.step)), self.at if done.step == BACK else 0)
+        if done.step != BACK:
+            self.at, self.step = next((k for k, n in enumerate(names) if n == task_of(done.step)), 0), done.step
 
     def _candidates(self, done: Round) -> Iterator[Candidate]:
         """Programs for the rest that were proven in the belief, best first."""
@@ -283,11 +317,28 @@ class GoingOn:
             yield from (c for c, verdict in attempts(search, plan, setting, engine.knowledge, engine.executors) if verdict.passed)
 
     def _rests(self, plan: Plan) -> Iterator[Plan]:
-        """Possible rests of a list of tasks, shortest first: with a payload the task under way and all later
-        ones; else that, or a rest from an earlier task on."""
-        held = self.setting.world.robots[0].holds is not None
-        starts = (self.at, self.at + 1) if held else range(self.at, -1, -1)
-        yield from (replace(plan, actions=plan.actions[k:]) for k in starts if k < len(plan.actions))
+        """Possible rests of a list of tasks, shortest first: with a payload the task under way, its parts from the one under way on, or
+        from the next one on, and all later ones; else that, or a rest from an earlier task on."""
+        at, actions = self.at, plan.actions
+        if self.setting.world.robots[0].holds is None:
+            yield from (replace(plan, actions=actions[k:]) for k in range(at, -1, -1))
+            return
+        yield replace(plan, actions=actions[at:])
+        parts = self._parts(actions[at]) if isinstance(actions[at], Action) else ()
+        first = next((k for k, p in enumerate(parts) if self.step.startswith(f"{p.name}/")), 0)
+        rests = [(*parts[k:], *actions[at + 1 :]) for k in (first, first + 1) if k < len(parts)]
+        yield from (replace(plan, actions=tuple(_renamed(a) for a in rest)) for rest in (*rests, actions[at + 1 :]) if rest)
+
+    def _parts(self, action: Action) -> tuple[Action, ...]:
+        """Tasks that a task consists of, as its type says for an empty hand."""
+        mount, *others = self.setting.world.robots
+        empty = replace(self.setting, world=replace(self.setting.world, robots=(replace(mount, holds=None), *others)))
+        task = self.engine.knowledge.tasks.get(action.task)
+        try:
+            way = next(iter(task.decompose(action, empty.belief())), None) if task else None
+        except Unresolvable:
+            return ()
+        return tuple(s for s in way.steps if isinstance(s, Action)) if way else ()
 
     def _back(self, done: Round, world: World) -> Attempt | None:
         """Way back along the executed program, if its run in the belief disturbs nothing."""
@@ -305,6 +356,19 @@ class GoingOn:
         held = mount.holds.thing if mount.holds else ""
         still = all(_moved(proof, t.name) <= STILL for t in setting.world.things if t.movable and t.name != held)
         return Attempt(done.attempt.plan, program, code, world) if proof.outcome == "finished" and still else None
+
+
+def _renamed(item: Action) -> Action:
+    """Task with the name of one that is no part."""
+    whole, _, own = item.name.rpartition("/")
+    return replace(item, name=f"{whole.partition('.')[0]}.{own}") if whole else item
+
+
+def _stopped(number: int, notice: Notice | None, decision: str) -> str:
+    """Reason why an execution ends, for people."""
+    if notice is None:
+        return f"Round {number} came to its end. The arm stands still: {decision}"
+    return f"Round {number} was stopped by {notice}. The arm stands still: {decision}. To do: {TO_DO[notice.kind]}."
 
 
 def _declared(done: Round) -> bool:

@@ -39,7 +39,7 @@ def world_as_read(before: World, readings: Readings, models: World, closed: floa
     read = readings.poses or {}
     known = {t.name for t in before.things}
     come = [t for t in models.things if t.name in read and t.name not in known]
-    things = [t.moved_to(read[t.name]) if t.name in read else t for t in (*before.things, *come)]
+    things = [t.moved_to(_possible(t, read[t.name])) if t.name in read else t for t in (*before.things, *come)]
     seen = tuple(t for t in things if t.name in read or not _is_read(t))
     mount = replace(before.robots[0], joints=readings.joints, opening=readings.opening, holds=in_hand(seen, readings, closed))
     return replace(before, things=seen, robots=(mount, *before.robots[1:]))
@@ -70,8 +70,16 @@ def real_after(rollout: Rollout, world: World, holds: InHand | None) -> World:
     return replace(left, faults=faults, robots=(mount, *left.robots[1:]))
 
 
+def _possible(thing: Thing, read: Pose) -> Pose:
+    """Pose that a thing can have nearest to a reading: one on a joint moves along that, within its range."""
+    if thing.joint is None:
+        return read
+    joint, by = thing.joint, thing.joint.between(thing.pose, read)
+    return joint.moved(thing.pose, min(max(joint.value + by, joint.lower), joint.upper) - joint.value)
+
+
 def _is_read(thing: Thing) -> bool:
-    """Whether readings tell a thing's pose: they leave out furniture and things on a joint."""
+    """Whether a thing that is not read is gone: things on a joint stay, and so does furniture."""
     return thing.movable and thing.joint is None
 
 

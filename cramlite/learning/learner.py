@@ -80,8 +80,8 @@ def learn(examples: Sequence[Example], others: Sequence[Known], predicates: Sequ
         UserError: the examples have nothing in common that changes or happens, or cannot be told from what is no example.
     """
     spans = [e.span for e in examples]
-    language = language_of(predicates, taxonomy, spans)
     rest = (*others, *(k for e in examples for k in e.around))
+    language = language_of(predicates, taxonomy, [*spans, *(k.span for k in rest)])
     tables = Tables(language, [k.span for k in rest]) if rest else None
     found = [_learned(language, examples, rest, tables, taxonomy, left_out) for left_out in _left_out(len(examples))]
     best = min((f for f in found if f is not None), key=lambda f: f.bits, default=None)

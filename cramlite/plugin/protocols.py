@@ -257,7 +257,7 @@ class Illustrator(Protocol):
 
 
 class Simulator(ProgramRunner, VirtualController, SimulatedCamera, SimulatedPerson, Illustrator, Protocol):
-    """Physics simulator: all five trades over one model of the world. It may be ``Doubting`` and ``Correcting``, too."""
+    """Physics simulator: all that its bases do, with one model of the world. It may be ``Doubting`` and ``Correcting``, too."""
 
     @property
     def name(self) -> str:
@@ -278,9 +278,11 @@ class Doubting(Protocol):
 class Correcting(Protocol):
     """Simulator that also corrects read poses that cannot be."""
 
-    def put_apart(self, world: World, robots: Mapping[str, Robot], most: float) -> tuple[World, tuple[str, ...]]:
+    def put_apart(
+        self, world: World, robots: Mapping[str, Robot], most: float, deep: float | None = None
+    ) -> tuple[World, tuple[str, ...]]:
         """Return the world with loose things moved out of others to free places, at most ``most`` [m] off, and
-        clauses on the moves."""
+        clauses on the moves; ``deep`` is how far one may be inside another [m], None for what readings usually are."""
         ...
 
 

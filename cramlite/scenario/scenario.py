@@ -135,6 +135,16 @@ class LimitsSpec(Spec):
         return JudgingLimits(**{"may_push": bool(self.advisory), **written}, of_scenario=tuple(written))
 
 
+class ThenSpec(Spec):
+    """Stage of an open program: tasks that are resolved when their time comes, from what is read then.
+
+    ``else``: tasks in their place, where no program for them can be proven; without it the execution ends there, with the reason.
+    """
+
+    do: tuple[TaskEntry, ...] = Field(min_length=1)
+    otherwise: tuple[TaskEntry, ...] = Field((), alias="else")
+
+
 class ScenarioSpec(Spec):
     """Keys of a scenario file."""
 
@@ -146,6 +156,7 @@ class ScenarioSpec(Spec):
     reading: str | int | None = None
     goal: GoalTexts | None = Field(default=None, min_length=1)
     plan: str | None = None
+    then: tuple[ThenSpec, ...] = ()
     objects: dict[str, ObjectSpec] = Field({})
     robot: RobotSpec
     force_limit: Force | None = Field(None, gt=0, le=HIGHEST_FORCE_LIMIT)
@@ -269,6 +280,14 @@ class Scenario(Value):
         update = {"goal": goal_texts(goal), "demonstration": None, "reading": None, "tasks": None, "designator": None, "plan": None}
         return replace(self, spec=self.spec.model_copy(update=update))
 
+    def stage(self, number: int, key: Literal["do", "else"]) -> Scenario | None:
+        """Return this scenario with the tasks of a stage under ``then`` as its start; None for "else" where it has none."""
+        stage = self.spec.then[number]
+        tasks = stage.do if key == "do" else stage.otherwise
+        update = {**dict.fromkeys((*STARTS, "reading", "plan")), "tasks": tasks, "then": ()}
+        data = {**self.data, "tasks": self.data["then"][number].get(key, [])}
+        return replace(self, spec=self.spec.model_copy(update=update), data=data) if tasks else None
+
     def planned_by(self, plan: Path) -> Scenario:
         """Return this scenario with the plan of a planner for its goal.
 
@@ -329,6 +348,7 @@ def _valid_keys(error: ValidationError) -> list[str]:
         "vary": VarySpec,
         "unknown_error": UnknownErrorSpec,
         "late": LateSpec,
+        "then": ThenSpec,
         "camera": CameraSpec,
         "intrinsics": IntrinsicsSpec,
         "record": RecordSpec,

@@ -124,17 +124,18 @@ def build_world(
     return replace(found, robots=world.robots), tuple(relations)
 
 
-def corrected(world: World, knowledge: Knowledge, noise: float) -> World:
+def corrected(world: World, knowledge: Knowledge, noise: float, deep: float | None = None) -> World:
     """Return a world of read poses in which things that cannot be where they were read are moved to free
     places, with a note.
 
     Args:
         noise: how far readings may be off [m]; with 0 the world is as it was read.
+        deep: that one may be inside another [m]; None for the simulator's own limit.
     """
     simulator = knowledge.simulator
     if not noise or not isinstance(simulator, Correcting):
         return world
-    apart, said = simulator.put_apart(world, knowledge.robots_of(world), noise)
+    apart, said = simulator.put_apart(world, knowledge.robots_of(world), noise, deep)
     return replace(apart, notes=(*apart.notes, *said))
 
 

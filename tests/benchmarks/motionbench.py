@@ -1,12 +1,14 @@
 """MotionBenchMaker's UR5 problems: how many, how fast, how long, and whether Coal agrees.
 
-    python tests/benchmarks/motionbench.py ARCHIVE --each 25 [--peer DIR]
+    python tests/benchmarks/motionbench.py ARCHIVE --each 25 [--file] [--peer DIR]
 
 ARCHIVE is ``ur5.tar.bz2`` of the problems as VAMP ships them: seven families of 100 scenes, a request each. The UR5's base is
 0.9144 m high, ROS's base link is turned by 1.57 rad about z, and UR's base frame by pi more; the hand of the set is turned by
 90 deg about the tool. Clearance is 0, and the goal is the one joint position of the request. A problem is valid whose start
 and goal are free here. Times are CPU time: to the first path, and of the trajectory (planned, shortened, corners rounded and
-checked); Coal then looks at it as it is executed, every 0.01 rad. ``--peer DIR`` lets sscbirrt solve the same problems.
+checked); Coal then looks at it as it is executed, every 0.01 rad. ``--file`` solves them with an arm from a file, too: the same
+links in MJCF, read as a user's are, with the hand on its flange, and no sensor between. ``--peer DIR`` lets sscbirrt solve the same
+problems.
 
 Source: Chamzas et al., MotionBenchMaker, IEEE RA-L 7(2), 2022.
 """
@@ -16,6 +18,7 @@ from __future__ import annotations
 import argparse
 import math
 import tarfile
+import tempfile
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -28,9 +31,12 @@ from figure import add_figure, rate, value, write
 from planning import ACCELERATION, SPEED, Peer, executed, peer, smallest
 
 from cramlite.experiment.figure import Number
-from cramlite.model import Geom, Pose, Robot, RobotMount, Thing, World
+from cramlite.model import Geom, Pose, Robot, RobotMount, Stated, Thing, World
+from cramlite_plugins.imports.robots.robot_file import read_robot
 from cramlite_plugins.motion_planning.planner import Path, plan
 from cramlite_plugins.motion_planning.planning_scene import PlanningScene, scene
+from cramlite_plugins.robots import ur5
+from cramlite_plugins.robots.dh_arm import arm_mjcf
 from cramlite_plugins.robots.ur5 import UR5
 
 HEIGHT, TURN, HAND = 0.9144, 1.57 + math.pi, math.pi / 2
@@ -59,16 +65,18 @@ class Result:
     reason: str = ""
 
 
-def queries(archive: File, each: int, robot: Robot) -> Iterator[Query]:
-    """Read the first problems of each family."""
+def queries(archive: File, each: int, robots: Sequence[Robot], only: str | None = None) -> Iterator[tuple[Query, ...]]:
+    """Read the first problems of each family, or of one; each for some robots."""
     with tarfile.open(archive) as packed:
         names = [n for n in packed.getnames() if "/scene" in n]
         for family in sorted({n.split("/")[-2] for n in names}):
+            if only not in (None, family.removesuffix("_ur5")):
+                continue
             of = sorted(n for n in names if n.split("/")[-2] == family)[:each]
             for name in of:
                 texts = [packed.extractfile(n) for n in (name, name.replace("scene", "request"))]
                 read = [yaml.load(t, yaml.CSafeLoader) for t in texts if t is not None]
-                yield query(f"{family.removesuffix('_ur5')}/{name[-9:-5]}", *read, robot)
+                yield tuple(query(f"{family.removesuffix('_ur5')}/{name[-9:-5]}", *read, robot) for robot in robots)
 
 
 def query(name: str, scene_: Mapping[str, Any], request: Mapping[str, Any], robot: Robot) -> Query:
@@ -86,9 +94,17 @@ def query(name: str, scene_: Mapping[str, Any], request: Mapping[str, Any], robo
 
 
 def joints(named: Mapping[str, float], robot: Robot) -> Joints:
-    """Return a joint position of the set as one of the robot, the hand turned."""
+    """Return a joint position of the set as one of the robot, the hand turned; one from a file may count from other zeros."""
     *first, last = (float(named[f"{j}_joint"]) for j in robot.joints)
-    return (*first, last - HAND)
+    return tuple(q + h - ours for q, h, ours in zip((*first, last - HAND), robot.home, UR5.home, strict=True))
+
+
+def from_file() -> Robot:
+    """The UR5 with its links from an MJCF file."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = File(folder) / "ur5.xml"
+        path.write_text(arm_mjcf("ur5", ur5.DH, ur5.LINKS, UR5.joints, UR5.limits, ur5.BASE, ("", "")))
+        return read_robot(path, "ur5_from_file", Stated(5.0, sensor="flange", home=UR5.home)).robot
 
 
 def thing(entry: Mapping[str, Any]) -> Thing:
@@ -163,10 +179,12 @@ def main() -> None:
     parser.add_argument("archive", type=File)
     parser.add_argument("--each", type=int, default=25, help="problems of each family")
     parser.add_argument("--only", help="one family")
+    parser.add_argument("--file", action="store_true", help="an arm from a file, too")
     parser.add_argument("--peer", type=File, help="folder for sscbirrt's environment")
     add_figure(parser)
     options = parser.parse_args()
-    tasks = [t for t in queries(options.archive, options.each, UR5) if options.only in (None, t.name.split("/")[0])]
+    robots = (UR5, from_file()) if options.file else (UR5,)
+    tasks, *others = zip(*queries(options.archive, options.each, robots, options.only), strict=True)
     families = sorted({t.name.split("/")[0] for t in tasks})
     numbers, all_ = [], []
     for family in families:
@@ -181,6 +199,8 @@ def main() -> None:
         numbers += told(family, of, [r for _, r in found])
         all_ += [r for _, r in found]
     numbers += told("all", tasks, all_)
+    for filed in others:
+        numbers += told("all, arm from a file", filed, [solve(t, k) for k, t in enumerate(filed) if not t.blocked])
     if options.peer:
         numbers += theirs([t for t in tasks if not t.blocked], options.peer, [*families, "all"])
     write(options, numbers, f"the first {options.each} of each family")

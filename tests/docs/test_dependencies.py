@@ -91,6 +91,18 @@ def test_what_is_heavy_and_has_one_user_is_an_extra() -> None:
     assert [n for n in NEEDED if used[n] <= 1 and size(closure([n]) - others[n]) > HEAVY] == [GOALS]
 
 
+def test_licences_that_are_not_permissive_are_named() -> None:
+    named = (ROOT / "docs" / "reference" / "dependencies.md").read_text(encoding="utf-8").split("## Licences", 1)[1].split("## ", 1)[0]
+    assert {canonicalize_name(n) for n in re.findall(r"`([\w-]+)`", named)} == {n for n in closure(NEEDED) if "GPL" in _licence(n)}
+
+
+def _licence(name: str) -> str:
+    """What a package's metadata say about its licence, without the text of the licence itself."""
+    said = metadata.metadata(name)
+    terms = [*(said.get_all("License-Expression") or ()), *(text[:60] for text in said.get_all("License") or ())]
+    return " ".join([*terms, *(c for c in said.get_all("Classifier") or () if c.startswith("License"))])
+
+
 def _modules() -> dict[str, str]:
     """The module that code imports, by package."""
     other = {"pillow": "PIL", "py-horned-owl": "pyhornedowl", "pymongo": "bson", "pyyaml": "yaml"}

@@ -54,6 +54,56 @@ def test_it_is_searched_without_a_server(site: Path, browser: Browser, tmp_path:
     assert not browser.run(f"new Promise(r => setTimeout(() => r({FOUND}), 2000))"), "a worker starts from a file: drop the shim"
 
 
+SHOWN = {
+    "#continuous-integration": ("CI", "GitHub Actions"),
+    "#license": ("licences", "licence of models", "GPL"),
+    "#stable-version": ("upgrade", "stability"),
+    "#isaac": ("Isaac", "Gazebo"),
+    "#ursim": ("URSim",),
+    "#collision-checking": ("collision", "minimum clearance"),
+    "#pose-uncertainty": ("tolerance", "pose uncertainty"),
+    "#a-step-fails": ("recovery", "retry", "retries", "step fails"),
+    "#speed-limits": ("speed limits", "acceleration limits"),
+    "#shorter-programs": ("cycle time",),
+    "#peg-in-hole": ("peg in hole",),
+    "#learn-from-video": ("video",),
+    "#training-data": ("dataset", "imitation"),
+    "#calibrate-a-camera": ("hand-eye",),
+    "#plc": ("PLC",),
+    "#palletising": ("bin picking",),
+    "#run-it-on-a-real-robot": ("teach pendant", "firmware"),
+    "#own-gripper": ("grippers", "TCP offset"),
+    "#singularity": ("singularities", "joint limits"),
+    "#safety": ("emergency stop", "ISO"),
+    "#requirements": ("telemetry", "GPU", "Docker"),
+    "#reasons-why": ("why",),
+    "#time-limit": ("time limit", "timeout"),
+    "#two-arms": ("two arms", "suction"),
+    "glossary.html#roles": ("SOMA",),
+}
+"""The section that the search shows first, for each of some words."""
+TYPED = """(query => {
+    const box = document.querySelector("[data-md-component=search-query]");
+    box.value = query;
+    box.dispatchEvent(new Event("keyup", {bubbles: true}));
+})"""
+FIRST = "[...document.querySelectorAll('.md-search-result__item:first-child a')].slice(0, 2).map(e => e.href).join(' ')"
+
+
+@pytest.mark.heavy
+def test_words_that_people_type_are_found(site: Path, browser: Browser) -> None:
+    browser.look(1280)
+    browser.open(f"{(site / 'index.html').as_uri()}?q=gripper")
+    browser.wait(f"{FOUND} > 5")
+    for section, queries in SHOWN.items():
+        for query in queries:
+            browser.run(f"{TYPED}('xyzzy')")
+            browser.wait(f"{FOUND} === 0")
+            browser.run(f"{TYPED}({query!r})")
+            browser.wait(f"{FOUND} > 0")
+            assert section in browser.run(FIRST), query
+
+
 def test_code_is_seen_whole(site: Path, browser: Browser) -> None:
     browser.look(1280)
     for page in PAGES:

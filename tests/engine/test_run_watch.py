@@ -44,7 +44,8 @@ def test_limits_are_where_the_docs_say(
 ) -> None:
     watch = RunWatch(expected)
     assert watch.see(readings(0.0)) is None
-    assert watch.see(readings(0.04, **changed)) is None, "one reading is none"
+    asked = said in (Deviation.CANCELLED, Deviation.GOAL_CHANGED)
+    assert (watch.see(readings(0.04, **changed)) is not None) is asked, "one measurement is none"
     found = watch.see(readings(0.08, **changed))
     assert kind(found) is said and watch.notice == found
     assert found is None or found.step == "1.Reaching/move"
@@ -299,9 +300,9 @@ def test_lost_readings_are_not_frozen_ones(expected: Expectation) -> None:
 def test_a_goal_that_is_followed_already_is_no_other(expected: Expectation) -> None:
     followed = RunWatch(expected, asked=("x on y",))
     assert not any(followed.see(readings(0.04 * k, goal=("x on y",))) for k in range(3))
-    found = [followed.see(readings(0.2 + 0.04 * k, goal=())) for k in range(2)][1]
+    found = followed.see(readings(0.2, goal=()))
     assert found is not None and (found.kind, found.reason) == (Deviation.CANCELLED, "the task was cancelled")
-    other = twice(expected, goal=("x on y", "y in z"))
+    other = RunWatch(expected).see(readings(0.0, goal=("x on y", "y in z")))
     assert other is not None and (other.kind, other.reason) == (Deviation.GOAL_CHANGED, "x on y and y in z")
 
 

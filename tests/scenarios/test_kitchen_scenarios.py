@@ -6,9 +6,11 @@ from pathlib import Path
 
 import pytest
 from helpers.task_scenarios import attempt
+from msgspec.structs import replace
 
 from cramlite import Engine, Trace, UserError, data_folder, failure_text, find_scenario, read_scenario
 from cramlite.engine.scenario_doubts import doubts
+from cramlite.scenario.robot_spec import RobotSpec
 
 REFUSED = {
     "board_driven_along": "after 116 mm of its own way 'drawer' is 4.4 mm inside 'board'",
@@ -36,6 +38,7 @@ GOALS = {
     "boxed_in": "12.93 kg on the flange, gripper included, > 5 kg that 'ur5e' carries",
     "drawer_blocked": "12.93 kg on the flange, gripper included, > 5 kg that 'ur5e' carries",
     "kitchen_of_thirteen": "12.93 kg on the flange, gripper included, > 5 kg that 'ur5e' carries",
+    "latched_door": "2.Opening/pull: force",
     "regrasp": "its outline would overlap that of 'roof'",
     "shut_below": "12.93 kg on the flange, gripper included, > 5 kg that 'ur5e' carries",
     "swap_on_shelf": "its outline would overlap that of",
@@ -69,9 +72,11 @@ def test_its_sibling_is_refused(engine: Engine, name: str) -> None:
     assert REFUSED[name] in reasons
 
 
-def resolved(engine: Engine, name: str) -> tuple[list[str], str]:
+def resolved(engine: Engine, name: str, robot: str = "ur5e") -> tuple[list[str], str]:
     """The tasks of the first program that is proven nominally, and all reasons of the search."""
     scenario, trace = read_scenario(find_scenario(f"kitchen/{name}")), Trace()
+    if robot != "ur5e":
+        scenario = replace(scenario, spec=scenario.spec.model_copy(update={"robot": RobotSpec(type=robot)}))
     setting = engine.setting(scenario, twins=0)
     solution = next(engine.resolve(scenario, setting=setting, trace=trace), None)
     plan = solution.candidate.plan.actions if solution is not None else ()
@@ -90,6 +95,13 @@ def test_blocks_are_put_aside_until_the_one_between_them_can_be_grasped(engine: 
 def test_what_stands_in_the_way_of_a_drawer_is_put_aside_before_it_is_opened(engine: Engine) -> None:
     tasks, reasons = resolved(engine, "drawer_blocked")
     assert tasks and tasks.index("Grasping stool") < tasks.index("Opening drawer") < tasks.index("Grasping tin"), reasons
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("robot", ["ur5e", "fr3"])
+def test_a_latch_is_turned_out_of_the_way_of_its_door(engine: Engine, robot: str) -> None:
+    tasks, reasons = resolved(engine, "latched_door", robot)
+    assert tasks == ["Opening latch", "Opening door"], reasons
 
 
 @pytest.mark.heavy

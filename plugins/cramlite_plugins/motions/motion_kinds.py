@@ -35,8 +35,8 @@ KINDS: Mapping[str, MotionKind] = {
             (
                 Parameter("speed_m_s", 0.10, "under half of URScript's default 0.25"),
                 Parameter("acceleration_m_s2", 0.5, "under half of URScript's default 1.2"),
-                Parameter("paced", 0.0, "a speed that is said is kept; 1: times the robot's pace, as speeds that nobody says"),
-                Parameter("free_m_s", 0.0, "a robot with a pace over 1 goes no faster than others"),
+                Parameter("paced", 0.0, "a given speed is kept; 1: times the robot's `pace`, as default speeds are"),
+                Parameter("free_m_s", 0.0, "no other speed for robots whose `pace` is over 1"),
             ),
             words={"stage": Stage}, other=("aside_m",),
         ),
@@ -45,7 +45,7 @@ KINDS: Mapping[str, MotionKind] = {
             (
                 Parameter("speed_m_s", 0.04, "half of what kept forces under 12 N on bent tips in simulation"),
                 Parameter("press_n", 0.0, "nothing is pressed"), LIMIT,
-                Parameter("paced", 0.0, "a speed that is said is kept; 1: times the robot's pace, where the path does not turn"),
+                Parameter("paced", 0.0, "a given speed is kept; 1: times the robot's `pace`, where the path does not turn"),
             ),
             (FORCE, LATE), SHIFT_SLIDE,
             other=("corner", "end"),

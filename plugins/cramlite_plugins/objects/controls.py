@@ -1,6 +1,6 @@
-"""Knobs and switches on a panel, which turn an appliance on and off.
+"""Knobs and switches on a panel, which turn an appliance on and off, and latches, which keep a door shut.
 
-Both have the same frame: on the panel, x out of it, z up. At 0 they are off. Each is held by a grip that the fingers of a 2F-85
+All have the same frame: on the panel, x out of it, z up. At 0 they are off, or closed. Each is held by a grip that the fingers of a 2F-85
 close around, and stays where it is left by the friction of its hinge.
 """
 
@@ -12,6 +12,7 @@ from cramlite.plugin import Angle, Length, Mass
 Colour = tuple[float, float, float, float]
 THIN = 0.005  # half the thickness of a grip [m]
 GAP = 0.002  # between what turns and its panel [m]
+GRIP, HALF_GRIP = 0.035, 0.02  # how far the grip of a latch stands out of its bar, and half its length along that [m]
 PADS = 0.012  # from the outer end of a grip to the middle of the pads that hold it [m]
 
 
@@ -78,6 +79,43 @@ def switch(
     hinge = Joint("hinge", axis, 0.0, turn, turned, parent, damping, joint_friction)
     features = (_handle(down * Pose.from_axes((length - PADS, 0, 0), (1, 0, 0), (0, 0, 1)), 2 * THIN),)
     return Thing(name, "cram:Switch", hinge.moved(pose, turned), (lever,), features, mass, friction, joint=hinge)
+
+
+def latch(
+    name: str,
+    pose: Pose,
+    parent: str = "",
+    length: Length = 0.05,
+    stand_off: Length = 0.02,
+    turn: Angle = 1.57,
+    turned: Angle = 0.0,
+    mass: Mass = 0.05,
+    damping: float = 0.01,
+    joint_friction: float = 0.05,
+    friction: float = 0.8,
+    rgba: Colour = (0.45, 0.40, 0.30, 1.0),
+) -> Thing:
+    """Make a bar that turns about x, level towards +y before a door when it is closed, upright when it is open. Feature "handle": on the
+    grip along it, z out.
+
+    Args:
+        parent: the panel that it is mounted on, with which it does not collide.
+        length: of the bar.
+        stand_off: from the panel to the bar.
+        turn: how far it can be turned.
+        turned: how far it is turned at the start.
+        damping: of its hinge, Nm s/rad.
+        joint_friction: of its hinge, Nm.
+    """
+    outer = stand_off + 2 * THIN
+    post = Geom("cylinder", (THIN, (outer - GAP) / 2), Pose.from_axes(((outer + GAP) / 2, 0, 0), (1, 0, 0), (0, 0, 1)), rgba=rgba)
+    bar = Geom("box", (THIN, (length + THIN) / 2, THIN), Pose((stand_off + THIN, (length - THIN) / 2, 0)), rgba=rgba)
+    grip = Geom("box", (GRIP / 2, HALF_GRIP, THIN), Pose((outer + GRIP / 2, 0, 0)), "handle", rgba=rgba)
+    hinge = Joint(
+        "hinge", Pose.from_axes((0, 0, 0), (1, 0, 0), (0, 0, 1)), 0.0, turn, turned, parent, damping, joint_friction
+    )  # fmt: skip
+    features = (_handle(Pose.from_axes((outer + GRIP - PADS, 0, 0), (1, 0, 0), (0, 1, 0)), 2 * HALF_GRIP),)
+    return Thing(name, "cram:Latch", hinge.moved(pose, turned), (post, bar, grip), features, mass, friction, joint=hinge)
 
 
 def _handle(at: Pose, length: float) -> Feature:

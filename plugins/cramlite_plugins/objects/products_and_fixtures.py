@@ -14,7 +14,7 @@ from typing import Any, get_args, get_origin, get_type_hints
 from cramlite.model import Feature, Geom, Pose, Thing
 from cramlite.plugin import Length, Mass, UserError, nearest, read_value
 
-from .controls import knob, switch
+from .controls import knob, latch, switch
 from .furniture import cabinet, door, drawer
 from .mesh_thing import mesh_thing
 from .rack import rack
@@ -229,6 +229,7 @@ MODELS: Mapping[str, Callable[..., Thing]] = {
     "drawer": drawer,
     "knob": knob,
     "switch": switch,
+    "latch": latch,
     "door": door,
     "rack": rack,
 }

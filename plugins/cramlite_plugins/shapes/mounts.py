@@ -13,7 +13,8 @@ def mounts(thing: Thing, world: World) -> tuple[str, ...]:
     """Find the mount of a thing on a joint: the stated one, and furniture whose box, along the axes, meets
     its own.
 
-    Rails and hinges lead it clear of that, and it may run against its stop there.
+    Rails and hinges lead it clear of that, and it may run against its stop there. Of furniture on joints only what is mounted in the
+    same thing counts, as the next drawer is; a latch on the jamb is an obstacle.
     """
     if thing.joint is None:
         return ()
@@ -21,7 +22,8 @@ def mounts(thing: Thing, world: World) -> tuple[str, ...]:
     low, high = points.min(axis=0) - GAP, points.max(axis=0) + GAP
     found = [thing.joint.parent] if thing.joint.parent else []
     for other in world.things:
-        if other.furniture and other.name != thing.name and other.geoms:
+        beside = other.joint is None or other.joint.parent == thing.joint.parent
+        if other.furniture and beside and other.name != thing.name and other.geoms:
             around = corners(other, other.pose)
             if (around.min(axis=0) <= high).all() and (around.max(axis=0) >= low).all():
                 found.append(other.name)

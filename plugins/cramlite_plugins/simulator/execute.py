@@ -208,7 +208,7 @@ class _Run:
     def read(self, line: int) -> Readings:
         """Return the present readings of the robot and of the things around it, without errors."""
         arm, compiled = self.controller, self.compiled
-        seen = [t.name for t in compiled.world.things if t.movable and t.joint is None and t.name not in self.faults.away]
+        seen = [t.name for t in compiled.world.things if t.movable and t.name not in self.faults.away]
         poses = {n: compiled.pose(self.data, n) for n in seen} if self.data.time >= self.faults.lost_until else None
         return Readings(
             float(self.data.time), line, tuple(arm.actual_joints().tolist()), arm.gripper.opening, arm.force(),

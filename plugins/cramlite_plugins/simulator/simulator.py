@@ -34,12 +34,14 @@ class MujocoSimulator:
 
         return world_doubts(world, robots)
 
-    def put_apart(self, world: World, robots: Mapping[str, Robot], most: float) -> tuple[World, tuple[str, ...]]:
+    def put_apart(
+        self, world: World, robots: Mapping[str, Robot], most: float, deep: float | None = None
+    ) -> tuple[World, tuple[str, ...]]:
         """Move loose things that are inside others to free places, at most so far off [m]; return clauses on
         the moves."""
         from ..simulation.model.put_apart import put_apart
 
-        return put_apart(world, robots, most)
+        return put_apart(world, robots, most) if deep is None else put_apart(world, robots, most, deep)
 
     def execute(
         self, text: str, world: World, robots: Mapping[str, Robot], *, mount: str, seed: int, watch: Watch | None = None

@@ -12,12 +12,17 @@ from cramlite.model import Episode, Floats, Rollout, Value, thing_of
 from cramlite.plugin import EFFECTOR, Candidate, Cost, Finding, Validator, contents, hookimpl
 
 from ..episodes.detection.entities import contents_of
+from ..predicates.motion import joint_closed
 from ..predicates.places import in_region, in_region_by
 from ..predicates.relations import supports
 from ..shapes.contents import SHARE, where
+from .bystanders import stays
 from .held_times import MOMENT, held_times, said_times
+from .movers import moved_by
 from .rest import at_the_end
 from .stance import wrongly_rests
+from .steps import LEAN
+from .task_times import origins
 
 if TYPE_CHECKING:
     from cramlite.plugin import Clause, GoalLiteral, Timeline
@@ -34,6 +39,10 @@ ASIDE = 0.01
 SURE = 0.001
 """Least distance of an origin inside its region [m]: a thing sinks into its support by some 0.5 mm, and
 simulators differ by that."""
+AT_STOP = 0.001
+"""Share of its range by which a knob that is off may be away from its stop: one of 2.1 rad, pressed there, rested within 0.1 mrad in two
+simulators. Two that had sprang back by 3.5 mrad glided on to 5 and 6.5 mrad in the other one, whose stove was still on."""
+CONTROL = "cram:Control"
 PLACES = {"vrps:SurfaceFeature", "cram:Cavity"}
 """Features that things are in or over, and do not touch."""
 SIDES: Mapping[str, tuple[int, float]] = {
@@ -63,6 +72,7 @@ class Goal(Value):
         for literal in candidate.goal:
             wrong = _unmet(literal, timeline, rollout) or _doubtful(literal, timeline, rollout)
             wrong = wrong or _beside(literal, candidate) or _unsettled(literal, rollout) or _badly_rests(literal, candidate)
+            wrong = wrong or _sprung_back(literal, candidate) or _tipped(literal, candidate)
             end = _measured(literal, rollout, candidate.episode)
             said = f"{_what(literal)} {f'is not reached: {wrong}' if wrong else f'holds for the last {LASTS:g} s'}"
             yield Finding(self.name, not wrong, f"{said}; {end}" if end else said, things=True, literal=literal.says)
@@ -172,6 +182,45 @@ def _badly_rests(literal: GoalLiteral, candidate: Candidate) -> str:
                 below, above = (thing_of(str(v)) for v in atom.arguments(dict(literal.binding)))
                 if {below, above} <= there and (wrong := wrongly_rests(candidate, at_the_end(rollout, above), at_the_end(rollout, below))):
                     return wrong
+    return ""
+
+
+def _sprung_back(literal: GoalLiteral, candidate: Candidate) -> str:
+    """Clause on a knob that is off and not at its stop; empty without one."""
+    from cramlite.plugin import atoms
+
+    assert candidate.rollout is not None
+    rollout = candidate.rollout
+    for clause in literal.clauses:
+        for atom in atoms(clause.condition) if not clause.text.startswith("not ") else ():
+            if atom.predicate.function is joint_closed:
+                (name,) = (str(v) for v in atom.arguments(dict(literal.binding)))
+                thing, joint = rollout.world.thing(name), rollout.world.thing(name).joint
+                if joint is None or name not in rollout.values or not candidate.taxonomy.any_is_a((thing.type,), CONTROL):
+                    continue
+                share = (float(rollout.values[name][-1]) - joint.lower) / (joint.upper - joint.lower)
+                if share > AT_STOP:
+                    return f"'{name}' is {100 * share:.2g} % of its range before its stop, up to {100 * AT_STOP:g} % are off"
+    return ""
+
+
+def _tipped(literal: GoalLiteral, candidate: Candidate) -> str:
+    """Clause on a thing that leant over after a task of the plan had let go of it and it had come to rest; empty without one.
+
+    Also where bystanders only advise: how it then comes to rest is left to chance.
+    """
+    rollout, let_go = candidate.rollout, {h.thing: h.by for h in candidate.handovers or () if not h.taken}
+    names = {thing_of(t) for t in literal.things} & set(let_go)
+    assert rollout is not None
+    if not names:
+        return ""
+    moved, came_from = moved_by(candidate), np.array(origins(candidate))
+    for name in sorted(names):
+        released = np.flatnonzero(came_from == let_go[name])
+        for stay in stays(rollout, rollout.world.thing(name), moved) if len(released) else ():
+            if stay.leant > released[-1] and stay.tilt > LEAN:
+                when = f"by {rollout.times[stay.leant]:.1f} s, after it had been put there and rested"
+                return f"'{name}' leant over by {np.degrees(stay.tilt):.0f} deg {when}; up to {np.degrees(LEAN):.0f} deg are left as put"
     return ""
 
 

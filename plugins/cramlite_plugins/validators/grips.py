@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -10,6 +11,7 @@ import numpy as np
 from cramlite.model import Floats, Rollout, Touch, thing_of
 from cramlite.plugin import checkpoint
 
+from ..shapes.itself import Itself
 from .swings import Turn, off
 
 SHORTEST = 0.2  # both pads on a thing for less is a brush in passing [s]
@@ -41,9 +43,17 @@ def grips(rollout: Rollout) -> list[Grip]:
 def pressed_at(rollout: Rollout) -> list[str]:
     """Return the thing that both pads press at each sample, however short; "" for none. Closed fingers hold
     nothing, and furniture is never held."""
+    return list(_pressed_at(Itself(rollout)))
+
+
+@lru_cache(maxsize=1)
+def _pressed_at(run: Itself[Rollout]) -> tuple[str, ...]:
+    """What ``pressed_at`` tells, for all judges of a run."""
+    checkpoint()
+    rollout = run.it
     loose = {t.name for t in rollout.world.things if t.movable or t.joint}
     pressed = zip(map(_pressed, rollout.awake_touches), rollout.opening, strict=True)
-    return [thing if thing in loose and wide > SHUT else "" for thing, wide in pressed]
+    return tuple(thing if thing in loose and wide > SHUT else "" for thing, wide in pressed)
 
 
 def held_at(rollout: Rollout) -> list[str]:
@@ -71,7 +81,6 @@ def _opened(rollout: Rollout, grip: Grip, until: int) -> bool:
 
 
 def _pressed(touches: Iterable[Touch]) -> str:
-    checkpoint()
     sides: dict[str, set[str]] = {"effector/left": set(), "effector/right": set()}
     for touch in touches:
         for pad, other in ((touch.a, touch.b), (touch.b, touch.a)):

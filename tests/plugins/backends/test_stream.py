@@ -213,6 +213,30 @@ def test_an_arm_that_brakes_waits_until_what_is_read_rests(lies: int, least: int
     assert alarm.last is not None and (alarm.last.poses or {})["cup"].position[2] == pytest.approx(0.005 * max(0, lies - arm.steps))
 
 
+class Cancelling(Alarm):
+    """A watcher that hears at a reading amid the motion that nothing is asked for any more, or sees that something is there."""
+
+    def __init__(self, kind: Deviation) -> None:
+        self.kind, self.before = kind, list[Readings]()
+
+    def see(self, readings: Readings) -> Notice | None:
+        self.before.append(readings)
+        return Notice(self.kind, readings.time, "") if len(self.before) == 12 else None
+
+
+@pytest.mark.parametrize(("kind", "at_once"), [(Deviation.CANCELLED, True), (Deviation.MOVED, False)])
+def test_an_arm_whose_task_is_cancelled_stops_at_once(kind: Deviation, at_once: bool) -> None:
+    """It moves at up to 1 rad/s and is a spring: after ten actions it is within 20 mrad; one that brakes goes on by 0.2 rad and more."""
+    turn = MoveJoints(((UR5E.home[0] + 1.0, *UR5E.home[1:]),), 1.0, 4.0)
+    loaded = load_program(typed_code(Program("test", "arm", "ur5e", UR5E.gripper.tcp, UR5E.home, (turn,), ())).text, UR5E)
+    arm, watch = Spring(True), Cancelling(kind)
+    ran = stream(loaded, UR5E, arm, watch)
+    when = watch.before[-1]
+    after = np.array(arm.seen[round(when.time * arm.rate) * arm.parts :][: 10 * arm.parts]) - when.joints[0]
+    assert ran.outcome == "noticed" and arm.speed[0] < 0.2
+    assert bool(abs(after[-1]) < 0.02 and after.max() < 0.05) is at_once
+
+
 # What is no answer
 
 

@@ -20,7 +20,11 @@ HELLO = Hello(protocol=1, robot="ur5e", actions="deltas", rate=20.0, joints=UR5E
 WAY = 0.15
 
 
-def led(swing: Callable[[int], float] = lambda _: 0.0) -> tuple[list[float], StreamedArm]:
+SPRING = replace(HELLO, lag=0.14, inertia=1 / 12.0**2)
+"""One that follows as robosuite's OSC_POSE does: 2 / w is 3.3 periods."""
+
+
+def led(swing: Callable[[int], float] = lambda _: 0.0, hello: Hello = HELLO) -> tuple[list[float], StreamedArm]:
     """Lengths of the deltas on a way of 150 mm along x, planned with 1 m/s; the tool is off by ``swing`` [m] along y."""
     nominal, sent = NominalArm(UR5E), list[float]()
     q = np.array(UR5E.home)
@@ -35,7 +39,7 @@ def led(swing: Callable[[int], float] = lambda _: 0.0) -> tuple[list[float], Str
         q = found
         return State(joints=tuple(q.tolist()), opening=0.08)
 
-    arm = StreamedArm(UR5E, HELLO, step)
+    arm = StreamedArm(UR5E, hello, step)
     here = arm.kinematics.forward(arm.q)
     x, y, z = here.position
     motion = arm.move_linear(Pose((x + WAY, y, z), here.quaternion), 1.0, 5.0)
@@ -56,6 +60,14 @@ def test_a_tool_that_only_passes_its_target_has_not_arrived(before: float, more:
     """It is 1 mm off when the motion ends, which would do, and was ``before`` [m] a period ago: 2 mm are left if it goes on like that."""
     count = len(led()[0])
     assert len(led(lambda period: before if period == count - 1 else 0.001 * (period >= count))[0]) == count + more
+
+
+@pytest.mark.parametrize(("before", "more"), [(0.0004, 1), (0.0009, 0), (0.001, 0), (0.0015, 0), (0.0021, 1)])
+def test_a_spring_that_glides_on_has_not_arrived_and_one_that_falls_back_has(before: float, more: int) -> None:
+    """It is 1 mm off when the motion ends, and goes on for 3.3 periods as it did in the last one; 2 mm would do."""
+    count = len(led(hello=SPRING)[0])
+    swing = led(lambda period: before if period == count - 1 else 0.001 * (period >= count), SPRING)
+    assert len(swing[0]) == count + more
 
 
 @pytest.mark.parametrize(

@@ -13,8 +13,10 @@ from msgspec.structs import replace
 from cramlite.model import Joint, Pose, RobotMount, Thing, World
 from cramlite.plugin import UserError
 from cramlite_plugins.locations.handles import joint_value
+from cramlite_plugins.objects.controls import latch
 from cramlite_plugins.objects.furniture import cabinet, door, drawer
 from cramlite_plugins.robots.arms import robots
+from cramlite_plugins.shapes.mounts import mounts
 from cramlite_plugins.simulation.model.compile import compile_world
 from cramlite_plugins.simulation.recording.recorder import Recorder
 
@@ -62,6 +64,23 @@ def test_dry_friction_holds_it() -> None:
         data.qfrc_applied[compiled.model.jnt_dofadr[compiled.model.joint("x").id]] = 30.0
         mujoco.mj_step(compiled.model, data)
     assert data.qpos[compiled.things["x"].joint] < 0.002
+
+
+@pytest.mark.parametrize(("turned", "opens"), [(0.0, False), (1.5, True)])
+def test_a_latch_before_a_door_keeps_it_shut_until_it_is_turned(turned: float, opens: bool) -> None:
+    kept = world(door("x", AT, "cabinet"), latch("latch", AT * Pose((0.0, -0.175, 0.07)), turned=turned))
+    compiled = compile_world(kept, ROBOTS)
+    data = compiled.data()
+    for _ in range(250):
+        data.qfrc_applied[compiled.model.jnt_dofadr[compiled.model.joint("x").id]] = 1.0
+        mujoco.mj_step(compiled.model, data)
+    opened = float(data.qpos[compiled.things["x"].joint])
+    assert opened > 0.3 if opens else opened < 0.05
+
+
+def test_a_mount_is_what_stands_still_or_goes_with_it() -> None:
+    kept, beside = latch("latch", AT * Pose((0.0, -0.16, 0.07)), "jamb"), latch("beside", AT * Pose((0.0, -0.16, -0.07)), "cabinet")
+    assert mounts(door("x", AT, "cabinet"), world(door("x", AT, "cabinet"), kept, beside)) == ("cabinet", "beside")
 
 
 def test_a_planning_model_puts_it_anywhere() -> None:

@@ -34,6 +34,16 @@ def test_a_thin_wall_stops_the_fingers(thickness: float) -> None:
     assert closed_on(thickness, 0.0019) == "stopped closing"
 
 
+@pytest.mark.parametrize(("opening", "closed", "presses"), [(3.4, 0.0019, True), (1.8, 0.0019, False), (3.4, None, False)])
+def test_fingers_press_on_a_thin_wall_and_not_on_each_other(opening: float, closed: float | None, presses: bool) -> None:
+    order = GripperOrder(FRANKA_HAND)
+    order.tolerance = 0.007
+    order.closed = order.tolerance if closed is None else closed
+    order.move(0.0, 0.1, 20.0)
+    order.follow(opening / 1000, 0.05)
+    assert (order.pressing == 20.0) is presses and order.pressing in (0.0, 20.0)
+
+
 def test_nothing_does_not_stop_them() -> None:
     assert closed_on(None, 0.0019) == "there"
 

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from helpers import short_runs
 from helpers.settled import IN, TWO, opened, settled
 from msgspec.structs import replace
 
@@ -313,6 +314,32 @@ def test_a_knob_is_on_from_a_fifth_of_its_range() -> None:
         run = settled(knob("k", Pose((0.7, 0, 0.3)), turn=1.5, turned=1.5 * share))
         finding, denied, off = judged(run, "k turned on", "not k turned on", "k turned off")
         assert finding.passed is on and denied.passed is not on and off.passed is (share == 0.0)
+
+
+@pytest.mark.parametrize(
+    ("degrees", "first", "last", "passes"), [(9, 90, 100, True), (11, 90, 100, False), (30, 88, 91, False), (30, 30, 40, True)]
+)
+def test_what_was_put_is_not_tipped_afterwards(degrees: float, first: int, last: int, passes: bool) -> None:
+    """The block is let go of from sample 70 on, and rests at once; what it did in the hand does not count."""
+    base = short_runs.good().rollout
+    assert base is not None
+    poses, half = base.poses["block"].copy(), np.radians(degrees) / 2
+    poses[first:last, 3:] = (np.cos(half), np.sin(half), 0.0, 0.0)
+    run = short_runs.posed(block=poses)
+    assert run.rollout is not None
+    goal = literals_of_goals(("block on shelf",), symbolic_world(run.rollout.world, KNOWLEDGE.taxonomy), KNOWLEDGE)
+    found = tuple(Goal().check(replace(run, episode=KNOWLEDGE.episodes.detect(run.rollout, "run"), goal=goal)))
+    assert [f.passed for f in found] == [passes], found
+    assert passes or f"leant over by {degrees} deg" in found[0].reason
+
+
+def test_a_knob_is_off_at_its_stop() -> None:
+    """And not where one that sprang back from it glides on; pressed, it is beyond."""
+    for share, off in ((-0.0005, True), (0.0, True), (0.0008, True), (0.0013, False), (0.02, False)):
+        run = settled(knob("k", Pose((0.7, 0, 0.3)), turn=1.5))
+        run = replace(run, values={"k": np.full(len(run.times), 1.5 * share)})
+        (finding,) = judged(run, "k turned off")
+        assert finding.passed is off, (share, finding.reason)
 
 
 def test_what_is_denied_must_not_hold() -> None:

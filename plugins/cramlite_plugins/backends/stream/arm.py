@@ -186,16 +186,15 @@ class StreamedArm(CommandedArm):
             raise ProtectiveStop(f"the tool is {1000 * off:.0f} mm off its path, more than {1000 * ASTRAY:.0f} mm: the arm does not follow")
 
     def _arrived(self, share: float = 1.0) -> bool:
-        """Whether the tool is at its motion's end, within so many times its tolerance, and still will be a
-        period later.
+        """Whether the tool is at its motion's end, within so many times its tolerance, and still will be when it
+        has come to rest.
 
         Raises:
             ProtectiveStop: it is not, and had the time.
         """
         now, (near, straight) = self._off(), (share * t for t in self.hello.tolerance)
-        there = all(
-            np.linalg.norm(off[:3]) <= near and np.linalg.norm(off[3:]) <= straight for off in (now, 2 * now - self.response.off)
-        )
+        glided = now + self.response.gliding(now)
+        there = all(np.linalg.norm(off[:3]) <= near and np.linalg.norm(off[3:]) <= straight for off in (now, glided))
         self.late = 0.0 if there else self.late + self.period
         if self.late > ARRIVAL:
             off, turned = np.linalg.norm(now[:3]), np.linalg.norm(now[3:])

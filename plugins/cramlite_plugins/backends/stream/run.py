@@ -10,6 +10,7 @@ from msgspec import Struct, field
 
 from cramlite.model import (
     CompliantSlide,
+    Deviation,
     Drive,
     ForceExtract,
     ForceInsert,
@@ -59,6 +60,8 @@ FEELING = MoveUntilContact | ForceMove | SpiralSearch | ForceInsert | ForceExtra
 PAGE = "docs/how-to/drive_a_robot.md"
 REST = 1.0
 """So long at most an arm that brakes, and what is read around it, may take to come to rest [s]."""
+AT_ONCE = 1000.0
+"""Deceleration of the command where nothing is asked for any more: it stands still from the next action on [rad/s2, m/s2]."""
 MOVED, TURNED = 0.02, 0.2
 """Slower than this is at rest: positions [m/s]; joints [rad/s], and quaternions [1/s].
 LIBERO's Panda creeps where it stands still."""
@@ -136,7 +139,7 @@ def _play(machine: ProgramMachine, arm: StreamedArm, record: _Record, watched: _
             arm.cycle()
             record.observe()
             if watched is not None and (notice := watched.see(arm, machine.main_line)):
-                _brake(arm, record)
+                _brake(arm, record, AT_ONCE if notice.kind is Deviation.CANCELLED else HALT)
                 return "noticed", str(notice)
         return "timeout", f"line {machine.main_line}: the program still ran after {LONGEST:g} s"
     except Halted:
@@ -147,10 +150,10 @@ def _play(machine: ProgramMachine, arm: StreamedArm, record: _Record, watched: _
         machine.close()
 
 
-def _brake(arm: StreamedArm, record: _Record) -> None:
+def _brake(arm: StreamedArm, record: _Record, deceleration: float) -> None:
     """Bring the arm to rest on its path, and wait until nothing that is read moves."""
     arm.end_force_mode()
-    arm.stop(HALT)
+    arm.stop(deceleration)
     for _ in range(round(REST / arm.period)):
         before = arm.state
         arm.cycle()

@@ -36,7 +36,7 @@ CAPABILITIES = (
     Capability("force_mode", "3.5", "5.0", "10.7", "[script] unmarked; damping from 3.5; [external]"),
     Capability("force_mode_set_damping", "3.5", "5.0", "10.7", "[script]; [external]"),
     Capability("force_mode_set_gain_scaling", "", "5.0", "10.7", "[script] [client]; [external]"),
-    Capability("zero_ftsensor", "", "5.0", "10.7", "[facts]; [script] has it unmarked; [external]"),
+    Capability("zero_ftsensor", "", "5.0", "10.7", "[facts]; [script] unmarked; [external]"),
     Capability("set_target_payload", "", "5.10", "?", "[script]"),
     Capability("get_inverse_kin_has_solution", "3.15", "5.10", "?", "[script]"),
     Capability("tool_contact", "", "5.4", "10.7", "[script]; [external]"),

@@ -24,7 +24,6 @@ A state that still holds when the recording ends, ends one sample after it.
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterator
 
 import numpy as np
 from msgspec.structs import replace
@@ -114,28 +113,23 @@ def _contacts(rollout: Rollout, pairs: dict[tuple[str, str], Pair], carries: dic
         first, second = sorted(thing_of(v) if thing_of(v) in hands else v for v in (a, b))
         if a <= b and first != second:
             forces[first, second] = forces.get((first, second), 0.0) + pair.force
-    through = {tuple(sorted((hole, peg))): flags for hole, peg, flags in threaded(rollout)}
+    on_pegs = list(threaded(rollout))
+    through = {tuple(sorted((hole, peg))): flags for hole, peg, flags in on_pegs}
     standing = {tuple(sorted(pair)): flags for pair, flags in carries.items()}
     never = np.zeros(len(rollout.times), dtype=bool)
     touching = {
         pair: held_on(hysteresis(force, *CONTACT), through.get(pair, never)) | standing.get(pair, never)
         for pair, force in forces.items()
     }
-    for both, flags in _around(rollout):
-        touching[both] = touching.get(both, never) | flags
+    for hole, peg, flags in on_pegs:
+        if around_standing(rollout.world.thing(thing_of(peg))):
+            first, second = sorted((thing_of(hole), peg))
+            touching[first, second] = touching.get((first, second), never) | flags
     return [
         state("soma:ContactState", span, {"a": a, "b": b})
         for (a, b), flags in pressed_on(touching, rollout).items()
         for span in spans(flags, rollout.times)
     ]
-
-
-def _around(rollout: Rollout) -> Iterator[tuple[tuple[str, str], Flags]]:
-    """Things that are threaded onto a peg that stands, with the peg, in order, and when."""
-    for hole, peg, flags in threaded(rollout):
-        if around_standing(rollout.world.thing(thing_of(peg))):
-            first, second = sorted((thing_of(hole), peg))
-            yield (first, second), flags
 
 
 def _contents(rollout: Rollout) -> list[Event]:

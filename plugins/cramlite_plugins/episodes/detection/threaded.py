@@ -12,10 +12,11 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from cramlite.model import EntityName, Feature, Floats, Pose, Rollout, Thing
+from cramlite.model import EntityName, Feature, Floats, Rollout, Thing
 from cramlite.plugin import checkpoint
 
 from ...shapes.peg_fit import stands
+from .signals import rotate_into_frame
 
 Flags = NDArray[np.bool_]
 
@@ -50,24 +51,33 @@ def _polyline(hanger: Thing, peg: Feature) -> Floats:
 def _passes(rollout: Rollout, owner: Thing, hole: Feature, hanger: Thing, line: Floats) -> Flags:
     """Whether a segment of the line, in its hanger's frame, passes through the disc of the hole: its ends are
     on different sides of the disc's plane."""
-    still = hanger.pose.inverse()
-    rows = rollout.poses.get(hanger.name) if hanger.movable or hanger.joint else None
-    frames = [still] * len(rollout.times) if rows is None else [Pose(tuple(r[:3]), tuple(r[3:])).inverse() for r in rows]
-    tracked = zip(frames, rollout.poses[owner.name], strict=True)
-    poses = [frame * Pose(tuple(row[:3]), tuple(row[3:])) * hole.pose for frame, row in tracked]
-    radius = hole.size["diameter"] / 2
-    return np.array([_meets(pose, radius, line) for pose in poses], dtype=bool)
-
-
-def _meets(hole: Pose, radius: float, line: Floats) -> bool:
     checkpoint()
-    local = hole.inverse().apply(line)
-    for a, b in pairwise(local):
-        if (a[2] > 0) != (b[2] > 0):
-            x, y, _ = a + (b - a) * (a[2] / (a[2] - b[2]))
-            if np.hypot(x, y) <= radius:
-                return True
-    return False
+    rows = rollout.poses.get(hanger.name) if hanger.movable or hanger.joint else None
+    still = np.array([(*hanger.pose.position, *hanger.pose.quaternion)])
+    into = hole.pose.inverse()
+    points = [into.apply(_into(rollout.poses[owner.name], _out_of(still if rows is None else rows, point))) for point in line]
+    radius, found = hole.size["diameter"] / 2, np.zeros(len(rollout.times), dtype=bool)
+    for a, b in pairwise(points):
+        apart = (a[:, 2] > 0) != (b[:, 2] > 0)
+        met = a + (b - a) * (a[:, 2] / np.where(apart, a[:, 2] - b[:, 2], 1.0))[:, None]
+        found |= apart & (np.hypot(met[:, 0], met[:, 1]) <= radius)
+    return found
+
+
+def _into(poses: Floats, points: Floats) -> Floats:
+    """Points (N, 3) of the world in frames (N, 7)."""
+    return rotate_into_frame(_unit(poses), points - poses[:, :3])
+
+
+def _out_of(poses: Floats, point: Floats) -> Floats:
+    """A point (3,) of each of some frames (N, 7) in the world (N, 3)."""
+    return poses[:, :3] + rotate_into_frame(_unit(poses) * (1.0, -1.0, -1.0, -1.0), np.broadcast_to(point, (len(poses), 3)))
+
+
+def _unit(poses: Floats) -> Floats:
+    """The quaternions of frames (N, 7), of length 1."""
+    found: Floats = poses[:, 3:] / np.linalg.norm(poses[:, 3:], axis=1, keepdims=True)
+    return found
 
 
 def held_on(touching: Flags, through: Flags) -> Flags:

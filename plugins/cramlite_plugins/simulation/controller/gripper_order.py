@@ -57,7 +57,7 @@ class GripperOrder:
     @property
     def pressing(self) -> float:
         """Commanded force of the fingers [N]; 0 if they are to open, or to stay."""
-        return self.force if self.goal < self.opening - self.tolerance else 0.0
+        return self.force if self.goal < self.opening - self._near else 0.0
 
     @property
     def _stopped(self) -> bool:

@@ -40,11 +40,12 @@ class _Rest(Value, eq=False):
     poses: dict[str, Pose]
 
 
-def put_apart(world: World, robots: Mapping[str, Robot], most: float) -> tuple[World, tuple[str, ...]]:
+def put_apart(world: World, robots: Mapping[str, Robot], most: float, deep: float = TOO_DEEP) -> tuple[World, tuple[str, ...]]:
     """Move loose things that are too deep inside others to the nearest free places at rest.
 
     Args:
         most: that a thing may be from where it was read [m].
+        deep: that one may be inside another [m].
 
     Returns:
         The world, and what was done to it, in clauses; a pair that is not free within ``most`` stays.
@@ -54,9 +55,9 @@ def put_apart(world: World, robots: Mapping[str, Robot], most: float) -> tuple[W
     held = {m.holds.thing for m in world.robots if m.holds}
     loose = [t.name for t in world.things if compiled.things[t.name].qpos is not None and t.name not in held]
     said, placed = list[str](), world
-    for a, b, depth in _wrong(compiled, data):
+    for a, b, depth in _wrong(compiled, data, deep):
         ways_out = [(n, other) for n, other in ((a, b), (b, a)) if n in loose and placed.thing(n) is world.thing(n)]
-        found = next(_rests(compiled, data, placed, ways_out, most), None)
+        found = next(_rests(compiled, data, placed, ways_out, most, deep), None)
         if found is None:
             continue
         placed = placed.moved(found.poses)
@@ -67,13 +68,15 @@ def put_apart(world: World, robots: Mapping[str, Robot], most: float) -> tuple[W
     return placed, tuple(said)
 
 
-def _wrong(compiled: Compiled, data: Data) -> list[tuple[str, str, float]]:
+def _wrong(compiled: Compiled, data: Data, deep: float) -> list[tuple[str, str, float]]:
     """Pairs of things that are too deep in each other, the deepest first."""
-    found = [o for o in overlaps(compiled, data) if o[2] > TOO_DEEP and compiled.things.keys() >= {o[0], o[1]}]
+    found = [o for o in overlaps(compiled, data) if o[2] > deep and compiled.things.keys() >= {o[0], o[1]}]
     return sorted(found, key=lambda o: -o[2])
 
 
-def _rests(compiled: Compiled, data: Data, world: World, ways_out: list[tuple[str, str]], most: float) -> Iterator[_Rest]:
+def _rests(
+    compiled: Compiled, data: Data, world: World, ways_out: list[tuple[str, str]], most: float, deep: float
+) -> Iterator[_Rest]:
     """Worlds at rest within a distance of their readings, of a thing that was let go of where it is free, the nearest of that first."""
     for step in range(1, round(FARTHER * most / STEP) + 1):
         checkpoint()
@@ -86,25 +89,26 @@ def _rests(compiled: Compiled, data: Data, world: World, ways_out: list[tuple[st
             compiled.place(data, name, world.thing(name).pose)
             if any(depth > (0.0 if with_ == other else DEEP) for with_, depth in met):
                 continue
-            poses = _at_rest(world.moved({name: pose}), world, (name, other))
+            poses = _at_rest(world.moved({name: pose}), world, (name, other), deep)
             off = {n: _distance(p, world.thing(n).pose) for n, p in poses.items()}
             if poses and max(off.values()) <= most:
                 yield _Rest(name, off.get(name, 0.0), poses)
 
 
-def _at_rest(start: World, read: World, pair: tuple[str, str]) -> dict[str, Pose]:
-    """Poses of what is no longer where it was read when all is at rest, what is held fixed; none where a pair is in each other again."""
+def _at_rest(start: World, read: World, pair: tuple[str, str], deep: float) -> dict[str, Pose]:
+    """Poses of a thing, and of what is no longer where it was read, when all is at rest, what is held fixed; none where a pair is in
+    each other again."""
     held = {m.holds.thing for m in start.robots if m.holds}
     things = tuple(replace(t, mass=None) if t.name in held else t for t in start.things)
     compiled = compile_world(replace(start, robots=(), things=things), {})
     data = compiled.data()
     while data.time < SETTLE:
         mujoco.mj_step(compiled.model, data)
-    if any({a, b} == set(pair) for a, b, _ in _wrong(compiled, data)):
+    if any({a, b} == set(pair) for a, b, _ in _wrong(compiled, data, deep)):
         return {}
     free = [t.name for t in start.things if compiled.things[t.name].qpos is not None and t.name not in held]
     now = {n: compiled.pose(data, n) for n in free}
-    return {n: p for n, p in now.items() if _distance(p, read.thing(n).pose) > MOVED}
+    return {n: p for n, p in now.items() if n == pair[0] or _distance(p, read.thing(n).pose) > MOVED}
 
 
 def _distance(one: Pose, other: Pose) -> float:

@@ -1,0 +1,26 @@
+"""Free memory goes back to the system."""
+
+from __future__ import annotations
+
+import ctypes
+from functools import lru_cache
+from typing import Any
+
+
+def give_back() -> None:
+    """Give memory that nothing needs any more back to the system, where the C library keeps it (glibc).
+
+    States of simulations have 15 MB each and are soon free again, but small values that last lie between them: a process had 1.1 GB after
+    five drawn problems, of which 0.5 GB were free.
+    """
+    if (trim := _trim()) is not None:
+        trim(0)
+
+
+@lru_cache(maxsize=1)
+def _trim() -> Any:
+    """The C library's function for it; None where there is none."""
+    try:
+        return ctypes.CDLL(None).malloc_trim
+    except (AttributeError, OSError, TypeError):  # musl and macOS have no such function, Windows no library without a name
+        return None
