@@ -49,7 +49,6 @@ def pressed_at(rollout: Rollout) -> list[str]:
 @lru_cache(maxsize=1)
 def _pressed_at(run: Itself[Rollout]) -> tuple[str, ...]:
     """What ``pressed_at`` tells, for all judges of a run."""
-    checkpoint()
     rollout = run.it
     loose = {t.name for t in rollout.world.things if t.movable or t.joint}
     pressed = zip(map(_pressed, rollout.awake_touches), rollout.opening, strict=True)
@@ -81,6 +80,7 @@ def _opened(rollout: Rollout, grip: Grip, until: int) -> bool:
 
 
 def _pressed(touches: Iterable[Touch]) -> str:
+    checkpoint()
     sides: dict[str, set[str]] = {"effector/left": set(), "effector/right": set()}
     for touch in touches:
         for pad, other in ((touch.a, touch.b), (touch.b, touch.a)):
