@@ -17,16 +17,19 @@ import sys
 import threading
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
-from typing import IO, Any
+from typing import IO, TYPE_CHECKING, Any
 
 from ..base.errors import DEFECTS, CramliteError, NoSolution, nearest
 from ..base.pulse import Stopped, pulse
-from ..base.value import Value
+from ..base.value import Value, replace
 from ..engine.engine import Engine
 from ..engine.solution import Solution
 from ..planning.trace import Trace
 from .answers import check_answer, interpret_answer, solution_answer, tasks_answer
 from .arguments import Add, plugin_choice
+
+if TYPE_CHECKING:
+    from ..scenario.scenario import Scenario
 
 CANCELLED = "cancelled"
 LONGEST_LINE = 1_000_000
@@ -39,6 +42,7 @@ PARAMS: Mapping[str, tuple[str, ...]] = {
     "interpret": ("episode",),
     "next": ("of",),
     "resolve": ("scenario", "goal", "say", "seed"),
+    "run": ("of",),
     "tasks": (),
 }
 """Method -> the names of its params."""
@@ -58,6 +62,9 @@ class OpenSearch(Value):
     solutions: Iterator[Solution]
     engine: Engine
     trace: Trace
+    scenario: Scenario
+    seed: int
+    last: Solution | None = None
 
 
 class Service:
@@ -78,7 +85,7 @@ class Service:
         self._found: dict[Id, OpenSearch] = {}
         self.methods: Mapping[str, Callable[[Id, dict[str, Any]], Any]] = {
             "check": self._check, "interpret": self._interpret, "next": self._next, "resolve": self._resolve,
-            "tasks": self._tasks,
+            "run": self._run, "tasks": self._tasks,
         }  # fmt: skip
 
     def run(self) -> int:
@@ -178,14 +185,38 @@ class Service:
         solutions = engine.resolve(
             scenario, seed=_seed(params), trace=trace, progress=progress, stop=lambda: self._stopped(id_)
         )
-        self._found[id_] = OpenSearch(solutions, engine, trace)
+        self._found[id_] = OpenSearch(solutions, engine, trace, scenario, _seed(params))
         return self._one(id_)
 
     def _next(self, id_: Any, params: dict[str, Any]) -> Any:
-        asked = params.get("of")
+        return self._one(self._of(params))
+
+    def _of(self, params: dict[str, Any]) -> Id:
+        """Id of a search that can go on."""
+        asked: Id = params.get("of")
         if not _is_id(asked) or asked not in self._found:
             raise Refused(WRONG_PARAMS, f"'of' is the id of a 'resolve' whose search can go on, not {asked!r}")
-        return self._one(asked)
+        return asked
+
+    def _run(self, id_: Any, params: dict[str, Any]) -> Any:
+        """Run the latest program of a search in simulation, watched, and go on where the world changes; each notice is told at once."""
+        from msgspec import to_builtins
+
+        from ..engine.going_on import GoingOn
+        from ..engine.time_line import time_line
+
+        found, done, why = self._found[self._of(params)], list[Any](), ""
+        assert found.last is not None  # a search that can go on has found one
+        going = GoingOn(found.scenario, found.engine, found.seed, lambda text: self._say({"id": id_, "progress": text}))
+        try:
+            for stretch in going.execute(found.last):
+                done.append(stretch)
+                if stretch.notice is not None:
+                    self._say({"id": id_, "notice": {**to_builtins(stretch.notice), "decision": stretch.decision, "to_do": stretch.to_do}})
+        except NoSolution as error:
+            why = str(error)
+        succeeded = not why and done[-1].notice is None
+        return {"succeeded": succeeded, "reason": why, "time_line": to_builtins(list(time_line(done)))}
 
     def _stopped(self, id_: Id) -> bool:
         return self._ended or id_ in self._cancelled
@@ -205,7 +236,7 @@ class Service:
                 raise NoSolution(f"No further solution: {how_it_ended(found.trace.entries)}.")
             said, answers = failure_text(found.trace, found.engine.registry.faults), goal_answers(found.trace)
             raise Refused(NoSolution.exit_code, said, data={"goal": answers, "try": what_to_try(found.trace.entries)})
-        self._found[id_] = found
+        self._found[id_] = replace(found, last=solution)
         return solution_answer(solution)
 
 

@@ -14,9 +14,10 @@ from typing import TYPE_CHECKING
 
 from msgspec.structs import replace
 
-from ..base.errors import NoSolution, UserError
+from ..base.errors import NoSolution, Unresolvable, UserError
 from ..base.value import Value
 from ..model.designator_name import task_of
+from ..model.designators import Action
 from ..model.fault import FaultKind
 from ..model.readings import Deviation, Notice
 from ..model.rollout import world_after_run
@@ -122,6 +123,7 @@ class GoingOn:
         self.setting = engine.setting(scenario, seed=seed, twins=0)
         self.goal = self._asked()
         self.at = 0  # the action of the plan that was under way
+        self.step = ""  # and its step
         self.opened = 0  # stages of an open program that were resolved
         self.trace = Trace()
         self.noticed: Counter[tuple[Deviation, str, str]] = Counter()
@@ -297,7 +299,8 @@ class GoingOn:
         relations = tuple(r for r in before.relations if r[1] in stayed)
         self.setting = replace(before, world=world, relations=relations, real=None)
         names = [a.name for a in attempt.plan.actions]
-        self.at = next((k for k, n in enumerate(names) if n == task_of(done.step)), self.at if done.step == BACK else 0)
+        if done.step != BACK:
+            self.at, self.step = next((k for k, n in enumerate(names) if n == task_of(done.step)), 0), done.step
 
     def _candidates(self, done: Round) -> Iterator[Candidate]:
         """Programs for the rest that were proven in the belief, best first."""
@@ -314,11 +317,28 @@ class GoingOn:
             yield from (c for c, verdict in attempts(search, plan, setting, engine.knowledge, engine.executors) if verdict.passed)
 
     def _rests(self, plan: Plan) -> Iterator[Plan]:
-        """Possible rests of a list of tasks, shortest first: with a payload the task under way and all later
-        ones; else that, or a rest from an earlier task on."""
-        held = self.setting.world.robots[0].holds is not None
-        starts = (self.at, self.at + 1) if held else range(self.at, -1, -1)
-        yield from (replace(plan, actions=plan.actions[k:]) for k in starts if k < len(plan.actions))
+        """Possible rests of a list of tasks, shortest first: with a payload the task under way, its parts from the one under way on, or
+        from the next one on, and all later ones; else that, or a rest from an earlier task on."""
+        at, actions = self.at, plan.actions
+        if self.setting.world.robots[0].holds is None:
+            yield from (replace(plan, actions=actions[k:]) for k in range(at, -1, -1))
+            return
+        yield replace(plan, actions=actions[at:])
+        parts = self._parts(actions[at]) if isinstance(actions[at], Action) else ()
+        first = next((k for k, p in enumerate(parts) if self.step.startswith(f"{p.name}/")), 0)
+        rests = [(*parts[k:], *actions[at + 1 :]) for k in (first, first + 1) if k < len(parts)]
+        yield from (replace(plan, actions=tuple(_renamed(a) for a in rest)) for rest in (*rests, actions[at + 1 :]) if rest)
+
+    def _parts(self, action: Action) -> tuple[Action, ...]:
+        """Tasks that a task consists of, as its type says for an empty hand."""
+        mount, *others = self.setting.world.robots
+        empty = replace(self.setting, world=replace(self.setting.world, robots=(replace(mount, holds=None), *others)))
+        task = self.engine.knowledge.tasks.get(action.task)
+        try:
+            way = next(iter(task.decompose(action, empty.belief())), None) if task else None
+        except Unresolvable:
+            return ()
+        return tuple(s for s in way.steps if isinstance(s, Action)) if way else ()
 
     def _back(self, done: Round, world: World) -> Attempt | None:
         """Way back along the executed program, if its run in the belief disturbs nothing."""
@@ -336,6 +356,12 @@ class GoingOn:
         held = mount.holds.thing if mount.holds else ""
         still = all(_moved(proof, t.name) <= STILL for t in setting.world.things if t.movable and t.name != held)
         return Attempt(done.attempt.plan, program, code, world) if proof.outcome == "finished" and still else None
+
+
+def _renamed(item: Action) -> Action:
+    """Task with the name of one that is no part."""
+    whole, _, own = item.name.rpartition("/")
+    return replace(item, name=f"{whole.partition('.')[0]}.{own}") if whole else item
 
 
 def _stopped(number: int, notice: Notice | None, decision: str) -> str:

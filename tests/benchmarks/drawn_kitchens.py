@@ -69,6 +69,7 @@ def played(cramlite: str, problems: Path, out: Path) -> list[dict[str, Any]]:
     for path in sorted(problems.glob(f"*/{FACTS}")):
         place = out / path.parent.name
         if not (place / RESULT).exists():
+            place.mkdir(parents=True, exist_ok=True)  # what is refused as input makes no run directory
             said = play(cramlite, path.parent, place / "run")
             (place / RESULT).write_text(json.dumps(said, indent=1) + "\n", encoding="utf-8")
         facts = json.loads(path.read_text(encoding="utf-8"))

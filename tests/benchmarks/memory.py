@@ -83,7 +83,7 @@ def main() -> None:
         print(what)
         with ProcessPoolExecutor(1, multiprocessing.get_context("spawn")) as process:
             after = process.submit(measured, asked.scenarios, asked.plugin, asked.expansions, kept).result()
-        marks = [k for k in (1, 5, 10, 20, 40, 80) if k <= len(after)]
+        marks = sorted({k for k in (1, 5, 10, 20, 40, 80, len(after)) if k <= len(after)})
         numbers += [value(what, after[k - 1], "MB", f"after {k}") for k in marks]
     write(asked, numbers, f"{len(asked.scenarios)} scenarios")
 

@@ -2,8 +2,8 @@
 
 ``python tests/benchmarks/own_faults.py --out ROWS.jsonl [--first N] [--count N]`` appends a JSON line a run and runs no number twice: it
 may be stopped, and goes on by the same command. Number n is a fault of kind n modulo 12, so that every prefix is balanced over kinds; sixty
-numbers share their drawn scenes. The rule of what one arm could mend is ``unmendable``; it looks at the draw alone, and was written before
-the first run. A run is right if the goal holds in the simulator's own state at the end; or, of the others, if the arm stopped by itself with a
+numbers share their scenes. The rule of what one arm could mend is ``unmendable``; it looks at the draw alone, and was written before the
+first run. A run is right if the goal holds in the simulator's own state at the end; or, of the others, if the arm stopped by itself with a
 right diagnosis (``RIGHT``).
 """
 
@@ -130,6 +130,10 @@ class Proven:
         return True
 
 
+_UNPROVEN = set[tuple[str, int]]()
+"""Scenes for which no program was proven, with their seeds."""
+
+
 @lru_cache(maxsize=12)
 def proven(scene: str, seed: int) -> Proven:
     return Proven(scene, seed)
@@ -147,8 +151,8 @@ class Drawn:
             and not (self.kind == "fallen" and s not in TALL)
             and not (self.kind == "asked" and not SCENES[s][1])
         ]  # fmt: skip
-        self.scene = str(self.rng.choice(fitting))
-        self.proven = proven(self.scene, 1 + number // SHARED)
+        self.proven = self._scene(fitting, 1 + number // SHARED)
+        self.scene = self.proven.scene
         self.phase = str(self.rng.choice(["before", "held"]))
         if self.kind in ("moved", "removed", "fallen", "drawer_sticks", "closes_short"):
             self.phase = "before"
@@ -162,6 +166,16 @@ class Drawn:
         self.fault = read_fault_text(self.text)
         self.mendable = not unmendable(self.kind, self.scene, self.phase, self.fault)
         self.world = faulty(self.world, [self.fault])
+
+    def _scene(self, fitting: list[str], seed: int) -> Proven:
+        """A scene in which something can be done at all; others are drawn again."""
+        while True:
+            scene = str(self.rng.choice(fitting))
+            if (scene, seed) not in _UNPROVEN:
+                try:
+                    return proven(scene, seed)
+                except NoSolution:
+                    _UNPROVEN.add((scene, seed))
 
     def _u(self, low: float, high: float) -> float:
         return float(self.rng.uniform(low, high))

@@ -152,6 +152,31 @@ def test_a_program_and_the_next_one(process: subprocess.Popen[str]) -> None:
     assert process.wait(30) == 0
 
 
+@pytest.mark.heavy
+def test_a_run_tells_each_notice_and_has_a_time_line(process: subprocess.Popen[str]) -> None:
+    assert process.stdin is not None and process.stdout is not None
+    scene = {
+        "scenario": "moved", "goal": ["block on shelf"], "robot": {"type": "ur5e"}, "proof": {"twins": 0},
+        "faults": [{"moved": "block", "by": [0, 0.06, 0], "near": "block", "within": 0.18}],
+        "things": [
+            {"name": "floor", "model": "table", "at": {"position": [0.2, 0, -0.005]}, "with": {"size": [1.6, 1.6, 0.02]}},
+            {"name": "block", "model": "block", "at": {"position": [0.5, 0.2, 0.051]}, "with": {"size": [0.05, 0.05, 0.1]}},
+            {"name": "shelf", "model": "table", "at": {"position": [0.45, -0.35, 0.15]}, "with": {"size": [0.25, 0.25, 0.02]}},
+        ],
+    }  # fmt: skip
+    process.stdin.write(_request(1, "resolve", scenario=scene) + "\n" + _request(2, "run", of=1) + "\n" + _request(3, "run", of=9) + "\n")
+    process.stdin.flush()
+    heard = []
+    while not heard or heard[-1]["id"] != 3:
+        heard.append(json.loads(process.stdout.readline()))
+    (notice,) = (a["notice"] for a in heard if "notice" in a)
+    assert (notice["kind"], notice["thing"], notice["unit"]) == ("ObjectMoved", "block", "m") and notice["measured"] > notice["limit"]
+    assert "goes on" in notice["decision"] and notice["to_do"]
+    result = next(a["result"] for a in heard if a["id"] == 2 and "result" in a)
+    assert result["succeeded"] and [m["what"] for m in result["time_line"]] == ["fault", "notice", "decision", "resumption", "end"]
+    assert heard[-1]["error"]["code"] == -32602 and "'of' is the id of a 'resolve'" in heard[-1]["error"]["message"]
+
+
 def test_cancel(process: subprocess.Popen[str]) -> None:
     assert process.stdin is not None and process.stdout is not None
     process.stdin.write(_request(1, "resolve", scenario="fetch_from_hanger") + "\n")

@@ -221,6 +221,7 @@ SPECS = {
     "unknown_error": scenario.UnknownErrorSpec,
     "faults": scenario.FaultSpec,
     "late": scenario.LateSpec,
+    "then": scenario.ThenSpec,
     "record": scenario.RecordSpec,
     "physics": scenario.PhysicsSpec,
     "world": scenario.WorldFileSpec,

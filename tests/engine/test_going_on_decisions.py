@@ -18,7 +18,7 @@ from cramlite import Engine, read_scenario
 from cramlite.engine.expectation import RunWatch
 from cramlite.engine.going_on import ACKNOWLEDGED, BACK, SAME, GoingOn, _apart, _declared, _moved
 from cramlite.engine.replanning import Attempt, Round
-from cramlite.model import Action, Code, Deviation, MoveJoints, Notice, Plan, Pose, Program
+from cramlite.model import Action, Code, Deviation, MoveJoints, Notice, Object, Plan, Pose, Program
 from cramlite.model.fault import Fault, FaultKind
 from cramlite.model.rollout import Message
 from cramlite.model.world import InHand, RobotMount
@@ -300,6 +300,24 @@ def test_the_rest_begins_with_the_task_under_way_or_one_near_it(
     with_tasks.at = at
     names = [a.name for a in PLAN.actions]
     assert [[a.name for a in p.actions] for p in with_tasks._rests(PLAN)] == [names[k:] for k in starts]
+
+
+@pytest.mark.parametrize(
+    ("step", "rests"),
+    [
+        ("1.PickAndPlace/Grasping/close", [["1.Grasping", "1.PickingUp", "1.Placing"], ["1.PickingUp", "1.Placing"]]),
+        ("1.PickAndPlace/PickingUp/lift", [["1.PickingUp", "1.Placing"], ["1.Placing"]]),
+        ("1.PickAndPlace/Placing/PuttingDown/lower", [["1.Placing"]]),
+    ],
+)
+def test_of_a_task_with_parts_the_rest_begins_with_the_part_under_way(with_tasks: GoingOn, step: str, rests: list[list[str]]) -> None:
+    roles = {"Locatum": Object("block", entity="block"), "Relatum": Object("shelf", entity="shelf")}
+    whole, then = Action("1.PickAndPlace", "cram:PickAndPlace", roles), Action("2.ParkingArms", "soma:AssumingArmPose")
+    mount = replace(with_tasks.setting.world.robots[0], holds=InHand("block", Pose(), 40.0))
+    with_tasks.setting = replace(with_tasks.setting, world=replace(with_tasks.setting.world, robots=(mount,)))
+    with_tasks.at, with_tasks.step = 0, step
+    found = [[a.name for a in p.actions] for p in with_tasks._rests(Plan("p", (), (whole, then)))]
+    assert found == [["1.PickAndPlace", "2.ParkingArms"], *([*rest, "2.ParkingArms"] for rest in rests), ["2.ParkingArms"]]
 
 
 # How far a thing moved

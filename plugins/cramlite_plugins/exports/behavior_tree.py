@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 
 FORCE, SLIP = "ForceBelow", "SlipBelow"
 """Conditions that monitors watch: the force at the TCP [N], and how far the fingers have closed further [m]."""
+NOTICE, WHY = "notice", "why it failed: JSON with kind (a class of the ontology), step, thing, reason, measured, limit, unit; or empty"
+"""Output port of every action, to the entry of the blackboard of the same name, and what is in it."""
 PORT_TYPES = {float: "double", int: "double", str: "std::string", tuple: "std::vector<double>", Pose: "std::vector<double>"}
 """Type of a field -> type of its port in C++."""
 
@@ -106,7 +108,7 @@ def _node(step: AnyStep) -> Xml.Element:
             return _monitored(step)
         case _:
             ports = {name: _text(value) for name, value in _given(step).items()}
-            return Xml.Element(type(step).__name__, {"name": safe_name(step.origin), **ports})
+            return Xml.Element(type(step).__name__, {"name": safe_name(step.origin), **ports, NOTICE: f"{{{NOTICE}}}"})
 
 
 def _with_branches(kind: str, step: Fallback | Parallel, more: dict[str, str]) -> Xml.Element:
@@ -166,4 +168,6 @@ def _manifest(steps: Iterable[AnyStep]) -> Xml.Element:
         entry = Xml.SubElement(model, "Condition" if name in (FORCE, SLIP) else "Action", ID=name)
         for port, kind in ports.items():
             Xml.SubElement(entry, "input_port", name=port, type=kind)
+        if entry.tag == "Action":
+            Xml.SubElement(entry, "output_port", name=NOTICE, type=PORT_TYPES[str]).text = WHY
     return model

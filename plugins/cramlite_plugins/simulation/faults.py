@@ -111,15 +111,23 @@ class FaultsToCome:
 
 
 def _lines_with(wanted: str, text: str) -> Collection[int]:
-    """Numbers of the lines that have a text themselves, or in the comment right above them."""
-    rows, found = text.splitlines(), set[int]()
-    for number, row in enumerate(rows, 1):
-        comment = rows[number - 2].strip() if number > 1 and not is_program_text(text) else ""
-        if wanted in row or (comment.startswith("#") and wanted in comment):
+    """Numbers of the lines that have a text themselves, or in the comment right above their block of lines."""
+    found, heading = set[int](), ""
+    for number, row in enumerate(text.splitlines(), 1):
+        comment = row.strip().startswith("#")
+        if comment and not is_program_text(text):
+            heading = row
+        if wanted in row or (not comment and wanted in heading and _depth(row) == _depth(heading)):
             found.add(number)
+        heading = heading if row.strip() else ""
     if not found:
         raise UserError(f"A fault happens at '{wanted}', and no line of the program has that text; name a task, such as 'PickingUp'.")
     return found
+
+
+def _depth(row: str) -> int:
+    """Indentation of a line."""
+    return len(row) - len(row.lstrip())
 
 
 def _moved(run: FaultsToCome, fault: Fault, now: float) -> None:

@@ -135,3 +135,13 @@ def test_names_have_no_character_that_is_refused() -> None:
     text = tree_xml(program([Wait(duration=0.1, origin="12.A/b/c")]))
     names = re.findall(r' (?:ID|name|main_tree_to_execute)="([^"]*)"', text)
     assert names and all(re.fullmatch(r"\w+", n) for n in names)
+
+
+def test_every_action_says_on_the_blackboard_why_it_failed() -> None:
+    watched = Monitor(steps=(Wait(duration=0.1, origin="1.A/v"),), force=5.0, origin="1.A/m")
+    text = tree_xml(program([Wait(duration=0.1, origin="1.A/w"), watched]))
+    root = ElementTree.fromstring(text)
+    assert {e.attrib["notice"] for e in root.iter("Wait")} == {"{notice}"}
+    (port,) = root.iterfind("TreeNodesModel/Action[@ID='Wait']/output_port")
+    assert port.attrib == {"name": "notice", "type": "std::string"} and "kind" in (port.text or "")
+    assert not list(root.iterfind("TreeNodesModel/Condition/output_port"))

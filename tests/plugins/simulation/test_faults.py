@@ -14,6 +14,7 @@ from cramlite.plugin.catalogue import Knowledge
 from cramlite.plugin.registry import Registry
 from cramlite.scenario.faults import faulty, foreseen, read_fault_text
 from cramlite.scenario.worlds import read_world
+from cramlite_plugins.simulation.faults import _lines_with
 
 PROGRAM = """def p():
   movej([3.272, -1.4026, 1.8656, -2.0337, -1.5708, 1.7012], a=1.4, v=1.05)
@@ -88,3 +89,9 @@ def test_a_tool_and_a_sensor_are_off_from_the_start_or_not_at_all(place: World, 
 def test_a_line_that_is_not_there_is_no_trigger(knowledge: Knowledge, place: World, tmp_path: Path) -> None:
     with pytest.raises(UserError, match="no line of the program has that text"):
         run(knowledge, place, "killed: true, line: Grasping")
+
+
+def test_a_trigger_is_reached_at_any_line_of_the_block_below_a_comment() -> None:
+    text = "# P lifts\ndef p():\n  global a = 1\n  # 1.A/transfer: there\n  go(a)\n  go(b)\n  if c:\n    d()\n\n  e()\n"
+    assert _lines_with("1.A/transfer", text) == {4, 5, 6, 7}
+    assert _lines_with("lifts", text) == {1, 2}, "the lines of a definition are deeper than its heading"
