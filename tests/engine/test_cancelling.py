@@ -9,7 +9,6 @@ import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from itertools import pairwise
 
 import pytest
 
@@ -95,9 +94,6 @@ class Halves:
 
     def line_free(self, a: Sequence[float], b: Sequence[float]) -> bool:
         return self.free(a) and self.free(b) and a[0] * b[0] > 0
-
-    def path_free(self, points: Sequence[Sequence[float]]) -> bool:
-        return all(self.line_free(a, b) for a, b in pairwise(points))
 
     def line_probed(self, a: Sequence[float], b: Sequence[float]) -> bool:
         return self.line_free(a, b)

@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from functools import lru_cache
-from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -19,22 +18,13 @@ PROBED = 0.05  # largest joint difference [rad] between two places at which a li
 
 
 class Rates(Value):
-    """Bounds of the approach of each two geoms over a whole line [m].
+    """Bounds of the approach of each two geoms (geoms, geoms) over a whole line, and of any at most [m]."""
 
-    Args:
-        moves: (geoms, joints + 1): of a geom as seen from the link before a joint; 0 beyond the last one.
-        beyond: of each geom, the first joint that moves others as seen from it.
-        most: of any two.
-    """
-
-    moves: Floats
-    beyond: Sequence[int]
+    between: Floats
     most: float
 
-    def between(self, g: int, h: int) -> float:
-        """Return the bound for two geoms [m]."""
-        bound: float = self.moves.item(g, self.beyond[h]) + self.moves.item(h, self.beyond[g])
-        return bound
+
+Part = tuple[float, float, Rates | None]
 
 
 class JointLine:
@@ -49,10 +39,10 @@ class JointLine:
         q: Floats = self.start + fraction * self.way
         return q
 
-    def parts(self) -> list[tuple[float, float]]:
-        """Return the ends of equal parts, as fractions of the line."""
+    def parts(self) -> list[Part]:
+        """Return the line in equal parts."""
         count = math.ceil(float(np.abs(self.way).sum()) / CHUNK + 1e-9)
-        return [(k / count, (k + 1) / count) for k in range(count)]
+        return [(k / count, (k + 1) / count, None) for k in range(count)]
 
     def probes(self) -> Floats:
         """Return joint positions (m, n) ``PROBED`` apart between the ends, such that few of the first ones leave no long gap."""
@@ -69,65 +59,24 @@ def _spread(count: int) -> Floats:
     return found
 
 
-class Part(NamedTuple):
-    """Part of a line between two fractions of it, with the bounds of the larger part that it was cut from."""
+def rates(line: JointLine, half: float, movers: Movers, data: Any, bounds: Floats, first: int) -> Rates:
+    """Compute bounds of each joint's motion of any point of each geom over a whole line, within ``half`` of the
+    state in ``data``.
 
-    line: JointLine
-    low: float
-    high: float
-    known: Rates
-
-    def cut(self, count: int) -> list[Part]:
-        """Return equal smaller parts."""
-        step = (self.high - self.low) / count
-        ends = [*(self.low + k * step for k in range(count)), self.high]
-        return [Part(self.line, a, b, self.known) for a, b in pairwise(ends)]
-
-
-class Middles:
-    """Places in the middle of parts of lines, which bounds of the arm's motion on these parts come from.
+    The lever is the distance of the geom's centre p from the axis u through a, |p - a|^2 - ((p - a) u)^2 under
+    a root, and its bounding radius. It grows by no more than the way G that the geom itself moves:
+    G = sum_j (lever_j + G) w_j for joints that turn by w_j.
 
     Args:
-        lines: each with fractions of it between which a part lies.
-        movers: which joints move which geoms.
-        first: id of the arm's first joint.
+        bounds: bounding radius of each geom (geoms,) [m].
+        first: id of the first joint.
     """
-
-    def __init__(self, lines: Sequence[tuple[JointLine, float, float]], movers: Movers, first: int) -> None:
-        self.lines, self.movers = lines, movers
-        count, joints = len(lines), movers.moved.shape[1]
-        self.joints = slice(first, first + joints)
-        self.points = np.empty((count, len(movers.rows), 3))
-        self.axes, self.anchors = np.empty((count, joints, 3)), np.empty((count, joints, 3))
-
-    def note(self, number: int, data: Any) -> None:
-        """Keep where geoms and joints are in the middle of a part."""
-        self.points[number] = data.geom_xpos[self.movers.rows]
-        self.axes[number], self.anchors[number] = data.xaxis[self.joints], data.xanchor[self.joints]
-
-    def parts(self, bounds: Floats) -> list[Part]:
-        """Return the parts, each with bounds of how far the joints from each one on move any point of each geom over a whole line.
-
-        The lever is the distance of the geom's centre p from the axis u through a, |u x (p - a)|, and its bounding radius. It grows by
-        no more than the way G that the geom itself moves: G = sum_j (lever_j + G) w_j for joints that turn by w_j.
-
-        Args:
-            bounds: bounding radius of each geom (geoms,) [m].
-        """
-        way, half = np.array([line.way for line, _, _ in self.lines]), np.array([(high - low) / 2 for _, low, high in self.lines])
-        rows, size, half = self.movers.rows, np.abs(way)[:, None], half[:, None, None]
-        turned, radius = self.movers.turned[rows], bounds[rows, None]
-        off = _cross(self.axes.swapaxes(1, 2)[:, None], self.points[:, :, :, None] - self.anchors.swapaxes(1, 2)[:, None])
-        lever = turned * (np.sqrt(np.einsum("ngkj,ngkj->ngj", off, off)) + radius) * size
-        grown = half * lever.sum(axis=2, keepdims=True) / (1.0 - half * size.sum(axis=2, keepdims=True))
-        moves = np.zeros((len(way), len(bounds), way.shape[1] + 1))
-        moves[:, rows, :-1] = (lever + grown * turned * size) @ np.tri(way.shape[1])  # of each joint and those after it
-        most = moves[:, :, 0].max(axis=1).tolist()
-        return [Part(*line, Rates(m, self.movers.beyond, t)) for line, m, t in zip(self.lines, moves, most, strict=True)]
-
-
-def _cross(a: Floats, b: Floats) -> Floats:
-    """The cross products along the third axis."""
-    one, other = [1, 2, 0], [2, 0, 1]
-    found: Floats = a[:, :, one] * b[:, :, other] - a[:, :, other] * b[:, :, one]
-    return found
+    way, turned = np.abs(line.way), movers.turned
+    u, a, p = data.xaxis[first : first + len(way)], data.xanchor[first : first + len(way)], data.geom_xpos
+    along = p @ u.T - np.einsum("jk,jk->j", a, u)
+    square = np.einsum("gk,gk->g", p, p)[:, None] - 2.0 * (p @ a.T) + np.einsum("jk,jk->j", a, a) - along * along
+    lever = (np.sqrt(np.maximum(square, 0.0)) + bounds[:, None]) * turned
+    grown = (lever @ (half * way)) / (1.0 - half * float(way.sum()))
+    each: Floats = (lever + grown[:, None] * turned) * way
+    alone = each @ movers.still.T  # joints that move both do not count
+    return Rates(alone + alone.T, float(each.sum(axis=1).max()))

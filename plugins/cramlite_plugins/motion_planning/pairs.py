@@ -30,15 +30,11 @@ class Movers(Value):
         moved: 1 where the joint is above the geom in the kinematic tree.
         turned: the same, but for joints that a round geom only spins about.
         still: 1 where the geom stays while the joint turns, but for the next joint that it is round about.
-        rows: the geoms that any joint turns.
-        beyond: of each geom, the first joint that moves others as seen from it; the number of joints where there is none.
     """
 
     moved: Floats
     turned: Floats
     still: Floats
-    rows: Sequence[int]
-    beyond: Sequence[int]
 
     def apart(self) -> Floats:
         """Return (geoms, geoms): the number of joints between two geoms."""
@@ -61,9 +57,7 @@ def movers(compiled: Compiled, index: RobotIndex) -> Movers:
             body = int(model.body_parentid[body])
     about, above = _round_about(compiled, joints), moved.sum(axis=1).astype(int)[:, None]
     column = np.arange(len(bodies))[None, :]
-    turned, still = moved * (1.0 - about * (column == above - 1)), (1.0 - moved) * (1.0 - about * (column == above))
-    rows, beyond = np.flatnonzero(turned.any(axis=1)), len(bodies) - still.sum(axis=1).astype(int)
-    return Movers(moved, turned, still, rows.tolist(), beyond.tolist())
+    return Movers(moved, moved * (1.0 - about * (column == above - 1)), (1.0 - moved) * (1.0 - about * (column == above)))
 
 
 def _round_about(compiled: Compiled, joints: Sequence[int]) -> Floats:

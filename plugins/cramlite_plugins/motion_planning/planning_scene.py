@@ -6,10 +6,11 @@ say in one collision check which pairs are near; only for those the exact distan
 margin in place of the bigger shapes misses boxes and overestimates the distances of cylinders.)
 
 A line between two joint positions is not sampled on a grid: coarse intervals are looked at first, at their
-middle. The joints between two geoms move no point of one by more than some way as seen from the other
-(``joint_line.Middles``), so an interval is free when every pair is farther apart than that way up to its ends;
-otherwise it is halved (adaptive bisection: Schwarzer, Saha and Latombe, IEEE T-RO 21(3), 2005). A share of the
-clearance is left everywhere in between.
+middle. Joint i turning by dq_i moves no point of a geom by more than r_i |dq_i|, where r_i is the largest
+distance of that geom from the joint's axis, so an interval is free when every pair at distance d has
+sum_i r_i |dq_i| < d up to its ends, i over the joints between the two geoms; otherwise it is halved
+(adaptive bisection: Schwarzer, Saha and Latombe, IEEE T-RO 21(3), 2005). A share of the clearance is left
+everywhere in between.
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ from ..simulation.model.build import Carried
 from ..simulation.model.compile import Compiled
 from ..simulation.model.index import RobotIndex
 from .inflated import Inflated
-from .joint_line import JointLine, Middles, Part
+from .joint_line import JointLine, Part, rates
 from .pairs import Movers, Pairs, required_distances
 from .planning_models import arm_movers, inflated_model, planning_model
 from .space import refusal
@@ -139,17 +140,13 @@ class PlanningScene(Value):
         return refusal(reason, blocking=() if "" in loose else (tuple(sorted(loose)),), collision=drawn)
 
     def line_free(self, a: Position, b: Position) -> bool:
-        """Check whether the straight joint-space line from a free position is free."""
-        return self.path_free((a, b))
-
-    def path_free(self, points: Sequence[Position]) -> bool:
-        """Check whether the straight joint-space lines between positions are free, the first of which is; their ends
-        first, then long intervals."""
-        if not all(map(self.free, points[1:])):
+        """Check whether the straight joint-space line from a free position is free; its end, long intervals first."""
+        if not self.free(b):
             return False
-        rest = deque(self._parts([JointLine(a, b) for a, b in pairwise(points)]))
+        line = JointLine(a, b)
+        rest = deque(line.parts())
         while rest:
-            halves = self._judge(rest.popleft())
+            halves = self._judge(line, rest.popleft())
             if halves is None:
                 return False
             rest.extend(halves)
@@ -164,8 +161,8 @@ class PlanningScene(Value):
         """Return the fraction of the straight joint-space line where it is first blocked; None when it is free."""
         if not self.free(a):
             return 0.0
-        parts = self._parts([JointLine(a, b)])
-        found = next((at for part in parts if (at := self._first(part)) is not None), None)
+        line = JointLine(a, b)
+        found = next((at for part in line.parts() if (at := self._first(line, part)) is not None), None)
         return found if found is not None or self.free(b) else 1.0
 
     def collisions(self, q: Position) -> tuple[tuple[str, str, float], ...]:
@@ -292,19 +289,14 @@ class PlanningScene(Value):
         near = {(g, h): d - 1e-5 for g, h, d in self._look(q, self.levels[0]) if -TOUCH <= d < self.need[g, h]}
         return tuple(float(v) for v in q), near
 
-    def _parts(self, lines: Sequence[JointLine]) -> list[Part]:
-        """Lines in parts."""
-        middles = Middles([(line, *ends) for line in lines for ends in line.parts()], self.movers, self.first)
-        for number, (line, low, high) in enumerate(middles.lines):
-            self._place(line.at((low + high) / 2))
-            middles.note(number, self.data)
-        return middles.parts(self.compiled.model.geom_rbound)
-
-    def _judge(self, part: Part) -> list[Part] | None:
+    def _judge(self, line: JointLine, part: Part) -> list[Part] | None:
         """Look at the middle of a part of a line: None where it is blocked, else the parts that are still open."""
-        line, low, high, known = part
-        half, q = (high - low) / 2, line.at((low + high) / 2)
+        low, high, known = part
+        middle, half = (low + high) / 2, (high - low) / 2
+        q = line.at(middle)
         self._place(q)
+        if known is None:
+            known = rates(line, half, self.movers, self.data, self.compiled.model.geom_rbound, self.first)
         far = self.kept + half * known.most
         level = next((v for v in self.levels if v.distance >= far), self.levels[0])
         open_ = level.distance < far
@@ -314,23 +306,24 @@ class PlanningScene(Value):
                 need = self._needed(q, g, h)
                 if d < need:
                     return None
-            open_ = open_ or d - half * known.between(g, h) < min(need, KEPT * need)
+            open_ = open_ or d - half * known.between.item(g, h) < min(need, KEPT * need)
         if not open_ or (high - low) * line.size < SMALLEST:
             return []
         reach = self.levels[min(1, len(self.levels) - 1)].distance - self.kept
-        return part.cut(max(2, math.ceil(half * known.most / reach)) if level.distance < far else 2)
+        count = max(2, math.ceil(half * known.most / reach)) if level.distance < far else 2
+        return [(a, b, known) for a, b in pairwise(np.linspace(low, high, count + 1).tolist())]
 
-    def _first(self, part: Part) -> float | None:
+    def _first(self, line: JointLine, part: Part) -> float | None:
         """The first blocked fraction within a part of a line."""
-        halves = self._judge(part)
-        line, low, high, known = part
+        halves = self._judge(line, part)
+        low, high, rates = part
         if halves is None:
             middle = (low + high) / 2
             if (high - low) * line.size < SMALLEST:
                 return middle
-            before = self._first(Part(line, low, middle, known))
+            before = self._first(line, (low, middle, rates))
             return middle if before is None else before
-        return next((at for p in halves if (at := self._first(p)) is not None), None)
+        return next((at for p in halves if (at := self._first(line, p)) is not None), None)
 
 
 def _farthest(clearance: float, wider: Mapping[str, float]) -> float:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,7 +14,7 @@ from cramlite.model import Floats
 from ..kinematics.blends import LARGEST, Corner, rounded, zone
 
 if TYPE_CHECKING:
-    from .space import FreePaths
+    from .space import FreeLines
 
 Joints = tuple[float, ...]
 SHARES = (LARGEST, 0.25, 0.12, 0.05)  # of the lines at a corner, what its blend may take; tried in this order
@@ -27,7 +28,7 @@ ELSEWHERE = 0.015
 
 
 def blend_radii(
-    scene: FreePaths, points: Sequence[Joints], speed: float, acceleration: float
+    scene: FreeLines, points: Sequence[Joints], speed: float, acceleration: float
 ) -> tuple[tuple[float, ...], float]:
     """Return the blend radius at each inner point, 0 for a stop [m], and the duration of the path [s].
 
@@ -43,7 +44,7 @@ def blend_radii(
 
 
 def _largest(
-    scene: FreePaths, before: Floats, corner: Floats, after: Floats, slack: float
+    scene: FreeLines, before: Floats, corner: Floats, after: Floats, slack: float
 ) -> tuple[float, tuple[float, float]]:
     """The largest radius that is free, and the fractions of both lines that it takes.
 
@@ -60,6 +61,6 @@ def _largest(
             continue
         into, out = float(zones[0] or 0.0), float(zones[1] or 0.0)
         curve = Corner(corner + into * (before - corner), corner, corner + out * (after - corner), 1.0)
-        if scene.path_free(curve.sampled(DEVIATION)):
+        if all(scene.line_free(a, b) for a, b in pairwise(curve.sampled(DEVIATION))):
             return round(radius, 4), (into, out)
     return 0.0, (0.0, 0.0)

@@ -12,23 +12,16 @@ Joints = tuple[float, ...]
 
 
 class FreeLines(Protocol):
-    """Protocol of a space in which a path is shortened."""
+    """Protocol of a space in which a path is shortened and rounded off."""
 
     def line_free(self, a: Sequence[float] | Floats, b: Sequence[float] | Floats) -> bool:
         """Check whether the straight joint-space line from a free position is free."""
-
-
-class FreePaths(FreeLines, Protocol):
-    """Protocol of a space in which corners of a path are rounded off."""
-
-    def path_free(self, points: Sequence[Sequence[float] | Floats]) -> bool:
-        """Check whether the straight joint-space lines between positions are free, the first of which is."""
 
     def tip(self, q: Sequence[float] | Floats) -> Floats:
         """Return the position (3,) of the tcp [m]."""
 
 
-class Space(FreePaths, Protocol):
+class Space(FreeLines, Protocol):
     """Protocol of a planner's state space (``planning_scene.PlanningScene`` is one)."""
 
     @property
@@ -69,6 +62,10 @@ class Probed(Value):
     def line_free(self, a: Sequence[float] | Floats, b: Sequence[float] | Floats) -> bool:
         """Check places on a straight joint-space line from a free position, and its end."""
         return self.space.line_probed(a, b)
+
+    def tip(self, q: Sequence[float] | Floats) -> Floats:
+        """Return the position (3,) of the tcp [m]."""
+        return self.space.tip(q)
 
 
 def refusal(

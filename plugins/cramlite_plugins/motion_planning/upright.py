@@ -77,11 +77,7 @@ class UprightScene(Value):
 
     def line_free(self, a: Sequence[float] | Floats, b: Sequence[float] | Floats) -> bool:
         """Check whether the straight joint-space line from a free position is free, and the load upright all along it."""
-        return self.path_free((a, b))
-
-    def path_free(self, points: Sequence[Sequence[float] | Floats]) -> bool:
-        """Check whether the straight joint-space lines between positions are free, and the load upright all along them."""
-        return all(map(self._keeps, resampled([tuple(q) for q in points], STEP[1]).tolist())) and self.scene.path_free(points)
+        return all(map(self._keeps, resampled((tuple(a), tuple(b)), STEP[1]).tolist())) and self.scene.line_free(a, b)
 
     def tip(self, q: Sequence[float] | Floats) -> Floats:
         """Return the position (3,) of the tcp [m]."""

@@ -35,9 +35,6 @@ class Foil:
         inside = [a[1] + (x - a[0]) / (b[0] - a[0]) * (b[1] - a[1]) for x in (-HALF, HALF) if min(a[0], b[0]) <= x <= max(a[0], b[0])]
         return all(self.gap[0] < y < self.gap[1] for y in inside)
 
-    def path_free(self, points: Sequence[Sequence[float]]) -> bool:
-        return all(self.line_free(a, b) for a, b in pairwise(points))
-
     def line_probed(self, a: Sequence[float], b: Sequence[float]) -> bool:
         count = max(1, math.ceil(math.dist(a, b) / PROBED))
         places = ([x + k / count * (y - x) for x, y in zip(a, b, strict=True)] for k in range(1, count + 1))

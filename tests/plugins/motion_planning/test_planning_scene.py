@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import combinations
-
 import mujoco
 import numpy as np
 import pytest
@@ -13,7 +11,6 @@ from msgspec.structs import replace
 
 from cramlite.model import Floats, Geom, Pose, Thing
 from cramlite_plugins.kinematics.kinematics import inverse
-from cramlite_plugins.motion_planning.joint_line import JointLine
 from cramlite_plugins.motion_planning.planning_scene import PlanningScene, scene
 from cramlite_plugins.robots.ur5e import UR5E
 
@@ -203,26 +200,6 @@ def test_a_thin_wall_between_two_free_positions_is_found() -> None:
     assert "'sheet'" in place.why([a + part * (b - a) for a, b in zip(q, beyond, strict=True)])
     assert not place.line_free(q, beyond)
     assert make().blocked(q, beyond) is None
-
-
-def test_no_pair_comes_nearer_on_a_part_of_a_line_than_its_bound_says() -> None:
-    place = make(TABLE, BLOCK)
-    model, data, rng, tightest = place.compiled.model, place.data, np.random.default_rng(5), 0.0
-    moved = np.argwhere(np.triu(place.need) > 0).tolist()
-    for a, b in rng.uniform(-2, 2, (12, 2, 6)):
-        for line, low, high, known in place._parts([JointLine(a, b)])[::3]:
-            pairs = [tuple(moved[k]) for k in rng.choice(len(moved), 25, replace=False)]
-            there = []
-            places = [(low + high) / 2, low, high, *rng.uniform(low, high, 2)]
-            for at in places:
-                place.tcp(line.at(at))
-                there.append([mujoco.mj_geomDistance(model, data, g, h, 3.0, None) for g, h in pairs])
-            for (one, d), (other, e) in combinations(zip(places, np.array(there), strict=True), 2):
-                apart = np.minimum(d, e) > 0
-                bound = abs(one - other) * np.array([known.between(*pair) for pair in pairs])
-                assert (np.abs(d - e) <= bound + 1e-6)[apart].all()
-                tightest = max(tightest, float((np.abs(d - e) / np.maximum(bound, 1e-4))[apart].max(initial=0.0)))
-    assert tightest > 0.5  # it is not far too wide either
 
 
 def test_lines_found_free_are_free_on_a_fine_grid_for_coal() -> None:
