@@ -85,8 +85,11 @@ class Search(Struct, dict=True):
 
     def __post_init__(self) -> None:
         self.refuted: Conflict | None = None
-        """What it depends on that there is no further grounded state; None before that, and where a budget ended the search."""
+        """What it depends on that there is no further grounded state; None before that. Where a budget ended the search: what the failures
+        of the farthest task depend on, None if it did not fail, or if there was a grounded state."""
         self._planned = 0
+        self._farthest = 0  # task of the plan that was come to, from 1; the next number behind the last
+        self._failures: list[Conflict] = []  # of that task, one for each situation in which it was tried
         self._put_off: bool | None = False  # whether choices were gone past that may change a failure; None: none is
         self._nogoods = self.effort.nogoods
         relations = self.registry.owned("location_kinds", "name")
@@ -99,7 +102,7 @@ class Search(Struct, dict=True):
         others were.
         """
         self._planned = sum(isinstance(i, Action) for i in state.agenda)
-        self.refuted = None
+        self.refuted, self._farthest, self._failures = None, 0, []
         try:
             self.refuted = yield from self._descend(state, 0)
             if self._put_off:
@@ -108,9 +111,11 @@ class Search(Struct, dict=True):
                 self.refuted = yield from self._descend(state, 0)
         except BudgetSpent as spent:
             self.trace.spent(spent.budget, getattr(self.budget, spent.budget), str(spent))
+            self.refuted = frozenset().union(*self._failures) or None
 
     def _descend(self, state: State, parent: int) -> Below:
         if not state.agenda:
+            self._come_to(self._planned + 1)
             return self._failed(state, (yield state))
         item, behind = renewed(state.agenda[0], state), replace(state, agenda=state.agenda[1:])
         if isinstance(item, Effect):
@@ -121,7 +126,18 @@ class Search(Struct, dict=True):
             return (yield from self._descend(behind, parent))
         if isinstance(item, Motion) and item.to and item.to.name not in state.bindings:
             return (yield from self._descend(replace(state, agenda=(item.to, *state.agenda)), parent))
-        return (yield from self._choose(item, behind, parent))
+        if not isinstance(item, Action) or any(isinstance(i, Effect) for i in behind.agenda):
+            return (yield from self._choose(item, behind, parent))
+        number = self._come_to(self._planned - sum(isinstance(i, Action) for i in behind.agenda))
+        conflict = yield from self._choose(item, behind, parent)
+        self._failures += [conflict] if number == self._farthest else []
+        return conflict
+
+    def _come_to(self, number: int) -> int:
+        """Note that the tasks of the plan before one were done; return its number."""
+        if number > self._farthest:
+            self._farthest, self._failures = number, []
+        return number
 
     def _failed(self, state: State, conflict: Conflict | None) -> Conflict:
         """Remember that a grounded state failed; return the choices to blame, with a cap for those that are

@@ -107,8 +107,19 @@ class Knowledge:
         Raises:
             UserError: a library cannot be used, or has a name that another one or a plugin has.
         """
-        found: dict[str, ModelMaker] = dict(self.registry.named("object_models", "name"))
-        for path in self.registry.models:
+        return self._with_libraries(self.registry.named("object_models", "name"), self.registry.models)
+
+    def models_with(self, libraries: Iterable[Path]) -> Mapping[str, ModelMaker]:
+        """Return the object models with those of further libraries, as a scenario names them.
+
+        Raises:
+            UserError: as ``models``.
+        """
+        return self._with_libraries(self.models, (p for p in libraries if p not in self.registry.models))
+
+    def _with_libraries(self, models: Mapping[str, ModelMaker], libraries: Iterable[Path]) -> Mapping[str, ModelMaker]:
+        found = dict(models)
+        for path in libraries:
             for maker in self._library(path):
                 if maker.name in found:
                     raise UserError(

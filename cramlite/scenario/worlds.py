@@ -105,11 +105,12 @@ def build_world(
     relations: list[Relation] = []
     for thing in tuple(built.values()):
         built[thing.name] = _varied(scenario, thing, changes.get(thing.name), shifts, rng)
+    models = knowledge.models_with(map(scenario.resolve_path, scenario.spec.models))
     for spec in specs:
         place = scenario.where_thing(spec.name)
         if spec.name in built:
             raise UserError(f"{place}: two things are called '{spec.name}'; names must be unique.")
-        thing = _build(scenario, spec, changes.get(spec.name), built, knowledge.models, rng, place)
+        thing = _build(scenario, spec, changes.get(spec.name), built, models, rng, place)
         if thing.joint is not None and thing.joint.parent in shifts:  # what is mounted moves with what carries it
             thing = replace(thing, pose=shifts[thing.joint.parent] * thing.pose)
         if spec.name in changes and spec.at:

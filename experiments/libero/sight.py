@@ -41,7 +41,8 @@ def pictured(said: Mapping[str, Any], seed: int) -> View:
 
     rgb, steps = (np.asarray(Image.open(io.BytesIO(base64.b64decode(said[n])))) for n in ("rgb", "depth"))
     height, width = steps.shape
-    intrinsics = Intrinsics(*said["intrinsics"], width, height)
+    fx, fy, cx, cy = said["intrinsics"]
+    intrinsics = Intrinsics(fx, fy, cx, cy, width, height)
     depth = np.where(steps > 0, steps / 1e4, np.inf)
     place = np.eye(4)
     place[:3, :3], place[:3, 3] = np.reshape(said["rotation"], (3, 3)), said["position"]
@@ -80,9 +81,8 @@ def levelled(view: View) -> tuple[View, float]:
         if normal[2] < LEVEL:
             raise UserError(f"What the picture shows most of is no table: it slopes by {math.degrees(math.acos(normal[2])):.0f} deg.")
         axis = np.cross(normal, (0.0, 0.0, 1.0))
-        eye = view.camera.position
-        turn = Pose.from_rotvec((0, 0, 0), tuple(axis))
-        view = replace(view, camera=Pose(eye) * turn * Pose(tuple(-v for v in eye)) * view.camera)
+        there = Pose(view.camera.position)
+        view = replace(view, camera=there * Pose.from_rotvec((0, 0, 0), tuple(axis)) * there.inverse() * view.camera)
     points = view.world_cloud[view.valid].astype(float)
     height = float(np.median(points[np.abs(points[:, 2] - edges[int(counts.argmax())]) < THICK][:, 2]))
     return view, height

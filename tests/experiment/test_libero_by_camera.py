@@ -26,8 +26,7 @@ CUP = """<mujoco><worldbody><body name="main"><inertial pos="0 0 0" mass=".1" di
 <geom type="box" size=".03 .03 .04"/><geom type="sphere" size=".02" contype="0" conaffinity="0" group="1"/></body></worldbody></mujoco>"""
 CHEST = """<mujoco><compiler angle="radian"/><worldbody><body name="main" pos="0 0 .1"><geom type="box" size=".1 .1 .1"/>
 <body name="drawer"><joint name="slide" type="slide" axis="1 0 0" range="0 .2"/>
-<geom type="box" pos=".12 0 0" size=".01 .05 .02" mass=".2"/>
-</body></body></worldbody></mujoco>"""
+<geom type="box" pos=".12 0 0" size=".01 .05 .02" mass=".2"/></body></body></worldbody></mujoco>"""
 
 
 def part(name: str) -> ModuleType:

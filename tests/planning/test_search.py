@@ -15,7 +15,7 @@ from cramlite.base.seeds import derive_seed
 from cramlite.model import Action, Belief, Location, Object, RobotMount, World
 from cramlite.planning.budget import BudgetSpent
 from cramlite.planning.choice_point import CAPS
-from cramlite.planning.refutation import Later
+from cramlite.planning.refutation import Later, refutation
 from cramlite.planning.search import Search
 from cramlite.planning.state import State
 from cramlite.plugin import Context, UserError
@@ -400,6 +400,42 @@ def test_where_a_place_within_a_task_is_refused_the_task_is_tried_in_another_way
     trial = Trial(plugin("two_ways", f"BLOCKING = {blocking!r}\n{TWO_WAYS}"))
     assert len(trial.bindings(Action("1.Task", "x:Task"))) == 1
     assert trial.outcomes("1.Task", "chosen") == ["back first", "as it is"]
+
+
+NO_ROOM = """
+from cramlite.plugin import Decomposition, TaskType
+class Task(TaskType):
+    task = "x:Task"
+    def decompose(self, action, belief):
+        yield Decomposition((Location(action.inside("spot"), "at"),), "there")
+@hookimpl
+def task_types():
+    return [Task()]
+@hookimpl
+def resolve_location(location, belief, context):
+    if location.name.startswith("1.") or context.bindings["1.Task/spot"].thing == ROOM_AFTER:
+        yield from (Grounding(Stand(Pose(), str(k)), f"spot {k}", key=str(k)) for k in range(9))
+    else:
+        yield Refused("a spot", "no room", blocking=("tea",))
+"""
+
+
+@pytest.mark.parametrize(
+    ("room_after", "expansions", "solved", "says"),
+    [
+        ("never", 6, 0, ((2,), (("tea",),))),
+        ("never", 3, 0, None),  # the second task did not fail yet
+        ("2", 9, 9, None),  # what comes behind a grounded state says nothing of the tasks
+    ],
+)
+def test_a_spent_budget_still_says_in_which_task_it_failed_and_for_which_things(
+    room_after: str, expansions: int, solved: int, says: tuple[Any, Any] | None, plugin: Plugin
+) -> None:
+    body = f"ROOM_AFTER = {room_after!r}\n{NO_ROOM}"
+    trial = Trial(plugin("no_room", body), budget=Budget(expansions=expansions))
+    assert len(trial.bindings(Action("1.Task", "x:Task"), Action("2.Task", "x:Task"))) == solved
+    found = refutation(trial.search.refuted) if trial.search.refuted is not None else None
+    assert (found and (found.tasks, found.things)) == says
 
 
 # Declared relations

@@ -76,7 +76,8 @@ def test_what_is_not_there_is_asked_back(cell: Path, tmp_path: Path) -> None:
 
 @pytest.mark.heavy
 def test_a_scenario_is_perceived_with_its_library(cell: Path) -> None:
-    done = cramlite("perceive", written(cell, "put the rice box into the basket"), "--query", "on=counter", "--attributes", "model", "--json")
+    scenario = written(cell, "put the rice box into the basket")
+    done = cramlite("perceive", scenario, "--query", "on=counter", "--attributes", "model", "--json")
     assert done.returncode == 0, done.stderr
     models = {a["values"]["model"]["value"] for a in json.loads(done.stdout)["answers"] if "model" in a["values"]}
     assert models == {"oats_box", "rice_box", "salt_box"}

@@ -108,29 +108,21 @@ class Middles:
     def parts(self, bounds: Floats) -> list[Part]:
         """Return the parts, each with bounds of how far the joints from each one on move any point of each geom over a whole line.
 
-        Far from the axis u through a by |u x (p - a)| lies the geom's centre p, and any point of it by its bounding radius r more:
-        the lever. It grows by no more than the way G that the geom itself moves: G = sum_j (lever_j + G) w_j for joints that turn by
-        w_j. Together joints move no point farther than sum_j lever_j w_j; nor than |sum_j w_j u_j x (p - a_j)| + r |sum_j w_j u_j|,
-        with signs and in the middle, and half of the part times sum_j w_j sum_j lever_j w_j: no point's second derivative is more
-        than twice that.
+        The lever is the distance of the geom's centre p from the axis u through a, |u x (p - a)|, and its bounding radius. It grows by
+        no more than the way G that the geom itself moves: G = sum_j (lever_j + G) w_j for joints that turn by w_j.
 
         Args:
             bounds: bounding radius of each geom (geoms,) [m].
         """
         way, half = np.array([line.way for line, _, _ in self.lines]), np.array([(high - low) / 2 for _, low, high in self.lines])
-        rows, size, turn = self.movers.rows, np.abs(way)[:, None], (way[:, :, None] * self.axes).swapaxes(1, 2)[:, None]
-        turned, radius, half = self.movers.turned[rows], bounds[rows, None], half[:, None, None]
-        shift = _cross(turn, self.points[:, :, :, None] - self.anchors.swapaxes(1, 2)[:, None])
-        lever = turned * (np.sqrt(np.einsum("ngkj,ngkj->ngj", shift, shift)) + radius * size)
+        rows, size, half = self.movers.rows, np.abs(way)[:, None], half[:, None, None]
+        turned, radius = self.movers.turned[rows], bounds[rows, None]
+        off = _cross(self.axes.swapaxes(1, 2)[:, None], self.points[:, :, :, None] - self.anchors.swapaxes(1, 2)[:, None])
+        lever = turned * (np.sqrt(np.einsum("ngkj,ngkj->ngj", off, off)) + radius) * size
         grown = half * lever.sum(axis=2, keepdims=True) / (1.0 - half * size.sum(axis=2, keepdims=True))
-        later = np.tri(way.shape[1])  # the sum over each joint and those after it
-        each = (lever + grown * turned * size) @ later
-        both = (np.concatenate([shift, np.broadcast_to(turn, shift.shape)], axis=2) * turned[:, None]) @ later
-        middle = np.sqrt((both * both).reshape(*shift.shape[:2], 2, 3, -1).sum(axis=3))
-        near = middle[:, :, 0] + radius * middle[:, :, 1] + half * (size @ later) * each
         moves = np.zeros((len(way), len(bounds), way.shape[1] + 1))
-        moves[:, rows, :-1] = np.minimum(each, near)
-        most = moves.max(axis=(1, 2)).tolist()
+        moves[:, rows, :-1] = (lever + grown * turned * size) @ np.tri(way.shape[1])  # of each joint and those after it
+        most = moves[:, :, 0].max(axis=1).tolist()
         return [Part(*line, Rates(m, self.movers.beyond, t)) for line, m, t in zip(self.lines, moves, most, strict=True)]
 
 

@@ -143,9 +143,9 @@ class PlanningScene(Value):
         return self.path_free((a, b))
 
     def path_free(self, points: Sequence[Position]) -> bool:
-        """Check whether the straight joint-space lines between positions are free, the first of which is; the last one
+        """Check whether the straight joint-space lines between positions are free, the first of which is; their ends
         first, then long intervals."""
-        if not self.free(points[-1]) or not all(map(self._inside, points[1:-1])):
+        if not all(map(self.free, points[1:])):
             return False
         rest = deque(self._parts([JointLine(a, b) for a, b in pairwise(points)]))
         while rest:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import combinations
+
 import mujoco
 import numpy as np
 import pytest
@@ -209,16 +211,17 @@ def test_no_pair_comes_nearer_on_a_part_of_a_line_than_its_bound_says() -> None:
     moved = np.argwhere(np.triu(place.need) > 0).tolist()
     for a, b in rng.uniform(-2, 2, (12, 2, 6)):
         for line, low, high, known in place._parts([JointLine(a, b)])[::3]:
-            middle, half = (low + high) / 2, (high - low) / 2
             pairs = [tuple(moved[k]) for k in rng.choice(len(moved), 25, replace=False)]
             there = []
-            for at in (middle, low, high, *rng.uniform(low, high, 2)):
+            places = [(low + high) / 2, low, high, *rng.uniform(low, high, 2)]
+            for at in places:
                 place.tcp(line.at(at))
                 there.append([mujoco.mj_geomDistance(model, data, g, h, 3.0, None) for g, h in pairs])
-            for (g, h), first, *others in zip(pairs, *there, strict=True):
-                bound = half * known.between(g, h)
-                assert first < 0 or max(abs(first - d) for d in others if d > 0 or d < first) <= bound + 1e-6, (g, h)
-                tightest = max(tightest, max(first - d for d in others) / bound if first > 0 and bound > 0 else 0.0)
+            for (one, d), (other, e) in combinations(zip(places, np.array(there), strict=True), 2):
+                apart = np.minimum(d, e) > 0
+                bound = abs(one - other) * np.array([known.between(*pair) for pair in pairs])
+                assert (np.abs(d - e) <= bound + 1e-6)[apart].all()
+                tightest = max(tightest, float((np.abs(d - e) / np.maximum(bound, 1e-4))[apart].max(initial=0.0)))
     assert tightest > 0.5  # it is not far too wide either
 
 

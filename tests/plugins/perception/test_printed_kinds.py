@@ -11,12 +11,14 @@ from helpers.as_a_user import cramlite
 from helpers.printed_box import printed_box
 
 from cramlite import Engine
-from cramlite.model import Camera, Intrinsics, Pose, Thing, World, replace
+from cramlite.model import Camera, Intrinsics, Pose, Thing, View, World, replace
 from cramlite.perception.active_perception import ask
 from cramlite.perception.query import parse_query
 from cramlite.perception.result import Perceived
 from cramlite.plugin import UNKNOWN
 from cramlite_plugins.objects.products_and_fixtures import make
+from cramlite_plugins.perception.kinds.agreement import Picture, edged
+from cramlite_plugins.perception.kinds.appearance import appearance_of
 from cramlite_plugins.simulation.camera.depth_camera import look
 
 SIZE = (0.07, 0.045, 0.11)
@@ -47,15 +49,19 @@ def standing(engine: Engine, kind: str, x: float, y: float, yaw: float) -> Thing
     return engine.knowledge.models[kind].make(name=f"a_{kind}", pose=pose)
 
 
-def perceived(engine: Engine, *things: Thing, seed: int = 1) -> Perceived:
-    """What a noisy picture of things on a table from 0.7 m away is taken for."""
+def pictured(*things: Thing, seed: int = 1) -> View:
+    """A noisy picture of things on a table from 0.7 m away."""
     eye, target = np.array((1.0, 0.0, 0.55)), np.array((0.45, 0.0, 0.05))
     camera = Camera(Pose.from_axes(tuple(eye), target - eye, np.cross(target - eye, (0, 0, 1))), intrinsics=CAMERA)
     table = make("table", "table", Pose((0.45, 0, 0)), {})
-    view = look(World((table, *things)), {}, camera, seed=seed)
+    return look(World((table, *things)), {}, camera, seed=seed)
+
+
+def perceived(engine: Engine, *things: Thing, seed: int = 1, fixtures: tuple[Thing, ...] = ()) -> Perceived:
+    """What such a picture is taken for."""
     knowledge = engine.knowledge
-    query = replace(parse_query("", knowledge.taxonomy, knowledge.experts), wanted=("type", "pose", "model"))
-    return ask(query, view, (), knowledge)
+    query = replace(parse_query("", knowledge.taxonomy, knowledge.experts), wanted=("type", "pose", "model", "instance"))
+    return ask(query, pictured(*things, seed=seed), fixtures, knowledge)
 
 
 def answered(found: Perceived) -> dict[str, Pose]:
@@ -117,9 +123,52 @@ def test_doubtful_kinds_come_with_probabilities(engine: Engine) -> None:
     assert kinds.confidence + sum(o.confidence for o in kinds.others) == pytest.approx(1.0, abs=0.05)
 
 
+def test_a_thing_is_called_after_its_kind_where_the_class_tells_no_kind(engine: Engine) -> None:
+    (percept,) = perceived(engine, standing(engine, "carton_3", 0.45, 0.0, 30)).answers
+    assert percept.value("instance") == "carton_3_1"
+
+
+@pytest.mark.heavy
+def test_furniture_that_the_map_has_is_no_thing(engine: Engine) -> None:
+    post = make("block", "post", Pose((0.42, -0.12, 0.06)), {"size": (0.06, 0.06, 0.12)})
+    carton = standing(engine, "carton_5", 0.46, 0.06, 40)
+    unmapped, mapped = perceived(engine, post, carton), perceived(engine, post, carton, fixtures=(post,))
+    assert sum(p.value("type") == UNKNOWN for p in unmapped.answers) == 1
+    assert [p.value("model") for p in mapped.answers] == ["carton_5"]
+
+
+def test_a_thing_ends_at_an_edge_and_a_piece_of_a_face_does_not(engine: Engine) -> None:
+    carton = standing(engine, "carton_3", 0.45, 0.0, 20)
+    own = appearance_of(engine.knowledge.models["carton_3"].make(name="carton_3", pose=Pose()))
+    wall = make("block", "wall", Pose((0.40, 0.0, 0.15)), {"size": (0.02, 0.5, 0.3)})
+    front = replace(carton, pose=Pose((0.41 - SIZE[0] / 2, 0.0, 0.15)))
+    there, nowhere = Picture.of(pictured(carton)), Picture.of(pictured(wall))
+    whole = np.ones(there.view.depth.shape, bool)
+    assert edged(there, whole, own, carton.pose) > 0.5 > edged(nowhere, whole, own, front.pose)
+
+
+@pytest.mark.heavy
+def test_nothing_is_recognised_within_furniture(engine: Engine) -> None:
+    carton = standing(engine, "carton_5", 0.46, 0.06, 40)
+    around = make("block", "around", Pose((carton.pose.position[0] - 0.06, 0.06, 0.06)), {"size": (0.16, 0.3, 0.2)})
+    assert answered(perceived(engine, carton)).keys() == {"carton_5"}
+    assert not answered(perceived(engine, carton, fixtures=(around,)))
+
+
 def test_without_a_print_segmentation_is_as_before(engine: Engine) -> None:
     plain = Engine()
     tea = plain.knowledge.models["tea_box"].make(name="tea", pose=Pose((0.45, 0, 0.065)))
     found = perceived(plain, tea)
     assert [p.value("type") for p in found.answers] == ["cram:TeaBox"]
     assert "printed_things" not in {r.expert for r in found.runs}
+
+
+@pytest.mark.heavy
+def test_the_robot_itself_is_no_thing(engine: Engine) -> None:
+    view = pictured(standing(engine, "carton_3", 0.45, 0.0, 20))
+    knowledge = engine.knowledge
+    query = replace(parse_query("", knowledge.taxonomy, knowledge.experts), wanted=("type", "pose", "model"))
+    somewhere, there = (np.full(view.depth.shape, np.nan) for _ in range(2))
+    there[:] = view.depth + 0.055  # so far behind that no pixel is cut out as the robot's own, and within the carton
+    assert answered(ask(query, view, (), knowledge, robot=somewhere)).keys() == {"carton_3"}
+    assert not answered(ask(query, view, (), knowledge, robot=there))

@@ -21,6 +21,8 @@ EVEN = 0.03
 """Weight of an even light, as a share of the print's: what one side shows does not tell a lamp."""
 OFF = 0.16
 """Mean difference of a channel, of full scale, at which nothing agrees: the grey of a print against its black."""
+TWICE, GRAIN = 2.0, 0.008
+"""A picture that one plain colour explains more than so much better does not show a print; noise of a smoothed channel, of full scale."""
 FEW = 25
 """Points below which a pose shows too little to be judged by colour."""
 
@@ -99,10 +101,17 @@ def _agreement(picture: Picture, mask: Mask, seen: Floats, normals: Floats, prin
     if near.sum() < FEW:
         return 0.0
     shown, own = picture.rgb[row[near], column[near]].astype(float), printed[inside][near]
-    lit = _light(shown, own, normals[inside][near])[:, None] * own
+    off = _off(shown, own, normals[inside][near])
+    plain = _off(shown, np.broadcast_to(shown.mean(axis=0), shown.shape), normals[inside][near])
+    better = TWICE * (plain.mean() + GRAIN) / (off.mean() + GRAIN)
+    return float(np.clip(1.0 - off / OFF, 0.0, 1.0).mean() * min(1.0, better))
+
+
+def _off(shown: Floats, own: Floats, normals: Floats) -> Floats:
+    """Mean difference of the channels (N,), of full scale, between a picture and a print in the light that explains it best."""
+    lit = _light(shown, own, normals)[:, None] * own
     shade = np.clip((shown * lit).sum(axis=1) / np.maximum((lit * lit).sum(axis=1), 1.0), *SHADE)
-    off = np.abs(shown - shade[:, None] * lit).mean(axis=1) / 255.0
-    return float(np.clip(1.0 - off / OFF, 0.0, 1.0).mean())
+    return np.asarray(np.abs(shown - shade[:, None] * lit).mean(axis=1) / 255.0)
 
 
 def _light(shown: Floats, own: Floats, normals: Floats) -> Floats:

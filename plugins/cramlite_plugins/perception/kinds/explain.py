@@ -47,7 +47,7 @@ def explained(inputs: Inputs) -> Mapping[str, Any]:
         raise Unresolvable("no known model has a print")
     view, cloud = inputs["view"], inputs["cloud"]
     front = cloud.mask & ~_surroundings(inputs, known)
-    scene = Scene(Picture.of(view), cloud.points, tuple(known), inputs.parameters, tuple(inputs["fixtures"]))
+    scene = Scene(Picture.of(view), cloud.points, tuple(known), inputs.parameters, tuple(inputs["fixtures"]), inputs.get("robot"))
     parts = interpreted(scene, front)
     if not parts:
         raise Unresolvable(f"nothing stands out from the background: {int(front.sum())} pixels in front of it")
@@ -169,6 +169,8 @@ def experts() -> Iterable[Expert]:
         Parameter("gain", 0.05, "by which several things must explain more than one"),
         Parameter("within_m", 0.022, "shapes are drawn up to 20 mm into what they stand on; what is deeper inside of it cannot be there"),
         Parameter("within", 0.1, "of a model's surface that deep inside of furniture"),
+        Parameter("robot_m", 0.05, "depth noise at a metre, links drawn simpler than they are"),
+        Parameter("robot", 0.3, "of a model's surface that near to the robot's own"),
         Parameter("edged", 0.5, "of the outline of one of several things that touch: faces of two may be alike for a part of it"),
         Parameter("owns_m", 0.003, "beside what depth noise explains"),
         Parameter("small", 1500, "pixels: a carton at 0.9 m; larger parts are explained by chance less often"),
@@ -182,7 +184,7 @@ def experts() -> Iterable[Expert]:
         Expert("appearances", "surface, colours and usual attitudes of each known model", ("models",), ("appearances",), appearances,
                cost_ms=5.0),
         Expert("printed_things", "things that known models with prints explain", ("view", "cloud", "planes", "appearances", "fixtures"),
-               (SEGMENTS, "explanations"), explained, cost_ms=1500.0, parameters=parameters),
+               (SEGMENTS, "explanations"), explained, uses=("robot",), cost_ms=1500.0, parameters=parameters),
         Expert("printed_kind", "the model that explains it, by shape and print", ("segment", "explanations", "models"),
                ("type", "candidates", "hypotheses"), kind, "object", domains={"type": types}, cost_ms=0.1),
     ]  # fmt: skip

@@ -65,13 +65,15 @@ class Part(Value, eq=False):
 
 
 class Scene(Value, eq=False):
-    """Input of interpretation: the picture, points (height, width, 3) in the world [m], appearances, limits, and furniture."""
+    """Input of interpretation: the picture, points (height, width, 3) in the world [m], appearances, limits, furniture, and the depth
+    (height, width) at which the robot would be seen, NaN beside it [m]."""
 
     picture: Picture
     points: Floats
     appearances: tuple[Appearance, ...]
     limits: Mapping[str, float]
     fixtures: tuple[Thing, ...] = ()
+    robot: Floats | None = None
 
 
 def interpreted(scene: Scene, front: Mask) -> list[Part]:
@@ -228,8 +230,10 @@ def read(scene: Scene, mask: Mask, ranked: Sequence[Reading]) -> Part:
 
 
 def _beside(scene: Scene, reading: Reading) -> bool:
-    """Whether a model at a pose is beside furniture whose place is known, not within it."""
+    """Whether a model at a pose is beside furniture whose place is known, and beside the robot, not within them."""
     points = reading.pose.apply(reading.appearance.surface.points[::10])
+    if scene.robot is not None and _on_robot(scene, points) > scene.limits["robot"]:
+        return False
     return all(float((depth_within(points, t) > scene.limits["within_m"]).mean()) < scene.limits["within"] for t in scene.fixtures)
 
 
@@ -365,3 +369,14 @@ def _claimed(scene: Scene, part: Part) -> Part:
     own = np.zeros(mask.shape, bool)
     own[mask] = away < scene.limits["owns_m"] + tolerance(view.depth[mask])
     return Part(own if own.any() else mask, part.readings)
+
+
+def _on_robot(scene: Scene, points: Floats) -> float:
+    """Share of points of the world that are where the camera would see the robot itself."""
+    view = scene.picture.view
+    seen = view.camera.inverse().apply(points)
+    column, row = np.rint(np.nan_to_num(view.intrinsics.project(seen), nan=-1.0)).astype(int).T
+    inside = (column >= 0) & (row >= 0) & (column < view.intrinsics.width) & (row < view.intrinsics.height)
+    away = np.full(len(points), np.inf)
+    away[inside] = np.abs(scene.robot[row[inside], column[inside]] - seen[inside, 2]) if scene.robot is not None else np.inf
+    return float((np.nan_to_num(away, nan=np.inf) < scene.limits["robot_m"]).mean())
