@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 from msgspec.structs import replace
 
-from cramlite.model import Belief, EntityName, Late, Object, Remedy, Thing
+from cramlite.model import Belief, EntityName, Late, Object, Remedy, Thing, thing_of
 from cramlite.plugin import Answers, Context, Grounding, Refused, hookimpl
 
 from ..motion_planning.too_far import too_far
@@ -40,6 +40,9 @@ def _entities(wanted: Object, belief: Belief, context: Context) -> list[str]:
 
 def _grounded(entity: str, wanted: Object, belief: Belief, context: Context) -> Grounding | Refused:
     """Checks in order; the further a candidate comes, the nearer it was."""
+    there = [t.name for t in belief.world.things]
+    if thing_of(entity) not in there:  # it was taken away since the task was given
+        return Refused(entity, f"it is not in the believed world, which has {', '.join(there) or 'nothing'}", blocking=())
     fit = _fit(entity, wanted, belief, context)
     if isinstance(fit, Refused):
         return fit
