@@ -16,7 +16,7 @@ from msgspec.structs import replace
 
 from ..base.errors import NoSolution, Unresolvable, UserError
 from ..base.value import Value
-from ..model.designator_name import task_of
+from ..model.designator_name import freed_name, is_part_of, task_of
 from ..model.designators import Action
 from ..model.fault import FaultKind
 from ..model.readings import Deviation, Notice
@@ -325,7 +325,7 @@ class GoingOn:
             return
         yield replace(plan, actions=actions[at:])
         parts = self._parts(actions[at]) if isinstance(actions[at], Action) else ()
-        first = next((k for k, p in enumerate(parts) if self.step.startswith(f"{p.name}/")), 0)
+        first = next((k for k, p in enumerate(parts) if is_part_of(self.step, p.name)), 0)
         rests = [(*parts[k:], *actions[at + 1 :]) for k in (first, first + 1) if k < len(parts)]
         yield from (replace(plan, actions=tuple(_renamed(a) for a in rest)) for rest in (*rests, actions[at + 1 :]) if rest)
 
@@ -360,8 +360,7 @@ class GoingOn:
 
 def _renamed(item: Action) -> Action:
     """Task with the name of one that is no part."""
-    whole, _, own = item.name.rpartition("/")
-    return replace(item, name=f"{whole.partition('.')[0]}.{own}") if whole else item
+    return replace(item, name=freed_name(item.name))
 
 
 def _stopped(number: int, notice: Notice | None, decision: str) -> str:

@@ -30,3 +30,9 @@ def enclosing_names(name: str) -> Iterator[str]:
     while name:
         yield name
         name = name.rpartition(BETWEEN)[0]
+
+
+def freed_name(name: str) -> str:
+    """Return the name that a part of a task has as a task of its own: "3.Placing" for "3.PickAndPlace/Placing"; others keep theirs."""
+    whole, _, own = name.rpartition(BETWEEN)
+    return f"{whole.partition('.')[0]}.{own}" if whole else name

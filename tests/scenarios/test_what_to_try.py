@@ -28,7 +28,7 @@ TRAY = "  - {name: tray, model: table, at: {position: [1.4, 0, 20 mm]}, with: {s
 PLATE = "  - {name: plate, model: table, at: {position: [0.5, -0.2, 0.15]}, with: {size: [60 mm, 60 mm, 20 mm]}}\n"
 POST = "  - {name: post, model: table, at: {position: [0.5, -0.2, 0.21]}, with: {size: [50 mm, 50 mm, 100 mm]}}\n"
 SHELF = """<mujoco><worldbody><body name="shelf" pos="0.6 0 0.2">
-  <geom type="box" size="0.12 0.2 0.01"/><geom type="box" size="0.12 0.2 0.45" pos="0 0 0.55"/>
+  <geom type="box" size="0.12 0.2 0.01"/><geom type="box" size="0.12 0.2 0.48" pos="0 0 0.52"/>
 </body></worldbody></mujoco>"""
 FAR = HEAD.format(wanted="goal: [red on blue, green on tray]") + RED + BLUE + GREEN + TRAY
 REACH = "'tray' is 0.24 m out of reach of arm 'ur5e': move it at least so much nearer, or the robot ('robot: {at: ...}')"
@@ -59,7 +59,7 @@ FAILING = {
     ),
     "an opening too low": (
         _with("goal: [red on shelf]\nworld: {file: shelf.xml, types: {shelf: cram:Shelf}}", _red("size: [40 mm, 40 mm, 100 mm]", 55)),
-        "the opening of 'shelf' is 90 mm high, 'red' needs 120 mm",
+        "the opening of 'shelf' is 30 mm high, 'red' needs 120 mm",
     ),
     "no such thing": (
         _with("tasks: [{task: Grasping, Patient: bottle}]\nobjects: {bottle: {types: [soma:Bottle]}}", RED),
