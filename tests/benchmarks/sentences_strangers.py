@@ -2,9 +2,9 @@
 
     python tests/benchmarks/sentences_strangers.py [--sentences FILE] [--figure NAME --seen no|yes]
 
-The sentences (sentences_strangers.yaml; a second hundred in sentences_second.yaml) are about shipped scenarios, and were written by
-people who had not read the grammar. On and in mean the same, as goals have it, `off` is `not on`, and a class of things is all their names. What is
-read besides the goal counts as a miss.
+The sentences (sentences_strangers.yaml; a second hundred in sentences_second.yaml) are about shipped scenarios, by people who had not
+read the grammar. On and in mean the same, as goals have it, `off` is `not on`, and a class of things is all their names. What is read
+besides the goal counts as a miss.
 """
 
 from __future__ import annotations
