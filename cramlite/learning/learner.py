@@ -185,7 +185,7 @@ def _tells(language: Language, one: Literal, change: Literal) -> bool:
 
 
 def _classes(taxonomy: Taxonomy, shown: Tables, cast: Cast) -> Iterator[Literal]:
-    """Classes that the fillers of a role have in common, or their parts."""
+    """Classes that the fillers of a role, or parts of these, have in common."""
     for predicate in shown.language.predicates.values():
         for role in range(cast.roles if predicate.classes else 0):
             shared: set[str] | None = None

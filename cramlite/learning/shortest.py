@@ -20,7 +20,7 @@ TIE = 1e-5
 
 
 class Group(Value, eq=False):
-    """Fillings that are told as one exception, if they are not all refuted.
+    """Bindings that count as one exception, unless all of them are refuted.
 
     Args:
         refuted: for each filling the conditions that refute it, as bits of a whole number.

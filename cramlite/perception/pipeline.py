@@ -111,7 +111,7 @@ class _Planner(Struct, dict=True):
         return self._costs.get(output, INFINITE)
 
     def _needs(self, expert: Expert) -> tuple[str, ...]:
-        """Inputs of a provider; for a part of one object also those of the segmentation."""
+        """Inputs of a provider; the segments, too, if it looks at one object."""
         extra = () if expert.scope == "view" else (SEGMENTS,)
         return tuple(dict.fromkeys((*extra, *(i for i in expert.inputs if i not in (SEGMENT, OBJECTS)))))
 

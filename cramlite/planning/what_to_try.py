@@ -74,7 +74,7 @@ def _candidates(entries: Sequence[Entry]) -> Iterator[list[Entry]]:
 
 
 def _distinct(entries: Iterable[Entry]) -> Iterator[Entry]:
-    """Each refusal once: the search asks the same in several rounds and candidates. Of programs each was another."""
+    """Each refusal once, since several rounds and candidates give the same; those of programs all, since each is of another program."""
     found: dict[tuple[str, str, str, int], Entry] = {}
     for e in entries:
         found.setdefault((e.designator, e.text, e.reason, e.number if e.kind == "proof" else 0), e)

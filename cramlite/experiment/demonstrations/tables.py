@@ -220,7 +220,7 @@ def area_under_curve(cases: Sequence[tuple[float, bool]]) -> tuple[float, float,
     others = (n + m) / 2 - 1
 
     def beyond(true: float) -> float:
-        """Squared distance of the observed area from a true one, beyond its standard error."""
+        """Squared distance of the observed area from an assumed true one, less Z^2 times the variance that this would have."""
         variance = true * (1 - true) * (1 + others * (1 - true) / (2 - true) + others * true / (1 + true)) / (n * m)
         return (true - area) ** 2 - Z**2 * variance
 

@@ -266,7 +266,7 @@ def _self_motion(robot: Robot, q: Joints, way: Floats) -> Floats:
 
 
 def _from_root(robot: Robot, target: Pose) -> Pose:
-    """The flange in frame 0 of the table where the tcp is at a pose in the base frame."""
+    """Pose of the flange in frame 0 of the Denavit-Hartenberg table, for a pose of the TCP in the base frame."""
     return robot.root.inverse() * target * robot.gripper.tcp.inverse()
 
 

@@ -83,7 +83,7 @@ def _inside(local: Floats, size: Mapping[str, float]) -> bool:
 
 
 def _to_others(number: int, objects: Sequence[Mapping[str, Judged]], camera: Any) -> Iterator[Fact]:
-    """Beside: further apart in one direction than across it, and no further than three times the nearest width."""
+    """Directions to the others within 0.4 m in the image plane: the axis along which they are further apart."""
     import numpy as np
 
     own = _centre(objects[number - 1], camera)

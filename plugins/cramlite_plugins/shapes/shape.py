@@ -131,7 +131,7 @@ def _simplified(mesh: Any) -> tuple[Any, tuple[str, ...]]:
 
 
 def _unless_all_hole(geoms: tuple[Geom, ...]) -> tuple[Geom, ...]:
-    """Parts of a ring or tube without the label of its hole: something must be gripped."""
+    """Parts of a shape; where most of it is labelled as a hole, as of a ring, none is: something must be gripped."""
     from .convex import hull_volume
 
     volumes = [hull_volume(g.corners) for g in geoms]

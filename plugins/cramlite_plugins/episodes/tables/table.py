@@ -50,7 +50,7 @@ class Table(Value):
         return self.columns[name]
 
     def numbers(self, name: str, wanted: str, gaps: frozenset[str] = frozenset()) -> Floats:
-        """Return a column as numbers (N,), NaN where the cell is empty and ``gaps`` has "empty", or "nan" and that.
+        """Return a column as numbers (N,), NaN where a cell is empty or "nan" and ``gaps`` has "empty" or "nan".
 
         Raises:
             UserError: there is no such column, or a cell is no number; names the line.

@@ -139,8 +139,8 @@ def leaning(query: Query, now: Pose) -> Iterator[Pose]:
 
 
 def _starts(query: Query, now: Pose) -> Iterator[Pose]:
-    """Attitudes that lean over the payload's narrow side, at positions across its opening; the nearest to its
-    middle first."""
+    """Poses of the payload tilted over its narrow side, at positions across the target's opening; those nearest
+    to the middle of the opening first."""
     for upright, lean, sign in product(along_walls(query, now), LEANS, (1.0, -1.0)):
         low, high = extent(query, upright)
         narrow = int(np.argmin((high - low)[:2]))

@@ -33,7 +33,7 @@ class Explanation(Value, eq=False):
 
 
 def explained(inputs: Inputs) -> Mapping[str, Any]:
-    """Segment a picture by explaining it with known models, where some have a print.
+    """Segment a picture by explaining it with known models, some of which have a printed texture.
 
     Raises:
         Unresolvable: no known model has a print, or nothing stands out.
