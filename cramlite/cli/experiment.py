@@ -76,7 +76,7 @@ def _order(arguments: argparse.Namespace, trials: Trials, name: str) -> Order:
 
 
 def _plugins(arguments: argparse.Namespace) -> PluginChoice:
-    """Plugins, wherever a worker runs."""
+    """Chosen plugins, files with absolute paths, so that a worker finds them from any folder."""
     chosen = plugin_choice(arguments)
     return replace(chosen, files=tuple(p.resolve() for p in chosen.files))
 

@@ -170,7 +170,7 @@ class ProvenRuns:
 
 
     def go_on(self, name: str, say: Say) -> tuple[list[Moment], str]:
-        """Run a proven program in the world that its scenario declares, watched, and go on with what is proven where that changes.
+        """Run a proven program, watched, in its scenario's world; after a deviation prove the rest from there, and run that.
 
         Returns:
             Its time line, which is written into its run, too; and why it could not go on, "" where it came to its end.

@@ -54,8 +54,7 @@ def unknown_body(name: str, points: Points) -> Thing:
 
 
 def share_shown(points: Points, depth: Depth, camera: Pose, intrinsics: Intrinsics) -> float:
-    """Return the share of points (n, 3) [m] that a camera would show by a depth image without errors [m], from a pose of the optical
-    frame; NaN in it is the distance."""
+    """Return the share of points (n, 3) [m] that a noiseless depth image [m] shows from an optical frame's pose; NaN is infinitely far."""
     far = np.where(np.isnan(depth), np.inf, depth)
     return float(_shown(points, far, camera, intrinsics).mean()) if len(points) else 0.0
 

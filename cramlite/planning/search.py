@@ -241,7 +241,7 @@ class Search(Struct, dict=True):
 
 
 def _needed_by(item: Designator, state: State) -> dict[str, int]:
-    """First and last task of the plan that has an item before all tasks in a role."""
+    """Numbers of the first and the last task with an item in a role; the item is chosen before all tasks."""
     actions = [i for i in state.agenda if isinstance(i, Action)]
     tasks = [k for k, action in enumerate(actions, 1) if item.name in {o.name for o in action.roles.values()}]
     return {"first_task": tasks[0], "last_task": tasks[-1]} if tasks else {}

@@ -196,7 +196,7 @@ class Registry(Struct, dict=True):
                 yield from getattr(point.load(), hook)()
 
     def unheard(self, hook: str) -> Iterator[Fault]:
-        """Yield the faults that kept plugins from declaring under a hook, after that was collected."""
+        """Yield the faults that kept plugins from declaring under a hook; complete only once that hook was collected."""
         lost = {f.plugin for f in self.faults if f.hook == "import"}
         would = {p.name for p in entry_points() if p.name in lost and p.defines(hook)} if lost else set()
         for fault in self.faults:

@@ -57,7 +57,7 @@ class Miss(Value):
 
 
 def name_is(recorded: str, asked: str) -> bool:
-    """Check whether a name of a record is the asked one: the whole of it, or the very part."""
+    """Check whether a recorded name is the asked part or, where a whole thing is asked, that thing or any part of it."""
     name = EntityName.parse(asked)
     wanted = EntityName(EFFECTOR if name.thing == HAND else name.thing, name.part)
     return recorded == str(wanted) or (not wanted.part and thing_of(recorded) == wanted.thing)

@@ -152,8 +152,10 @@ def _centred(rim: Rim, at: Pose, pose: Pose, tips: float) -> tuple[Rim, Pose]:
 
 
 def _swing(rim: Rim, pose: Pose, at: Pose) -> Swing:
-    """Swing of a plate from lying to flat between the pads, the slope up along the hand; the rim's lower edge
-    keeps its height on the pads."""
+    """Swing of a plate in the hand, from how it lies until its rim is flat between the pads, the outer end to the palm.
+
+    That end comes as far up the pads as the rim's lower edge was.
+    """
     end, hand = rim.middle + rim.half * rim.up, at.inverse()
     up, lies = hand.rotate(rim.up), hand * pose
     angle = math.atan2(float(np.cross(up, (0.0, 0.0, -1.0))[0]), float(-up[2]))  # about the hand's x, which is level

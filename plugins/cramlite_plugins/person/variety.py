@@ -80,7 +80,7 @@ def step_back(person: Performer, scene: Scene) -> None:
 
 
 def _come(person: Performer, scene: Scene, grasp: Pose, own: Habits) -> None:
-    """Until the hand holds the object."""
+    """Perform the acts until the hand holds the object, with the drawn habits: reach, close, pause."""
     draw_pace_and_tremor(person)
     if own.other_hand == "busy":
         be_busy(person, scene)

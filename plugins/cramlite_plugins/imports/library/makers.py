@@ -65,4 +65,4 @@ def _read(file: Path) -> Thing:
     try:
         return json.decode(file.read_bytes(), type=Thing)
     except (OSError, DecodeError) as error:
-        raise UserError(f"'{file}' is no kind of a library ({error}); add its folder again.") from error
+        raise UserError(f"'{file}' cannot be read as a library's model ({error}); add its folder again.") from error

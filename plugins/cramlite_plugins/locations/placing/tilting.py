@@ -183,7 +183,7 @@ def toppling(asked: list[Query]) -> Groups:
                 none = False
                 yield iter([(query, _foot_in(query, shift(leaning, (0.0, 0.0, KEPT)), lies, out, name))])
     if none:
-        yield Refused("toppling", "no foot of it is far enough in where it would topple")
+        yield Refused("toppling", "released leaning out, it would nowhere topple and lie with its origin in the region")
 
 
 def _foot_in(query: Query, leaning: Pose, lies: Pose, out: Floats, name: str) -> Placement:
