@@ -16,6 +16,7 @@ from ..base.process_group import end_group
 from ..base.pulse import ASKED, checkpoint, working
 from ..base.value import Value
 from .pddl import PddlText
+from .translator_room import is_full
 
 PACKAGE = "up-fast-downward"
 SHORT = ("--evaluator", "h=ff()", "--search", "lazy_wastar([h],preferred=[h],w=2)")
@@ -41,6 +42,9 @@ TRANSLATOR_ROOM = "1G"
 
 LONGEST = 600.0
 """After which a planner that has found nothing is ended [s]."""
+
+LOOK, STUCK = 1.0, 3
+"""A translator's memory is looked at so often [s]; it is taken for used up after more looks in a row than this."""
 
 SOLVED, UNSOLVABLE, FULL, TOO_LARGE = range(4), (10, 11, 12), 22, 20
 """Exit codes: a plan was found; there is none, by the translator, by the search, or none was found; ``ROOM`` was used up, or that
@@ -158,12 +162,17 @@ def _driver() -> Path:
 
 
 def _wait(process: subprocess.Popen[bytes], began: float) -> int | None:
-    """The exit code; None where it was ended here, since it took too long."""
+    """The exit code, also that of a translator whose memory stays used up; None where it was ended here, since it took too long."""
+    full, looked = 0, began
     try:
-        while time.monotonic() - began < LONGEST:
+        while (now := time.monotonic()) - began < LONGEST:
             with contextlib.suppress(subprocess.TimeoutExpired):
                 return process.wait(ASKED)
             checkpoint()
+            if now - looked > LOOK:
+                full, looked = full + 1 if is_full(process.pid, TRANSLATOR_ROOM) else 0, now
+            if full > STUCK:
+                return TOO_LARGE
         return None
     finally:
         _end(process)

@@ -74,6 +74,34 @@ def test_a_problem_too_large_for_its_translator_is_refused_with_what_to_try(monk
         fast_downward(grid(40))
 
 
+STUCK = """
+import resource, sys, time
+resource.setrlimit(resource.RLIMIT_AS, (200 << 20, 200 << 20))
+kept, size = [], int(sys.argv[2]) << 20
+try:
+    while size:
+        kept.append(bytearray(1 << 16))
+        size -= 1 << 16
+except MemoryError:
+    pass
+print("made", flush=True)
+time.sleep(60)
+"""
+"""A process that takes so many megabytes [MB], or all that it may have, and then goes on without end."""
+
+
+@pytest.mark.skipif(sys.platform in ("darwin", "win32"), reason="neither limits memory")
+@pytest.mark.parametrize(("size", "code"), [(20, None), (400, symbolic_planner.TOO_LARGE)])
+def test_a_translator_that_goes_on_without_memory_is_ended(size: int, code: int | None, monkeypatch: pytest.MonkeyPatch) -> None:
+    for name, value in (("TRANSLATOR_ROOM", "200M"), ("LOOK", 0.05), ("LONGEST", 1.0 if code is None else 60.0)):
+        monkeypatch.setattr(symbolic_planner, name, value)
+    command = [sys.executable, "-c", STUCK, "fast_downward.translate", str(size)]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, start_new_session=True) as process:
+        assert process.stdout is not None and process.stdout.readline() == b"made\n"
+        assert symbolic_planner._wait(process, time.monotonic()) == code
+        assert process.returncode is not None
+
+
 PARENT = """
 import signal
 signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background jobs ignore it

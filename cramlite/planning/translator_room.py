@@ -1,0 +1,31 @@
+"""Memory of Fast Downward's translator, as Linux tells it while the translator runs."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+from pathlib import Path
+
+UNITS = {"K": 10, "M": 20, "G": 30}
+"""Suffix of a size -> power of two."""
+LEFT = 1 << 20
+"""Python takes memory from the system in pieces of this size [bytes] (``ARENA_SIZE`` of CPython's ``obmalloc``)."""
+PROCESSES = Path("/proc")
+
+
+def is_full(group: int, room: str) -> bool:
+    """Check whether a translator in a group of processes has all of its memory, so that nothing more can be made in it.
+
+    Python 3.11 may then run without end: where memory is used up inside of a ``with`` block, leaving the block needs a number that
+    cannot be made either (``exception_unwind`` in CPython's ``ceval.c``). False on systems without ``/proc``.
+
+    Args:
+        group: of processes.
+        room: that it may have, such as "64M".
+    """
+    most = (int(room[:-1]) << UNITS[room[-1]]) - LEFT
+    for place in PROCESSES.glob("[0-9]*"):
+        with contextlib.suppress(OSError, ValueError):
+            if os.getpgid(int(place.name)) == group and b"fast_downward.translate" in (place / "cmdline").read_bytes():
+                return int((place / "statm").read_text().split()[0]) * os.sysconf("SC_PAGE_SIZE") > most
+    return False
