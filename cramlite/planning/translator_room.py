@@ -23,9 +23,11 @@ def is_full(group: int, room: str) -> bool:
         group: of processes.
         room: that it may have, such as "64M".
     """
+    if not hasattr(os, "getpgid"):
+        return False
     most = (int(room[:-1]) << UNITS[room[-1]]) - LEFT
     for place in PROCESSES.glob("[0-9]*"):
         with contextlib.suppress(OSError, ValueError):
             if os.getpgid(int(place.name)) == group and b"fast_downward.translate" in (place / "cmdline").read_bytes():
-                return int((place / "statm").read_text().split()[0]) * os.sysconf("SC_PAGE_SIZE") > most
+                return int((place / "statm").read_text(encoding="ascii").split()[0]) * os.sysconf("SC_PAGE_SIZE") > most
     return False
