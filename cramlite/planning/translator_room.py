@@ -16,8 +16,8 @@ PROCESSES = Path("/proc")
 def is_full(group: int, room: str) -> bool:
     """Check whether a translator in a group of processes has all of its memory, so that nothing more can be made in it.
 
-    Python 3.11 may then run without end: where memory is used up inside of a ``with`` block, leaving the block needs a number that
-    cannot be made either (``exception_unwind`` in CPython's ``ceval.c``). False on systems without ``/proc``.
+    One was then seen to go on for six minutes in one line of its own, with requests for memory that all failed, instead of ending
+    (Python 3.11; the cause is not known). False on systems without ``/proc``.
 
     Args:
         group: of processes.

@@ -36,3 +36,10 @@ def printed_box(path: Path, size: tuple[float, float, float], tiles: tuple[np.nd
     look = trimesh.visual.TextureVisuals(np.array(places), material=material)
     trimesh.Trimesh(vertices, faces, process=False, visual=look).export(str(path))
     return path
+
+
+def tiles(seed: int, darkest: int = 20) -> tuple[np.ndarray, ...]:
+    """Return prints of a carton's six sides: four by four patches of four colours, none of a channel darker than ``darkest``."""
+    rng = np.random.default_rng(seed)
+    palette = rng.integers(darkest, 255, (4, 3))
+    return tuple(np.kron(palette[rng.integers(0, 4, (4, 4))], np.ones((6, 6, 1))).astype(np.uint8) for _ in range(6))

@@ -5,10 +5,9 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-import numpy as np
 import pytest
 from helpers.as_a_user import cramlite
-from helpers.printed_box import printed_box
+from helpers.printed_box import printed_box, tiles
 
 SIZES = {"oats_box": (0.06, 0.045, 0.12), "rice_box": (0.06, 0.045, 0.12), "salt_box": (0.05, 0.05, 0.10), "soap_box": (0.07, 0.05, 0.06)}
 CELL = """\
@@ -30,20 +29,13 @@ things:
 """
 
 
-def tiles(seed: int) -> tuple[np.ndarray, ...]:
-    """Prints of a carton's six sides: four by four patches of four colours."""
-    rng = np.random.default_rng(seed)
-    palette = rng.integers(70, 255, (4, 3))
-    return tuple(np.kron(palette[rng.integers(0, 4, (4, 4))], np.ones((6, 6, 1))).astype(np.uint8) for _ in range(6))
-
-
 @pytest.fixture(scope="module")
 def cell(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with the library, in which scenarios may be written."""
     folder = tmp_path_factory.mktemp("groceries")
     for k, (name, size) in enumerate(SIZES.items()):
         (folder / "meshes" / name).mkdir(parents=True)
-        printed_box(folder / "meshes" / name / f"{name}.glb", size, tiles(k))
+        printed_box(folder / "meshes" / name / f"{name}.glb", size, tiles(k, darkest=70))
     made = cramlite("library", "add", folder / "meshes", "--out", folder / "library", "--up", "z")
     assert made.returncode == 0, made.stderr
     return folder

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from helpers.as_a_user import cramlite
-from helpers.printed_box import printed_box
+from helpers.printed_box import printed_box, tiles
 
 from cramlite import Engine
 from cramlite.model import Camera, Intrinsics, Pose, Thing, View, World, replace
@@ -23,13 +23,6 @@ from cramlite_plugins.simulation.camera.depth_camera import look
 
 SIZE = (0.07, 0.045, 0.11)
 CAMERA = Intrinsics(500.0, 500.0, 255.5, 191.5, 512, 384)
-
-
-def tiles(seed: int) -> tuple[np.ndarray, ...]:
-    """Prints of a carton's six sides: four by four patches of few colours."""
-    rng = np.random.default_rng(seed)
-    palette = rng.integers(20, 255, (4, 3))
-    return tuple(np.kron(palette[rng.integers(0, 4, (4, 4))], np.ones((6, 6, 1))).astype(np.uint8) for _ in range(6))
 
 
 @pytest.fixture(scope="module")
