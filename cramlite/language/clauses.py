@@ -12,11 +12,16 @@ from . import english
 from .english import Words, starts
 from .frames import Frame, Frames
 from .nouns import NounParser, spoken
-from .tree import Clause, Noun
+from .surface import RETRACT
+from .tree import Clause, Link, Noun
 
 Found = tuple[Clause, int]
-TIME = ("after", "once", "before")
+TIME = ("after", "once", "before", "when", "having")
 """Words before a clause that is done earlier or later."""
+FURTHER = ("and", "but", "then", "so", "such", "until", "till", "if", "while", "with", "leaving", "keeping", "making", "ensuring", RETRACT)
+"""Words before a further clause."""
+AIMS = (("so", "that"), ("such", "that"), ("until",), ("till",), ("so",), ("in", "order", "that"))
+"""Words before the state that a motion is for."""
 MOST = 600
 """Readings of one sentence that are looked at."""
 
@@ -27,11 +32,12 @@ class ClauseParser:
     Args:
         words: of the sentence.
         frames: of all goal phrases.
+        names: words that are names of things, whatever else they may mean.
     """
 
-    def __init__(self, words: Words, frames: Frames) -> None:
-        self.words, self.frames = words, frames
-        self._nouns = NounParser(words, frames.prepositions, frames.states)
+    def __init__(self, words: Words, frames: Frames, names: frozenset[str] = frozenset()) -> None:
+        self.words, self.frames, self._names = words, frames, names
+        self._nouns = NounParser(words, frames.prepositions, frames.states, names)
         self._parsed: dict[int, tuple[Found, ...]] = {}
         self.farthest = 0
 
@@ -48,7 +54,7 @@ class ClauseParser:
         if start >= len(self.words) and before:
             yield before
             return
-        for clause, end in self._brief(start):
+        for clause, end in (*self._clauses(start), *self._remnants(start, before), *self._stated(start)):
             for behind in self._closed(end):
                 yield from self._without_verbs(behind, (*before, clause))
 
@@ -57,7 +63,9 @@ class ClauseParser:
         if start >= len(self.words) and before:
             yield before
             return
-        for clause, end in (*self._clauses(start), *self._gapped(start, before), *self._brief(start, toward=True)):
+        if self.words[start : start + 1] == (RETRACT,):
+            yield from self._rest(start + 1, (*before[:-1], *(Clause("", (), c.theme) for c in before[-1:])))
+        for clause, end in (*self._clauses(start), *self._remnants(start, before), *self._brief(start, toward=True)):
             self.farthest = max(self.farthest, end)
             for behind in self._closed(end):
                 yield from self._rest(behind, (*before, replace(clause, later=later)))
@@ -71,8 +79,10 @@ class ClauseParser:
             if found:
                 later = later or bool(english.LATER & set(self.words[start : found[0]]))
                 start = found[0]
-            elif word in english.STOPS or (word == "and" and at):
+            elif word in english.STOPS or (word in ("and", "but") and at):
                 start += 1
+            elif at and (aims := starts(self.words, start, AIMS)):
+                start = aims[0]
             else:
                 break
         return start, later
@@ -82,15 +92,32 @@ class ClauseParser:
         found, ends = [at], []
         while found:
             k = found.pop()
-            if k >= len(self.words) or self.words[k] in (*english.STOPS, "and", "then", *TIME):
+            if k >= len(self.words) or self.words[k] in (*english.STOPS, *FURTHER, *TIME):
                 ends.append(k)
-            found += [e for e in starts(self.words, k, english.CLOSING) if e > k and e not in ends]
+            comma = k + (self.words[k : k + 1] == (",",))
+            more = (*starts(self.words, k, english.CLOSING), *self._purposed(comma), *self._contrasted(comma))
+            found += [e for e in more if e > k and e not in ends]
         return tuple(dict.fromkeys(sorted(ends, reverse=True)))
+
+    def _purposed(self, at: int) -> Iterator[int]:
+        """Where a reason, or a purpose of people, ends: "because it is in the way", "so that I can reach it"."""
+        aims = [e for e in starts(self.words, at, AIMS) if self.words[e : e + 1] and self.words[e] in english.PEOPLE]
+        if aims or self.words[at : at + 1] in (("because",), ("since",)):
+            yield next((k for k in range(at, len(self.words)) if self.words[k] in english.STOPS), len(self.words))
+
+    def _contrasted(self, at: int) -> Iterator[int]:
+        """Where ends what is said not to be meant: "on the tray, not in the basket", "the red block, not the blue one"."""
+        for start in starts(self.words, at, english.CONTRAST):
+            stated = [f.stated for f in self.frames.unary]
+            yield from (end for way in stated for end in starts(self.words, start, way))
+            yield from (start + 1,) if self.words[start : start + 1] and self.words[start] in english.PLACED else ()
+            for begin in (*starts(self.words, start, self.frames.prepositions), start):
+                yield from (end for _, end in self._nouns.nouns(begin))
 
     def _clauses(self, at: int) -> tuple[Found, ...]:
         if at not in self._parsed:
-            found = (*self._imperative(at), *self._fronted(at), *self._wished(at), *self._after(at), *self._named(at))
-            self._parsed[at] = tuple(dict.fromkeys(found))
+            ways = (self._imperative, self._fronted, self._wished, self._after, self._given, self._swapped, self._named)
+            self._parsed[at] = tuple(dict.fromkeys(found for way in ways for found in way(at)))
         return self._parsed[at]
 
     # Imperatives
@@ -98,7 +125,10 @@ class ClauseParser:
     def _imperative(self, at: int) -> Iterator[Found]:
         for frame, verb, particle, end in self.frames.verbs(self.words, at):
             end += self.words[end : end + 1] in (("me",), ("us",))
-            for theme, last in self._nouns.nouns(end):
+            if frame.converse:
+                yield from self._converse(frame, verb, end)
+                continue
+            for theme, last in self._themes(frame, end):
                 if not particle:
                     yield from self._complements(frame, verb, theme, last)
                     yield from self._purpose(theme, last)
@@ -107,19 +137,54 @@ class ClauseParser:
             if not particle:
                 yield from self._place_first(frame, verb, end)
 
+    def _themes(self, frame: Frame, at: int) -> Iterator[tuple[Noun, int]]:
+        for start in starts(self.words, at, frame.before) if frame.before else (at,):
+            yield from self._nouns.nouns(start)
+
+    def _converse(self, frame: Frame, verb: Words, at: int) -> Iterator[Found]:
+        """The place as the object of the verb: "empty the drawer", "fill the basket with tins"."""
+        for place, end in self._nouns.nouns(at):
+            if frame.after:
+                for start in starts(self.words, end, frame.after):
+                    yield from ((self._clause(frame, verb, theme, place, "phrase", verb), last) for theme, last in self._nouns.nouns(start))
+            else:
+                there = Noun(f"everything in {place.said}", english.ANYTHING, "all", links=(Link("at", (), (place,)),))
+                yield self._clause(frame, verb, there, place, "phrase", verb), end
+
     def _purpose(self, theme: Noun, at: int) -> Iterator[Found]:
         """Purpose of a move of a theme: "turn the cup so that it is upside down"."""
-        if self.words[at : at + 2] in (("so", "that"), ("such", "that")):
-            for stands, end in self._nouns.nouns(at + 2):
+        for start in starts(self.words, at + (self.words[at : at + 1] == ("over",)), AIMS):
+            for stands, end in self._nouns.nouns(start):
                 for begin in starts(self.words, end, english.BE) if stands.pronoun else ():
                     yield from self._predicates(theme, begin)
+
+    def _given(self, at: int) -> Iterator[Found]:
+        """A condition, which is judged as things are: "if the drawer is open"."""
+        if self.words[at : at + 1] == ("if",):
+            for theme, end in self._nouns.nouns(at + 1):
+                ways = [(b, False) for b in starts(self.words, end, english.BE)]
+                ways += [(b + 1, True) for b, _ in ways if self.words[b : b + 1] == ("not",)]
+                for begin, denied in ways:
+                    yield from ((replace(c, given=True, denied=denied), last) for c, last in self._predicates(theme, begin))
+
+    def _swapped(self, at: int) -> Iterator[Found]:
+        """Two things that change places: "swap the can and the jug"."""
+        for start in starts(self.words, at, english.SWAP):
+            for theme, end in self._nouns.nouns(start):
+                if theme.several:
+                    yield Clause(spoken(self.words[at:start]), (), theme, relation="swap"), end
+                for begin in starts(self.words, end, (("with",), ("for",))):
+                    for other, last in self._nouns.nouns(begin, joined=False):
+                        both = Noun(f"{theme.said} and {other.said}", members=(theme, other), joined="and", several=True)
+                        yield Clause(spoken(self.words[at:start]), (), both, relation="swap"), last
 
     def _named(self, at: int) -> Iterator[Found]:
         """Things that are only named, for the words behind them: "find the cup and ...", "the cup: ..."."""
         for start in (*starts(self.words, at, english.PREPARE), at):
             for noun, end in self._nouns.nouns(start):
-                if start != at or self.words[end : end + 1] in ((",",), (":",)):
-                    yield Clause("", (), noun), end
+                ends = starts(self.words, end, english.WILL_DO)
+                if start != at or ends or self.words[end : end + 1] in ((",",), (":",)):
+                    yield Clause("", (), noun), ends[0] if ends else end
 
     def _complements(self, frame: Frame, verb: Words, theme: Noun, at: int) -> Iterator[Found]:
         """Complements behind a verb and its theme."""
@@ -145,6 +210,7 @@ class ClauseParser:
             if k < len(self.words) and self.words[k] in ("down", "back", "up", "so", "over", "right", "directly", "that", ",", "away"):
                 ends.append(k + 1)
             ends.append(k)
+        ends += [e + (self.words[e : e + 1] == (",",)) for e in self._contrasted(at + (self.words[at : at + 1] == (",",)))]
         return tuple(dict.fromkeys(ends))
 
     def _places(self, frame: Frame, verb: Words, theme: Noun, at: int) -> Iterator[Found]:
@@ -169,11 +235,17 @@ class ClauseParser:
 
     def _adverbs(self, frame: Frame, verb: Words, theme: Noun, at: int) -> Iterator[Found]:
         """Adverbs in the place of a place: "put the cup inside", "there", "on top"."""
-        for text, word in (("in there", "in"), ("inside", "in"), ("there", ""), ("on top", "on"), ("on there", "on")):
+        for text, word in (("in there", "in"), ("off there", "off"), ("out of there", "out of"), ("from there", "from"), ("inside", "in"), ("there", ""), ("on top", "on"), ("on there", "on")):
             phrase = tuple(text.split())
             end = at + len(phrase)
-            if self.words[at:end] == phrase and (not word or (word,) in frame.prepositions):
+            if self.words[at:end] == phrase and (not word or tuple(word.split()) in frame.prepositions):
                 yield self._clause(frame, verb, theme, Noun(spoken(phrase), pronoun="there"), "phrase", phrase[:1]), end
+        if not frame.region:
+            return
+        for end in starts(self.words, at, english.ORIGIN):
+            yield self._clause(frame, verb, theme, Noun(self._nouns.text(at, end), pronoun="origin"), "phrase"), end
+        for word in {*self.words[at : at + 1]} & self._names & english.ASIDE if ("on",) in frame.prepositions else ():
+            yield self._clause(frame, verb, theme, Noun(word, (word,)), "phrase", ("on",)), at + 1
 
     def _place_first(self, frame: Frame, verb: Words, at: int) -> Iterator[Found]:
         """Imperatives with the place first: "put on the plate the cup"."""
@@ -211,10 +283,26 @@ class ClauseParser:
         for end in starts(self.words, at, english.BE):
             yield from ((self._clause(frame, (), theme, place, "phrase", words), last) for theme, last in self._nouns.nouns(end))
 
-    def _gapped(self, at: int, before: tuple[Clause, ...]) -> Iterator[Found]:
-        """A clause without its verb, which is that of the one before: "and the sauce in the tray"."""
-        if before and before[-1].place is not None:
+    def _remnants(self, at: int, before: tuple[Clause, ...]) -> Iterator[Found]:
+        """Rests of a clause that says what the one before does of something else: "and the sauce in the tray", "but not in the bowl"."""
+        if not before or not before[-1].phrases:
+            return
+        last = before[-1]
+        if last.place is not None:
             yield from self._brief(at)
+        for noun, end in self._nouns.nouns(at):
+            if noun.quantity == "none" or starts(self.words, end, english.TOO):
+                yield replace(last, theme=noun, denied=last.denied or noun.quantity == "none"), end
+        if self.words[at : at + 1] == ("not",):
+            for noun, end in self._nouns.nouns(at + 1):
+                yield replace(last, theme=noun, denied=True), end
+            for frame in self.frames.placing:
+                yield from ((replace(c, denied=True), end) for c, end in self._places(frame, (), last.theme, at + 1))
+
+    def _stated(self, at: int) -> Iterator[Found]:
+        """A state without any verb: "the drawer shut", "the mug upside down on the tray"."""
+        for theme, end in self._nouns.nouns(at) if at < len(self.words) else ():
+            yield from self._predicates(theme, end)
 
     def _brief(self, at: int, *, toward: bool = False) -> Iterator[Found]:
         """A clause without a verb, "the tin into the bowl"; ``toward``: with a preposition of a destination alone."""
@@ -225,6 +313,10 @@ class ClauseParser:
 
     def _wished(self, at: int) -> Iterator[Found]:
         """Wishes and passives: "the drawer should be closed", "I want the cup on the plate"."""
+        for start in starts(self.words, at, english.UNWISH):
+            for theme, end in self._nouns.nouns(start):
+                for begin in (*starts(self.words, end, english.BE), end):
+                    yield from ((replace(clause, denied=True), last) for clause, last in self._predicates(theme, begin))
         for start in (*starts(self.words, at, english.WISH), at):
             for theme, end in self._nouns.nouns(start):
                 been = starts(self.words, end, english.BE)
@@ -232,6 +324,10 @@ class ClauseParser:
                     yield from ((replace(clause, denied=True), last) for clause, last in self._predicates(theme, begin))
                 for begin in (*been, *((end,) if start != at else ())):
                     yield from self._predicates(theme, begin)
+                for begin in starts(self.words, end, english.NEEDS):
+                    for frame, verb, particle, last in self.frames.verbs(self.words, begin):
+                        if verb[0].endswith("ing") and not particle:
+                            yield from self._complements(frame, verb, theme, last)
 
     def _predicates(self, theme: Noun, at: int) -> Iterator[Found]:
         """Predicate of a theme: "open", "on the plate", "put into the basket"."""
@@ -250,9 +346,9 @@ class ClauseParser:
 
     def _after(self, at: int) -> Iterator[Found]:
         """A subordinate clause of time: "after opening the drawer, ...", whose verb is a gerund or a participle."""
-        if self.words[at : at + 1] in (("by",), *((w,) for w in TIME)):
+        if self.words[at : at + 1] in (("by",), ("while",), *((w,) for w in TIME)):
             for k in (at + 1, at + 2, at + 3):
-                yield from self._imperative(k) if self.words[at + 1 : k] in ((), ("you", "have"), ("having",)) else ()
+                yield from self._imperative(k) if self.words[at + 1 : k] in ((), ("you",), ("you", "have"), ("having",)) else ()
             yield from self._wished(at + 1)
 
     def _clause(
@@ -260,5 +356,5 @@ class ClauseParser:
         amount: str = "",
     ) -> Clause:  # fmt: skip
         said = spoken(tuple(w for w in (*verb, *(words if place is not None else ())) if w))
-        return Clause(said, (frame.phrase,), theme, place, relation, words, amount)
+        return Clause(said, (frame.phrase,), theme, place, relation, words, amount, denied=theme.quantity == "none")
 

@@ -9,6 +9,9 @@ from typing import Any
 
 import yaml
 
+from ..model.colour_words import COLOURS
+from .phrases import Phrases
+
 Words = tuple[str, ...]
 _TABLES: Mapping[str, Any] = yaml.safe_load((Path(__file__).parent / "english.yaml").read_text(encoding="utf-8"))
 
@@ -21,6 +24,10 @@ def _phrases(text: str) -> tuple[Words, ...]:
 
 def _table(name: str) -> tuple[Words, ...]:
     return _phrases(_TABLES[name])
+
+
+def _patterns(name: str) -> Phrases:
+    return Phrases((_TABLES[name],), {**_TABLES["classes"], "next": _TABLES["next"]})
 
 
 def _set(name: str) -> frozenset[str]:
@@ -56,20 +63,36 @@ OF = _table("of")
 """Prepositions of a part and its whole: "the top drawer of the cabinet"."""
 WITH = _table("with")
 """Words before what is on or in the described thing."""
-THAT = _table("that")
+THAT = _patterns("that")
 """Words before a relation of a description that say nothing more."""
-POLITE, CLOSING = _table("polite"), _table("closing")
+POLITE, CLOSING = _patterns("polite"), _patterns("closing")
 """Words before and behind what is asked for that change nothing."""
 PREPARE = _table("prepare")
 """Verbs of what only leads to something: "find the cup and ..."."""
 LATER = _set("later")
 """Words by which what follows is done after what came before."""
-WISH = _table("wish")
-"""Words before what should hold in the end."""
-BE = _table("be")
-"""Words between what is meant and what should hold of it in the end."""
-NOT_BE = _table("not be")
-"""Words between what is meant and what should not hold of it in the end."""
+WISH, UNWISH = _patterns("wish"), _patterns("unwish")
+"""Words before what should, or should not, hold in the end."""
+BE, NOT_BE = _patterns("be"), _patterns("not be")
+"""Words between what is meant and what should, or should not, hold of it in the end."""
+FINITE = Phrases((_TABLES["classes"]["finite"], _TABLES["classes"]["modal"]))
+"""Verbs that end a description, and words before them."""
+FILLERS, REPAIRS, EMPHASIS = _patterns("fillers"), _patterns("repairs"), _set("emphasis")
+"""Words that say nothing anywhere, that take back what was said before them, and that say nothing before a preposition."""
+NONE, EXCEPT, CONTRAST = _patterns("none"), _patterns("except"), _patterns("contrast")
+"""Words before things of which something shall not be so, that are left out, or that are not meant."""
+TOO, WILL_DO, NEEDS = _patterns("too"), _patterns("will do"), _patterns("needs")
+"""Words behind what is meant as well, behind what suits, and before a verb in its "-ing" form that tells what is to be done."""
+ASIDE = _set("aside")
+"""Adverbs of places, which are names where a thing is called so."""
+NUMBER = _patterns("number")
+"""Words before the number of a thing."""
+PRELUDE = _set("prelude")
+"""Words of announcements: "here is what I want: ..."."""
+PEOPLE = _set("people")
+"""Who may have a purpose, which is not asked for: "so that I can reach it"."""
+ORIGIN, SWAP = _patterns("origin"), _patterns("swap")
+"""Words for where a thing was, and verbs by which two things change places."""
 TOWARD = _table("toward")
 """Prepositions of a destination, which describe nothing that is there."""
 CALLED = _set("called")
@@ -101,6 +124,10 @@ UNCOLOURED = _set("uncoloured")
 UNITS: Mapping[str, str] = _TABLES["units"]
 VIEWS: Mapping[str, tuple[Words, ...]] = {name: _phrases(text) for name, text in _TABLES["views"].items()}
 """View -> the words that name it."""
+FUNCTION = frozenset({*SIDES, *ORDINALS, *SIZES} | {p[0] for p in (*BESIDE, *UNDER) if len(p) == 1})
+"""Words that stand for a place or an order, where they are no name."""
+HUES = frozenset(COLOURS) | frozenset(SHADES)
+"""Words for colours."""
 _FORMS: Mapping[str, str] = _TABLES["irregular"]
 _PLURALS: Mapping[str, str] = _TABLES["plurals"]
 TOP_WORD: Words = ("on_top_of",)
@@ -111,9 +138,12 @@ def tokens(text: str) -> Words:
 
     Phrases for "on top of" become one word.
     """
-    said = text.lower().replace("’", "'").replace("-", " ")
+    said = re.sub(r"[()\u2013\u2014]|\s-\s|\.\.+|\u2026", " , ", text.lower().replace("\u2019", "'")).replace("-", " ").replace("#", " number ")
     for short, whole in _TABLES["contracted"].items():
-        said = re.sub(rf"\b{short}\b", whole, said)
+        said = re.sub(rf"\b{short}(?!')\b", whole, said)
+    for ending, whole in _TABLES["endings"].items():
+        said = re.sub(rf"(?<=\w){ending}\b", f" {whole}", said)
+    said = re.sub(rf"\b({'|'.join(_TABLES['copula'].split())})'s\b", r"\1 is", said)
     said = re.sub(r"(\w)'s\b", r"\1 's", said)
     said = re.sub(r"(\w)s'(?=\s)", r"\1s", said)
     return _joined(tuple(re.findall(r"'s|[\w/]*\w(?:\.\d+)?|[,.;!?:]", said.replace('"', " "))))
@@ -135,6 +165,8 @@ def forms(verb: str) -> tuple[str, str]:
         participle, gerund = _FORMS[verb].split()
         return participle, gerund
     stem = verb.removesuffix("e")
+    if re.fullmatch(r"(?:[^aeiou]|qu)*[aeiou][^aeiouwxy]", verb):
+        stem += verb[-1]
     return stem + "ed", stem + "ing"
 
 
@@ -154,13 +186,17 @@ def plural(word: str) -> bool:
     return singular(word) != word
 
 
-def starts(words: Words, at: int, phrases: tuple[Words, ...]) -> tuple[int, ...]:
+def starts(words: Words, at: int, phrases: Phrases | tuple[Words, ...]) -> tuple[int, ...]:
     """Return where the phrases that stand at a position end, longest first."""
+    if isinstance(phrases, Phrases):
+        return phrases.ends(words, at)
     return tuple(at + len(p) for p in phrases if words[at : at + len(p)] == p)
 
 
 def vocabulary() -> frozenset[str]:
     """Return every word of the tables."""
-    tables = (BESIDE, AMONG, UNDER, TOP, OF, WITH, THAT, POLITE, CLOSING, WISH, BE, PREPARE)
+    tables = (BESIDE, AMONG, UNDER, TOP, OF, WITH, PREPARE)
+    patterns = (THAT, POLITE, CLOSING, WISH, UNWISH, BE, NOT_BE, FILLERS, REPAIRS, NONE, EXCEPT, CONTRAST, ORIGIN, SWAP)
     single = (THE, ONE, EVERY, NUMBERS, ORDINALS, PRONOUNS, SIDES, SIZES, EXTRA, PLACED, STOPS, {"and", "or", "then", "by", "other"})
-    return frozenset({w for table in tables for phrase in table for w in phrase} | {w for group in single for w in group})
+    words = {w for table in tables for phrase in table for w in phrase} | {w for group in single for w in group}
+    return frozenset(words | {w for patterns_ in patterns for w in patterns_.vocabulary})

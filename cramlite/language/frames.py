@@ -8,7 +8,7 @@ from msgspec.structs import replace
 
 from ..base.value import Value
 from ..interpretation.fluents import GoalPhrase
-from .english import Words, forms
+from .english import BESIDE, UNDER, Words, forms, starts
 
 AMOUNT = "AMOUNT"
 
@@ -22,6 +22,8 @@ class Frame(Value):
         place: whether a second thing follows.
         prepositions: before it.
         after: words behind the theme: "pull THING open".
+        before: words before the theme: "pour the_contents_of VESSEL into VESSEL".
+        converse: whether the place is the object of the verb: "clear PLACE", "fill PLACE with THING".
         stated: adjectives that say that it holds: "open".
         amount: whether an amount follows.
         region: whether the second thing may be a region.
@@ -33,6 +35,8 @@ class Frame(Value):
     place: bool = False
     prepositions: tuple[Words, ...] = ()
     after: tuple[Words, ...] = ()
+    before: tuple[Words, ...] = ()
+    converse: bool = False
     stated: tuple[Words, ...] = ()
     amount: bool = False
     region: bool = False
@@ -54,9 +58,9 @@ class Frames:
         self._all = tuple(frame for phrase in phrases for pattern in phrase.asked for frame in (_frame(phrase, pattern),))
         first = next((f.phrase for f in self._all if f.beside), None)
         self._all = tuple(replace(f, beside=f.beside and f.phrase == first) for f in self._all)
-        self.placing = tuple(f for f in self._all if f.place)
+        self.placing = tuple(f for f in self._all if f.place and not f.converse)
         self.unary = tuple(f for f in self._all if not f.place and not f.amount)
-        every = {p for f in self.placing for p in f.prepositions}
+        every = {p for f in self.placing if not f.before for p in f.prepositions}
         self.prepositions = tuple(sorted(every, key=lambda p: (-len(p), p)))
         self._said = _table(self._all, participles=False)
         self._participles = _table(self._all, participles=True)
@@ -80,6 +84,14 @@ class Frames:
     def verbs(self, words: Words, at: int) -> Iterator[Verb]:
         """Generate the frames whose verb stands at a position, in its base form or as a gerund."""
         return _verbs(self._said, words, at)
+
+    def verb_ends(self, words: Words, at: int) -> tuple[int, ...]:
+        """Return where the verbs that stand at a position end, longest first."""
+        return tuple(dict.fromkeys(end for _, _, _, end in self.verbs(words, at)))
+
+    def preposition_ends(self, words: Words, at: int) -> tuple[int, ...]:
+        """Return where the prepositions that stand at a position end, longest first."""
+        return tuple(sorted({*starts(words, at, self.prepositions), *starts(words, at, (*BESIDE, *UNDER))}, reverse=True))
 
     def participles(self, words: Words, at: int) -> Iterator[Verb]:
         """Generate the frames of whose verb the past participle stands at a position."""
@@ -116,17 +128,21 @@ def _split(text: str) -> Words:
 
 def _frame(phrase: GoalPhrase, pattern: str) -> Frame:
     """Frame of a declared pattern, e.g. "put|place THING on|onto PLACE"."""
-    verbs, _theme, *rest = pattern.split()
+    verbs, *rest = pattern.split()
+    first = next(k for k, w in enumerate(rest) if w.isupper())
+    before = tuple(_split(p) for w in rest[:first] for p in w.split("|"))
+    converse = rest[first] != phrase.form.split()[0]
+    rest = rest[first + 1 :]
     slots = [w for w in phrase.form.split()[1:] if w.isupper()]
     others = tuple(_split(p) for w in rest if not w.isupper() for p in w.split("|"))
     place, amount = bool(slots) and slots[0] != AMOUNT, AMOUNT in slots
     return Frame(
-        phrase, tuple(_verb(v) for v in verbs.split("|")), place, others if place else (), () if place or amount else others,
-        () if slots else _stated(phrase, others), amount, "PLACE" in slots, "PLACE" in slots,
+        phrase, tuple(_verb(v) for v in verbs.split("|")), place, others if place and not converse else (),
+        () if (place and not converse) or amount else others, before, converse, () if slots else _stated(phrase, others), amount, "PLACE" in slots, "PLACE" in slots,
     )  # fmt: skip
 
 
-_DIRECTIONS = frozenset({"up", "in", "out", "over", "back"})
+_DIRECTIONS = frozenset({"up", "in", "out", "over", "back", "down", "there", "away"})
 """Words behind a thing that say where it goes, not how it then is."""
 PARTICLES = frozenset({"up", "on", "off", "out", "down", "open", "shut", "closed", "in", "over", "away", "to"})
 

@@ -55,6 +55,16 @@ class Labels(Value, dict=True):
         return {t.name: self._called(t.name) for t in self.scene.world.things}
 
     @cached_property
+    def names(self) -> frozenset[str]:
+        """Words that are names of things."""
+        return frozenset(name.lower() for name in self.of)
+
+    @cached_property
+    def kinds(self) -> frozenset[str]:
+        """Nouns of things that carry a number: "can" of "can 4"."""
+        return frozenset(head[-2] for c in self.of.values() for head in c.heads if len(head) > 1 and head[-1].isdigit())
+
+    @cached_property
     def vocabulary(self) -> frozenset[str]:
         """Every word by which a thing, or a class of things, may be called."""
         named = {w for c in self.of.values() for head in (*c.heads, *c.synonyms) for w in head}

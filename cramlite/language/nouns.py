@@ -9,6 +9,7 @@ from msgspec.structs import replace
 from ..model.colour_words import COLOURS
 from . import english
 from .english import Words, starts
+from .surface import RETRACT
 from .tree import Link, Noun
 
 Found = tuple[Noun, int]
@@ -26,14 +27,16 @@ class NounParser:
         words: of the sentence.
         prepositions: of goal phrases.
         states: adjectives of goal phrases, e.g. "open".
+        names: words that are names of things, whatever else they may mean.
     """
 
-    def __init__(self, words: Words, prepositions: tuple[Words, ...], states: Mapping[str, str]) -> None:
-        self.words, self.prepositions, self.states = words, prepositions, states
+    def __init__(self, words: Words, prepositions: tuple[Words, ...], states: Mapping[str, str], names: frozenset[str]) -> None:
+        self.words, self.prepositions, self.states, self._names = words, prepositions, states, names
         self._parsed: dict[tuple[int, int, bool], tuple[Found, ...]] = {}
-        firsts = {p[0] for p in (*prepositions, *english.BESIDE, *english.UNDER, *english.OF, *english.BE, *english.WITH)}
+        firsts = {p[0] for p in (*prepositions, *english.BESIDE, *english.UNDER, *english.OF, *english.WITH)}
+        firsts |= english.FINITE.firsts - {"can"}
         firsts -= english.SIDES.keys()
-        small = {"and", "or", "but", "that", "which", "so", "such", "after", "once", "before"}
+        small = {"and", "or", "but", "that", "which", "so", "such", "after", "once", "before", "if", RETRACT}
         self._ends = firsts | english.STOPS | small | english.NEGATIVE | english.CONDITIONAL
 
     def nouns(self, at: int, deep: int = 0, *, joined: bool = True) -> tuple[Found, ...]:
@@ -47,9 +50,11 @@ class NounParser:
     def _all(self, at: int, deep: int, joined: bool) -> Iterator[Found]:
         single = [*self._pronouns(at), *self._described(at, deep)]
         if joined:
-            begun = self._described(at + 1, deep) if self.words[at : at + 1] in (("both",), ("either",)) else ()
+            begun = self._described(at + 1, deep) if self.words[at : at + 1] in (("both",), ("either",), ("neither",)) else ()
+            denied = self.words[at : at + 1] == ("neither",)
             for first, end in (*begun, *single):
-                yield from self._joined(at, (first,), end, deep)
+                for noun, last in self._joined(at, (first,), end, deep):
+                    yield (replace(noun, quantity="none") if denied else noun), last
         yield from single
 
     def _joined(self, at: int, members: tuple[Noun, ...], end: int, deep: int) -> Iterator[Found]:
@@ -60,13 +65,13 @@ class NounParser:
                 if word == ",":
                     yield from self._joined(at, found, last, deep)
                     continue
-                yield Noun(self._text(at, last), members=found, joined=word, several=word == "and"), last
+                yield Noun(self.text(at, last), members=found, joined=word, several=word == "and"), last
                 if word == "and":
                     yield from self._joined(at, found, last, deep)
 
     def _conjunctions(self, at: int) -> Iterator[tuple[str, int]]:
         here = self.words[at : at + 4]
-        for text, word in (("and", "and"), (", and", "and"), ("as well as", "and"), ("or", "or"), (", or", "or"), (",", ",")):
+        for text, word in (("and", "and"), (", and", "and"), ("as well as", "and"), ("along with", "and"), ("together with", "and"), ("nor", "and"), ("or", "or"), (", or", "or"), (",", ",")):
             said = tuple(text.split())
             if here[: len(said)] == said:
                 more = 1 if here[len(said) : len(said) + 1] in (("also",), ("both",)) else 0
@@ -81,12 +86,22 @@ class NounParser:
         alone = not after or after in self._ends or after in english.LATER or word in ("it", "them", "they")
         if word in english.PRONOUNS and alone:
             yield Noun(word, pronoun=word, several=english.PRONOUNS[word]), at + 1
-        if word in ("everything", "anything"):
-            yield from self._linked(at, Noun("", english.ANYTHING, "all" if word == "everything" else "a"), at + 1, 1)
+        for end in starts(self.words, at, english.NONE):
+            if self.words[end - 1] == "them" or (word == "neither" and end == at + 1 and after in self._ends):
+                yield Noun(self.text(at, end), quantity="none", pronoun="them", several=True), end
+        if word == "one" and alone:
+            yield Noun(word, quantity="a", elided=True), at + 1
+        if word in ("everything", "anything", "nothing") or (word == "all" and after in ("that", *self._ends)):
+            quantity = {"anything": "a", "nothing": "none"}.get(word, "all")
+            yield from self._linked(at, Noun("", english.ANYTHING, quantity), at + 1 + (after == "else"), 1)
+        if word in ("what", "whatever"):
+            yield from ((n, end) for n, end in self._linked(at, Noun("", english.ANYTHING, "all"), at, 1) if n.links)
         if word == "both" and (after in self._ends or not after):
             yield Noun(word, pronoun="them", several=True, count=2), at + 1
 
     def _described(self, at: int, deep: int) -> Iterator[Found]:
+        if at < len(self.words) and self.words[at] in self._names and self.words[at] in english.FUNCTION:
+            yield from self._linked(at, Noun("", (self.words[at],)), at + 1, deep)
         start, noun = self._quantified(at)
         yield from self._two_sides(at, start, noun)
         for end in self._cores(start):
@@ -102,13 +117,15 @@ class NounParser:
             k = core.index("and") if "and" in core else 0
             if k and k + 1 < len(core) and core[k - 1] in english.SIDES and core[k + 1] in english.SIDES:
                 found = [self._named(noun, c) for c in ((*core[:k], *core[k + 2 :]), (*core[: k - 1], *core[k + 1 :]))]
-                members = tuple(replace(n, said=self._text(at, end), several=False) for n in found if n is not None and n.words)
+                members = tuple(replace(n, said=self.text(at, end), several=False) for n in found if n is not None and n.words)
                 if len(members) == 2:
-                    yield Noun(self._text(at, end), members=members, joined="and", several=True), end
+                    yield Noun(self.text(at, end), members=members, joined="and", several=True), end
 
     def _quantified(self, at: int) -> tuple[int, Noun]:
         """Quantity of a description, and where its words begin."""
         words, quantity, count, k = self.words, "", 0, at
+        for end in starts(words, at, english.NONE):
+            return end, Noun("", quantity="none")
         while k < len(words):
             word = words[k]
             if word in english.EVERY and quantity != "a":
@@ -149,6 +166,7 @@ class NounParser:
         sides: list[str] = []
         ordinal = size = 0
         other = elided = False
+        links: tuple[Link, ...] = ()
         for k, word in enumerate(core):
             if word in ("other", "another", "remaining"):
                 other = True
@@ -158,12 +176,15 @@ class NounParser:
                 size = english.SIZES[word]
             elif word in english.SIDES:
                 sides.append(english.SIDES[word])
+            elif word in self.states and k + 1 < len(core) and word not in self._names:
+                links += (Link("state", (word,)),)
             elif word in english.EXTRA or word == "far":
                 elided = elided or word in ("one", "ones")
             else:
                 kept.append(word)
         if not kept and not (sides or ordinal or size or other or elided):
             return None
+        noun = replace(noun, links=(*noun.links, *links))
         several = (bool(kept) and english.plural(kept[-1])) or "ones" in core
         return replace(noun, elided=elided, words=tuple(kept), sides=tuple(sides), ordinal=ordinal, size=size, other=other, several=several)
 
@@ -172,7 +193,7 @@ class NounParser:
         if deep < DEEP and len(noun.links) < 3:
             for link, last in self._links(end, deep):
                 yield from self._linked(at, replace(noun, links=(*noun.links, link)), last, deep)
-        owned = replace(noun, said=self._text(at, end))
+        owned = replace(noun, said=self.text(at, end))
         if self.words[end : end + 1] == ("'s",) and deep < DEEP:
             for last in self._cores(end + 1):
                 part = self._named(Noun("", quantity="the"), self.words[end + 1 : last])
@@ -181,6 +202,7 @@ class NounParser:
         yield owned, end
 
     def _links(self, at: int, deep: int) -> Iterator[tuple[Link, int]]:
+        yield from self._excepted(at, deep)
         if self.words[at : at + 1] == (",",) and starts(self.words, at + 1, english.THAT):
             at += 1
         for begin in dict.fromkeys((*starts(self.words, at, english.THAT), at)):
@@ -194,6 +216,11 @@ class NounParser:
                 end += 1
             if begin != at and end > begin:
                 yield Link("colour", self.words[begin:end]), end
+
+    def _excepted(self, at: int, deep: int) -> Iterator[tuple[Link, int]]:
+        """Things that are left out: "everything except the jug"."""
+        for start in starts(self.words, at + (self.words[at : at + 1] == (",",)), english.EXCEPT):
+            yield from ((Link("except", self.words[at:start], (noun,)), end) for noun, end in self.nouns(start, deep + 1))
 
     def _alike(self, one: int, other: int) -> bool:
         """Whether two words are adjectives that "and" joins: two colours, or two sides."""
@@ -220,7 +247,7 @@ class NounParser:
         for end in range(at + 1, min(at + 4, len(self.words))):
             if self.words[end - 1] in self._ends:
                 return
-            named = self._named(Noun(self._text(at, end)), self.words[at:end])
+            named = self._named(Noun(self.text(at, end)), self.words[at:end])
             if named is not None and named.words:
                 yield named, end + (self.words[end] == "'s")
 
@@ -258,13 +285,14 @@ class NounParser:
         said = tuple(tuple(text.split()) for text in ("on it", "in it", "inside", "on top", "inside it", "on_top_of it"))
         return (*starts(self.words, at, said), at)
 
-    def _text(self, start: int, end: int) -> str:
+    def text(self, start: int, end: int) -> str:
+        """Return the words between two positions."""
         return spoken(self.words[start:end])
 
 
 def _complete(noun: Noun) -> bool:
     """Whether a description names something: "the left" alone is a side."""
-    return bool(noun.words or noun.elided or noun.other or noun.ordinal or any(link.relation == "of" for link in noun.links))
+    return bool(noun.words or noun.elided or noun.other or noun.ordinal or noun.size or any(link.relation == "of" for link in noun.links))
 
 
 def spoken(words: Words) -> str:

@@ -41,6 +41,8 @@ class Places:
         Raises:
             Refusal: none is, or too many are.
         """
+        if noun.pronoun == "origin":
+            return self._origin(noun, phrase, themes)
         if noun.pronoun:
             return self._before(noun, words, phrase, themes, mentions)
         try:
@@ -88,6 +90,30 @@ class Places:
         name = (suited or order)[0][0]
         place = name if name != thing_of(name) else self._chosen(name, noun, words)
         return Referents(noun.said, (place,))
+
+    def now(self, name: str) -> tuple[GoalPhrase, str]:
+        """Return where a thing is now, with the goal phrase that says so: the smallest place that is known.
+
+        Raises:
+            Refusal: nothing is known.
+        """
+        phrases = tuple(dict.fromkeys(f.phrase for f in self._its.frames.placing if f.region))
+        places = sorted((t.name for t in self._its.scene.world.things if t.geoms and t.name != name), key=self._size)
+        for place in places:
+            for phrase in phrases:
+                if self._its.so(phrase.meaning, name, place):
+                    return phrase, place
+        raise Refusal(FALSE, f"nothing is known of what {name} is on or in")
+
+    def _size(self, name: str) -> float:
+        return self._its.space.size(name, height=False)
+
+    def _origin(self, noun: Noun, phrase: GoalPhrase, themes: tuple[str, ...]) -> Referents:
+        """The place where things are now: "back where it was"."""
+        places = {self.now(n) for n in themes}
+        if len(places) != 1 or next(iter(places))[0] != phrase:
+            raise Refusal(FALSE, f"{listed([*themes], 'and')} are not at one place that '{noun.said}' could be")
+        return Referents(noun.said, (places.pop()[1],))
 
     def _carrier(self, name: str) -> str:
         joint = self._its.scene.world.thing(name).joint
@@ -209,8 +235,10 @@ class Places:
         if relation in ("between", "farthest"):
             said = f"{' '.join(link.words)} {link.nouns[0].said}"
             raise Refusal(FALSE, f"no goal can say '{said}'; say on which thing it shall be, or next to which one")
+        needless = self._its.needless
         others = self._its.things(link.nouns[0], lambda n: n != theme, mentions).names
-        if len(others) == 1 and self._its.holds(("on",), theme, others[0]):
+        self._its.needless = needless  # "behind the jug on the counter" says where
+        if len(others) == 1 and self._its.holds(("on",), theme, others[0]) and not self._its.scene.world.thing(others[0]).movable:
             raise Refusal(FALSE, f"{theme} is on {others[0]}, of which no goal can name a side; say next to which thing it shall be")
         if len(others) != 1:
             raise Refusal(OPEN, f"'{link.nouns[0].said}' are {listed(list(others), 'and')}; say next to which one")

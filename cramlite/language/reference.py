@@ -11,7 +11,10 @@ from ..base.errors import UserError
 from ..base.value import Value
 from ..model.colour_words import COLOURS
 from ..model.entity_name import thing_of
-from .english import ORDINALS, PACKAGES, REGIONS, ROBOT, VIEWER, singular
+from ..ontology.foundation import BEARS
+from ..ontology.prefixes import local_name
+from ..ontology.taxonomy import words_of
+from .english import INWARD, ORDINALS, PACKAGES, REGIONS, ROBOT, VIEWER, singular
 from .labels import Labels, normal
 from .refusal import FALSE, OPEN, UNKNOWN, Refusal, listed
 from .tree import Link, Noun
@@ -23,7 +26,7 @@ if TYPE_CHECKING:
     from .space import Space
 
 About = Callable[[str], bool]
-FILTERS = ("phrase", "of", "with", "under", "state", "colour", "left of", "right of", "in front of", "behind", "between")
+FILTERS = ("phrase", "of", "with", "under", "state", "colour", "left of", "right of", "in front of", "behind", "between", "at", "except")
 
 
 class Referents(Value):
@@ -74,10 +77,14 @@ class Resolver:
         frames: whose prepositions and adjectives descriptions use.
         labels: what things are called.
         space: where they are.
+
+    Attributes:
+        needless: relations in descriptions, so far, without which they would mean the same.
     """
 
     def __init__(self, scene: SymbolicWorld, facts: frozenset[Fact], frames: Frames, labels: Labels, space: Space) -> None:
         self.scene, self.facts, self.frames, self.labels, self.space = scene, facts, frames, labels, space
+        self.needless = 0
 
     def things(self, noun: Noun, about: About, mentions: Mentions) -> Referents:
         """Return the things that a description means.
@@ -90,6 +97,8 @@ class Resolver:
             Refusal: none is, or too many are.
         """
         if noun.members:
+            if noun.quantity == "none":
+                noun = replace(noun, joined="and")
             members = [self.things(m, about, mentions) for m in noun.members]
             names = tuple(dict.fromkeys(n for m in members for n in m.names))
             return Referents(noun.said, names, some=int(noun.joined == "or"))
@@ -114,6 +123,7 @@ class Resolver:
             kept = self._related(found, link, mentions)
             if not kept:
                 raise Refusal(FALSE, f"'{noun.said}' is not there: {self._not_so(found, noun, link)}")
+            self.needless += len(kept) == len(found)
             found = kept
         for link in (k for k in noun.links if k.relation in ("next to", "nearest", "farthest")):
             found = self._nearest(found, noun, link, mentions)
@@ -123,10 +133,10 @@ class Resolver:
         """Check whether a thing is at a place, by the goal phrases of a preposition; contents of a part are contents of the whole."""
         mounted = [t.name for t in self.scene.world.things if t.joint is not None and t.joint.parent == place]
         phrases, wheres = self.frames.of_preposition(preposition), [at for at in (place, *mounted) if at != thing]
-        return any(self._so(p.meaning, thing, at) for p in phrases for at in wheres)
+        return any(self.so(p.meaning, thing, at) for p in phrases for at in wheres)
 
-    def _so(self, meaning: Callable[..., object], *things: str) -> bool:
-        """Whether the state of a goal phrase holds now."""
+    def so(self, meaning: Callable[..., object], *things: str) -> bool:
+        """Check whether the state of a goal phrase holds now."""
         from ..interpretation.fluents import GoalCondition
 
         try:
@@ -201,19 +211,44 @@ class Resolver:
         if link.relation == "state":
             form = self.frames.states[link.words[0]]
             phrases = [f.phrase for f in self.frames.unary if f.phrase.form == form]
-            return [n for n in names if any(self._so(p.meaning, n) for p in phrases)]
+            return [n for n in names if any(self.so(p.meaning, n) for p in phrases)]
         if link.relation == "between":
             others = self.things(link.nouns[0], _anything, mentions).names
             return [n for n in names if n not in others and self.space.beside(n, "between", others)]
+        if link.relation == "except":
+            return self._without(names, link, mentions)
+        if link.relation == "with" and (having := self._having(names, link.nouns[0])):
+            return having
         others = tuple(self.pool(link.nouns[0], _anything, mentions))
         return [n for n in names if any(self._relates(n, o, link) if n != o else link.relation == "of" for o in others)]
 
+    def _without(self, names: list[str], link: Link, mentions: Mentions) -> list[str]:
+        """Things without those that are left out, which must be among them."""
+        left_out = self.things(link.nouns[0], lambda n: n in names, mentions)
+        if not {*left_out.names} <= {*names}:
+            raise Refusal(FALSE, f"'{link.nouns[0].said}' is {left_out.listed}, which is not among {listed(names, 'and')}")
+        return [n for n in names if n not in left_out.names]
+
+    def _having(self, names: list[str], noun: Noun) -> list[str]:
+        """Those of some things that have a feature, such as a hole."""
+        word = noun.words[-1:]
+        its = {n: self.scene.world.thing(n).features for n in names}
+        return [n for n, features in its.items() if word and any(word[0] in words_of(local_name(f.type)) for f in features)]
+
+    def _hollow(self, place: str) -> bool:
+        """Whether there is something inside of a place, for its own features or for those of its parts."""
+        world = self.scene.world
+        parts = (t for t in world.things if t.name == place or (t.joint is not None and t.joint.parent == place))
+        return any("inside" in self.scene.taxonomy.fillers(f.type, BEARS) for t in parts for f in t.features)
+
     def _relates(self, name: str, other: str, link: Link) -> bool:
         if link.relation == "phrase":
-            return self.holds(link.words, name, other)
+            return self.holds(link.words, name, other) or ({*link.words} <= INWARD and not self._hollow(other) and self.anywhere(name, other))
         if link.relation == "of":
             joint = self.scene.world.thing(name).joint
             return (joint is not None and joint.parent == other) or (link.words == ("'s",) and name.startswith(f"{other}_"))
+        if link.relation == "at":
+            return self.anywhere(name, other)
         if link.relation in ("with", "under"):
             return self.anywhere(other, name)
         return self.space.beside(name, link.relation, (other,))
@@ -251,6 +286,7 @@ class Resolver:
         sides = [(s, None) for s in noun.sides] + [(k.words[0], k) for k in noun.links if k.relation == "side"]
         if noun.ordinal:
             own = [n for n in names if ORDINALS.get(n.lower()) == noun.ordinal]
+            own = own or ([] if sides else self._numbered(names, noun.ordinal))
             if own and not sides:
                 return own  # it is a name
             if not sides and len(names) > 1:
@@ -259,6 +295,11 @@ class Resolver:
         for side, link in sides:
             names = self._at_side(names, noun, side, link, mentions)
         return names
+
+    def _numbered(self, names: list[str], ordinal: int) -> list[str]:
+        """The thing whose name has the number of an ordinal, where all have one."""
+        numbers = {n: {h[-1] for h in self.labels.of[n].heads if len(h) > 1 and h[-1].isdigit()} for n in names}
+        return [n for n in names if str(ordinal) in numbers[n]] if all(numbers.values()) else []
 
     def _sized(self, names: list[str], noun: Noun) -> list[str]:
         height, sign = abs(noun.size) == 2, 1.0 if noun.size > 0 else -1.0
@@ -307,7 +348,7 @@ class Resolver:
         count = noun.count
         if noun.quantity == "a":
             return Referents(noun.said, tuple(names), some=int(len(names) > 1))
-        if noun.quantity == "all" or (noun.quantity == "the" and noun.several):
+        if noun.quantity in ("all", "none") or (noun.quantity == "the" and noun.several):
             if (count and len(names) != count) or (noun.quantity == "all" and count == 2 and len(names) != 2):
                 places = listed([self.space.place(n) for n in names], "and")
                 raise Refusal(FALSE, f"'{noun.said}' are {count}, but there are {len(names)}: {places}")

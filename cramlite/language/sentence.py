@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from itertools import chain
 from typing import TYPE_CHECKING, NamedTuple
 
 from msgspec.structs import replace
@@ -19,6 +20,7 @@ from .places import Places, meaningful
 from .reference import Mentions, Referents, Resolver
 from .refusal import ABSENT, FALSE, OPEN, UNKNOWN, UNREAD, Refusal, listed
 from .space import Space, view_of
+from .surface import Surface
 from .tree import Clause, Link
 
 if TYPE_CHECKING:
@@ -94,8 +96,12 @@ def understand(sentence: str, scene: SymbolicWorld, fluents: Fluents, view: str 
     frames, space = Frames(fluents.phrases), Space(scene.world, view_of(scene.world, view))
     resolver = Resolver(scene, fluents.initial(scene), frames, Labels(scene), space)
     refused: list[Refusal] = []
-    parser = ClauseParser(words, frames)
-    found = _meanings(parser.readings(), resolver, fluents, refused) or _meanings(parser.elliptic(), resolver, fluents, refused)
+    names = resolver.labels.names
+    variants = Surface(names, resolver.labels.kinds, frames.verb_ends, frames.preposition_ends).variants(words)
+    parsers = [ClauseParser(variant, frames, names) for variant in variants]
+    found = _meanings(chain.from_iterable(p.readings() for p in parsers), resolver, fluents, refused)
+    found = found or _meanings(chain.from_iterable(p.elliptic() for p in parsers), resolver, fluents, refused, brief=True)
+    words, parser = variants[0], parsers[0]
     if len(found) == 1:
         return Understood(sentence, next(iter(found.values())), view=space.view.name if english.SIDES.keys() & set(words) else "")
     if found:
@@ -105,17 +111,23 @@ def understand(sentence: str, scene: SymbolicWorld, fluents: Fluents, view: str 
 
 
 def _meanings(
-    readings: Iterable[Sequence[Clause]], resolver: Resolver, fluents: Fluents, refused: list[Refusal]
+    readings: Iterable[Sequence[Clause]], resolver: Resolver, fluents: Fluents, refused: list[Refusal], *, brief: bool = False
 ) -> dict[tuple[str, ...], tuple[Literal, ...]]:
-    """Goals -> these with their origins, of the readings that make sense; the others' refusals are appended."""
-    found: dict[tuple[str, ...], tuple[Literal, ...]] = {}
+    """Goals -> these with their origins, of the readings that make sense; the others' refusals are appended.
+
+    A description says no more than it takes to tell a thing apart: of several readings, those with the fewest needless relations.
+    """
+    found: dict[tuple[str, ...], tuple[int, tuple[Literal, ...]]] = {}
     for reading in readings:
+        resolver.needless = 0
         try:
-            literals = _Reading(resolver, fluents).literals(reading)
-            found.setdefault(tuple(sorted(one.goal for one in literals)), literals)
+            literals = _Reading(resolver, fluents, brief=brief).literals(reading)
+            key = tuple(sorted(one.goal for one in literals))
+            found[key] = min(found.get(key, (resolver.needless, literals)), (resolver.needless, literals), key=lambda f: f[0])
         except Refusal as refusal:
             refused.append(refusal)
-    return found
+    least = min((needless for needless, _ in found.values()), default=0)
+    return {goals: literals for goals, (needless, literals) in found.items() if needless == least}
 
 
 def _viewed(words: english.Words, view: str) -> tuple[english.Words, str]:
@@ -128,12 +140,12 @@ def _viewed(words: english.Words, view: str) -> tuple[english.Words, str]:
 
 
 def _without_phrases(words: english.Words) -> english.Words:
-    """The words without those that are only polite: "if you could"."""
+    """The words without those that are only polite: "whenever you are ready"."""
     left, k = list[str](), 0
     while k < len(words):
-        ends = english.starts(words, k, (*english.POLITE, *english.CLOSING))
+        ends = (*english.starts(words, k, english.POLITE), *english.starts(words, k, english.CLOSING))
         left += [] if ends else [words[k]]
-        k = ends[0] if ends else k + 1
+        k = max(ends) if ends else k + 1
     return tuple(left)
 
 
@@ -142,8 +154,7 @@ def _check_words(sentence: str, words: english.Words) -> None:
         raise NotUnderstood("An empty sentence asks for nothing; say what shall be done, such as 'put the cup on the tray'.")
     if len(words) > LONGEST:
         raise NotUnderstood(f"The sentence has {len(words)} words; up to {LONGEST} are read. Say it in several sentences.")
-    plain = _without_phrases(words)
-    asked = [w for w in plain if w in english.CONDITIONAL]
+    asked = [w for w in _without_phrases(words) if w in english.CONDITIONAL]
     if asked:
         raise NotUnderstood(f"'{sentence}' has a condition ('{asked[0]}'); a goal has none. Say what shall hold in the end.")
 
@@ -179,9 +190,10 @@ class _Row(NamedTuple):
 
 
 class _Reading:
-    """One reading of a sentence, on its scene."""
+    """One reading of a sentence, on its scene; of a brief one, without verbs, no part takes back another."""
 
-    def __init__(self, resolver: Resolver, fluents: Fluents) -> None:
+    def __init__(self, resolver: Resolver, fluents: Fluents, *, brief: bool = False) -> None:
+        self._brief = brief
         self._its, self._fluents, self._places = resolver, fluents, Places(resolver)
         self._mentions = Mentions()
 
@@ -190,16 +202,50 @@ class _Reading:
         found: list[_Row] = []
         for number, clause in enumerate(clauses):
             stated = [replace(clause, phrases=(clause.state,), place=None, beside=None)] if clause.state is not None else []
-            for row in (row for part in (clause, *stated) for row in self._clause(part)):
-                found = [f for f in found if not self._superseded(f, row, clauses, number)]
-                found.append(row)
+            rows = [row for part in (clause, *stated) for row in self._clause(part)]
+            if clause.given:
+                self._check_given(rows)
+                continue
+            for row in rows:
+                left = [f for f in found if not self._superseded(f, row, clauses, number)]
+                if self._brief and len(left) < len(found):
+                    raise Refusal(FALSE, f"'{row.literal.goal}' takes back what was said before it")
+                found = [*left, row]
         if not found:
             raise Refusal(UNREAD, "it names things and asks for nothing")
         return tuple({row.literal.goal: row.literal for row in found}.values())
 
+    def _check_given(self, rows: Sequence[_Row]) -> None:
+        """Refuse a request whose condition does not hold."""
+        for row in rows:
+            meaning = self._meaning(row._replace(clause=replace(row.clause, denied=False)))
+            if OR in row.literal.goal or meaning is None or not meaning.needs or (meaning.needs <= self._its.facts) == row.clause.denied:
+                raise Refusal(ABSENT, f"the condition '{row.literal.goal}' does not hold, so nothing is asked for")
+
+    def _swapped(self, clause: Clause) -> list[_Row]:
+        """Goals of two things that change places."""
+        themes = self._its.things(clause.theme, lambda n: self._its.scene.world.thing(n).movable, self._mentions)
+        if len(themes.names) != 2 or themes.some:
+            raise Refusal(OPEN, f"'{clause.theme.said}' is {themes.listed}; say which two things change places")
+        one, other = themes.names
+        (mine, here), (its, there) = (self._places.now(n) for n in themes.names)
+        if here == there:
+            raise Refusal(FALSE, f"{one} and {other} are both on or in {here}, of which no goal can tell their places apart; say what is left of what")
+        if other in (here, thing_of(here)) or one in (there, thing_of(there)):
+            raise Refusal(FALSE, f"one of {one} and {other} is on the other; say what shall be on what")
+        self._mention(clause, themes.names, ())
+        origins = ((clause.said, "change places"), (clause.theme.said, themes.listed))
+        return [
+            *self._rows(clause, its, [(one, self._said(its, (one, there)))], 0, origins),
+            *self._rows(clause, mine, [(other, self._said(mine, (other, here)))], 0, origins),
+        ]
+
     def _clause(self, clause: Clause) -> Iterable[_Row]:
+        if clause.relation == "swap":
+            return self._swapped(clause)
         if not clause.phrases:
             self._mention(clause, self._its.things(clause.theme, lambda _: True, self._mentions).names, ())
+            self._mentions = replace(self._mentions, words=clause.theme.words or self._mentions.words)
             return []
         phrase = clause.phrases[0]
         themes = self._themes(clause, phrase)
@@ -244,7 +290,7 @@ class _Reading:
             raise Refusal(UNREAD, f"'{clause.said}' is said of another kind of place")
         if len(places.names) > 1 and places.some != 1:
             raise Refusal(OPEN, f"'{places.said}' are {listed(list(places.names), 'and')}; say which thing goes where")
-        self._check_there(clause, phrase, themes, places)
+        themes = self._from_there(clause, phrase, themes, places)
         goals = []
         for theme in themes.names:
             ways = [self._said(phrase, (theme, p)) for p in places.names if thing_of(p) != theme]
@@ -256,16 +302,20 @@ class _Reading:
         origins += [(clause.place.said, listed([*places.names]))] if clause.place is not None else []
         return self._rows(clause, phrase, goals, themes.some, tuple(origins))
 
-    def _check_there(self, clause: Clause, phrase: GoalPhrase, themes: Referents, places: Referents) -> None:
-        """Refuse to take things from where none of them is, or was put before."""
+    def _from_there(self, clause: Clause, phrase: GoalPhrase, themes: Referents, places: Referents) -> Referents:
+        """Themes, of "all" those that are where they are to be taken from; refuse to take things from where none is, or was put before."""
         if not meaningful(phrase, self._its, themes.names[0], places.names[0]):
-            return
+            return themes
         condition = phrase.meaning(self._its.scene, themes.names[0], places.names[0])
-        if condition.needs or not condition.without or clause.said == spoken(clause.words) or {*themes.names} & self._mentions.put:
-            return
-        if not any(self._its.anywhere(t, thing_of(p)) for t in themes.names for p in places.names):
+        if condition.needs or not condition.without or {*themes.names} & self._mentions.put:
+            return themes
+        there = tuple(t for t in themes.names if any(self._its.anywhere(t, thing_of(p)) for p in places.names))
+        if there and clause.theme.quantity == "all":
+            return replace(themes, names=there)
+        if not there and clause.said != spoken(clause.words):
             at = f"is not on or in {listed([*places.names])}"
             raise Refusal(ABSENT, f"{listed([*themes.names], 'and')} {at}, so it cannot be taken from there")
+        return themes
 
     def _spots(self, clause: Clause, themes: Referents) -> list[_Row]:
         """Goals beside or under things."""
@@ -283,7 +333,10 @@ class _Reading:
         themed = (clause.theme.said, listed([*themes.names], "and"))
         origins = ((clause.said, goals[0][1].partition(" ")[2]), themed, (clause.place.said, meant))
         rows = self._rows(clause, phrase, goals, themes.some, origins)
-        self._mention(clause, themes.names, (meant,))
+        if clause.place.pronoun and clause.said == spoken(clause.words):  # "the jug to the left of it": the next "it" is the same
+            self._mentions = replace(self._mentions, put=self._mentions.put | {*themes.names})
+        else:
+            self._mention(clause, themes.names, (meant,))
         return rows
 
     def _rows(

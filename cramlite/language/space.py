@@ -122,13 +122,16 @@ class Space:
         return [n for n in names if far[n] > max(far.values()) - MARGIN]
 
     def middle(self, names: Sequence[str]) -> list[str]:
-        """Return the thing in the middle of an odd number of them, in the direction in which they are spread; none where no one is."""
-        spread = {side: max(v) - min(v) for side in ("right", "back", "top") for v in ([self.along(n, side) for n in names],)}
-        side = max(spread, key=lambda s: spread[s])
+        """Return the things in the middle of an odd number of them: in the direction in which they are spread most, and then in the others."""
         if len(names) % 2 == 0 or len(names) < 3:
             return []
-        level = median(self.along(n, side) for n in names)
-        return [n for n in names if abs(self.along(n, side) - level) < MARGIN]
+        spread = {side: max(v) - min(v) for side in ("right", "back", "top") for v in ([self.along(n, side) for n in names],)}
+        for side in sorted(spread, key=lambda s: -spread[s]):
+            level = median(self.along(n, side) for n in names)
+            names = [n for n in names if abs(self.along(n, side) - level) < MARGIN]
+            if len(names) < 2:
+                break
+        return list(names)
 
     def nearest(self, names: Sequence[str], other: str, *, far: bool = False) -> list[str]:
         """Return the things that are as near to another as the nearest, within the margin; or the farthest."""

@@ -16,7 +16,7 @@ class Link(Value):
 
     Args:
         relation: "phrase" (a preposition of goal phrases), "side" (a position among others), "of" (part and whole), "with" (the converse:
-            "with the cup on it"), "under", "state" (an adjective), or a relation that is judged by positions.
+            "with the cup on it"), "under", "at" (on or in), "state" (an adjective), "except" (left out), or a relation that is judged by positions.
         words: the preposition, or the word of the side or state.
         nouns: what it relates to.
     """
@@ -32,7 +32,7 @@ class Noun(Value):
     Args:
         said: as it was said.
         words: what they are called, without articles, numbers and positions.
-        quantity: "the", "a", "all", or "number".
+        quantity: "the", "a", "all", "number", or "none".
         count: of "number".
         sides: positions among others, e.g. "left".
         ordinal: 1 for the first, -1 for the last; 0 without one.
@@ -70,12 +70,13 @@ class Clause(Value):
         phrases: goal phrases that it may mean, the likelier first.
         theme: what the goal is about.
         place: the second thing, for phrases that have one.
-        relation: how the theme shall be to the place: "phrase", or a relation that is judged by positions.
+        relation: how the theme shall be to the place: "phrase", "swap" (the themes change places), or one that is judged by positions.
         words: the preposition.
         amount: with its unit; "" for none.
         beside: a further relation of the place: "on the table next to the plate".
         later: whether it is to be done after the ones before.
         denied: whether it shall not be so: "the tin should not be on the floor".
+        given: whether it is a condition of the next request: "if the drawer is open".
         state: how the theme shall be there, as a goal phrase of it alone: "put the cup upside down onto the tray".
     """
 
@@ -89,4 +90,5 @@ class Clause(Value):
     beside: Link | None = None
     later: bool = False
     denied: bool = False
+    given: bool = False
     state: GoalPhrase | None = None

@@ -40,8 +40,10 @@ def _named(goal: str, scene: SymbolicWorld) -> list[str]:
     words = re.sub(r"(\d+) cm", lambda found: f"{found[1]}0 mm", goal).split()
     if "off" in words:
         words = ["not", *("on" if w == "off" else w for w in words)]
+    if words[0] == "any":
+        return [" or ".join(sorted(_named(" ".join(("each", *words[1:])), scene)))]
     if words[0] != "each":
-        return [" ".join(words)]
+        return [" or ".join(sorted(" ".join(words).split(" or ")))]
     class_, rest = f"cram:{words[1].removeprefix('cram:')}", words[2:]
     things = (t.name for t in scene.world.things if scene.is_a(t.name, class_) and t.name not in rest)
     return [" ".join((name, *rest)) for name in things]

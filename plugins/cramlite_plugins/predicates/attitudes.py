@@ -129,13 +129,13 @@ def looks_at(ahead: Floats, pose: Pose, other: Pose) -> bool:
 _UPRIGHT = Fluent(
     excludes=("stands_upside_down",), initial=partial(_standing, way=1.0),
     phrases=(GoalPhrase("THING upright", partial(_stands_up, attitude="upright"), ("is", "stands"), (
-        "stand|put|set|place|turn|make|get|sit|tilt|bring THING upright|up|the_right_way_up|on_end|up_right",
+        "stand|put|set|place|turn|make|get|sit|tilt|bring THING upright|up|the_right_way_up|on_end|up_right|standing|standing_up|right_side_up|right_way_up|on_its_base|on_its_feet",
         "straighten|straighten_up|stand_up|right|set_up|erect|upright THING")),),
 )  # fmt: skip
 _UPSIDE_DOWN = Fluent(
     excludes=("stands_upright",), initial=partial(_standing, way=-1.0),
     phrases=(GoalPhrase("THING upside down", partial(_stands_up, attitude="upside down"), ("is", "stands"), (
-        "turn|flip|put|place|set|lay|stand|get THING upside_down|over|bottom_up|on_its_head|face_down",
+        "turn|flip|put|place|set|lay|stand|get THING upside_down|over|bottom_up|on_its_head|face_down|wrong_way_up|top_down|bottom_side_up|mouth_down|on_its_rim",
         "invert|flip_over|turn_over|flip|upend|turn_upside_down|overturn THING")),),
 )  # fmt: skip
 _FACES = Fluent(initial=_facing, phrases=(

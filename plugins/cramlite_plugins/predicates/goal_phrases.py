@@ -170,24 +170,38 @@ DEEP = 0.05
 """Height of a cavity from which people speak of a container, not of a plate [m]."""
 PUT = (
     "put|place|set|lay|move|bring|carry|get|drop|deposit|position|transfer|take|relocate|pick|pick_up|grab|transport|deliver|rest|stand|leave|"
-    "set_down|put_down|lay_down|place_down|put_back|return|shift|slide|push|drag|pull|stick|arrange|pop|pass|give|send|lift|fetch|have"
+    "set_down|put_down|lay_down|place_down|put_back|return|shift|slide|push|drag|pull|stick|arrange|pop|pass|give|send|lift|fetch|have|convey|"
+    "haul|lug|tote|cart|ship|ferry|hoist|heave|guide|direct|nudge|scoot|collect|gather|replace|reposition|restore|hand|drive|steer|bring_back|"
+    "take_back|move_back|bring_over|take_over|move_over|carry_over|bring_down|set_back|want"
 )
-"""Verbs by which a thing is brought somewhere, whatever the place is."""
+"""Verbs of putting, sending and carrying (Levin, English Verb Classes and Alternations, 1993: 9.1 to 9.4, 11): a thing is brought
+somewhere, whatever the place is."""
 BRING = (
     f"{PUT}|insert|throw|toss|store|stow|pack|tuck|slip|drop_off|dump|slot|file|load|shove|stash|stack|pile|balance|rack|hang|"
-    "hang_up|mount|seat|perch|serve|sit|house|plop|plunk|park|plant|squeeze|lower|tidy|put_away"
+    "hang_up|mount|seat|perch|serve|sit|house|plop|plunk|park|plant|squeeze|lower|tidy|put_away|put_up|stack_up|pile_up|chuck|fling|sling|lob|"
+    "hurl|pitch|cast|bung|sweep|scoop|cram|jam|wedge|stuff|ram|dunk|dip|nestle|install|lodge|situate|settle|bin|box|shelve|fit|plonk|ditch|"
+    "hide|secure|keep|home|land|roll|drop_down|pop_down|lay_out|set_out|sort|line_up|group|combine|build|assemble|clear|add|tidy_away|"
+    "clear_away|rest_up|prop|lean|station|set_up|transplant|dispose_of|discard|toss_away|throw_away"
 )
-"""The same, where a preposition says how it shall be there."""
-TAKE = "take|remove|lift|get|pick|pick_up|grab|move|clear|fetch|unhook|pull|unstack"
+"""The same, and verbs of throwing and of loading (9.7, 17.1), where a preposition says how it shall be there."""
+TAKE = (
+    "take|remove|lift|get|pick|pick_up|grab|move|clear|fetch|unhook|pull|unstack|bring|extract|withdraw|retrieve|pluck|snatch|draw|dig|tip|"
+    "slide|push|shift|knock|haul|hoist|keep|have|want|unload|detach|separate|recover|evict|eject|expel|whisk|put|carry|scoop|collect|take_down"
+)
+"""Verbs of removing (10.1)."""
 HOLD = (
     "pick_up|pick|grab|grasp|take|lift|lift_up|hold|get|fetch|grip|seize|get_hold_of|take_hold_of|collect|raise|hold_on_to|take_up|"
-    "bring_me|hand_me|give_me|pass_me|hand_over"
+    "bring_me|hand_me|give_me|pass_me|hand_over|catch_hold_of|lay_hold_of|grab_hold_of|clutch|clasp|snatch|hang_on_to|keep_hold_of|retrieve|"
+    "bring_us|get_me|fetch_me|hoist|hoist_up|pick_me_up|scoop_up|snatch_up|carry|hold_up|grab_onto|hold_onto|hold_fast|clench|pinch|pluck|recover"
 )
+"""Verbs of holding (15.1), and of giving to people."""
 UPON = "on|onto|on_top_of|upon|over|on_to|across|up_on|down_on|back_on"
 INTO = "in|into|inside|within|in_to|inside_of|down_into|back_in|back_into|in_the_inside_of"
 OFF = "off|off_of|out_of|from|away_from|down_from"
 OPEN_WAY = f"{PUT} THING to|towards|at|over_to PLACE"
 """It is left open whether the thing shall be on or in there."""
+LOAD = "fill|fill_up|load|load_up|stock|pack|top PLACE with THING"
+"""Verbs of loading, whose object is the place."""
 OPEN_UP = "open|open_up|pull_open|slide_open|unclose|swing_open|pull_out|slide_out|uncover|draw_out THING"
 START = "turn_on|switch_on|start|start_up|activate|power_on|ignite|light|light_up|fire_up|enable|flip_on|power_up|heat_up|heat THING"
 CLOSE = (
@@ -196,22 +210,33 @@ CLOSE = (
 )
 STOP = "turn_off|switch_off|stop|deactivate|power_off|shut_off|shut_down|disable|extinguish|turn_out|flip_off|power_down|kill|cut_off THING"
 TURN = "turn|switch|set|flip|make|get"
-HELD = (GoalPhrase("THING held", _held, asked=(f"{HOLD} THING",), about=_loose),)
+HELD = (
+    GoalPhrase(
+        "THING held", _held, asked=(
+            f"{HOLD} THING", "take|get|lift|bring|fetch|pull|pick|carry THING down|up|out|down_from_there|from_there|out_of_there|out_from_under_there|away",
+            "take|get|lift|hold|keep|have|put|grab THING in_your_hand|in_the_hand|in_hand|in_your_gripper|in_the_gripper|between_your_fingers|in_the_air",
+        ), about=_loose,
+    ),
+)  # fmt: skip
 ON_OR_OFF = (
     GoalPhrase(
-        "THING on PLACE", _on, STANDS, (f"{BRING}|thread|hook THING {UPON} PLACE", "hang|suspend THING from PLACE", OPEN_WAY), _loose,
+        "THING on PLACE", _on, STANDS, (f"{BRING}|thread|hook THING {UPON} PLACE", "hang|suspend|dangle THING from PLACE", OPEN_WAY, LOAD), _loose,
         _is_level,
     ),
     GoalPhrase("THING on PLACE within AMOUNT", _amid, STANDS),
-    GoalPhrase("THING off PLACE", _off, STANDS, (f"{TAKE} THING {OFF} PLACE",), _loose),
+    GoalPhrase("THING off PLACE", _off, STANDS, (f"{TAKE} THING {OFF} PLACE", "clear|clear_off|clear_out|empty|empty_out|unload|vacate|free|free_up PLACE"), _loose),
 )  # fmt: skip
+CONTENTS = "the_contents_of|the_content_of|contents_of|what_is_in|what_is_inside|whatever_is_in|everything_in|all_that_is_in|what_the|everything_from"
 POURED = (
-    GoalPhrase("VESSEL poured into VESSEL", _poured_into, asked=("pour|empty|tip VESSEL into|in|out_into|to VESSEL",), about=_loose),
+    GoalPhrase("VESSEL poured into VESSEL", _poured_into, asked=(
+        "pour|pour_out|empty|tip|decant|drain|tip_out VESSEL into|in|out_into|to|over_into|across_into VESSEL",
+        f"pour|empty|tip|transfer|decant|drain|get|move|put {CONTENTS} VESSEL into|in|to|over_into VESSEL",
+    ), about=_loose),
 )
-IN_PLACE = (GoalPhrase("THING in PLACE", _in, STANDS, (f"{BRING} THING {INTO} PLACE", OPEN_WAY), _loose, _is_hollow),)
+IN_PLACE = (GoalPhrase("THING in PLACE", _in, STANDS, (f"{BRING} THING {INTO} PLACE", OPEN_WAY, LOAD), _loose, _is_hollow),)
 OPENED = (
     GoalPhrase(
-        "THING open", _is_open, ("is", "stands"), (OPEN_UP, "pull|slide|swing|push|draw|make|leave THING open|out"), _jointed
+        "THING open", _is_open, ("is", "stands"), (OPEN_UP, "pull|slide|swing|push|draw|make|leave|get|throw|yank|keep|set THING open|out|wide_open|opened"), _jointed
     ),
     GoalPhrase(
         "THING open by AMOUNT", _opened_by, ("is", "stands"),
@@ -224,7 +249,7 @@ OPENED = (
 SHUT = (
     GoalPhrase(
         "THING closed", _is_closed, ("is", "stands"),
-        (CLOSE, "push|slide|swing|pull|make|leave THING shut|closed|in|back_in"), _jointed,
+        (CLOSE, "push|slide|swing|pull|make|leave|get|keep|slam|bring|move THING shut|closed|in|back_in|to"), _jointed,
     ),
     GoalPhrase(
         "THING turned off", partial(_turned, on=False), asked=(STOP, f"{TURN} THING off|to_off|to_the_off_position"), about=_jointed

@@ -1,0 +1,174 @@
+"""Surface of a sentence: fillers, self-corrections, numbers of things and other ways of writing become what the grammar reads."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+
+from . import english
+from .english import STOPS, Words, starts
+
+RETRACT = "<no>"
+"""Word between a request that was taken back and the one in its place."""
+Ends = Callable[[Words, int], tuple[int, ...]]
+"""Where what stands at a position ends."""
+
+
+class Surface:
+    """Surface of sentences about one scene.
+
+    Args:
+        names: single words that are names of things, which mean nothing else.
+        kinds: nouns of things that carry a number: "can" of "can 4".
+        verb, preposition: where one that stands at a position ends.
+    """
+
+    def __init__(self, names: frozenset[str], kinds: frozenset[str], verb: Ends, preposition: Ends) -> None:
+        self._names, self._kinds, self._verb, self._preposition = names, kinds, verb, preposition
+
+    def variants(self, words: Words) -> tuple[Words, ...]:
+        """Return what a sentence may say, in the words of the grammar: several where it is open what was corrected."""
+        return tuple(dict.fromkeys(self._plain(v) for v in self._repaired(words)))
+
+    def _plain(self, words: Words) -> Words:
+        return _stopped(self._numbered(_sided(self._without_fillers(_without_prelude(words)))))
+
+    def _without_fillers(self, words: Words) -> Words:
+        left, k = list[str](), 0
+        while k < len(words):
+            ends = starts(words, k, english.FILLERS) if words[k] not in self._names else ()
+            adverb = words[k] in english.EMPHASIS and words[k - 1 : k] not in (("the",), ("far",), ("to",), ("your",), ("my",))
+            emphasis = adverb and k + 1 < len(words) and bool(self._preposition(words, k + 1)) and words[k] not in self._names
+            left += [] if ends or emphasis else [words[k]]
+            k = ends[0] if ends else k + 1
+        return tuple(left)
+
+    # Numbers
+
+    def _numbered(self, words: Words) -> Words:
+        """Words with one noun for each number: "cans one and two" becomes "can 1 and can 2"."""
+        left, k = list[str](), 0
+        while k < len(words):
+            noun, found, end = english.singular(words[k]), list[str](), k + 1
+            while noun in self._kinds and words[k] not in ("a", "one"):
+                start = next(iter((*starts(words, end, english.NUMBER), end)))
+                joined = start + (1 if found and words[start : start + 1] in ((",",), ("and",)) else 0)
+                joined += 1 if found and words[joined : joined + 1] == ("and",) and joined > start else 0
+                start = next(iter((*starts(words, joined, english.NUMBER), joined)))
+                number = _digits(words[start]) if start < len(words) else ""
+                noun_next = words[start + 1 : start + 2]
+                if not number or (found and (joined == end or (noun_next and self._is_noun(noun_next[0])))):
+                    break
+                found, end = [*found, number], start + 1
+            named = [w for n in found for w in (noun, n, ",")][:-1]
+            if len(found) > 1:
+                named[-3] = "and"
+            left += named or [words[k]]
+            k = end if found else k + 1
+        return tuple(left)
+
+    def _is_noun(self, word: str) -> bool:
+        return english.singular(word) in self._kinds or (english.plural(word) and word not in english.PLACED)
+
+    # Corrections
+
+    def _repaired(self, words: Words) -> tuple[Words, ...]:
+        """Sentences with what was corrected in its place: "on the tray, no, in the basket"."""
+        for at in range(len(words)):
+            if at == 0 or words[at - 1] in STOPS or words[at] in ("oops", "whoops", "scratch"):
+                end = self._marked(words, at)
+                if end > at:
+                    before, after = _bare(words[:at]), words[end:]
+                    if not before or not _bare(after):
+                        return self._repaired(before or after)
+                    return tuple(dict.fromkeys(r for v in self._corrected(before, after) for r in self._repaired(v)))
+        return (words,)
+
+    def _marked(self, words: Words, at: int) -> int:
+        """End of the words that announce a correction."""
+        end, strong = at, False
+        while end < len(words):
+            ends = starts(words, end, english.REPAIRS)
+            if not ends and not (words[end] in STOPS and end > at):
+                break
+            strong = strong or bool(ends and words[end:ends[0]] != ("no",))
+            end = ends[0] if ends else end + 1
+        alone = words[at:end] == ("no",) and not (words[end : end + 1] and (words[end] in english.THE or self._preposition(words, end)))
+        return at if alone or words[end : end + 1] == ("than",) or not (strong or end > at) else end
+
+    def _corrected(self, before: Words, after: Words) -> tuple[Words, ...]:
+        if self._preposition(after, 0):
+            at = [k for k in range(1, len(before)) if self._preposition(before, k)]
+            return ((*before[: at[-1]], *after),) if at else ((*before, *after),)
+        if self._verb(after, 0) or any(self._verb(after, e) for e in starts(after, 0, english.POLITE)):
+            return ((*before, RETRACT, *after),)
+        end = self._ended(after, 0)
+        nouns = [(k, self._ended(before, k)) for k in self._begun(before)]
+        alike = [(k, last) for k, last in nouns if _alike(before[k:last], after[:end])]
+        chosen = alike or nouns[-1:]
+        return tuple((*before[:k], *after[:end], *before[last:], *after[end:]) for k, last in chosen) or ((*before, RETRACT, *after),)
+
+    def _begun(self, words: Words) -> list[int]:
+        """Where descriptions begin."""
+        behind = {e for k in range(len(words)) for e in (*self._verb(words, k)[:1], *self._preposition(words, k)[:1])}
+        every = {k for k, w in enumerate(words) if w in english.THE or k in behind}
+        return sorted(k for k in every if k < len(words) and not (k - 1 in every and words[k - 1] in english.THE))
+
+    def _ended(self, words: Words, at: int) -> int:
+        """Where a plain description ends."""
+        k = at + 1
+        while k < len(words) and words[k] not in STOPS and words[k] != "and" and not self._preposition(words, k):
+            k += 1
+        return k
+
+
+def _alike(one: Words, other: Words) -> bool:
+    """Whether two descriptions tell things apart by the same kind of word, or have the same noun."""
+    kinds = (english.ORDINALS, english.SIDES, english.SIZES, english.HUES)
+    shared = any({*one} & {*kind} and {*other} & {*kind} for kind in kinds)
+    nouns = {english.singular(w) for w in one} & {english.singular(w) for w in other} - english.THE - english.ONE
+    return shared or bool(nouns)
+
+
+def _digits(word: str) -> str:
+    """A number as digits; "" for another word."""
+    return word if word.isdigit() else str(english.NUMBERS.get(word, "1" if word == "one" else ""))
+
+
+def _bare(words: Words) -> Words:
+    """Words without separators at their end."""
+    while words and words[-1] in STOPS:
+        words = words[:-1]
+    return words
+
+
+def _sided(words: Words) -> Words:
+    """Words with "to the left of it" for "to its left", and numbers for "a couple of"."""
+    said = " ".join(words)
+    said = re.sub(r"\b(?:to|on|at|by|onto) (?:its|their|his|her) (left|right)(?: hand)?(?: side)?\b", r"to the \1 of it", said)
+    said = re.sub(r"\ba (?:couple|pair)(?: of)?\b", "two", said)
+    said = re.sub(r"\b(?:can|could|may) (?:i|we) (?:have|get)\b", "give me", said)
+    return tuple(re.sub(r"\bthe rest(?: of)?(?= (?:the|them|on|in|into|onto|to|should|must|shall|goes|go|belong|stays?|[,.;])|$)", _rest, said).split())
+
+
+def _rest(found: re.Match[str]) -> str:
+    return "the other" if found[0].endswith("of") else "the other ones"
+
+
+def _without_prelude(words: Words) -> Words:
+    """Words behind an announcement: "a tower, please: the red block on the blue one"."""
+    if ":" in words:
+        k = words.index(":")
+        if {*words[:k]} <= english.PRELUDE | STOPS | english.FILLERS.vocabulary:
+            return words[k + 1 :]
+    return words
+
+
+def _stopped(words: Words) -> Words:
+    """Words with one separator where fillers left several."""
+    found: list[str] = []
+    for word in words:
+        if word in STOPS and (not found or found[-1] in STOPS):
+            continue
+        found.append(word)
+    return tuple(found)
