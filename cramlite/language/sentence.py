@@ -397,7 +397,7 @@ class _Reading:
         means = not one.needs or any(self._fluents[f[0]].in_hand for f in one.needs)
         if means and (other.needs or other.shown):
             return True
-        apart = clauses.index(before.clause) < number - 1 or row.clause.later
+        apart = clauses.index(before.clause) < number - 1 or row.clause.later or self._brief
         return apart and bool(self._fluents.clash(self._its.scene, one, other))
 
     def _meaning(self, row: _Row) -> GoalCondition | None:
