@@ -190,7 +190,7 @@ class _Row(NamedTuple):
 
 
 class _Reading:
-    """One reading of a sentence, on its scene; of a brief one, without verbs, no part takes back another."""
+    """One reading of a sentence, on its scene; of a brief one, where verbs are missing, what a part says of "it" is not asked for twice."""
 
     def __init__(self, resolver: Resolver, fluents: Fluents, *, brief: bool = False) -> None:
         self._brief = brief
@@ -207,10 +207,9 @@ class _Reading:
                 self._check_given(rows)
                 continue
             for row in rows:
-                left = [f for f in found if not self._superseded(f, row, clauses, number)]
-                if self._brief and len(left) < len(found):
-                    raise Refusal(FALSE, f"'{row.literal.goal}' takes back what was said before it")
-                found = [*left, row]
+                if self._brief and clause.theme.pronoun and any(f.themes == row.themes and f.clause is not row.clause for f in found):
+                    raise Refusal(FALSE, f"'{row.literal.goal}' is asked for where something else of it was said")
+                found = [*(f for f in found if not self._superseded(f, row, clauses, number)), row]
         if not found:
             raise Refusal(UNREAD, "it names things and asks for nothing")
         return tuple({row.literal.goal: row.literal for row in found}.values())
@@ -397,7 +396,7 @@ class _Reading:
         means = not one.needs or any(self._fluents[f[0]].in_hand for f in one.needs)
         if means and (other.needs or other.shown):
             return True
-        apart = clauses.index(before.clause) < number - 1 or row.clause.later or self._brief
+        apart = clauses.index(before.clause) < number - 1 or row.clause.later
         return apart and bool(self._fluents.clash(self._its.scene, one, other))
 
     def _meaning(self, row: _Row) -> GoalCondition | None:
