@@ -54,7 +54,9 @@ class ClauseParser:
         if start >= len(self.words) and before:
             yield before
             return
-        for clause, end in (*self._clauses(start), *self._remnants(start, before), *self._stated(start)):
+        plain = self._separated(at)
+        asked = self._clauses(plain) if plain != start else ()
+        for clause, end in (*self._clauses(start), *asked, *self._remnants(start, before), *self._stated(start)):
             for behind in self._closed(end):
                 yield from self._without_verbs(behind, (*before, clause))
 
@@ -65,16 +67,24 @@ class ClauseParser:
             return
         if self.words[start : start + 1] == (RETRACT,):
             yield from self._rest(start + 1, (*before[:-1], *(Clause("", (), c.theme) for c in before[-1:])))
-        for clause, end in (*self._clauses(start), *self._remnants(start, before), *self._brief(start, toward=True)):
+        plain = self._separated(at)
+        asked = self._clauses(plain) if plain != start else ()
+        for clause, end in (*self._clauses(start), *asked, *self._remnants(start, before), *self._brief(start, toward=True)):
             self.farthest = max(self.farthest, end)
             for behind in self._closed(end):
                 yield from self._rest(behind, (*before, replace(clause, later=later)))
+
+    def _separated(self, at: int) -> int:
+        """Where what follows a separator begins."""
+        while at < len(self.words) and self.words[at] in (*english.STOPS, "and", "but"):
+            at += 1
+        return at
 
     def _polite(self, at: int) -> tuple[int, bool]:
         """Start of a request, and whether it is said to come later."""
         start, later = at, False
         while start < len(self.words):
-            found = starts(self.words, start, english.POLITE)
+            found = sorted((*starts(self.words, start, english.POLITE), *starts(self.words, start, english.CLOSING)), reverse=True)
             word = self.words[start]
             if found:
                 later = later or bool(english.LATER & set(self.words[start : found[0]]))
@@ -122,8 +132,9 @@ class ClauseParser:
 
     # Imperatives
 
-    def _imperative(self, at: int) -> Iterator[Found]:
-        for frame, verb, particle, end in self.frames.verbs(self.words, at):
+    def _imperative(self, at: int, *, participle: bool = False) -> Iterator[Found]:
+        verbs = self.frames.participles if participle else self.frames.verbs
+        for frame, verb, particle, end in verbs(self.words, at):
             end += self.words[end : end + 1] in (("me",), ("us",))
             if frame.converse:
                 yield from self._converse(frame, verb, end)
@@ -146,7 +157,7 @@ class ClauseParser:
         for place, end in self._nouns.nouns(at):
             if frame.after:
                 for start in starts(self.words, end, frame.after):
-                    yield from ((self._clause(frame, verb, theme, place, "phrase", verb), last) for theme, last in self._nouns.nouns(start))
+                    yield from ((self._clause(frame, verb, theme, place, "phrase", ("to",)), last) for theme, last in self._nouns.nouns(start))
             else:
                 there = Noun(f"everything in {place.said}", english.ANYTHING, "all", links=(Link("at", (), (place,)),))
                 yield self._clause(frame, verb, there, place, "phrase", verb), end
@@ -163,7 +174,7 @@ class ClauseParser:
         if self.words[at : at + 1] == ("if",):
             for theme, end in self._nouns.nouns(at + 1):
                 ways = [(b, False) for b in starts(self.words, end, english.BE)]
-                ways += [(b + 1, True) for b, _ in ways if self.words[b : b + 1] == ("not",)]
+                ways += [(b, True) for b in starts(self.words, end, english.IS_NOT)]
                 for begin, denied in ways:
                     yield from ((replace(c, given=True, denied=denied), last) for c, last in self._predicates(theme, begin))
 
@@ -193,13 +204,20 @@ class ClauseParser:
         elif frame.place:
             for begin in self._between(at):
                 yield from self._places(frame, verb, theme, begin)
-            for unary in self.frames.unary:
-                for begin in starts(self.words, at, unary.stated):
-                    yield from ((replace(c, state=unary.phrase), end) for c, end in self._places(frame, verb, theme, begin))
+            yield from self._posed(frame, verb, theme, at)
         elif not frame.after:
             yield self._clause(frame, verb, theme), at
         else:
             yield from ((self._clause(frame, (*verb, *a), theme), end) for a in frame.after for end in starts(self.words, at, (a,)))
+
+    def _posed(self, frame: Frame, verb: Words, theme: Noun, at: int) -> Iterator[Found]:
+        """Places with a state before or behind them: "upside down on the tray"."""
+        for unary in self.frames.unary:
+            for begin in starts(self.words, at, unary.stated):
+                yield from ((replace(c, state=unary.phrase), end) for c, end in self._places(frame, verb, theme, begin))
+        for clause, last in self._places(frame, verb, theme, at):
+            for unary in self.frames.unary:
+                yield from ((replace(clause, state=unary.phrase), end) for end in starts(self.words, last, unary.stated))
 
     def _between(self, at: int) -> tuple[int, ...]:
         """Where a place may begin behind its theme: adverbs, commas and "down", "back" may be between."""
@@ -220,6 +238,8 @@ class ClauseParser:
                     continue  # "to the right of the cup" is beside it
                 clause = self._clause(frame, verb, theme, place, "phrase", self.words[at:start])
                 yield clause, end
+                if self.words[end : end + 1] == ("respectively",):
+                    yield replace(clause, paired=True), end + 1
                 if frame.beside:
                     yield from ((replace(clause, beside=link), last) for link, last in self._nouns.beside(end))
         yield from self._adverbs(frame, verb, theme, at)
@@ -272,15 +292,15 @@ class ClauseParser:
         for frame in self.frames.placing:
             for start in starts(self.words, at, frame.prepositions):
                 for place, end in self._nouns.nouns(start, joined=False):
-                    begin, _ = self._polite(end)
-                    yield from self._behind_place(frame, place, self.words[at:start], begin)
+                    for begin in {end, self._polite(end)[0]}:
+                        yield from self._behind_place(frame, place, self.words[at:start], begin)
 
     def _behind_place(self, frame: Frame, place: Noun, words: Words, at: int) -> Iterator[Found]:
         for other, verb, particle, end in self.frames.verbs(self.words, at):
             if other == frame and not particle:
                 for theme, last in self._nouns.nouns(end):
                     yield self._clause(frame, verb, theme, place, "phrase", words), last
-        for end in starts(self.words, at, english.BE):
+        for end in (*starts(self.words, at, english.BE), *starts(self.words, at, english.WISH)):
             yield from ((self._clause(frame, (), theme, place, "phrase", words), last) for theme, last in self._nouns.nouns(end))
 
     def _remnants(self, at: int, before: tuple[Clause, ...]) -> Iterator[Found]:
@@ -293,16 +313,31 @@ class ClauseParser:
         for noun, end in self._nouns.nouns(at):
             if noun.quantity == "none" or starts(self.words, end, english.TOO):
                 yield replace(last, theme=noun, denied=last.denied or noun.quantity == "none"), end
-        if self.words[at : at + 1] == ("not",):
+        joined = self.words[at - 1] in ("and", "then", "but")
+        if joined or (last.place is None and self.words[at - 1] == ","):
+            yield from self._further(last, at)
+        if self.words[at : at + 1] == ("not",) and joined:
             for noun, end in self._nouns.nouns(at + 1):
                 yield replace(last, theme=noun, denied=True), end
             for frame in self.frames.placing:
                 yield from ((replace(c, denied=True), end) for c, end in self._places(frame, (), last.theme, at + 1))
 
+    def _further(self, last: Clause, at: int) -> Iterator[Found]:
+        """What else is said of the same things: "off the tray and into the drawer", "and in it the tin"."""
+        for frame in self.frames.placing:
+            yield from self._places(frame, (), last.theme, at)
+            for start in starts(self.words, at, frame.prepositions):
+                for place, end in self._nouns.nouns(start, joined=False):
+                    for theme, last_ in self._nouns.nouns(end) if place.pronoun else ():
+                        yield self._clause(frame, (), theme, place, "phrase", self.words[at:start]), last_
+        for frame in self.frames.unary:
+            yield from ((self._clause(frame, self.words[at:end], last.theme), end) for end in starts(self.words, at, frame.stated))
+
     def _stated(self, at: int) -> Iterator[Found]:
         """A state without any verb: "the drawer shut", "the mug upside down on the tray"."""
         for theme, end in self._nouns.nouns(at) if at < len(self.words) else ():
-            yield from self._predicates(theme, end)
+            for begin in dict.fromkeys((*self._between(end), end + (self.words[end : end + 1] == (":",)))):
+                yield from self._predicates(theme, begin)
 
     def _brief(self, at: int, *, toward: bool = False) -> Iterator[Found]:
         """A clause without a verb, "the tin into the bowl"; ``toward``: with a preposition of a destination alone."""
@@ -323,7 +358,10 @@ class ClauseParser:
                 for begin in starts(self.words, end, english.NOT_BE):
                     yield from ((replace(clause, denied=True), last) for clause, last in self._predicates(theme, begin))
                 for begin in (*been, *((end,) if start != at else ())):
-                    yield from self._predicates(theme, begin)
+                    told = start == at and self.words[end] in english.TOLD
+                    yield from ((replace(c, told=told), last) for c, last in self._predicates(theme, begin))
+                for begin in starts(self.words, end, english.IS_NOT) if start != at else ():
+                    yield from ((replace(c, denied=True), last) for c, last in self._predicates(theme, begin))
                 for begin in starts(self.words, end, english.NEEDS):
                     for frame, verb, particle, last in self.frames.verbs(self.words, begin):
                         if verb[0].endswith("ing") and not particle:
@@ -337,6 +375,10 @@ class ClauseParser:
                 continue  # "get the cup from the hook" takes it off
             for frame in self.frames.placing:
                 yield from self._places(frame, (), theme, begin)
+                yield from self._posed(frame, (), theme, begin)
+        for frame in self.frames.measured:
+            if self.words[at : at + 1] == tuple(frame.phrase.form.split()[1:2]):
+                yield from self._amounts(frame, self.words[at : at + 1], theme, at + 1)
         for frame, verb, particle, end in self.frames.participles(self.words, at):
             if not particle:
                 yield from self._complements(frame, verb, theme, end)
@@ -348,7 +390,9 @@ class ClauseParser:
         """A subordinate clause of time: "after opening the drawer, ...", whose verb is a gerund or a participle."""
         if self.words[at : at + 1] in (("by",), ("while",), *((w,) for w in TIME)):
             for k in (at + 1, at + 2, at + 3):
-                yield from self._imperative(k) if self.words[at + 1 : k] in ((), ("you",), ("you", "have"), ("having",)) else ()
+                yield from self._imperative(k) if self.words[at + 1 : k] in ((), ("you",), ("having",)) else ()
+                done = self.words[k - 1 : k] in (("have",), ("having",)) and self.words[at + 1 : k] in ((), ("you", "have"), ("having",))
+                yield from self._imperative(k, participle=True) if done else ()
             yield from self._wished(at + 1)
 
     def _clause(

@@ -81,10 +81,14 @@ FILLERS, REPAIRS, EMPHASIS = _patterns("fillers"), _patterns("repairs"), _set("e
 """Words that say nothing anywhere, that take back what was said before them, and that say nothing before a preposition."""
 NONE, EXCEPT, CONTRAST = _patterns("none"), _patterns("except"), _patterns("contrast")
 """Words before things of which something shall not be so, that are left out, or that are not meant."""
+TOLD = frozenset({"is", "are", "'s", "was", "were", "lies", "stands", "sits", "hangs", "rests"})
+"""Verbs that may also say how things are."""
 TOO, WILL_DO, NEEDS = _patterns("too"), _patterns("will do"), _patterns("needs")
 """Words behind what is meant as well, behind what suits, and before a verb in its "-ing" form that tells what is to be done."""
 ASIDE = _set("aside")
 """Adverbs of places, which are names where a thing is called so."""
+IS_NOT = _patterns("is not")
+"""Words between what is meant and what should not hold of it, behind a wish."""
 NUMBER = _patterns("number")
 """Words before the number of a thing."""
 PRELUDE = _set("prelude")
@@ -138,7 +142,7 @@ def tokens(text: str) -> Words:
 
     Phrases for "on top of" become one word.
     """
-    said = re.sub(r"[()\u2013\u2014]|\s-\s|\.\.+|\u2026", " , ", text.lower().replace("\u2019", "'")).replace("-", " ").replace("#", " number ")
+    said = re.sub(r"[()\u2013\u2014]|\s-\s|\.\.+|\u2026", " , ", re.sub(r"-+>|=+>|\u2192", " to ", text.lower()).replace("\u2019", "'")).replace("-", " ").replace("#", " number ")
     for short, whole in _TABLES["contracted"].items():
         said = re.sub(rf"\b{short}(?!')\b", whole, said)
     for ending, whole in _TABLES["endings"].items():

@@ -59,6 +59,7 @@ class Frames:
         first = next((f.phrase for f in self._all if f.beside), None)
         self._all = tuple(replace(f, beside=f.beside and f.phrase == first) for f in self._all)
         self.placing = tuple(f for f in self._all if f.place and not f.converse)
+        self.measured = tuple(f for f in self._all if f.amount)
         self.unary = tuple(f for f in self._all if not f.place and not f.amount)
         every = {p for f in self.placing if not f.before for p in f.prepositions}
         self.prepositions = tuple(sorted(every, key=lambda p: (-len(p), p)))

@@ -59,6 +59,8 @@ class NounParser:
 
     def _joined(self, at: int, members: tuple[Noun, ...], end: int, deep: int) -> Iterator[Found]:
         """Descriptions joined by commas, "and" and "or"."""
+        if any(link.relation == "except" for link in members[-1].links):
+            return  # "all but the jug and the bowl"
         for word, behind in self._conjunctions(end):
             for other, last in self.nouns(behind, deep, joined=False):
                 found = (*members, other)
@@ -94,6 +96,14 @@ class NounParser:
         if word in ("everything", "anything", "nothing") or (word == "all" and after in ("that", *self._ends)):
             quantity = {"anything": "a", "nothing": "none"}.get(word, "all")
             yield from self._linked(at, Noun("", english.ANYTHING, quantity), at + 1 + (after == "else"), 1)
+        if word in ("those", "these"):
+            yield from ((n, end) for n, end in self._linked(at, Noun("", english.ANYTHING, "all"), at + 1, 1) if n.links)
+        if word in ("whichever", "whatever", "what"):
+            for end in self._cores(at + 1):
+                named = self._named(Noun(""), self.words[at + 1 : end])
+                for begin in starts(self.words, end, english.FINITE) if named is not None and named.words else ():
+                    for link, last in self._related(begin, at, 1):
+                        yield from self._linked(at, replace(named, links=(*named.links, link)), last, 1)
         if word in ("what", "whatever"):
             yield from ((n, end) for n, end in self._linked(at, Noun("", english.ANYTHING, "all"), at, 1) if n.links)
         if word == "both" and (after in self._ends or not after):
@@ -206,16 +216,20 @@ class NounParser:
         if self.words[at : at + 1] == (",",) and starts(self.words, at + 1, english.THAT):
             at += 1
         for begin in dict.fromkeys((*starts(self.words, at, english.THAT), at)):
-            for start in dict.fromkeys((*starts(self.words, begin, english.THAT), begin)):
-                yield from self._sides(start, deep)
-                yield from self._relations(start, deep)
-            if begin != at and begin < len(self.words) and self.words[begin] in self.states:
-                yield Link("state", (self.words[begin],)), begin + 1
-            end = begin
-            while end < len(self.words) and (self._is_colour(end) or (end > begin and self.words[end] == "and")):
-                end += 1
-            if begin != at and end > begin:
-                yield Link("colour", self.words[begin:end]), end
+            yield from self._related(begin, at, deep)
+
+    def _related(self, begin: int, at: int, deep: int) -> Iterator[tuple[Link, int]]:
+        """Relations that stand behind their first words, which begin at another position, if at all."""
+        for start in dict.fromkeys((*starts(self.words, begin, english.THAT), begin)):
+            yield from self._sides(start, deep)
+            yield from self._relations(start, deep)
+        if begin != at and begin < len(self.words) and self.words[begin] in self.states:
+            yield Link("state", (self.words[begin],)), begin + 1
+        end = begin
+        while end < len(self.words) and (self._is_colour(end) or (end > begin and self.words[end] == "and")):
+            end += 1
+        if begin != at and end > begin:
+            yield Link("colour", self.words[begin:end]), end
 
     def _excepted(self, at: int, deep: int) -> Iterator[tuple[Link, int]]:
         """Things that are left out: "everything except the jug"."""

@@ -55,12 +55,14 @@ class Mentions(Value):
         themes, places: of each clause, the first one first.
         words: by which a thing was called last.
         put: what was put somewhere.
+        some: themes of which any one was meant.
     """
 
     themes: tuple[tuple[str, ...], ...] = ()
     places: tuple[tuple[str, ...], ...] = ()
     words: Words = ()
     put: frozenset[str] = frozenset()
+    some: frozenset[tuple[str, ...]] = frozenset()
 
     @property
     def every(self) -> frozenset[str]:
@@ -155,7 +157,7 @@ class Resolver:
         """Things by the words of a description."""
         every = [n for n in self.labels.of if not (noun.other and n in mentions.every)]
         if not noun.words:
-            words = mentions.words
+            words = mentions.words[-1:] if noun.other else mentions.words
             found = [n for n in every if self.labels.fits(n, words) > 1 and about(n)] if words else []
             return found or [n for n in every if self.scene.world.thing(n).movable and about(n)]
         fits = {n: self.labels.fits(n, noun.words) for n in every}
@@ -375,6 +377,8 @@ class Resolver:
             wholes = tuple(dict.fromkeys(map(thing_of, group)))
             return wholes if all(map(about, wholes)) else tuple(self._parts(wholes, about))
 
+        if not noun.several and mentions.themes and mentions.themes[-1] in mentions.some:
+            return Referents(noun.said, mentions.themes[-1], some=1)
         if noun.several:
             last: tuple[tuple[str, ...], ...] = (*(mentions.themes[-1:]), *(mentions.places[-1:]))
             together = tuple(dict.fromkeys(n for g in last for n in map(thing_of, g) if about(n)))

@@ -243,7 +243,9 @@ class _Reading:
         if clause.relation == "swap":
             return self._swapped(clause)
         if not clause.phrases:
-            self._mention(clause, self._its.things(clause.theme, lambda _: True, self._mentions).names, ())
+            self._its.needless += 1
+            named = self._its.things(clause.theme, lambda _: True, self._mentions)
+            self._mention(clause, named.names, (), open=named.some == 1)
             self._mentions = replace(self._mentions, words=clause.theme.words or self._mentions.words)
             return []
         phrase = clause.phrases[0]
@@ -252,13 +254,13 @@ class _Reading:
             self._mentions = replace(self._mentions, words=clause.theme.words)
         if clause.place is None:
             rows = self._unary(clause, phrase, themes)
-            self._mention(clause, themes.names, ())
+            self._mention(clause, themes.names, (), open=themes.some == 1)
             return rows
         if clause.relation == "phrase":
             themes = self._without_carried(clause, themes)
             places = self._places.at(clause.place, clause.words, phrase, themes.names, self._mentions)
             rows = self._placed(clause, phrase, themes, places)
-            self._mention(clause, themes.names, places.names)
+            self._mention(clause, themes.names, places.names, open=themes.some == 1)
             return rows
         return self._spots(clause, themes)
 
@@ -287,6 +289,9 @@ class _Reading:
     def _placed(self, clause: Clause, phrase: GoalPhrase, themes: Referents, places: Referents) -> list[_Row]:
         if clause.words and " ".join(clause.words) in _OPEN_WAYS and not phrase.suits(self._its.scene, themes.names[0], places.names[0]):
             raise Refusal(UNREAD, f"'{clause.said}' is said of another kind of place")
+        if clause.paired and len(places.names) == len(themes.names) and not places.some and not themes.some:
+            pairs = [(t, self._said(phrase, (t, at))) for t, at in zip(themes.names, places.names, strict=True)]
+            return self._rows(clause, phrase, pairs, 0, ((clause.theme.said, themes.listed),))
         if len(places.names) > 1 and places.some != 1:
             raise Refusal(OPEN, f"'{places.said}' are {listed(list(places.names), 'and')}; say which thing goes where")
         themes = self._from_there(clause, phrase, themes, places)
@@ -309,7 +314,7 @@ class _Reading:
         if condition.needs or not condition.without or {*themes.names} & self._mentions.put:
             return themes
         there = tuple(t for t in themes.names if any(self._its.anywhere(t, thing_of(p)) for p in places.names))
-        if there and clause.theme.quantity == "all":
+        if there and (clause.theme.quantity == "all" or clause.theme.several):
             return replace(themes, names=there)
         if not there and clause.said != spoken(clause.words):
             at = f"is not on or in {listed([*places.names])}"
@@ -371,11 +376,12 @@ class _Reading:
         left = list(things)
         return " ".join(left.pop(0) if w.isupper() else w for w in phrase.form.split())
 
-    def _mention(self, clause: Clause, themes: tuple[str, ...], places: tuple[str, ...]) -> None:
+    def _mention(self, clause: Clause, themes: tuple[str, ...], places: tuple[str, ...], *, open: bool = False) -> None:
         words = self._mentions.words or (clause.place.words if clause.place is not None else ())
         themes = tuple(dict.fromkeys(self._whole(n, clause) for n in themes))
         put = self._mentions.put | ({*themes} if clause.place is not None else set())
-        self._mentions = Mentions((*self._mentions.themes, themes), (*self._mentions.places, places), words, frozenset(put))
+        some = self._mentions.some | ({themes} if open else set())
+        self._mentions = Mentions((*self._mentions.themes, themes), (*self._mentions.places, places), words, frozenset(put), some)
 
     def _whole(self, name: str, clause: Clause) -> str:
         """The thing that was named, where a part of it was meant: of "the stove" the knob."""
@@ -391,13 +397,17 @@ class _Reading:
         one, other = (self._meaning(r) for r in (before, row))
         if one is None or other is None:
             return False
-        if row.clause.theme.pronoun and before.clause.said == spoken(before.clause.words) and one.needs and one.needs <= self._its.facts:
+        if before.clause.told and one.needs and one.needs <= self._its.facts:
             return True  # "the tin is on the tray: pick it up" says where it is
         means = not one.needs or any(self._fluents[f[0]].in_hand for f in one.needs)
         if means and (other.needs or other.shown):
             return True
         apart = clauses.index(before.clause) < number - 1 or row.clause.later
-        return apart and bool(self._fluents.clash(self._its.scene, one, other))
+        if not apart or not self._fluents.clash(self._its.scene, one, other):
+            return False
+        if not self._fluents.clash(self._its.scene, replace(one, without=frozenset()), replace(other, without=frozenset())):
+            raise Refusal(FALSE, f"'{before.literal.goal}' and '{row.literal.goal}' cannot both hold in the end")
+        return True
 
     def _meaning(self, row: _Row) -> GoalCondition | None:
         """State that a goal asks for; None where it leaves something open."""

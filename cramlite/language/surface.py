@@ -148,11 +148,8 @@ def _sided(words: Words) -> Words:
     said = re.sub(r"\b(?:to|on|at|by|onto) (?:its|their|his|her) (left|right)(?: hand)?(?: side)?\b", r"to the \1 of it", said)
     said = re.sub(r"\ba (?:couple|pair)(?: of)?\b", "two", said)
     said = re.sub(r"\b(?:can|could|may) (?:i|we) (?:have|get)\b", "give me", said)
-    return tuple(re.sub(r"\bthe rest(?: of)?(?= (?:the|them|on|in|into|onto|to|should|must|shall|goes|go|belong|stays?|[,.;])|$)", _rest, said).split())
-
-
-def _rest(found: re.Match[str]) -> str:
-    return "the other" if found[0].endswith("of") else "the other ones"
+    said = re.sub(r"\bthe rest of (?:the|my|these|those)\b", "the other", said)
+    return tuple(re.sub(r"\bthe rest(?: of them)?(?= (?:on|in|into|onto|to|should|must|shall|goes|go|belong|[,.;])|$)", "the other ones", said).split())
 
 
 def _without_prelude(words: Words) -> Words:

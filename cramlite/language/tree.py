@@ -76,6 +76,8 @@ class Clause(Value):
         beside: a further relation of the place: "on the table next to the plate".
         later: whether it is to be done after the ones before.
         denied: whether it shall not be so: "the tin should not be on the floor".
+        told: whether it says how things are, as it seems: "the drawer is shut".
+        paired: whether each theme has its own place: "respectively".
         given: whether it is a condition of the next request: "if the drawer is open".
         state: how the theme shall be there, as a goal phrase of it alone: "put the cup upside down onto the tray".
     """
@@ -91,4 +93,6 @@ class Clause(Value):
     later: bool = False
     denied: bool = False
     given: bool = False
+    told: bool = False
+    paired: bool = False
     state: GoalPhrase | None = None
