@@ -16,10 +16,12 @@ from .surface import RETRACT
 from .tree import Clause, Link, Noun
 
 Found = tuple[Clause, int]
+Clauses = tuple[Clause, ...]
 TIME = ("after", "once", "before", "when", "having")
 """Words before a clause that is done earlier or later."""
 FURTHER = ("and", "but", "then", "so", "such", "until", "till", "if", "while", "with", "leaving", "keeping", "making", "ensuring", RETRACT)
 """Words before a further clause."""
+RESPECTIVELY = (("respectively",), (",", "respectively"))
 AIMS = (("so", "that"), ("such", "that"), ("until",), ("till",), ("so",), ("in", "order", "that"))
 """Words before the state that a motion is for."""
 MOST = 600
@@ -39,40 +41,42 @@ class ClauseParser:
         self.words, self.frames, self._names = words, frames, names
         self._nouns = NounParser(words, frames.prepositions, frames.states, names)
         self._parsed: dict[int, tuple[Found, ...]] = {}
+        self._dropped: set[Clauses] = set()
         self.farthest = 0
 
-    def readings(self) -> Iterator[tuple[Clause, ...]]:
-        """Generate the readings of the whole sentence, the likelier ones first."""
-        yield from islice(self._rest(0, ()), MOST)
+    def readings(self, *, brief: bool = False) -> Iterator[Clauses]:
+        """Generate the readings of the whole sentence, the likelier ones first.
 
-    def elliptic(self) -> Iterator[tuple[Clause, ...]]:
-        """Generate the readings of a sentence without any verb: "all blocks on the tray, the tin in the bowl"."""
-        yield from islice(self._without_verbs(0, ()), MOST)
+        Args:
+            brief: whether verbs may be missing everywhere: "all blocks on the tray, the drawer shut".
+        """
+        self._seen: set[tuple[int, Clauses]] = set()
+        yield from islice(self._rest(0, (), brief), MOST)
 
-    def _without_verbs(self, at: int, before: tuple[Clause, ...]) -> Iterator[tuple[Clause, ...]]:
-        start, _ = self._polite(at)
-        if start >= len(self.words) and before:
-            yield before
-            return
-        plain = self._separated(at)
-        asked = self._clauses(plain) if plain != start else ()
-        for clause, end in (*self._clauses(start), *asked, *self._remnants(start, before), *self._stated(start)):
-            for behind in self._closed(end):
-                yield from self._without_verbs(behind, (*before, clause))
+    def drop(self, clauses: Clauses) -> None:
+        """Leave out all readings that begin with some clauses, which make no sense here."""
+        self._dropped.add(clauses)
 
-    def _rest(self, at: int, before: tuple[Clause, ...]) -> Iterator[tuple[Clause, ...]]:
+    def _rest(self, at: int, before: Clauses, brief: bool) -> Iterator[Clauses]:
         start, later = self._polite(at)
+        if (start, before) in self._seen:
+            return
+        self._seen.add((start, before))
         if start >= len(self.words) and before:
             yield before
             return
         if self.words[start : start + 1] == (RETRACT,):
-            yield from self._rest(start + 1, (*before[:-1], *(Clause("", (), c.theme) for c in before[-1:])))
+            yield from self._rest(start + 1, (*before[:-1], *(Clause("", (), c.theme) for c in before[-1:])), brief)
         plain = self._separated(at)
         asked = self._clauses(plain) if plain != start else ()
-        for clause, end in (*self._clauses(start), *asked, *self._remnants(start, before), *self._brief(start, toward=True)):
+        further = self._stated(start) if brief else self._brief(start, toward=True)
+        for clause, end in dict.fromkeys((*self._clauses(start), *asked, *self._remnants(start, before), *further)):
             self.farthest = max(self.farthest, end)
+            clauses = (*before, replace(clause, later=later))
             for behind in self._closed(end):
-                yield from self._rest(behind, (*before, replace(clause, later=later)))
+                if any(clauses[:k] in self._dropped for k in range(1, len(clauses) + 1)):
+                    break
+                yield from self._rest(behind, clauses, brief)
 
     def _separated(self, at: int) -> int:
         """Where what follows a separator begins."""
@@ -213,7 +217,7 @@ class ClauseParser:
     def _posed(self, frame: Frame, verb: Words, theme: Noun, at: int) -> Iterator[Found]:
         """Places with a state before or behind them: "upside down on the tray"."""
         for unary in self.frames.unary:
-            for begin in starts(self.words, at, unary.stated):
+            for begin in starts(self.words, at, unary.stated) if self.words[at : at + 1] and self.words[at] not in english.PLACED else ():
                 yield from ((replace(c, state=unary.phrase), end) for c, end in self._places(frame, verb, theme, begin))
         for clause, last in self._places(frame, verb, theme, at):
             for unary in self.frames.unary:
@@ -238,8 +242,7 @@ class ClauseParser:
                     continue  # "to the right of the cup" is beside it
                 clause = self._clause(frame, verb, theme, place, "phrase", self.words[at:start])
                 yield clause, end
-                if self.words[end : end + 1] == ("respectively",):
-                    yield replace(clause, paired=True), end + 1
+                yield from ((replace(clause, paired=True), last) for last in starts(self.words, end, RESPECTIVELY))
                 if frame.beside:
                     yield from ((replace(clause, beside=link), last) for link, last in self._nouns.beside(end))
         yield from self._adverbs(frame, verb, theme, at)

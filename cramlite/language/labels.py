@@ -29,12 +29,14 @@ class Called(Value):
 
     Args:
         heads: whole names, e.g. ("moka", "pot") and ("pot",).
+        kinds: names of classes that its own is a kind of.
         synonyms: further ones, which ontologies list.
         words: that may stand before them.
         colours: that it is known to have; none where nothing is known.
     """
 
     heads: frozenset[Words]
+    kinds: frozenset[Words]
     synonyms: frozenset[Words]
     words: frozenset[str]
     colours: frozenset[str]
@@ -74,11 +76,11 @@ class Labels(Value, dict=True):
         return frozenset(named | classes | synonyms | set(COLOURS) | set(SHADES) | PACKAGES | GENERAL | REGIONS)
 
     def fits(self, name: str, words: Words) -> int:
-        """Return how well words name a thing: 3 by their last word, 2 by a synonym, 1 by words of its name, 0 not at all."""
+        """Return how well words name a thing: 4 by its name or class, 3 by what that is a kind of, 2 by a synonym, 1 by some word, 0 not."""
         said, called = normal(words), self.of[name]
         if not said:
-            return 3
-        for level, heads in ((3, called.heads), (2, called.synonyms)):
+            return 4
+        for level, heads in ((4, called.heads), (3, called.kinds), (2, called.synonyms)):
             if any(said[k:] in heads and self._describe(name, said[:k]) for k in range(len(said))):
                 return level
         if said[-1] in PACKAGES and self._unspecific(name) and len(said) > 1:
@@ -121,18 +123,19 @@ class Labels(Value, dict=True):
         heads: set[Words] = {own[k:] for k in range(len(own))} if own and not (mounted and rest) else set()
         heads |= {(name.lower(),)} | {tuple(re.findall(r"[a-z]+|\d+", name.lower()))}
         classes = [c for c in taxonomy.ancestors(thing.type) if taxonomy.is_a(c, OBJECT)]
-        heads |= {normal(label) for label, class_ in taxonomy.labels.items() if class_ in classes}
+        heads |= {normal(label) for label, class_ in taxonomy.labels.items() if class_ == thing.type}
         heads |= {normal(words_of(local_name(thing.type)))}
+        kinds = {normal(label) for label, class_ in taxonomy.labels.items() if class_ in classes} - heads
         shapes = _shapes(thing) if taxonomy.thing_named(name) is None else set()
-        synonyms = (_synonyms(heads | shapes, taxonomy.synonyms) | shapes) - heads
-        words = {*own, *rest, *(w for head in heads for w in head)}
+        synonyms = (_synonyms(heads | kinds | shapes, taxonomy.synonyms) | shapes) - heads - kinds
+        words = {*own, *rest, *(w for head in (*heads, *kinds) for w in head)}
         if mounted and thing.joint is not None and thing.joint.parent in self.scene.types and thing.joint.parent != name:
             parent = self._called(thing.joint.parent)
             words |= parent.words | {w for head in parent.heads for w in head}
         colours = ({*own} | {w for h in heads for w in h if len(h) == 1}) & set(COLOURS)
         if not colours & {*own}:
             colours = {c for c in (colour_of(thing),) if c} or colours
-        return Called(frozenset(heads), frozenset(synonyms), frozenset(words), frozenset(colours))
+        return Called(frozenset(heads), frozenset(kinds), frozenset(synonyms), frozenset(words), frozenset(colours))
 
 
 def _shapes(thing: Thing) -> set[Words]:

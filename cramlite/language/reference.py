@@ -166,7 +166,7 @@ class Resolver:
             every = [n for n in every if fits[n] > 1 and self.labels.by_name(n, noun.words)] or every
         if {*normal(noun.words)} & REGIONS and not any(fits.values()):
             return self._layers(noun, about, mentions)
-        for level in (3, 2, 1):
+        for level in (4, 3, 2, 1):
             named = [n for n in every if fits[n] == level]
             suited = [n for n in named if about(n)] or self._parts(named, about)
             if suited:
@@ -295,7 +295,9 @@ class Resolver:
                 raise Refusal(OPEN, f"'{noun.said}': it is not said from where {listed(names, 'and')} are counted; say 'from the left'")
             return self._ordinal(names, noun, sides[-1][0] if sides else "left")
         for side, link in sides:
-            names = self._at_side(names, noun, side, link, mentions)
+            found = self._at_side(names, noun, side, link, mentions)
+            self.needless += link is not None and len(found) == len(names)
+            names = found
         return names
 
     def _numbered(self, names: list[str], ordinal: int) -> list[str]:
@@ -405,7 +407,7 @@ def _unpacked(noun: Noun) -> Noun:
     if not noun.words or singular(noun.words[-1]) not in PACKAGES or singular(noun.words[-1]) in REGIONS:
         return noun
     for k, link in enumerate(noun.links):
-        if link.relation == "of" and link.words == ("of",) and link.nouns[0].words:
+        if link.relation == "of" and link.words == ("of",) and link.nouns[0].words and link.nouns[0].quantity != "all":
             inner = link.nouns[0]
             words = (*inner.words, *noun.words[:-1], noun.words[-1])
             return replace(noun, words=words, links=(*noun.links[:k], *noun.links[k + 1 :], *inner.links))

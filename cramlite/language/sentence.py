@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from itertools import chain
 from typing import TYPE_CHECKING, NamedTuple
 
 from msgspec.structs import replace
@@ -99,8 +98,7 @@ def understand(sentence: str, scene: SymbolicWorld, fluents: Fluents, view: str 
     names = resolver.labels.names
     variants = Surface(names, resolver.labels.kinds, frames.verb_ends, frames.preposition_ends).variants(words)
     parsers = [ClauseParser(variant, frames, names) for variant in variants]
-    found = _meanings(chain.from_iterable(p.readings() for p in parsers), resolver, fluents, refused)
-    found = found or _meanings(chain.from_iterable(p.elliptic() for p in parsers), resolver, fluents, refused, brief=True)
+    found = _meanings(parsers, resolver, fluents, refused) or _meanings(parsers, resolver, fluents, refused, brief=True)
     words, parser = variants[0], parsers[0]
     if len(found) == 1:
         return Understood(sentence, next(iter(found.values())), view=space.view.name if english.SIDES.keys() & set(words) else "")
@@ -111,21 +109,23 @@ def understand(sentence: str, scene: SymbolicWorld, fluents: Fluents, view: str 
 
 
 def _meanings(
-    readings: Iterable[Sequence[Clause]], resolver: Resolver, fluents: Fluents, refused: list[Refusal], *, brief: bool = False
+    parsers: Sequence[ClauseParser], resolver: Resolver, fluents: Fluents, refused: list[Refusal], *, brief: bool = False
 ) -> dict[tuple[str, ...], tuple[Literal, ...]]:
     """Goals -> these with their origins, of the readings that make sense; the others' refusals are appended.
 
     A description says no more than it takes to tell a thing apart: of several readings, those with the fewest needless relations.
     """
     found: dict[tuple[str, ...], tuple[int, tuple[Literal, ...]]] = {}
-    for reading in readings:
+    for parser, clauses in ((p, clauses) for p in parsers for clauses in p.readings(brief=brief)):
         resolver.needless = 0
+        reading = _Reading(resolver, fluents, brief=brief)
         try:
-            literals = _Reading(resolver, fluents, brief=brief).literals(reading)
+            literals = reading.literals(clauses)
             key = tuple(sorted(one.goal for one in literals))
             found[key] = min(found.get(key, (resolver.needless, literals)), (resolver.needless, literals), key=lambda f: f[0])
         except Refusal as refusal:
             refused.append(refusal)
+            parser.drop(tuple(clauses[: reading.at + 1]))
     least = min((needless for needless, _ in found.values()), default=0)
     return {goals: literals for goals, (needless, literals) in found.items() if needless == least}
 
@@ -196,11 +196,13 @@ class _Reading:
         self._brief = brief
         self._its, self._fluents, self._places = resolver, fluents, Places(resolver)
         self._mentions = Mentions()
+        self.at = 0
 
     def literals(self, clauses: Sequence[Clause]) -> tuple[Literal, ...]:
         """Goals of all clauses; those that a later one takes back are left out."""
         found: list[_Row] = []
         for number, clause in enumerate(clauses):
+            self.at = number
             stated = [replace(clause, phrases=(clause.state,), place=None, beside=None)] if clause.state is not None else []
             rows = [row for part in (clause, *stated) for row in self._clause(part)]
             if clause.given:
@@ -399,7 +401,7 @@ class _Reading:
             return False
         if before.clause.told and one.needs and one.needs <= self._its.facts:
             return True  # "the tin is on the tray: pick it up" says where it is
-        means = not one.needs or any(self._fluents[f[0]].in_hand for f in one.needs)
+        means = not (one.needs or one.shown) or any(self._fluents[f[0]].in_hand for f in one.needs)
         if means and (other.needs or other.shown):
             return True
         apart = clauses.index(before.clause) < number - 1 or row.clause.later
