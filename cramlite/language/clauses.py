@@ -66,7 +66,7 @@ class ClauseParser:
             yield before
             return
         if self.words[start : start + 1] == (RETRACT,):
-            yield from self._rest(start + 1, (*before[:-1], *(Clause("", (), c.theme) for c in before[-1:])), brief)
+            yield from self._rest(start + 1, (*before[:-1], *(Clause("", (), c.theme, told=True) for c in before[-1:])), brief)
         plain = self._separated(at)
         asked = self._clauses(plain) if plain != start else ()
         further = self._stated(start) if brief else self._brief(start, toward=True)
@@ -314,7 +314,8 @@ class ClauseParser:
         if last.place is not None:
             yield from self._brief(at)
         for noun, end in self._nouns.nouns(at):
-            if noun.quantity == "none" or starts(self.words, end, english.TOO):
+            comma = end + (self.words[end : end + 1] == (",",))
+            if noun.quantity == "none" or starts(self.words, comma, english.TOO):
                 yield replace(last, theme=noun, denied=last.denied or noun.quantity == "none"), end
         joined = self.words[at - 1] in ("and", "then", "but")
         if joined or (last.place is None and self.words[at - 1] == ","):

@@ -28,13 +28,15 @@ class Called(Value):
     """Labels of an entity.
 
     Args:
-        heads: whole names, e.g. ("moka", "pot") and ("pot",).
+        names: its own, and their ends, e.g. ("moka", "pot") and ("pot",).
+        heads: names of its class.
         kinds: names of classes that its own is a kind of.
         synonyms: further ones, which ontologies list.
         words: that may stand before them.
         colours: that it is known to have; none where nothing is known.
     """
 
+    names: frozenset[Words]
     heads: frozenset[Words]
     kinds: frozenset[Words]
     synonyms: frozenset[Words]
@@ -64,23 +66,23 @@ class Labels(Value, dict=True):
     @cached_property
     def kinds(self) -> frozenset[str]:
         """Nouns of things that carry a number: "can" of "can 4"."""
-        return frozenset(head[-2] for c in self.of.values() for head in c.heads if len(head) > 1 and head[-1].isdigit())
+        return frozenset(head[-2] for c in self.of.values() for head in c.names if len(head) > 1 and head[-1].isdigit())
 
     @cached_property
     def vocabulary(self) -> frozenset[str]:
         """Every word by which a thing, or a class of things, may be called."""
-        named = {w for c in self.of.values() for head in (*c.heads, *c.synonyms) for w in head}
+        named = {w for c in self.of.values() for head in (*c.names, *c.heads, *c.synonyms) for w in head}
         named |= {w for c in self.of.values() for w in c.words}
         classes = {w for label in self.scene.taxonomy.labels for w in label}
         synonyms = {w for group in self.scene.taxonomy.synonyms for labels in group for label in labels for w in label}
         return frozenset(named | classes | synonyms | set(COLOURS) | set(SHADES) | PACKAGES | GENERAL | REGIONS)
 
     def fits(self, name: str, words: Words) -> int:
-        """Return how well words name a thing: 4 by its name or class, 3 by what that is a kind of, 2 by a synonym, 1 by some word, 0 not."""
+        """Return how well words name a thing: 5 by its name, 4 by its class, 3 by what that is a kind of, 2 by a synonym, 1 by a word, 0 not."""
         said, called = normal(words), self.of[name]
         if not said:
-            return 4
-        for level, heads in ((4, called.heads), (3, called.kinds), (2, called.synonyms)):
+            return 5
+        for level, heads in ((5, called.names), (4, called.heads), (3, called.kinds), (2, called.synonyms)):
             if any(said[k:] in heads and self._describe(name, said[:k]) for k in range(len(said))):
                 return level
         if said[-1] in PACKAGES and self._unspecific(name) and len(said) > 1:
@@ -114,28 +116,30 @@ class Labels(Value, dict=True):
 
     def _unspecific(self, name: str) -> bool:
         """Whether neither name nor class gives the packaging of a thing."""
-        return not any(head[-1] in PACKAGES for head in self.of[name].heads)
+        called = self.of[name]
+        return not any(head[-1] in PACKAGES for head in (*called.names, *called.heads))
 
     def _called(self, name: str) -> Called:
         thing, taxonomy = self.scene.world.thing(name), self.scene.taxonomy
         own, rest = _parts(name)
         mounted = thing.joint is not None and bool(thing.joint.parent)
-        heads: set[Words] = {own[k:] for k in range(len(own))} if own and not (mounted and rest) else set()
-        heads |= {(name.lower(),)} | {tuple(re.findall(r"[a-z]+|\d+", name.lower()))}
+        names: set[Words] = {own[k:] for k in range(len(own))} if own and not (mounted and rest) else set()
+        names |= {(name.lower(),)} | {tuple(re.findall(r"[a-z]+|\d+", name.lower()))}
         classes = [c for c in taxonomy.ancestors(thing.type) if taxonomy.is_a(c, OBJECT)]
-        heads |= {normal(label) for label, class_ in taxonomy.labels.items() if class_ == thing.type}
+        heads = {normal(label) for label, class_ in taxonomy.labels.items() if class_ == thing.type}
         heads |= {normal(words_of(local_name(thing.type)))}
         kinds = {normal(label) for label, class_ in taxonomy.labels.items() if class_ in classes} - heads
+        heads = heads - names
         shapes = _shapes(thing) if taxonomy.thing_named(name) is None else set()
-        synonyms = (_synonyms(heads | kinds | shapes, taxonomy.synonyms) | shapes) - heads - kinds
-        words = {*own, *rest, *(w for head in (*heads, *kinds) for w in head)}
+        synonyms = (_synonyms(names | heads | kinds | shapes, taxonomy.synonyms) | shapes) - names - heads - kinds
+        words = {*own, *rest, *(w for head in (*names, *heads, *kinds) for w in head)}
         if mounted and thing.joint is not None and thing.joint.parent in self.scene.types and thing.joint.parent != name:
             parent = self._called(thing.joint.parent)
-            words |= parent.words | {w for head in parent.heads for w in head}
-        colours = ({*own} | {w for h in heads for w in h if len(h) == 1}) & set(COLOURS)
+            words |= parent.words | {w for head in (*parent.names, *parent.heads) for w in head}
+        colours = ({*own} | {w for h in (*names, *heads) for w in h if len(h) == 1}) & set(COLOURS)
         if not colours & {*own}:
             colours = {c for c in (colour_of(thing),) if c} or colours
-        return Called(frozenset(heads), frozenset(kinds), frozenset(synonyms), frozenset(words), frozenset(colours))
+        return Called(frozenset(names), frozenset(heads), frozenset(kinds), frozenset(synonyms), frozenset(words), frozenset(colours))
 
 
 def _shapes(thing: Thing) -> set[Words]:

@@ -123,8 +123,9 @@ class Places:
 
     def named(self, thing: str) -> dict[str, Feature]:
         """Return the regions of a thing that have a name of their own, which speaks of no other thing."""
-        others = {w for n, c in self._labels.of.items() if n != thing for head in c.heads if len(head) == 1 for w in head}
-        others -= {w for head in self._labels.of[thing].heads for w in head} | set(SIDES) | REGIONS
+        others = {w for n, c in self._labels.of.items() if n != thing for head in (*c.names, *c.heads) if len(head) == 1 for w in head}
+        its = self._labels.of[thing]
+        others -= {w for head in (*its.names, *its.heads) for w in head} | set(SIDES) | REGIONS
         found = {}
         for feature in self._its.scene.world.thing(thing).features:
             said = {w for w in _words(feature.name) if w not in TECHNICAL}
@@ -258,7 +259,7 @@ class Places:
         for thing in self._its.scene.world.things:
             for feature in thing.features if thing.furniture and thing.name != other else ():
                 said = _words(feature.name) - _words(thing.name)
-                named = any(set(head) <= said for head in called.heads if head) or said - {side} - REGIONS <= called.words
+                named = any(set(head) <= said for head in (*called.names, *called.heads) if head) or said - {side} - REGIONS <= called.words
                 if side in said and "init" not in said and named and said - {side} - REGIONS:
                     return str(EntityName(thing.name, feature.name))
         return ""

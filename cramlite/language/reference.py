@@ -166,7 +166,7 @@ class Resolver:
             every = [n for n in every if fits[n] > 1 and self.labels.by_name(n, noun.words)] or every
         if {*normal(noun.words)} & REGIONS and not any(fits.values()):
             return self._layers(noun, about, mentions)
-        for level in (4, 3, 2, 1):
+        for level in (5, 4, 3, 2, 1):
             named = [n for n in every if fits[n] == level]
             suited = [n for n in named if about(n)] or self._parts(named, about)
             if suited:
@@ -302,7 +302,7 @@ class Resolver:
 
     def _numbered(self, names: list[str], ordinal: int) -> list[str]:
         """The thing whose name has the number of an ordinal, where all have one."""
-        numbers = {n: {h[-1] for h in self.labels.of[n].heads if len(h) > 1 and h[-1].isdigit()} for n in names}
+        numbers = {n: {h[-1] for h in self.labels.of[n].names if len(h) > 1 and h[-1].isdigit()} for n in names}
         return [n for n in names if str(ordinal) in numbers[n]] if all(numbers.values()) else []
 
     def _sized(self, names: list[str], noun: Noun) -> list[str]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from itertools import combinations
 from typing import TYPE_CHECKING, NamedTuple
 
 from msgspec.structs import replace
@@ -20,7 +21,7 @@ from .reference import Mentions, Referents, Resolver
 from .refusal import ABSENT, FALSE, OPEN, UNKNOWN, UNREAD, Refusal, listed
 from .space import Space, view_of
 from .surface import Surface
-from .tree import Clause, Link
+from .tree import Clause, Link, Noun
 
 if TYPE_CHECKING:
     from ..interpretation.fluents import Fluents, GoalCondition, GoalPhrase, SymbolicWorld
@@ -214,7 +215,19 @@ class _Reading:
                 found = [*(f for f in found if not self._superseded(f, row, clauses, number)), row]
         if not found:
             raise Refusal(UNREAD, "it names things and asks for nothing")
+        self._check(clauses, found)
         return tuple({row.literal.goal: row.literal for row in found}.values())
+
+    def _check(self, clauses: Sequence[Clause], found: Sequence[_Row]) -> None:
+        """Refuse things that are named for nothing, and goals that cannot all hold."""
+        for clause, after in zip(clauses, (*clauses[1:], None), strict=True):
+            nouns = [n for n in (after.theme, after.place, after.beside and after.beside.nouns[0]) if n] if after is not None else []
+            if not (clause.phrases or clause.told or clause.relation == "swap") and not any(n.pronoun or n.elided for n in nouns):
+                raise Refusal(UNREAD, f"'{clause.theme.said}' is named, and nothing is asked for it")
+        meant = [(row, self._meaning(row)) for row in found]
+        for (row, one), (other, two) in combinations(meant, 2):
+            if one is not None and two is not None and row.themes == other.themes and self._fluents.clash(self._its.scene, one, two):
+                raise Refusal(FALSE, f"'{row.literal.goal}' and '{other.literal.goal}' cannot both hold in the end")
 
     def _check_given(self, rows: Sequence[_Row]) -> None:
         """Refuse a request whose condition does not hold."""
@@ -244,6 +257,8 @@ class _Reading:
     def _clause(self, clause: Clause) -> Iterable[_Row]:
         if clause.relation == "swap":
             return self._swapped(clause)
+        if clause.paired and clause.place is not None:
+            return self._paired(clause, clause.place)
         if not clause.phrases:
             self._its.needless += 1
             named = self._its.things(clause.theme, lambda _: True, self._mentions)
@@ -273,6 +288,13 @@ class _Reading:
         left = tuple(n for n in themes.names if n not in put)
         return replace(themes, names=left) if clause.theme.pronoun and left else themes
 
+    def _paired(self, clause: Clause, place: Noun) -> list[_Row]:
+        """Goals of things that have a place each: "the tin and the can in the drawer and the basket, respectively"."""
+        if len(clause.theme.members) != len(place.members) or not place.members:
+            raise Refusal(OPEN, f"'{clause.theme.said}' and '{place.said}' are not as many; say which thing goes where")
+        pairs = zip(clause.theme.members, place.members, strict=True)
+        return [row for theme, at in pairs for row in self._clause(replace(clause, theme=theme, place=at, paired=False))]
+
     def _themes(self, clause: Clause, phrase: GoalPhrase) -> Referents:
         things = self._its.scene.world
 
@@ -291,9 +313,6 @@ class _Reading:
     def _placed(self, clause: Clause, phrase: GoalPhrase, themes: Referents, places: Referents) -> list[_Row]:
         if clause.words and " ".join(clause.words) in _OPEN_WAYS and not phrase.suits(self._its.scene, themes.names[0], places.names[0]):
             raise Refusal(UNREAD, f"'{clause.said}' is said of another kind of place")
-        if clause.paired and len(places.names) == len(themes.names) and not places.some and not themes.some:
-            pairs = [(t, self._said(phrase, (t, at))) for t, at in zip(themes.names, places.names, strict=True)]
-            return self._rows(clause, phrase, pairs, 0, ((clause.theme.said, themes.listed),))
         if len(places.names) > 1 and places.some != 1:
             raise Refusal(OPEN, f"'{places.said}' are {listed(list(places.names), 'and')}; say which thing goes where")
         themes = self._from_there(clause, phrase, themes, places)
