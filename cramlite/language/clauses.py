@@ -69,6 +69,8 @@ class ClauseParser:
             yield from self._rest(start + 1, (*before[:-1], *(Clause("", (), c.theme, told=True) for c in before[-1:])), brief)
         plain = self._separated(at)
         asked = self._clauses(plain) if plain != start else ()
+        meant = [e + 1 for e in self._contrasted(start) if self.words[e : e + 1] == (",",)]  # "not the tin, the can ..."
+        asked = (*asked, *(c for e in dict.fromkeys(meant) for c in (*self._clauses(e), *(self._stated(e) if brief else ()))))
         further = self._stated(start) if brief else self._brief(start, toward=True)
         for clause, end in dict.fromkeys((*self._clauses(start), *asked, *self._remnants(start, before), *further)):
             self.farthest = max(self.farthest, end)
@@ -93,7 +95,7 @@ class ClauseParser:
             if found:
                 later = later or bool(english.LATER & set(self.words[start : found[0]]))
                 start = found[0]
-            elif word in english.STOPS or (word in ("and", "but") and at):
+            elif word in english.STOPS or (word in ("and", "but") and start):
                 start += 1
             elif at and (aims := starts(self.words, start, AIMS)):
                 start = aims[0]
@@ -158,13 +160,14 @@ class ClauseParser:
 
     def _converse(self, frame: Frame, verb: Words, at: int) -> Iterator[Found]:
         """The place as the object of the verb: "empty the drawer", "fill the basket with tins"."""
+        several = len({f.phrase for f, *_ in self.frames.verbs(verb, 0) if f.converse and f.after}) > 1
+        words = ("to",) if several else verb  # "fill" leaves open whether it is in or on the place
         for place, end in self._nouns.nouns(at):
             if frame.after:
                 for start in starts(self.words, end, frame.after):
-                    yield from ((self._clause(frame, verb, theme, place, "phrase", ("to",)), last) for theme, last in self._nouns.nouns(start))
+                    yield from ((self._clause(frame, verb, theme, place, "phrase", words), last) for theme, last in self._nouns.nouns(start))
             else:
-                there = Noun(f"everything in {place.said}", english.ANYTHING, "all", links=(Link("at", (), (place,)),))
-                yield self._clause(frame, verb, there, place, "phrase", verb), end
+                yield self._clause(frame, verb, self._contents(place), place, "phrase", verb), end
 
     def _purpose(self, theme: Noun, at: int) -> Iterator[Found]:
         """Purpose of a move of a theme: "turn the cup so that it is upside down"."""
@@ -175,12 +178,13 @@ class ClauseParser:
 
     def _given(self, at: int) -> Iterator[Found]:
         """A condition, which is judged as things are: "if the drawer is open"."""
-        if self.words[at : at + 1] == ("if",):
-            for theme, end in self._nouns.nouns(at + 1):
+        reasons = [(end, True) for end in starts(self.words, at, english.REASONS)]
+        for start, told in (*reasons, *(((at + 1, False),) if self.words[at : at + 1] == ("if",) else ())):
+            for theme, end in self._nouns.nouns(start):
                 ways = [(b, False) for b in starts(self.words, end, english.BE)]
                 ways += [(b, True) for b in starts(self.words, end, english.IS_NOT)]
                 for begin, denied in ways:
-                    yield from ((replace(c, given=True, denied=denied), last) for c, last in self._predicates(theme, begin))
+                    yield from ((replace(c, given=True, told=told, denied=denied), last) for c, last in self._predicates(theme, begin))
 
     def _swapped(self, at: int) -> Iterator[Found]:
         """Two things that change places: "swap the can and the jug"."""
@@ -258,7 +262,7 @@ class ClauseParser:
 
     def _adverbs(self, frame: Frame, verb: Words, theme: Noun, at: int) -> Iterator[Found]:
         """Adverbs in the place of a place: "put the cup inside", "there", "on top"."""
-        for text, word in (("in there", "in"), ("off there", "off"), ("out of there", "out of"), ("from there", "from"), ("inside", "in"), ("there", ""), ("on top", "on"), ("on there", "on")):
+        for text, word in (("in there", "in"), ("off there", "off"), ("out of there", "out of"), ("from there", "from"), ("inside", "in"), ("in", "in"), ("there", ""), ("on top", "on"), ("on there", "on")):
             phrase = tuple(text.split())
             end = at + len(phrase)
             if self.words[at:end] == phrase and (not word or tuple(word.split()) in frame.prepositions):
@@ -279,10 +283,10 @@ class ClauseParser:
 
     def _amounts(self, frame: Frame, verb: Words, theme: Noun, at: int) -> Iterator[Found]:
         k = at
-        while self.words[k : k + 1] in (("by",), ("about",), ("roughly",), ("approximately",)):
+        while self.words[k : k + 1] in (("by",), ("about",), ("roughly",), ("approximately",), ("a",), ("around",), ("some",)):
             k += 1
         if k < len(self.words):
-            number = re.fullmatch(r"(\d+(?:\.\d+)?)([a-z]*)", self.words[k])
+            number = re.fullmatch(r"(\d+(?:\.\d+)?)([a-z]*)", str(english.TENS.get(self.words[k], self.words[k])))
             unit = number[2] if number and number[2] else self.words[k + 1] if k + 1 < len(self.words) else ""
             unit = english.UNITS.get(unit, unit)
             if number and unit:
@@ -318,17 +322,17 @@ class ClauseParser:
             if noun.quantity == "none" or starts(self.words, comma, english.TOO):
                 yield replace(last, theme=noun, denied=last.denied or noun.quantity == "none"), end
         joined = self.words[at - 1] in ("and", "then", "but")
-        if joined or (last.place is None and self.words[at - 1] == ","):
-            yield from self._further(last, at)
+        if joined or self.words[at - 1] == ",":
+            yield from self._further(last, at, places=joined or last.place is None)
         if self.words[at : at + 1] == ("not",) and joined:
             for noun, end in self._nouns.nouns(at + 1):
                 yield replace(last, theme=noun, denied=True), end
             for frame in self.frames.placing:
                 yield from ((replace(c, denied=True), end) for c, end in self._places(frame, (), last.theme, at + 1))
 
-    def _further(self, last: Clause, at: int) -> Iterator[Found]:
+    def _further(self, last: Clause, at: int, *, places: bool) -> Iterator[Found]:
         """What else is said of the same things: "off the tray and into the drawer", "and in it the tin"."""
-        for frame in self.frames.placing:
+        for frame in self.frames.placing if places else ():
             yield from self._places(frame, (), last.theme, at)
             for start in starts(self.words, at, frame.prepositions):
                 for place, end in self._nouns.nouns(start, joined=False):
@@ -364,12 +368,29 @@ class ClauseParser:
                 for begin in (*been, *((end,) if start != at else ())):
                     told = start == at and self.words[end] in english.TOLD
                     yield from ((replace(c, told=told), last) for c, last in self._predicates(theme, begin))
+                for begin in (*been, end):
+                    yield from self._holding(theme, begin)
                 for begin in starts(self.words, end, english.IS_NOT) if start != at else ():
                     yield from ((replace(c, denied=True), last) for c, last in self._predicates(theme, begin))
                 for begin in starts(self.words, end, english.NEEDS):
                     for frame, verb, particle, last in self.frames.verbs(self.words, begin):
                         if verb[0].endswith("ing") and not particle:
                             yield from self._complements(frame, verb, theme, last)
+
+    def _holding(self, place: Noun, at: int) -> Iterator[Found]:
+        """What a place shall hold: "the basket should contain the tin", "emptied"."""
+        for start in starts(self.words, at, english.HOLDS):
+            for theme, end in self._nouns.nouns(start):
+                ends = starts(self.words, end, (("on", "it"), ("in", "it"), ("inside",)))
+                for last in (*ends, *(() if self.words[at : at + 1] in (("need",), ("needs",)) else (end,))):
+                    for frame in (f for f in self.frames.placing if f.region and ("to",) in f.prepositions):
+                        yield self._clause(frame, self.words[at:start], theme, place, "phrase", ("to",)), last
+        for frame, verb, _, end in (*self.frames.verbs(self.words, at), *self.frames.participles(self.words, at)):
+            if frame.converse and not frame.after and len(verb) == 1:
+                yield self._clause(frame, verb, self._contents(place), place, "phrase", verb), end
+
+    def _contents(self, place: Noun) -> Noun:
+        return Noun(f"everything in {place.said}", english.ANYTHING, "all", links=(Link("at", (), (place,)),))
 
     def _predicates(self, theme: Noun, at: int) -> Iterator[Found]:
         """Predicate of a theme: "open", "on the plate", "put into the basket"."""

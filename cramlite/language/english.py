@@ -89,6 +89,10 @@ ASIDE = _set("aside")
 """Adverbs of places, which are names where a thing is called so."""
 IS_NOT = _patterns("is not")
 """Words between what is meant and what should not hold of it, behind a wish."""
+HOLDS, REASONS = _patterns("holds"), _patterns("reasons")
+"""Verbs between a place and what shall be there, and words before a reason."""
+TENS: Mapping[str, int] = _TABLES["tens"]
+"""Numbers of amounts."""
 NUMBER = _patterns("number")
 """Words before the number of a thing."""
 PRELUDE = _set("prelude")

@@ -157,4 +157,4 @@ def _verb(text: str) -> tuple[Words, Words]:
 def _stated(phrase: GoalPhrase, others: tuple[Words, ...]) -> tuple[Words, ...]:
     """Adjectives of a phrase about one thing: the words of its form, and the words behind the thing."""
     own = tuple(w for w in phrase.form.split()[1:] if not w.isupper())
-    return tuple(dict.fromkeys((own, *(o for o in others if o[-1] not in _DIRECTIONS))))
+    return tuple(dict.fromkeys((own, *(o for o in others if o[-1] not in _DIRECTIONS or (len(o) > 2 and o[-1] == "up")))))

@@ -106,6 +106,9 @@ class NounParser:
                         yield from self._linked(at, replace(named, links=(*named.links, link)), last, 1)
         if word in ("what", "whatever"):
             yield from ((n, end) for n, end in self._linked(at, Noun("", english.ANYTHING, "all"), at, 1) if n.links)
+        number = english.NUMBERS.get(after, 0) if word == "all" else 0
+        if number and (at + 2 >= len(self.words) or self.words[at + 2] in self._ends):
+            yield Noun(f"all {after}", pronoun="them", several=True, count=number), at + 2
         if word == "both" and (after in self._ends or not after):
             yield Noun(word, pronoun="them", several=True, count=2), at + 1
 
@@ -220,6 +223,8 @@ class NounParser:
 
     def _related(self, begin: int, at: int, deep: int) -> Iterator[tuple[Link, int]]:
         """Relations that stand behind their first words, which begin at another position, if at all."""
+        if begin != at and begin < len(self.words) and self.words[begin] in english.SIDES and self.words[begin + 1 : begin + 2] != ("of",):
+            yield from self._side_of(self.words[begin], begin, begin + 1, deep)
         for start in dict.fromkeys((*starts(self.words, begin, english.THAT), begin)):
             yield from self._sides(start, deep)
             yield from self._relations(start, deep)

@@ -70,7 +70,10 @@ class Places:
                 return self._its.things(owners[0], lambda n: n not in themes, mentions)
         among = noun.sides or noun.ordinal or noun.size or any(k.relation == "side" for k in noun.links)
         try:
-            return self._its.things(noun, lambda n: bool(among) or n not in themes, mentions)  # a theme is one of those among which it is
+            found = self._its.things(noun, lambda n: bool(among) or n not in themes, mentions)  # a theme is one of those among which it is
+            if noun.elided and {*found.names} <= {*themes} and mentions.earlier:
+                return self._its.things(noun, lambda _: True, replace(mentions, words=mentions.earlier))
+            return found
         except Refusal as refused:
             if refused.rank == OPEN and words == TOP_WORD:  # what is on top of drawers is on what they are mounted in
                 carriers = {self._carrier(n) for n in self._its.pool(noun, lambda n: n not in themes, mentions)}
@@ -81,7 +84,8 @@ class Places:
     def _before(self, noun: Noun, words: Words, phrase: GoalPhrase, themes: tuple[str, ...], mentions: Mentions) -> Referents:
         """The place that a pronoun stands for: the last that suits."""
         pairs = zip(reversed(mentions.places), reversed(mentions.themes), strict=True)
-        order = [g for place, theme in pairs for g in (place, theme) if len(g) == 1 and not set(map(thing_of, g)) & set(themes)]
+        upon = words == TOP_WORD  # "on top of it" is on what was put, not on where it was put
+        order = [g for place, theme in pairs for g in ((theme, place) if upon else (place, theme)) if len(g) == 1 and not set(map(thing_of, g)) & set(themes)]
         hollow = [g for g in order if any(map(self._inward, self._its.scene.world.thing(thing_of(g[0])).features))]
         suited = [g for g in order if phrase.suits(self._its.scene, themes[0], g[0])]
         suited = hollow if {*words} & INWARD and hollow else suited
@@ -246,7 +250,9 @@ class Places:
         other, form = others[0], _placing(phrases)
         if region := self._region_beside(other, relation):
             return form.replace("PLACE", region), other
-        where = on or _put_on(other, mentions) or self._support(other)
+        where = on or _put_on(other, mentions)
+        if not where:
+            form, where = self._support(other, form)
         if not where:
             raise Refusal(FALSE, f"nothing is known to be under {other}, so there is no place {' '.join(link.words)} it")
         side = NEAR if relation == "next to" else self._its.space.side_word(relation)
@@ -264,13 +270,14 @@ class Places:
                     return str(EntityName(thing.name, feature.name))
         return ""
 
-    def _support(self, name: str) -> str:
-        """Support of a thing; else the furniture under it."""
-        scene = self._its.scene
-        for other in scene.world.things:
-            if other.name != name and other.furniture and self._its.holds(("on",), name, other.name):
-                return other.name
-        return self._its.space.below(name, [t.name for t in scene.world.things if not t.movable and t.geoms])
+    def _support(self, name: str, form: str) -> tuple[str, str]:
+        """How and where a thing is now; else on the furniture under it."""
+        try:
+            phrase, place = self.now(name)
+            return phrase.form, place
+        except Refusal:
+            things = self._its.scene.world.things
+            return form, self._its.space.below(name, [t.name for t in things if not t.movable and t.geoms])
 
 
 def _words(name: str) -> set[str]:

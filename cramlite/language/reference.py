@@ -14,13 +14,13 @@ from ..model.entity_name import thing_of
 from ..ontology.foundation import BEARS
 from ..ontology.prefixes import local_name
 from ..ontology.taxonomy import words_of
-from .english import INWARD, ORDINALS, PACKAGES, REGIONS, ROBOT, VIEWER, singular
+from .english import ANYTHING, INWARD, ORDINALS, PACKAGES, REGIONS, ROBOT, VIEWER, singular
 from .labels import Labels, normal
 from .refusal import FALSE, OPEN, UNKNOWN, Refusal, listed
 from .tree import Link, Noun
 
 if TYPE_CHECKING:
-    from ..interpretation.fluents import Fact, SymbolicWorld
+    from ..interpretation.fluents import Fact, GoalCondition, SymbolicWorld
     from .english import Words
     from .frames import Frames
     from .space import Space
@@ -54,6 +54,7 @@ class Mentions(Value):
     Args:
         themes, places: of each clause, the first one first.
         words: by which a thing was called last.
+        earlier: by which another was called before.
         put: what was put somewhere.
         some: themes of which any one was meant.
     """
@@ -61,6 +62,7 @@ class Mentions(Value):
     themes: tuple[tuple[str, ...], ...] = ()
     places: tuple[tuple[str, ...], ...] = ()
     words: Words = ()
+    earlier: Words = ()
     put: frozenset[str] = frozenset()
     some: frozenset[tuple[str, ...]] = frozenset()
 
@@ -145,7 +147,12 @@ class Resolver:
             asked = meaning(self.scene, *things)
         except (UserError, KeyError):
             return False
-        return isinstance(asked, GoalCondition) and bool(asked.needs) and asked.needs <= self.facts
+        return isinstance(asked, GoalCondition) and self.true(asked)
+
+    def true(self, asked: GoalCondition) -> bool:
+        """Check whether what a condition asks for holds now."""
+        positive = asked.needs or asked.shown
+        return bool(positive) and positive <= self.facts
 
     def anywhere(self, thing: str, place: str) -> bool:
         """Check whether a thing is at a place, by any preposition."""
@@ -353,6 +360,8 @@ class Resolver:
         if noun.quantity == "a":
             return Referents(noun.said, tuple(names), some=int(len(names) > 1))
         if noun.quantity in ("all", "none") or (noun.quantity == "the" and noun.several):
+            if len(names) == 1 and noun.several and not noun.elided and self._one(noun, names[0]):
+                raise Refusal(FALSE, f"'{noun.said}' are several, but there is only {self.space.place(names[0])}")
             if (count and len(names) != count) or (noun.quantity == "all" and count == 2 and len(names) != 2):
                 places = listed([self.space.place(n) for n in names], "and")
                 raise Refusal(FALSE, f"'{noun.said}' are {count}, but there are {len(names)}: {places}")
@@ -364,6 +373,10 @@ class Resolver:
         if len(names) < count:
             raise Refusal(FALSE, f"'{noun.said}' are {count}, but there is only {listed(names, 'and')}")
         return Referents(noun.said, tuple(names))
+
+    def _one(self, noun: Noun, name: str) -> bool:
+        """Whether what is said in the plural is one thing, whose own name is not in the plural."""
+        return bool(noun.words) and noun.words != ANYTHING and noun.words[-1] not in name.lower()
 
     def which(self, noun: Noun, names: list[str]) -> str:
         """Question which of several things is meant, with the properties that would tell them apart."""
@@ -406,7 +419,7 @@ def _unpacked(noun: Noun) -> Noun:
     """A description by its packaging, as one of the product: "a can of soup"."""
     if not noun.words or singular(noun.words[-1]) not in PACKAGES or singular(noun.words[-1]) in REGIONS:
         return noun
-    for k, link in enumerate(noun.links):
+    for k, link in enumerate(noun.links[:1]):
         if link.relation == "of" and link.words == ("of",) and link.nouns[0].words and link.nouns[0].quantity != "all":
             inner = link.nouns[0]
             words = (*inner.words, *noun.words[:-1], noun.words[-1])

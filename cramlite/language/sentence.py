@@ -206,6 +206,8 @@ class _Reading:
             self.at = number
             stated = [replace(clause, phrases=(clause.state,), place=None, beside=None)] if clause.state is not None else []
             rows = [row for part in (clause, *stated) for row in self._clause(part)]
+            if clause.told and any(OR in row.literal.goal for row in rows):
+                raise Refusal(UNREAD, f"'{clause.theme.said}' leaves open of what it is said")
             if clause.given:
                 self._check_given(rows)
                 continue
@@ -225,6 +227,10 @@ class _Reading:
             if not (clause.phrases or clause.told or clause.relation == "swap") and not any(n.pronoun or n.elided for n in nouns):
                 raise Refusal(UNREAD, f"'{clause.theme.said}' is named, and nothing is asked for it")
         meant = [(row, self._meaning(row)) for row in found]
+        held = {row.themes for row, one in meant if one is not None and any(self._fluents[f[0]].in_hand for f in one.needs)}
+        if len(held) > 1:
+            names = listed(sorted(n for group in held for n in group), "and")
+            raise Refusal(FALSE, f"{names} cannot all be held in one hand; say where they shall go")
         for (row, one), (other, two) in combinations(meant, 2):
             if one is not None and two is not None and row.themes == other.themes and self._fluents.clash(self._its.scene, one, two):
                 raise Refusal(FALSE, f"'{row.literal.goal}' and '{other.literal.goal}' cannot both hold in the end")
@@ -233,7 +239,7 @@ class _Reading:
         """Refuse a request whose condition does not hold."""
         for row in rows:
             meaning = self._meaning(row._replace(clause=replace(row.clause, denied=False)))
-            if OR in row.literal.goal or meaning is None or not meaning.needs or (meaning.needs <= self._its.facts) == row.clause.denied:
+            if OR in row.literal.goal or meaning is None or self._its.true(meaning) == row.clause.denied:
                 raise Refusal(ABSENT, f"the condition '{row.literal.goal}' does not hold, so nothing is asked for")
 
     def _swapped(self, clause: Clause) -> list[_Row]:
@@ -268,7 +274,7 @@ class _Reading:
         phrase = clause.phrases[0]
         themes = self._themes(clause, phrase)
         if clause.theme.words:
-            self._mentions = replace(self._mentions, words=clause.theme.words)
+            self._mentions = replace(self._mentions, words=clause.theme.words, earlier=self._mentions.words)
         if clause.place is None:
             rows = self._unary(clause, phrase, themes)
             self._mention(clause, themes.names, (), open=themes.some == 1)
@@ -361,7 +367,8 @@ class _Reading:
         if clause.place.pronoun and clause.said == spoken(clause.words):  # "the jug to the left of it": the next "it" is the same
             self._mentions = replace(self._mentions, put=self._mentions.put | {*themes.names})
         else:
-            self._mention(clause, themes.names, (meant,))
+            self._mentions = replace(self._mentions, themes=(*self._mentions.themes, (meant,)), places=(*self._mentions.places, ()))
+            self._mention(clause, themes.names, ())
         return rows
 
     def _rows(
@@ -402,7 +409,8 @@ class _Reading:
         themes = tuple(dict.fromkeys(self._whole(n, clause) for n in themes))
         put = self._mentions.put | ({*themes} if clause.place is not None else set())
         some = self._mentions.some | ({themes} if open else set())
-        self._mentions = Mentions((*self._mentions.themes, themes), (*self._mentions.places, places), words, frozenset(put), some)
+        its = self._mentions
+        self._mentions = Mentions((*its.themes, themes), (*its.places, places), words, its.earlier, frozenset(put), some)
 
     def _whole(self, name: str, clause: Clause) -> str:
         """The thing that was named, where a part of it was meant: of "the stove" the knob."""
@@ -418,7 +426,7 @@ class _Reading:
         one, other = (self._meaning(r) for r in (before, row))
         if one is None or other is None:
             return False
-        if before.clause.told and one.needs and one.needs <= self._its.facts:
+        if before.clause.told and self._its.true(one):
             return True  # "the tin is on the tray: pick it up" says where it is
         means = not (one.needs or one.shown) or any(self._fluents[f[0]].in_hand for f in one.needs)
         if means and (other.needs or other.shown):

@@ -47,9 +47,14 @@ class Surface:
 
     def _numbered(self, words: Words) -> Words:
         """Words with one noun for each number: "cans one and two" becomes "can 1 and can 2"."""
-        left, k = list[str](), 0
+        left, k, last = list[str](), 0, ""
         while k < len(words):
             noun, found, end = english.singular(words[k]), list[str](), k + 1
+            last = noun if noun in self._kinds else last
+            bare = [e for e in starts(words, k, english.NUMBER) if words[k] != "no" and words[e : e + 1] and _digits(words[e])]
+            if bare and last:  # "the tins except number 3"
+                left, k = [*left, last, _digits(words[bare[0]])], bare[0] + 1
+                continue
             while noun in self._kinds and words[k] not in ("a", "one"):
                 start = next(iter((*starts(words, end, english.NUMBER), end)))
                 joined = start + (1 if found and words[start : start + 1] in ((",",), ("and",)) else 0)
@@ -105,8 +110,11 @@ class Surface:
         end = self._ended(after, 0)
         nouns = [(k, self._ended(before, k)) for k in self._begun(before)]
         alike = [(k, last) for k, last in nouns if _alike(before[k:last], after[:end])]
-        chosen = alike or nouns[-1:]
-        return tuple((*before[:k], *after[:end], *before[last:], *after[end:]) for k, last in chosen) or ((*before, RETRACT, *after),)
+        goes_on = bool(self._preposition(after, end))
+        chosen = alike or (nouns[-1:] if goes_on else nouns)
+        rests = [() if goes_on and before[last:] else before[last:] for _, last in chosen]
+        found = tuple((*before[:k], *after[:end], *rest, *after[end:]) for (k, _), rest in zip(chosen, rests, strict=True))
+        return found or ((*before, RETRACT, *after),)
 
     def _begun(self, words: Words) -> list[int]:
         """Where descriptions begin."""
@@ -165,7 +173,7 @@ def _stopped(words: Words) -> Words:
     """Words with one separator where fillers left several."""
     found: list[str] = []
     for word in words:
-        if word in STOPS and (not found or found[-1] in STOPS):
+        if word in STOPS and (not found or found[-1] in STOPS or found[-1] in ("the", "a", "an", "my", "on", "in", "into", "onto", "to")):
             continue
         found.append(word)
     return tuple(found)

@@ -135,7 +135,7 @@ _UPRIGHT = Fluent(
 _UPSIDE_DOWN = Fluent(
     excludes=("stands_upright",), initial=partial(_standing, way=-1.0),
     phrases=(GoalPhrase("THING upside down", partial(_stands_up, attitude="upside down"), ("is", "stands"), (
-        "turn|flip|put|place|set|lay|stand|get THING upside_down|over|bottom_up|on_its_head|face_down|wrong_way_up|top_down|bottom_side_up|mouth_down|on_its_rim",
+        "turn|flip|put|place|set|lay|stand|get|tip|roll|make|keep|leave THING upside_down|over|bottom_up|on_its_head|face_down|wrong_way_up|top_down|bottom_side_up|mouth_down|on_its_rim",
         "invert|flip_over|turn_over|flip|upend|turn_upside_down|overturn THING")),),
 )  # fmt: skip
 _FACES = Fluent(initial=_facing, phrases=(

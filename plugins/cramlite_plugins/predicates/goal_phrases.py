@@ -171,7 +171,7 @@ DEEP = 0.05
 PUT = (
     "put|place|set|lay|move|bring|carry|get|drop|deposit|position|transfer|take|relocate|pick|pick_up|grab|transport|deliver|rest|stand|leave|"
     "set_down|put_down|lay_down|place_down|put_back|return|shift|slide|push|drag|pull|stick|arrange|pop|pass|give|send|lift|fetch|have|convey|"
-    "haul|lug|tote|cart|ship|ferry|hoist|heave|guide|direct|nudge|scoot|collect|gather|replace|reposition|restore|hand|drive|steer|bring_back|"
+    "haul|lug|tote|cart|ship|ferry|hoist|heave|guide|direct|nudge|scoot|collect|gather|serve|replace|reposition|restore|hand|drive|steer|bring_back|"
     "take_back|move_back|bring_over|take_over|move_over|carry_over|bring_down|set_back|want"
 )
 """Verbs of putting, sending and carrying (Levin, English Verb Classes and Alternations, 1993: 9.1 to 9.4, 11): a thing is brought
@@ -192,7 +192,7 @@ TAKE = (
 HOLD = (
     "pick_up|pick|grab|grasp|take|lift|lift_up|hold|get|fetch|grip|seize|get_hold_of|take_hold_of|collect|raise|hold_on_to|take_up|"
     "bring_me|hand_me|give_me|pass_me|hand_over|catch_hold_of|lay_hold_of|grab_hold_of|clutch|clasp|snatch|hang_on_to|keep_hold_of|retrieve|"
-    "take_down|get_down|bring_down|lift_down|lift_off|unhook|bring_us|get_me|fetch_me|hoist|hoist_up|pick_me_up|scoop_up|snatch_up|carry|hold_up|grab_onto|hold_onto|hold_fast|clench|pinch|pluck|recover"
+    "take_out|get_out|bring_out|lift_out|fish_out|pull_out|take_down|get_down|bring_down|lift_down|lift_off|unhook|bring_us|get_me|fetch_me|hoist|hoist_up|pick_me_up|scoop_up|snatch_up|carry|hold_up|grab_onto|hold_onto|hold_fast|clench|pinch|pluck|recover"
 )
 """Verbs of holding (15.1), and of giving to people."""
 UPON = "on|onto|on_top_of|upon|over|on_to|across|up_on|down_on|back_on"
@@ -220,7 +220,7 @@ HELD = (
 )  # fmt: skip
 ON_OR_OFF = (
     GoalPhrase(
-        "THING on PLACE", _on, STANDS, (f"{BRING}|thread|hook THING {UPON} PLACE", "hang|suspend|dangle THING from PLACE", OPEN_WAY, LOAD), _loose,
+        "THING on PLACE", _on, STANDS, (f"{BRING}|thread|hook THING {UPON} PLACE", "hang|suspend|dangle THING from PLACE", OPEN_WAY, LOAD, "cover|top|cap PLACE with THING"), _loose,
         _is_level,
     ),
     GoalPhrase("THING on PLACE within AMOUNT", _amid, STANDS),
