@@ -19,7 +19,7 @@ Found = tuple[Clause, int]
 Clauses = tuple[Clause, ...]
 TIME = ("after", "once", "before", "when", "having")
 """Words before a clause that is done earlier or later."""
-FURTHER = ("and", "but", "then", "so", "such", "until", "till", "if", "while", "with", "leaving", "keeping", "making", "ensuring", RETRACT)
+FURTHER = ("and", "but", "then", "so", "such", "until", "till", "if", "while", "with", "leaving", "keeping", "making", "ensuring", "by", RETRACT)
 """Words before a further clause."""
 RESPECTIVELY = (("respectively",), (",", "respectively"))
 AIMS = (("so", "that"), ("such", "that"), ("until",), ("till",), ("so",), ("in", "order", "that"))
@@ -188,14 +188,20 @@ class ClauseParser:
 
     def _swapped(self, at: int) -> Iterator[Found]:
         """Two things that change places: "swap the can and the jug"."""
+        def swap(theme: Noun) -> Clause:
+            return Clause("change places", (), theme, relation="swap")
+
         for start in starts(self.words, at, english.SWAP):
             for theme, end in self._nouns.nouns(start):
                 if theme.several:
-                    yield Clause(spoken(self.words[at:start]), (), theme, relation="swap"), end
+                    yield from ((swap(theme), last) for last in (*starts(self.words, end, english.SWAPPED), end))
                 for begin in starts(self.words, end, (("with",), ("for",))):
                     for other, last in self._nouns.nouns(begin, joined=False):
                         both = Noun(f"{theme.said} and {other.said}", members=(theme, other), joined="and", several=True)
-                        yield Clause(spoken(self.words[at:start]), (), both, relation="swap"), last
+                        yield swap(both), last
+        for theme, end in self._nouns.nouns(at):
+            for start in starts(self.words, end, english.SWAP) if theme.several else ():
+                yield from ((swap(theme), last) for last in starts(self.words, start, english.SWAPPED))
 
     def _named(self, at: int) -> Iterator[Found]:
         """Things that are only named, for the words behind them: "find the cup and ...", "the cup: ..."."""
@@ -332,6 +338,8 @@ class ClauseParser:
 
     def _further(self, last: Clause, at: int, *, places: bool) -> Iterator[Found]:
         """What else is said of the same things: "off the tray and into the drawer", "and in it the tin"."""
+        for begin in starts(self.words, at, english.BE):
+            yield from self._predicates(last.theme, begin)
         for frame in self.frames.placing if places else ():
             yield from self._places(frame, (), last.theme, at)
             for start in starts(self.words, at, frame.prepositions):
@@ -346,6 +354,9 @@ class ClauseParser:
         for theme, end in self._nouns.nouns(at) if at < len(self.words) else ():
             for begin in dict.fromkeys((*self._between(end), end + (self.words[end : end + 1] == (":",)))):
                 yield from self._predicates(theme, begin)
+                for frame, verb, particle, last in self.frames.verbs(self.words, begin):
+                    if frame in self.frames.unary and not particle and not frame.after:
+                        yield self._clause(frame, verb, theme), last
 
     def _brief(self, at: int, *, toward: bool = False) -> Iterator[Found]:
         """A clause without a verb, "the tin into the bowl"; ``toward``: with a preposition of a destination alone."""
@@ -360,7 +371,8 @@ class ClauseParser:
             for theme, end in self._nouns.nouns(start):
                 for begin in (*starts(self.words, end, english.BE), end):
                     yield from ((replace(clause, denied=True), last) for clause, last in self._predicates(theme, begin))
-        for start in (*starts(self.words, at, english.WISH), at):
+        wishes = starts(self.words, at, english.WISH)
+        for start in (*wishes, *(e for w in wishes for e in starts(self.words, w, english.EXISTS)), at):
             for theme, end in self._nouns.nouns(start):
                 been = starts(self.words, end, english.BE)
                 for begin in starts(self.words, end, english.NOT_BE):
@@ -396,15 +408,16 @@ class ClauseParser:
         """Predicate of a theme: "open", "on the plate", "put into the basket"."""
         begins = [at, at + 1] if at < len(self.words) and self.words[at] in english.PLACED else [at]
         for begin in begins:
-            if begin == at and self.words[at : at + 1] == ("from",):
-                continue  # "get the cup from the hook" takes it off
+            if self.words[begin : begin + 1] == ("from",):
+                continue  # "get the cup from the hook" takes it off, and what is hanging from there is on it
             for frame in self.frames.placing:
                 yield from self._places(frame, (), theme, begin)
                 yield from self._posed(frame, (), theme, begin)
         for frame in self.frames.measured:
             if self.words[at : at + 1] == tuple(frame.phrase.form.split()[1:2]):
                 yield from self._amounts(frame, self.words[at : at + 1], theme, at + 1)
-        for frame, verb, particle, end in self.frames.participles(self.words, at):
+        placed = (v for v in self.frames.verbs(self.words, at) if v[1][0] in english.PLACED)
+        for frame, verb, particle, end in (*self.frames.participles(self.words, at), *placed):
             if not particle:
                 yield from self._complements(frame, verb, theme, end)
         for frame in self.frames.unary:

@@ -89,6 +89,8 @@ ASIDE = _set("aside")
 """Adverbs of places, which are names where a thing is called so."""
 IS_NOT = _patterns("is not")
 """Words between what is meant and what should not hold of it, behind a wish."""
+SWAPPED, EXISTS = _patterns("swapped"), _patterns("exists")
+"""Words behind things that change places, and before what there shall be."""
 HOLDS, REASONS = _patterns("holds"), _patterns("reasons")
 """Verbs between a place and what shall be there, and words before a reason."""
 TENS: Mapping[str, int] = _TABLES["tens"]

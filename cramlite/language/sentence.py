@@ -338,7 +338,7 @@ class _Reading:
         if not meaningful(phrase, self._its, themes.names[0], places.names[0]):
             return themes
         condition = phrase.meaning(self._its.scene, themes.names[0], places.names[0])
-        if condition.needs or not condition.without or {*themes.names} & self._mentions.put:
+        if condition.needs or condition.shown or not condition.without or {*themes.names} & self._mentions.put:
             return themes
         there = tuple(t for t in themes.names if any(self._its.anywhere(t, thing_of(p)) for p in places.names))
         if there and (clause.theme.quantity == "all" or clause.theme.several):

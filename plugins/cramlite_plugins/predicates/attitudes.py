@@ -140,5 +140,5 @@ _UPSIDE_DOWN = Fluent(
 )  # fmt: skip
 _FACES = Fluent(initial=_facing, phrases=(
     GoalPhrase("THING facing THING", _faces, ("is", "stands"), (
-        "turn|rotate|point|orient|aim|make|twist|spin THING to_face|towards|toward|facing|to|at|face THING",)),
+        "turn|rotate|point|orient|aim|make|twist|spin|set|put|place|stand|swivel THING to_face|towards|toward|facing|to|at|face|faces|so_that_it_faces|so_it_faces|to_look_at THING",)),
 ))

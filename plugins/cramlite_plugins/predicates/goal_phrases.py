@@ -185,7 +185,7 @@ BRING = (
 )
 """The same, and verbs of throwing and of loading (9.7, 17.1), where a preposition says how it shall be there."""
 TAKE = (
-    "take|remove|lift|get|pick|pick_up|grab|move|clear|fetch|unhook|pull|unstack|bring|extract|withdraw|retrieve|pluck|snatch|draw|dig|tip|"
+    "take|remove|free|lift|get|pick|pick_up|grab|move|clear|fetch|unhook|pull|unstack|bring|extract|withdraw|retrieve|pluck|snatch|draw|dig|tip|"
     "slide|push|shift|knock|haul|hoist|keep|have|want|unload|detach|separate|recover|evict|eject|expel|whisk|put|carry|scoop|collect|take_down"
 )
 """Verbs of removing (10.1)."""
@@ -202,7 +202,7 @@ OPEN_WAY = f"{PUT} THING to|towards|at|over_to PLACE"
 """It is left open whether the thing shall be on or in there."""
 LOAD = "fill|fill_up|load|load_up|stock|pack|top PLACE with THING"
 """Verbs of loading, whose object is the place."""
-OPEN_UP = "open|open_up|pull_open|slide_open|unclose|swing_open|pull_out|slide_out|uncover|draw_out THING"
+OPEN_UP = "open|open_up|pull_open|slide_open|unclose|unlatch|reopen|yank_open|draw_open|throw_open|crack_open|swing_open|pull_out|slide_out|uncover|draw_out THING"
 START = "turn_on|switch_on|start|start_up|activate|power_on|ignite|light|light_up|fire_up|enable|flip_on|power_up|heat_up|heat THING"
 CLOSE = (
     "close|close_up|shut|push_shut|push_closed|push_in|slide_shut|slide_closed|slide_in|swing_shut|close_off|push_to|seal|"
