@@ -19,8 +19,13 @@ Found = tuple[Clause, int]
 Clauses = tuple[Clause, ...]
 TIME = ("after", "once", "before", "when", "having")
 """Words before a clause that is done earlier or later."""
-FURTHER = ("and", "but", "then", "so", "such", "until", "till", "if", "while", "with", "leaving", "keeping", "making", "ensuring", "by", RETRACT)
+FURTHER = (*"and but then so such until till if while with leaving keeping making ensuring by".split(), RETRACT)
 """Words before a further clause."""
+THERE = (
+    ("in there", "in"), ("off there", "off"), ("out of there", "out of"), ("from there", "from"), ("inside", "in"), ("in", "in"),
+    ("there", ""), ("on top", "on"), ("on there", "on"),
+)  # fmt: skip
+"""Adverbs in the place of a place, each with its preposition."""
 RESPECTIVELY = (("respectively",), (",", "respectively"))
 AIMS = (("so", "that"), ("such", "that"), ("until",), ("till",), ("so",), ("in", "order", "that"))
 """Words before the state that a motion is for."""
@@ -164,8 +169,8 @@ class ClauseParser:
         words = ("to",) if several else verb  # "fill" leaves open whether it is in or on the place
         for place, end in self._nouns.nouns(at):
             if frame.after:
-                for start in starts(self.words, end, frame.after):
-                    yield from ((self._clause(frame, verb, theme, place, "phrase", words), last) for theme, last in self._nouns.nouns(start))
+                themes = (t for start in starts(self.words, end, frame.after) for t in self._nouns.nouns(start))
+                yield from ((self._clause(frame, verb, theme, place, "phrase", words), last) for theme, last in themes)
             else:
                 yield self._clause(frame, verb, self._contents(place), place, "phrase", verb), end
 
@@ -268,7 +273,7 @@ class ClauseParser:
 
     def _adverbs(self, frame: Frame, verb: Words, theme: Noun, at: int) -> Iterator[Found]:
         """Adverbs in the place of a place: "put the cup inside", "there", "on top"."""
-        for text, word in (("in there", "in"), ("off there", "off"), ("out of there", "out of"), ("from there", "from"), ("inside", "in"), ("in", "in"), ("there", ""), ("on top", "on"), ("on there", "on")):
+        for text, word in THERE:
             phrase = tuple(text.split())
             end = at + len(phrase)
             if self.words[at:end] == phrase and (not word or tuple(word.split()) in frame.prepositions):

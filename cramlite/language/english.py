@@ -148,7 +148,8 @@ def tokens(text: str) -> Words:
 
     Phrases for "on top of" become one word.
     """
-    said = re.sub(r"[()\u2013\u2014]|\s-\s|\.\.+|\u2026", " , ", re.sub(r"-+>|=+>|\u2192", " to ", text.lower()).replace("\u2019", "'")).replace("-", " ").replace("#", " number ")
+    said = re.sub(r"-+>|=+>|\u2192", " to ", text.lower().replace("\u2019", "'"))
+    said = re.sub(r"[()\u2013\u2014]|\s-\s|\.\.+|\u2026", " , ", said).replace("-", " ").replace("#", " number ")
     for short, whole in _TABLES["contracted"].items():
         said = re.sub(rf"\b{short}(?!')\b", whole, said)
     for ending, whole in _TABLES["endings"].items():

@@ -137,9 +137,10 @@ def _frame(phrase: GoalPhrase, pattern: str) -> Frame:
     slots = [w for w in phrase.form.split()[1:] if w.isupper()]
     others = tuple(_split(p) for w in rest if not w.isupper() for p in w.split("|"))
     place, amount = bool(slots) and slots[0] != AMOUNT, AMOUNT in slots
+    behind = bool(others) and not amount and (converse or not place)
     return Frame(
-        phrase, tuple(_verb(v) for v in verbs.split("|")), place, others if place and not converse else (),
-        () if (place and not converse) or amount else others, before, converse, () if slots else _stated(phrase, others), amount, "PLACE" in slots, "PLACE" in slots,
+        phrase, tuple(_verb(v) for v in verbs.split("|")), place, others if place and not converse else (), others if behind else (),
+        before, converse, () if slots else _stated(phrase, others), amount, "PLACE" in slots, "PLACE" in slots,
     )  # fmt: skip
 
 

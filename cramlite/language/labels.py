@@ -78,7 +78,7 @@ class Labels(Value, dict=True):
         return frozenset(named | classes | synonyms | set(COLOURS) | set(SHADES) | PACKAGES | GENERAL | REGIONS)
 
     def fits(self, name: str, words: Words) -> int:
-        """Return how well words name a thing: 5 by its name, 4 by its class, 3 by what that is a kind of, 2 by a synonym, 1 by a word, 0 not."""
+        """Return how well words name a thing: 5 by its name, 4 by its class, 3 by a wider one, 2 by a synonym, 1 by a word, 0 not."""
         said, called = normal(words), self.of[name]
         if not said:
             return 5

@@ -16,6 +16,11 @@ Found = tuple[Noun, int]
 """A description, and the position behind it."""
 MOST = 9
 """Words that name a thing, at most."""
+CONJUNCTIONS = (
+    ("and", "and"), (", and", "and"), ("as well as", "and"), ("along with", "and"), ("together with", "and"), ("nor", "and"),
+    ("or", "or"), (", or", "or"), (",", ","),
+)  # fmt: skip
+"""What joins descriptions, each with what it means."""
 DEEP = 4
 """Relations within relations, at most."""
 
@@ -73,7 +78,7 @@ class NounParser:
 
     def _conjunctions(self, at: int) -> Iterator[tuple[str, int]]:
         here = self.words[at : at + 4]
-        for text, word in (("and", "and"), (", and", "and"), ("as well as", "and"), ("along with", "and"), ("together with", "and"), ("nor", "and"), ("or", "or"), (", or", "or"), (",", ",")):
+        for text, word in CONJUNCTIONS:
             said = tuple(text.split())
             if here[: len(said)] == said:
                 more = 1 if here[len(said) : len(said) + 1] in (("also",), ("both",)) else 0
@@ -101,7 +106,9 @@ class NounParser:
         if word in ("whichever", "whatever", "what"):
             for end in self._cores(at + 1):
                 named = self._named(Noun(""), self.words[at + 1 : end])
-                for begin in starts(self.words, end, english.FINITE) if named is not None and named.words else ():
+                if named is None or not named.words:
+                    continue
+                for begin in starts(self.words, end, english.FINITE):
                     for link, last in self._related(begin, at, 1):
                         yield from self._linked(at, replace(named, links=(*named.links, link)), last, 1)
         if word in ("what", "whatever"):

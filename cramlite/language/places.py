@@ -85,7 +85,8 @@ class Places:
         """The place that a pronoun stands for: the last that suits."""
         pairs = zip(reversed(mentions.places), reversed(mentions.themes), strict=True)
         upon = words == TOP_WORD  # "on top of it" is on what was put, not on where it was put
-        order = [g for place, theme in pairs for g in ((theme, place) if upon else (place, theme)) if len(g) == 1 and not set(map(thing_of, g)) & set(themes)]
+        groups = [g for place, theme in pairs for g in ((theme, place) if upon else (place, theme))]
+        order = [g for g in groups if len(g) == 1 and not set(map(thing_of, g)) & set(themes)]
         hollow = [g for g in order if any(map(self._inward, self._its.scene.world.thing(thing_of(g[0])).features))]
         suited = [g for g in order if phrase.suits(self._its.scene, themes[0], g[0])]
         suited = hollow if {*words} & INWARD and hollow else suited

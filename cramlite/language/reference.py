@@ -147,7 +147,7 @@ class Resolver:
             asked = meaning(self.scene, *things)
         except (UserError, KeyError):
             return False
-        return isinstance(asked, GoalCondition) and self.true(asked)
+        return isinstance(asked, GoalCondition) and (bool(asked.needs) or len(things) == 1) and self.true(asked)
 
     def true(self, asked: GoalCondition) -> bool:
         """Check whether what a condition asks for holds now."""
@@ -252,7 +252,8 @@ class Resolver:
 
     def _relates(self, name: str, other: str, link: Link) -> bool:
         if link.relation == "phrase":
-            return self.holds(link.words, name, other) or ({*link.words} <= INWARD and not self._hollow(other) and self.anywhere(name, other))
+            loosely = {*link.words} <= INWARD and not self._hollow(other)  # "in the cupboard", of one that is modelled as a board
+            return self.holds(link.words, name, other) or (loosely and self.anywhere(name, other))
         if link.relation == "of":
             joint = self.scene.world.thing(name).joint
             return (joint is not None and joint.parent == other) or (link.words == ("'s",) and name.startswith(f"{other}_"))

@@ -250,7 +250,7 @@ class _Reading:
         one, other = themes.names
         (mine, here), (its, there) = (self._places.now(n) for n in themes.names)
         if here == there:
-            raise Refusal(FALSE, f"{one} and {other} are both on or in {here}, of which no goal can tell their places apart; say what is left of what")
+            raise Refusal(FALSE, f"{one} and {other} are both on or in {here}; say what shall be left of what")
         if other in (here, thing_of(here)) or one in (there, thing_of(there)):
             raise Refusal(FALSE, f"one of {one} and {other} is on the other; say what shall be on what")
         self._mention(clause, themes.names, ())

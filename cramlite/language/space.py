@@ -122,7 +122,7 @@ class Space:
         return [n for n in names if far[n] > max(far.values()) - MARGIN]
 
     def middle(self, names: Sequence[str]) -> list[str]:
-        """Return the things in the middle of an odd number of them: in the direction in which they are spread most, and then in the others."""
+        """Return the things in the middle of an odd number of them, first in the direction in which they are spread most."""
         if len(names) % 2 == 0 or len(names) < 3:
             return []
         spread = {side: max(v) - min(v) for side in ("right", "back", "top") for v in ([self.along(n, side) for n in names],)}

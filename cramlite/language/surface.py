@@ -157,7 +157,8 @@ def _sided(words: Words) -> Words:
     said = re.sub(r"\ba (?:couple|pair)(?: of)?\b", "two", said)
     said = re.sub(r"\b(?:can|could|may) (?:i|we) (?:have|get)\b", "give me", said)
     said = re.sub(r"\bthe rest of (?:the|my|these|those)\b", "the other", said)
-    return tuple(re.sub(r"\bthe rest(?: of them)?(?= (?:on|in|into|onto|to|should|must|shall|goes|go|belong|[,.;])|$)", "the other ones", said).split())
+    ends = "on|in|into|inside|onto|to|should|must|shall|goes|go|belong|[,.;]"
+    return tuple(re.sub(rf"\bthe rest(?: of them)?(?= (?:{ends})|$)", "the other ones", said).split())
 
 
 def _without_prelude(words: Words) -> Words:

@@ -2,9 +2,19 @@
 
     python tests/benchmarks/sentences_strangers.py [--sentences FILE] [--figure NAME --seen no|yes]
 
-The sentences (sentences_strangers.yaml; a second hundred in sentences_second.yaml) are about shipped scenarios, by people who had not
-read the grammar. On and in mean the same, as goals have it, `off` is `not on`, and a class of things is all their names. What is read
-besides the goal counts as a miss.
+FILE is YAML: a mapping from names of shipped scenarios (`cramlite list scenarios`, such as kitchen/tidy_ten) to lists of sentences. Each
+has `say`, the sentence, and either `goal`, the list of all that should hold in the end, in the words of goals
+(docs/reference/scenarios/goals.md), or `refused`, why it is to be asked back: false of the scene, or ambiguous in it.
+
+    kitchen/kitchen_of_thirteen:
+      - {say: "Could you put the tin in the drawer and shut it?", goal: ["tin in drawer", "drawer closed"]}
+      - {say: "Put the spoon on the tray.", refused: "there is no spoon"}
+
+`also` may list further goals that are as right. On and in mean the same, as goals have it, `off` is `not on`, and a class of things is all
+their names. Left is +y and far is +x, as the robot at the origin sees it. What is read besides the goal counts as a miss.
+
+sentences_strangers.yaml and sentences_second.yaml are by people who had not read the grammar; sentences_development.yaml is by one who
+had, and is for its development.
 """
 
 from __future__ import annotations

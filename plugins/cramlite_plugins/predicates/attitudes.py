@@ -126,19 +126,25 @@ def looks_at(ahead: Floats, pose: Pose, other: Pose) -> bool:
     return abs(math.remainder(math.atan2(to[1], to[0]) - math.atan2(y, x), 2 * math.pi)) <= FACES
 
 
+UP = "upright|up|the_right_way_up|on_end|up_right|standing|standing_up|right_side_up|right_way_up|on_its_base|on_its_feet"
+DOWN = (
+    "upside_down|over|bottom_up|on_its_head|face_down|wrong_way_up|the_wrong_way_up|top_down|bottom_side_up|mouth_down|on_its_rim"
+)
+TOWARD = "to_face|towards|toward|facing|to|at|face|faces|so_that_it_faces|so_it_faces|to_look_at"
+"""Words of sentences for how a thing shall stand."""
 _UPRIGHT = Fluent(
     excludes=("stands_upside_down",), initial=partial(_standing, way=1.0),
     phrases=(GoalPhrase("THING upright", partial(_stands_up, attitude="upright"), ("is", "stands"), (
-        "stand|put|set|place|turn|make|get|sit|tilt|bring THING upright|up|the_right_way_up|on_end|up_right|standing|standing_up|right_side_up|right_way_up|on_its_base|on_its_feet",
+        f"stand|put|set|place|turn|make|get|sit|tilt|bring|keep|leave THING {UP}",
         "straighten|straighten_up|stand_up|right|set_up|erect|upright THING")),),
 )  # fmt: skip
 _UPSIDE_DOWN = Fluent(
     excludes=("stands_upright",), initial=partial(_standing, way=-1.0),
     phrases=(GoalPhrase("THING upside down", partial(_stands_up, attitude="upside down"), ("is", "stands"), (
-        "turn|flip|put|place|set|lay|stand|get|tip|roll|make|keep|leave THING upside_down|over|bottom_up|on_its_head|face_down|wrong_way_up|top_down|bottom_side_up|mouth_down|on_its_rim",
+        f"turn|flip|put|place|set|lay|stand|get|tip|roll|make|keep|leave THING {DOWN}",
         "invert|flip_over|turn_over|flip|upend|turn_upside_down|overturn THING")),),
 )  # fmt: skip
 _FACES = Fluent(initial=_facing, phrases=(
     GoalPhrase("THING facing THING", _faces, ("is", "stands"), (
-        "turn|rotate|point|orient|aim|make|twist|spin|set|put|place|stand|swivel THING to_face|towards|toward|facing|to|at|face|faces|so_that_it_faces|so_it_faces|to_look_at THING",)),
+        f"turn|rotate|point|orient|aim|make|twist|spin|set|put|place|stand|swivel THING {TOWARD} THING",)),
 ))

@@ -197,12 +197,17 @@ HOLD = (
 """Verbs of holding (15.1), and of giving to people."""
 UPON = "on|onto|on_top_of|upon|over|on_to|across|up_on|down_on|back_on"
 INTO = "in|into|inside|within|in_to|inside_of|down_into|back_in|back_into|in_the_inside_of"
+CLEAR = "clear|clear_off|clear_out|empty|empty_out|unload|vacate|free|free_up"
+"""Verbs of removing all that is on or in a place, which is their object."""
 OFF = "off|off_of|out_of|from|away_from|down_from"
 OPEN_WAY = f"{PUT} THING to|towards|at|over_to PLACE"
 """It is left open whether the thing shall be on or in there."""
 LOAD = "fill|fill_up|load|load_up|stock|pack|top PLACE with THING"
 """Verbs of loading, whose object is the place."""
-OPEN_UP = "open|open_up|pull_open|slide_open|unclose|unlatch|reopen|yank_open|draw_open|throw_open|crack_open|swing_open|pull_out|slide_out|uncover|draw_out THING"
+OPEN_UP = (
+    "open|open_up|pull_open|slide_open|unclose|unlatch|reopen|yank_open|draw_open|throw_open|crack_open|swing_open|pull_out|"
+    "slide_out|uncover|draw_out THING"
+)
 START = "turn_on|switch_on|start|start_up|activate|power_on|ignite|light|light_up|fire_up|enable|flip_on|power_up|heat_up|heat THING"
 CLOSE = (
     "close|close_up|shut|push_shut|push_closed|push_in|slide_shut|slide_closed|slide_in|swing_shut|close_off|push_to|seal|"
@@ -210,23 +215,27 @@ CLOSE = (
 )
 STOP = "turn_off|switch_off|stop|deactivate|power_off|shut_off|shut_down|disable|extinguish|turn_out|flip_off|power_down|kill|cut_off THING"
 TURN = "turn|switch|set|flip|make|get"
+AWAY = "down|up|out|down_from_there|from_there|out_of_there|out_from_under_there|away"
+IN_HAND = "in_your_hand|in_the_hand|in_hand|in_your_gripper|in_the_gripper|between_your_fingers|in_the_air"
 HELD = (
     GoalPhrase(
         "THING held", _held, asked=(
-            f"{HOLD} THING", "take|get|lift|bring|fetch|pull|pick|carry THING down|up|out|down_from_there|from_there|out_of_there|out_from_under_there|away",
-            "take|get|lift|hold|keep|have|put|grab THING in_your_hand|in_the_hand|in_hand|in_your_gripper|in_the_gripper|between_your_fingers|in_the_air",
+            f"{HOLD} THING", f"take|get|lift|bring|fetch|pull|pick|carry THING {AWAY}",
+            f"take|get|lift|hold|keep|have|put|grab THING {IN_HAND}",
         ), about=_loose,
     ),
 )  # fmt: skip
 ON_OR_OFF = (
     GoalPhrase(
-        "THING on PLACE", _on, STANDS, (f"{BRING}|thread|hook THING {UPON} PLACE", "hang|suspend|dangle THING from PLACE", OPEN_WAY, LOAD, "cover|top|cap PLACE with THING"), _loose,
-        _is_level,
+        "THING on PLACE", _on, STANDS, (
+            f"{BRING}|thread|hook THING {UPON} PLACE", "hang|suspend|dangle THING from PLACE", OPEN_WAY, LOAD,
+            "cover|top|cap PLACE with THING",
+        ), _loose, _is_level,
     ),
     GoalPhrase("THING on PLACE within AMOUNT", _amid, STANDS),
-    GoalPhrase("THING off PLACE", _off, STANDS, (f"{TAKE} THING {OFF} PLACE", "clear|clear_off|clear_out|empty|empty_out|unload|vacate|free|free_up PLACE"), _loose),
+    GoalPhrase("THING off PLACE", _off, STANDS, (f"{TAKE} THING {OFF} PLACE", f"{CLEAR} PLACE"), _loose),
 )  # fmt: skip
-CONTENTS = "the_contents_of|the_content_of|contents_of|what_is_in|what_is_inside|whatever_is_in|everything_in|all_that_is_in|what_the|everything_from"
+CONTENTS = "the_contents_of|contents_of|what_is_in|what_is_inside|whatever_is_in|everything_in|all_that_is_in|everything_from"
 POURED = (
     GoalPhrase("VESSEL poured into VESSEL", _poured_into, asked=(
         "pour|pour_out|empty|tip|decant|drain|tip_out VESSEL into|in|out_into|to|over_into|across_into VESSEL",
@@ -236,7 +245,8 @@ POURED = (
 IN_PLACE = (GoalPhrase("THING in PLACE", _in, STANDS, (f"{BRING} THING {INTO} PLACE", OPEN_WAY, LOAD), _loose, _is_hollow),)
 OPENED = (
     GoalPhrase(
-        "THING open", _is_open, ("is", "stands"), (OPEN_UP, "pull|slide|swing|push|draw|make|leave|get|throw|yank|keep|set THING open|out|wide_open|opened"), _jointed
+        "THING open", _is_open, ("is", "stands"),
+        (OPEN_UP, "pull|slide|swing|push|draw|make|leave|get|throw|yank|keep|set THING open|out|wide_open|opened"), _jointed,
     ),
     GoalPhrase(
         "THING open by AMOUNT", _opened_by, ("is", "stands"),
