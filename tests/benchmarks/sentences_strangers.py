@@ -2,7 +2,7 @@
 
     python tests/benchmarks/sentences_strangers.py [--sentences FILE] [--figure NAME --seen no|yes]
 
-FILE is YAML: a mapping from names of shipped scenarios (`cramlite list scenarios`, such as kitchen/tidy_ten) to lists of sentences. Each
+FILE is YAML: a mapping from names of shipped scenarios (in scenarios/, such as kitchen/tidy_ten) to lists of sentences. Each
 has `say`, the sentence, and either `goal`, the list of all that should hold in the end, in the words of goals
 (docs/reference/scenarios/goals.md), or `refused`, why it is to be asked back: false of the scene, or ambiguous in it.
 
