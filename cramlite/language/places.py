@@ -11,7 +11,8 @@ from ..model.entity_name import EntityName, thing_of
 from ..ontology.foundation import BEARS
 from .english import INWARD, LOW, PLAIN, REGIONS, SIDES, TECHNICAL, TOP_WORD, Words, singular
 from .labels import normal
-from .reference import Mentions, Referents, Resolver
+from .mentions import Mentions, Referents
+from .reference import Resolver
 from .refusal import FALSE, OPEN, Refusal, listed
 from .tree import Link, Noun
 

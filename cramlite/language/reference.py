@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 from msgspec.structs import replace
 
 from ..base.errors import UserError
-from ..base.value import Value
 from ..model.colour_words import COLOURS
 from ..model.entity_name import thing_of
 from ..ontology.foundation import BEARS
@@ -16,6 +15,7 @@ from ..ontology.prefixes import local_name
 from ..ontology.taxonomy import words_of
 from .english import ANYTHING, INWARD, ORDINALS, PACKAGES, REGIONS, ROBOT, VIEWER, singular
 from .labels import Labels, normal
+from .mentions import Mentions, Referents
 from .refusal import FALSE, OPEN, UNKNOWN, Refusal, listed
 from .tree import Link, Noun
 
@@ -27,49 +27,6 @@ if TYPE_CHECKING:
 
 About = Callable[[str], bool]
 FILTERS = ("phrase", "of", "with", "under", "state", "colour", "left of", "right of", "in front of", "behind", "between", "at", "except")
-
-
-class Referents(Value):
-    """Things that a description means.
-
-    Args:
-        said: the description.
-        names: of the things.
-        some: how many of them will do; 0 where all are meant.
-    """
-
-    said: str
-    names: tuple[str, ...]
-    some: int = 0
-
-    @property
-    def listed(self) -> str:
-        """Their names, as people list them."""
-        return listed([*self.names], "or" if self.some else "and")
-
-
-class Mentions(Value):
-    """Things that were named before.
-
-    Args:
-        themes, places: of each clause, the first one first.
-        words: by which a thing was called last.
-        earlier: by which another was called before.
-        put: what was put somewhere.
-        some: themes of which any one was meant.
-    """
-
-    themes: tuple[tuple[str, ...], ...] = ()
-    places: tuple[tuple[str, ...], ...] = ()
-    words: Words = ()
-    earlier: Words = ()
-    put: frozenset[str] = frozenset()
-    some: frozenset[tuple[str, ...]] = frozenset()
-
-    @property
-    def every(self) -> frozenset[str]:
-        """Everything that was named."""
-        return frozenset(thing_of(n) for group in (*self.themes, *self.places) for n in group)
 
 
 class Resolver:

@@ -71,7 +71,8 @@ def understand(sentence: str, scene: SymbolicWorld, knowledge: Knowledge, view: 
 
 def _checked(sentence: str, goals: tuple[str, ...], grounder: Grounder, where: str) -> Understood:
     """Goals that a plugin read, if they are about things that there are."""
-    from ..language.sentence import Literal, NotUnderstood, Understood
+    from ..language.reading import Literal
+    from ..language.sentence import NotUnderstood, Understood
 
     try:
         for goal in goals:

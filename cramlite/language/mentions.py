@@ -1,0 +1,55 @@
+"""What was named before in a sentence, and what a description of it means."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ..base.value import Value
+from ..model.entity_name import thing_of
+from .refusal import listed
+
+if TYPE_CHECKING:
+    from .english import Words
+
+
+class Referents(Value):
+    """Things that a description means.
+
+    Args:
+        said: the description.
+        names: of the things.
+        some: how many of them will do; 0 where all are meant.
+    """
+
+    said: str
+    names: tuple[str, ...]
+    some: int = 0
+
+    @property
+    def listed(self) -> str:
+        """Their names, as people list them."""
+        return listed([*self.names], "or" if self.some else "and")
+
+
+class Mentions(Value):
+    """Things that were named before.
+
+    Args:
+        themes, places: of each clause, the first one first.
+        words: by which a thing was called last.
+        earlier: by which another was called before.
+        put: what was put somewhere.
+        some: themes of which any one was meant.
+    """
+
+    themes: tuple[tuple[str, ...], ...] = ()
+    places: tuple[tuple[str, ...], ...] = ()
+    words: Words = ()
+    earlier: Words = ()
+    put: frozenset[str] = frozenset()
+    some: frozenset[tuple[str, ...]] = frozenset()
+
+    @property
+    def every(self) -> frozenset[str]:
+        """Everything that was named."""
+        return frozenset(thing_of(n) for group in (*self.themes, *self.places) for n in group)

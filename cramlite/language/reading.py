@@ -1,0 +1,317 @@
+"""One reading of a sentence, as goals about the things of a scene."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from itertools import combinations
+from typing import TYPE_CHECKING, NamedTuple
+
+from msgspec.structs import replace
+
+from ..base.errors import UserError
+from ..base.value import Value
+from ..model.entity_name import thing_of
+from .mentions import Mentions, Referents
+from .nouns import spoken
+from .places import Places, meaningful
+from .reference import Resolver
+from .refusal import ABSENT, FALSE, OPEN, UNREAD, Refusal, listed
+from .tree import Clause, Link, Noun
+
+if TYPE_CHECKING:
+    from ..interpretation.fluents import Fluents, GoalCondition, GoalPhrase
+
+
+class Literal(Value):
+    """Goal that was understood, with the words that it comes from.
+
+    Args:
+        goal: in the words of goals.
+        origins: words of the sentence, each with what it was taken for.
+    """
+
+    goal: str
+    origins: tuple[tuple[str, str], ...] = ()
+
+    def __str__(self) -> str:
+        said = ", ".join(f"'{words}' = {meant}" for words, meant in self.origins)
+        return f"{self.goal}" + (f"  ({said})" if said else "")
+
+
+class _Row(NamedTuple):
+    """A goal of a clause, and the things that it is about."""
+
+    clause: Clause
+    phrase: GoalPhrase
+    themes: tuple[str, ...]
+    literal: Literal
+
+
+class Reading:
+    """One reading of a sentence, on its scene; of a brief one, where verbs are missing, what a part says of "it" is not asked for twice."""
+
+    def __init__(self, resolver: Resolver, fluents: Fluents, *, brief: bool = False) -> None:
+        self._brief = brief
+        self._its, self._fluents, self._places = resolver, fluents, Places(resolver)
+        self._mentions = Mentions()
+        self.at = 0
+
+    def literals(self, clauses: Sequence[Clause]) -> tuple[Literal, ...]:
+        """Goals of all clauses; those that a later one takes back are left out."""
+        found: list[_Row] = []
+        for number, clause in enumerate(clauses):
+            self.at = number
+            stated = [replace(clause, phrases=(clause.state,), place=None, beside=None)] if clause.state is not None else []
+            rows = [row for part in (clause, *stated) for row in self._clause(part)]
+            if clause.told and any(OR in row.literal.goal for row in rows):
+                raise Refusal(UNREAD, f"'{clause.theme.said}' leaves open of what it is said")
+            if clause.given:
+                self._check_given(rows)
+                continue
+            for row in rows:
+                if self._brief and clause.theme.pronoun and any(f.themes == row.themes and f.clause is not row.clause for f in found):
+                    raise Refusal(FALSE, f"'{row.literal.goal}' is asked for where something else of it was said")
+                found = [*(f for f in found if not self._superseded(f, row, clauses, number)), row]
+        if not found:
+            raise Refusal(UNREAD, "it names things and asks for nothing")
+        self._check(clauses, found)
+        return tuple({row.literal.goal: row.literal for row in found}.values())
+
+    def _check(self, clauses: Sequence[Clause], found: Sequence[_Row]) -> None:
+        """Refuse things that are named for nothing, and goals that cannot all hold."""
+        for clause, after in zip(clauses, (*clauses[1:], None), strict=True):
+            nouns = [n for n in (after.theme, after.place, after.beside and after.beside.nouns[0]) if n] if after is not None else []
+            if not (clause.phrases or clause.told or clause.relation == "swap") and not any(n.pronoun or n.elided for n in nouns):
+                raise Refusal(UNREAD, f"'{clause.theme.said}' is named, and nothing is asked for it")
+        meant = [(row, self._meaning(row)) for row in found]
+        held = {row.themes for row, one in meant if one is not None and any(self._fluents[f[0]].in_hand for f in one.needs)}
+        if len(held) > 1:
+            names = listed(sorted(n for group in held for n in group), "and")
+            raise Refusal(FALSE, f"{names} cannot all be held in one hand; say where they shall go")
+        for (row, one), (other, two) in combinations(meant, 2):
+            if one is not None and two is not None and row.themes == other.themes and self._fluents.clash(self._its.scene, one, two):
+                raise Refusal(FALSE, f"'{row.literal.goal}' and '{other.literal.goal}' cannot both hold in the end")
+
+    def _check_given(self, rows: Sequence[_Row]) -> None:
+        """Refuse a request whose condition does not hold."""
+        for row in rows:
+            meaning = self._meaning(row._replace(clause=replace(row.clause, denied=False)))
+            if OR in row.literal.goal or meaning is None or self._its.true(meaning) == row.clause.denied:
+                raise Refusal(ABSENT, f"the condition '{row.literal.goal}' does not hold, so nothing is asked for")
+
+    def _swapped(self, clause: Clause) -> list[_Row]:
+        """Goals of two things that change places."""
+        themes = self._its.things(clause.theme, lambda n: self._its.scene.world.thing(n).movable, self._mentions)
+        if len(themes.names) != 2 or themes.some:
+            raise Refusal(OPEN, f"'{clause.theme.said}' is {themes.listed}; say which two things change places")
+        one, other = themes.names
+        (mine, here), (its, there) = (self._places.now(n) for n in themes.names)
+        if here == there:
+            raise Refusal(FALSE, f"{one} and {other} are both on or in {here}; say what shall be left of what")
+        if other in (here, thing_of(here)) or one in (there, thing_of(there)):
+            raise Refusal(FALSE, f"one of {one} and {other} is on the other; say what shall be on what")
+        self._mention(clause, themes.names, ())
+        origins = ((clause.said, "change places"), (clause.theme.said, themes.listed))
+        return [
+            *self._rows(clause, its, [(one, self._said(its, (one, there)))], 0, origins),
+            *self._rows(clause, mine, [(other, self._said(mine, (other, here)))], 0, origins),
+        ]
+
+    def _clause(self, clause: Clause) -> Iterable[_Row]:
+        if clause.relation == "swap":
+            return self._swapped(clause)
+        if clause.paired and clause.place is not None:
+            return self._paired(clause, clause.place)
+        if not clause.phrases:
+            self._its.needless += 1
+            named = self._its.things(clause.theme, lambda _: True, self._mentions)
+            self._mention(clause, named.names, (), open=named.some == 1)
+            self._mentions = replace(self._mentions, words=clause.theme.words or self._mentions.words)
+            return []
+        phrase = clause.phrases[0]
+        themes = self._themes(clause, phrase)
+        if clause.theme.words:
+            self._mentions = replace(self._mentions, words=clause.theme.words, earlier=self._mentions.words)
+        if clause.place is None:
+            rows = self._unary(clause, phrase, themes)
+            self._mention(clause, themes.names, (), open=themes.some == 1)
+            return rows
+        if clause.relation == "phrase":
+            themes = self._without_carried(clause, themes)
+            places = self._places.at(clause.place, clause.words, phrase, themes.names, self._mentions)
+            rows = self._placed(clause, phrase, themes, places)
+            self._mention(clause, themes.names, places.names, open=themes.some == 1)
+            return rows
+        return self._spots(clause, themes)
+
+    def _without_carried(self, clause: Clause, themes: Referents) -> Referents:
+        """Themes of a pronoun, without those that were put onto another of them before."""
+        before = zip(self._mentions.themes, self._mentions.places, strict=True)
+        put = {t for group, places in before for t in group if {*places} & {*themes.names}}
+        left = tuple(n for n in themes.names if n not in put)
+        return replace(themes, names=left) if clause.theme.pronoun and left else themes
+
+    def _paired(self, clause: Clause, place: Noun) -> list[_Row]:
+        """Goals of things that have a place each: "the tin and the can in the drawer and the basket, respectively"."""
+        if len(clause.theme.members) != len(place.members) or not place.members:
+            raise Refusal(OPEN, f"'{clause.theme.said}' and '{place.said}' are not as many; say which thing goes where")
+        pairs = zip(clause.theme.members, place.members, strict=True)
+        return [row for theme, at in pairs for row in self._clause(replace(clause, theme=theme, place=at, paired=False))]
+
+    def _themes(self, clause: Clause, phrase: GoalPhrase) -> Referents:
+        things = self._its.scene.world
+
+        def about(name: str) -> bool:
+            alone = clause.place is None and not clause.amount
+            return phrase.about(things.thing(name)) and (not alone or meaningful(phrase, self._its, name))
+
+        return self._its.things(clause.theme, about, self._mentions)
+
+    def _unary(self, clause: Clause, phrase: GoalPhrase, themes: Referents) -> list[_Row]:
+        amount = (clause.amount,) if clause.amount else ()
+        goals = [(n, self._said(phrase, (n, *amount))) for n in themes.names]
+        origins = ((clause.said, _verb_of(phrase)), (clause.theme.said, themes.listed))
+        return self._rows(clause, phrase, goals, themes.some, origins)
+
+    def _placed(self, clause: Clause, phrase: GoalPhrase, themes: Referents, places: Referents) -> list[_Row]:
+        if clause.words and " ".join(clause.words) in _OPEN_WAYS and not phrase.suits(self._its.scene, themes.names[0], places.names[0]):
+            raise Refusal(UNREAD, f"'{clause.said}' is said of another kind of place")
+        if len(places.names) > 1 and places.some != 1:
+            raise Refusal(OPEN, f"'{places.said}' are {listed(list(places.names), 'and')}; say which thing goes where")
+        themes = self._from_there(clause, phrase, themes, places)
+        goals = []
+        for theme in themes.names:
+            ways = [self._said(phrase, (theme, p)) for p in places.names if thing_of(p) != theme]
+            if clause.beside is not None and ways:
+                form, _ = self._places.beside(clause.beside, clause.phrases, theme, self._mentions, thing_of(places.names[0]))
+                ways = [form.replace("THING", theme)]
+            goals.append((theme, OR.join(ways)))
+        origins = [(clause.said, _verb_of(phrase)), (clause.theme.said, themes.listed)]
+        origins += [(clause.place.said, listed([*places.names]))] if clause.place is not None else []
+        return self._rows(clause, phrase, goals, themes.some, tuple(origins))
+
+    def _from_there(self, clause: Clause, phrase: GoalPhrase, themes: Referents, places: Referents) -> Referents:
+        """Themes, of "all" those that are where they are to be taken from; refuse to take things from where none is, or was put before."""
+        if not meaningful(phrase, self._its, themes.names[0], places.names[0]):
+            return themes
+        condition = phrase.meaning(self._its.scene, themes.names[0], places.names[0])
+        if condition.needs or condition.shown or not condition.without or {*themes.names} & self._mentions.put:
+            return themes
+        there = tuple(t for t in themes.names if any(self._its.anywhere(t, thing_of(p)) for p in places.names))
+        if there and (clause.theme.quantity == "all" or clause.theme.several):
+            return replace(themes, names=there)
+        if not there and clause.said != spoken(clause.words):
+            at = f"is not on or in {listed([*places.names])}"
+            raise Refusal(ABSENT, f"{listed([*themes.names], 'and')} {at}, so it cannot be taken from there")
+        return themes
+
+    def _spots(self, clause: Clause, themes: Referents) -> list[_Row]:
+        """Goals beside or under things."""
+        assert clause.place is not None
+        phrase = clause.phrases[0]
+        if clause.relation == "under":
+            places = self._places.under(clause.place, themes.names, self._mentions)
+            rows = self._placed(clause, phrase, themes, places)
+            self._mention(clause, themes.names, places.names)
+            return rows
+        link, goals, meant = Link(clause.relation, clause.words, (clause.place,)), [], ""
+        for theme in themes.names:
+            form, meant = self._places.beside(link, clause.phrases, theme, self._mentions)
+            goals.append((theme, form.replace("THING", theme)))
+        themed = (clause.theme.said, listed([*themes.names], "and"))
+        origins = ((clause.said, goals[0][1].partition(" ")[2]), themed, (clause.place.said, meant))
+        rows = self._rows(clause, phrase, goals, themes.some, origins)
+        if clause.place.pronoun and clause.said == spoken(clause.words):  # "the jug to the left of it": the next "it" is the same
+            self._mentions = replace(self._mentions, put=self._mentions.put | {*themes.names})
+        else:
+            self._mentions = replace(self._mentions, themes=(*self._mentions.themes, (meant,)), places=(*self._mentions.places, ()))
+            self._mention(clause, themes.names, ())
+        return rows
+
+    def _rows(
+        self, clause: Clause, phrase: GoalPhrase, goals: Sequence[tuple[str, str]], some: int, origins: tuple[tuple[str, str], ...]
+    ) -> list[_Row]:
+        kept = tuple((words, meant) for words, meant in origins if words and words != meant)
+        goals = [(theme, f"not {goal}" if clause.denied else goal) for theme, goal in goals if goal]
+        if not goals:
+            raise Refusal(FALSE, f"'{clause.theme.said}' cannot be brought to itself")
+        if clause.denied and (some or any(OR in goal for _, goal in goals)):
+            raise Refusal(OPEN, f"'{clause.theme.said}' leaves open which of several things it shall not be; name them")
+        if some:
+            goal = OR.join(g for _, g in goals) if some == 1 else self._number(clause, goals, some)
+            return [_Row(clause, phrase, tuple(t for t, _ in goals), Literal(goal, kept))]
+        return [_Row(clause, phrase, (theme,), Literal(goal, kept)) for theme, goal in goals]
+
+    def _number(self, clause: Clause, goals: Sequence[tuple[str, str]], some: int) -> str:
+        """Goal for so many of several things: of a class that has no others."""
+        scene, themes = self._its.scene, {theme for theme, _ in goals}
+        others = {t.name for t in scene.world.things} - themes
+        class_ = scene.types[next(iter(sorted(themes)))]
+        rests = {goal.removeprefix(theme) for theme, goal in goals}
+        if len(rests) > 1 or not all(scene.is_a(t, class_) for t in themes) or any(scene.is_a(t, class_) for t in others):
+            raise Refusal(OPEN, self._its.which(clause.theme, [*dict.fromkeys(theme for theme, _ in goals)]))
+        return f"{some} of {class_.rpartition(':')[2]}{rests.pop()}"
+
+    def _said(self, phrase: GoalPhrase, things: tuple[str, ...]) -> str:
+        """The goal in words, if it makes sense of these things."""
+        try:
+            phrase.meaning(self._its.scene, *things)
+        except (UserError, KeyError) as error:
+            raise Refusal(FALSE, str(error).strip("'.")) from error
+        left = list(things)
+        return " ".join(left.pop(0) if w.isupper() else w for w in phrase.form.split())
+
+    def _mention(self, clause: Clause, themes: tuple[str, ...], places: tuple[str, ...], *, open: bool = False) -> None:
+        words = self._mentions.words or (clause.place.words if clause.place is not None else ())
+        themes = tuple(dict.fromkeys(self._whole(n, clause) for n in themes))
+        put = self._mentions.put | ({*themes} if clause.place is not None else set())
+        some = self._mentions.some | ({themes} if open else set())
+        its = self._mentions
+        self._mentions = Mentions((*its.themes, themes), (*its.places, places), words, its.earlier, frozenset(put), some)
+
+    def _whole(self, name: str, clause: Clause) -> str:
+        """The thing that was named, where a part of it was meant: of "the stove" the knob."""
+        joint, labels = self._its.scene.world.thing(name).joint, self._its.labels
+        carrier = joint.parent if joint is not None and joint.parent in labels.of else name
+        named = clause.theme.words
+        return carrier if named and labels.fits(carrier, named) > labels.fits(name, named) else name
+
+    def _superseded(self, before: _Row, row: _Row, clauses: Sequence[Clause], number: int) -> bool:
+        """Whether a goal was only a means, or is taken back by what comes later."""
+        if before.themes != row.themes or before.clause is row.clause:
+            return False
+        one, other = (self._meaning(r) for r in (before, row))
+        if one is None or other is None:
+            return False
+        if before.clause.told and self._its.true(one):
+            return True  # "the tin is on the tray: pick it up" says where it is
+        means = not (one.needs or one.shown) or any(self._fluents[f[0]].in_hand for f in one.needs)
+        if means and (other.needs or other.shown):
+            return True
+        apart = clauses.index(before.clause) < number - 1 or row.clause.later
+        if not apart or not self._fluents.clash(self._its.scene, one, other):
+            return False
+        if not self._fluents.clash(self._its.scene, replace(one, without=frozenset()), replace(other, without=frozenset())):
+            raise Refusal(FALSE, f"'{before.literal.goal}' and '{row.literal.goal}' cannot both hold in the end")
+        return True
+
+    def _meaning(self, row: _Row) -> GoalCondition | None:
+        """State that a goal asks for; None where it leaves something open."""
+        if row.clause.denied:
+            return None
+        names = [w for w in row.literal.goal.split() if thing_of(w) in self._its.scene.types]
+        slots = len([w for w in row.phrase.form.split() if w.isupper()])
+        things = [names[0], row.clause.amount] if row.clause.amount else names[:slots]
+        try:
+            return row.phrase.meaning(self._its.scene, *things)
+        except (UserError, KeyError, TypeError):
+            return None
+
+
+OR = " or "
+_OPEN_WAYS = frozenset({"to", "towards", "at", "over to", "toward"})
+"""Prepositions that leave open whether it is on or in."""
+
+
+def _verb_of(phrase: GoalPhrase) -> str:
+    return " ".join(w for w in phrase.form.split() if not w.isupper())

@@ -1,0 +1,203 @@
+"""Grammar of a request: a verb with its things and places, or what is said of a thing."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+
+from msgspec.structs import replace
+
+from . import english
+from .english import Words, starts
+from .frames import Frame, Frames
+from .nouns import NounParser, spoken
+from .tree import Clause, Link, Noun
+
+Found = tuple[Clause, int]
+"""A request, and the position behind it."""
+THERE = (
+    ("in there", "in"), ("off there", "off"), ("out of there", "out of"), ("from there", "from"), ("inside", "in"), ("in", "in"),
+    ("there", ""), ("on top", "on"), ("on there", "on"),
+)  # fmt: skip
+"""Adverbs in the place of a place, each with its preposition."""
+RESPECTIVELY = (("respectively",), (",", "respectively"))
+AIMS = (("so", "that"), ("such", "that"), ("until",), ("till",), ("so",), ("in", "order", "that"))
+"""Words before the state that a motion is for."""
+
+
+class RequestParser:
+    """Parser of the requests in one sentence.
+
+    Args:
+        words: of the sentence.
+        frames: of all goal phrases.
+        names: words that are names of things, whatever else they may mean.
+    """
+
+    def __init__(self, words: Words, frames: Frames, names: frozenset[str]) -> None:
+        self.words, self.frames, self._names = words, frames, names
+        self._nouns = NounParser(words, frames.prepositions, frames.states, names)
+
+    def _contrasted(self, at: int) -> Iterator[int]:
+        """Where ends what is said not to be meant: "on the tray, not in the basket", "the red block, not the blue one"."""
+        for start in starts(self.words, at, english.CONTRAST):
+            stated = [f.stated for f in self.frames.unary]
+            yield from (end for way in stated for end in starts(self.words, start, way))
+            yield from (start + 1,) if self.words[start : start + 1] and self.words[start] in english.PLACED else ()
+            for begin in (*starts(self.words, start, self.frames.prepositions), start):
+                yield from (end for _, end in self._nouns.nouns(begin))
+
+    def _imperative(self, at: int, *, participle: bool = False) -> Iterator[Found]:
+        verbs = self.frames.participles if participle else self.frames.verbs
+        for frame, verb, particle, end in verbs(self.words, at):
+            end += self.words[end : end + 1] in (("me",), ("us",))
+            if frame.converse:
+                yield from self._converse(frame, verb, end)
+                continue
+            for theme, last in self._themes(frame, end):
+                if not particle:
+                    yield from self._complements(frame, verb, theme, last)
+                    yield from self._purpose(theme, last)
+                elif self.words[last : last + len(particle)] == particle:
+                    yield from self._complements(frame, (*verb, *particle), theme, last + len(particle))
+            if not particle:
+                yield from self._place_first(frame, verb, end)
+
+    def _themes(self, frame: Frame, at: int) -> Iterator[tuple[Noun, int]]:
+        for start in starts(self.words, at, frame.before) if frame.before else (at,):
+            yield from self._nouns.nouns(start)
+
+    def _converse(self, frame: Frame, verb: Words, at: int) -> Iterator[Found]:
+        """The place as the object of the verb: "empty the drawer", "fill the basket with tins"."""
+        several = len({f.phrase for f, *_ in self.frames.verbs(verb, 0) if f.converse and f.after}) > 1
+        words = ("to",) if several else verb  # "fill" leaves open whether it is in or on the place
+        for place, end in self._nouns.nouns(at):
+            if frame.after:
+                themes = (t for start in starts(self.words, end, frame.after) for t in self._nouns.nouns(start))
+                yield from ((self._clause(frame, verb, theme, place, "phrase", words), last) for theme, last in themes)
+            else:
+                yield self._clause(frame, verb, self._contents(place), place, "phrase", verb), end
+
+    def _purpose(self, theme: Noun, at: int) -> Iterator[Found]:
+        """Purpose of a move of a theme: "turn the cup so that it is upside down"."""
+        for start in starts(self.words, at + (self.words[at : at + 1] == ("over",)), AIMS):
+            for stands, end in self._nouns.nouns(start):
+                for begin in starts(self.words, end, english.BE) if stands.pronoun else ():
+                    yield from self._predicates(theme, begin)
+
+    def _complements(self, frame: Frame, verb: Words, theme: Noun, at: int) -> Iterator[Found]:
+        """Complements behind a verb and its theme."""
+        if frame.amount:
+            yield from self._amounts(frame, verb, theme, at)
+        elif frame.place:
+            for begin in self._between(at):
+                yield from self._places(frame, verb, theme, begin)
+            yield from self._posed(frame, verb, theme, at)
+        elif not frame.after:
+            yield self._clause(frame, verb, theme), at
+        else:
+            yield from ((self._clause(frame, (*verb, *a), theme), end) for a in frame.after for end in starts(self.words, at, (a,)))
+
+    def _posed(self, frame: Frame, verb: Words, theme: Noun, at: int) -> Iterator[Found]:
+        """Places with a state before or behind them: "upside down on the tray"."""
+        for unary in self.frames.unary:
+            for begin in starts(self.words, at, unary.stated) if self.words[at : at + 1] and self.words[at] not in english.PLACED else ():
+                yield from ((replace(c, state=unary.phrase), end) for c, end in self._places(frame, verb, theme, begin))
+        for clause, last in self._places(frame, verb, theme, at):
+            for unary in self.frames.unary:
+                yield from ((replace(clause, state=unary.phrase), end) for end in starts(self.words, last, unary.stated))
+
+    def _between(self, at: int) -> tuple[int, ...]:
+        """Where a place may begin behind its theme: adverbs, commas and "down", "back" may be between."""
+        ends = [at]
+        if self.words[at : at + 1] == (",",):
+            ends.append(at + 1)
+        for k in (at, *starts(self.words, at, english.CLOSING)):
+            if k < len(self.words) and self.words[k] in ("down", "back", "up", "so", "over", "right", "directly", "that", ",", "away"):
+                ends.append(k + 1)
+            ends.append(k)
+        ends += [e + (self.words[e : e + 1] == (",",)) for e in self._contrasted(at + (self.words[at : at + 1] == (",",)))]
+        return tuple(dict.fromkeys(ends))
+
+    def _places(self, frame: Frame, verb: Words, theme: Noun, at: int) -> Iterator[Found]:
+        for start in starts(self.words, at, frame.prepositions):
+            for place, end in self._nouns.nouns(start):
+                if self.words[at:start] in english.TO and ((place.sides and not place.words) or not (frame.region or verb)):
+                    continue  # "to the right of the cup" is beside it
+                clause = self._clause(frame, verb, theme, place, "phrase", self.words[at:start])
+                yield clause, end
+                yield from ((replace(clause, paired=True), last) for last in starts(self.words, end, RESPECTIVELY))
+                if frame.beside:
+                    yield from ((replace(clause, beside=link), last) for link, last in self._nouns.beside(end))
+        yield from self._adverbs(frame, verb, theme, at)
+        if not frame.beside:
+            return
+        for phrase, relation in english.BESIDE.items():
+            if self.words[at : at + len(phrase)] == phrase:
+                for place, end in self._nouns.nouns(at + len(phrase)):
+                    yield self._clause(frame, verb, theme, place, relation, phrase), end
+        for start in starts(self.words, at, english.UNDER):
+            for place, end in self._nouns.nouns(start):
+                yield self._clause(frame, verb, theme, place, "under", self.words[at:start]), end
+
+    def _adverbs(self, frame: Frame, verb: Words, theme: Noun, at: int) -> Iterator[Found]:
+        """Adverbs in the place of a place: "put the cup inside", "there", "on top"."""
+        for text, word in THERE:
+            phrase = tuple(text.split())
+            end = at + len(phrase)
+            if self.words[at:end] == phrase and (not word or tuple(word.split()) in frame.prepositions):
+                yield self._clause(frame, verb, theme, Noun(spoken(phrase), pronoun="there"), "phrase", phrase[:1]), end
+        if not frame.region:
+            return
+        for end in starts(self.words, at, english.ORIGIN):
+            yield self._clause(frame, verb, theme, Noun(self._nouns.text(at, end), pronoun="origin"), "phrase"), end
+        for word in {*self.words[at : at + 1]} & self._names & english.ASIDE if ("on",) in frame.prepositions else ():
+            yield self._clause(frame, verb, theme, Noun(word, (word,)), "phrase", ("on",)), at + 1
+
+    def _place_first(self, frame: Frame, verb: Words, at: int) -> Iterator[Found]:
+        """Imperatives with the place first: "put on the plate the cup"."""
+        for start in starts(self.words, at, frame.prepositions):
+            for place, end in self._nouns.nouns(start, joined=False):
+                for theme, last in self._nouns.nouns(end):
+                    yield self._clause(frame, verb, theme, place, "phrase", self.words[at:start]), last
+
+    def _amounts(self, frame: Frame, verb: Words, theme: Noun, at: int) -> Iterator[Found]:
+        k = at
+        while self.words[k : k + 1] in (("by",), ("about",), ("roughly",), ("approximately",), ("a",), ("around",), ("some",)):
+            k += 1
+        if k < len(self.words):
+            number = re.fullmatch(r"(\d+(?:\.\d+)?)([a-z]*)", str(english.TENS.get(self.words[k], self.words[k])))
+            unit = number[2] if number and number[2] else self.words[k + 1] if k + 1 < len(self.words) else ""
+            unit = english.UNITS.get(unit, unit)
+            if number and unit:
+                yield self._clause(frame, verb, theme, amount=f"{number[1]} {unit}"), k + 1 + (not number[2])
+
+    def _contents(self, place: Noun) -> Noun:
+        return Noun(f"everything in {place.said}", english.ANYTHING, "all", links=(Link("at", (), (place,)),))
+
+    def _predicates(self, theme: Noun, at: int) -> Iterator[Found]:
+        """Predicate of a theme: "open", "on the plate", "put into the basket"."""
+        begins = [at, at + 1] if at < len(self.words) and self.words[at] in english.PLACED else [at]
+        for begin in begins:
+            if self.words[begin : begin + 1] == ("from",):
+                continue  # "get the cup from the hook" takes it off, and what is hanging from there is on it
+            for frame in self.frames.placing:
+                yield from self._places(frame, (), theme, begin)
+                yield from self._posed(frame, (), theme, begin)
+        for frame in self.frames.measured:
+            if self.words[at : at + 1] == tuple(frame.phrase.form.split()[1:2]):
+                yield from self._amounts(frame, self.words[at : at + 1], theme, at + 1)
+        placed = (v for v in self.frames.verbs(self.words, at) if v[1][0] in english.PLACED)
+        for frame, verb, particle, end in (*self.frames.participles(self.words, at), *placed):
+            if not particle:
+                yield from self._complements(frame, verb, theme, end)
+        for frame in self.frames.unary:
+            for end in starts(self.words, at, frame.stated):
+                yield self._clause(frame, self.words[at:end], theme), end
+
+    def _clause(
+        self, frame: Frame, verb: Words, theme: Noun, place: Noun | None = None, relation: str = "phrase", words: Words = (),
+        amount: str = "",
+    ) -> Clause:  # fmt: skip
+        said = spoken(tuple(w for w in (*verb, *(words if place is not None else ())) if w))
+        return Clause(said, (frame.phrase,), theme, place, relation, words, amount, denied=theme.quantity == "none")
