@@ -108,7 +108,7 @@ KINDS = {
 
 
 def _complaint(problem: ErrorDetails) -> str:
-    """A complaint in the words of YAML."""
+    """Clause on pydantic's complaint, in words for the author of a YAML file."""
     kind, said, given = problem["type"], problem["msg"], problem["input"]
     if kind == "too_short":
         least = problem["ctx"]["min_length"]
@@ -146,7 +146,7 @@ def _in_words(data: Any, location: Sequence[str | int]) -> str:
 
 
 def _item(inside: Any, keys: Sequence[str]) -> str:
-    """Name of a list's entry: "thing 'tea'" in things, "value of 'at.position'" where it has no parts."""
+    """Name of a list's entry: "thing 'tea'" for a mapping in ``things``, "value of 'at.position'" for a plain value."""
     if not isinstance(inside, dict) or not keys:
         return f"value of '{'.'.join(keys)}'" if keys else "value"
     name = f" '{_cut(inside['name'])}'" if isinstance(inside.get("name"), str) else ""
@@ -154,7 +154,7 @@ def _item(inside: Any, keys: Sequence[str]) -> str:
 
 
 def _cut(text: str) -> str:
-    """A text for a message: not more than its beginning where it is long."""
+    """Text for a message, cut to its beginning where it is long."""
     return f"{text[:SHOWN]}..." if len(text) > SHOWN else text
 
 

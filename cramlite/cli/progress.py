@@ -62,7 +62,7 @@ class Progress:
 
 
 def _live_line() -> Live:
-    """A line that is drawn when it changes, by no thread: workers may be forked meanwhile."""
+    """Line that is redrawn when it changes, without a thread, since worker processes may be forked meanwhile."""
     from rich.console import Console
     from rich.live import Live
 

@@ -186,7 +186,7 @@ def _no_solution(
 def _first_solution(
     run: RunDirectory, reading: Reading, setting: Setting, engine: Engine, trace: Trace, say: Progress, came: Signals
 ) -> tuple[Solution | None, Solution | None]:
-    """The first proven program, and the last one that was refused of the first candidate that had one."""
+    """First proven program, and the last refused program of the first candidate that had one."""
     try:
         return _search(run, reading, setting, engine, trace, say, came)
     finally:

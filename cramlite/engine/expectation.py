@@ -220,7 +220,7 @@ class RunWatch:
         return Pose.from_rotvec(place, tuple(turn.tolist())) * Pose(quaternion=pose.quaternion)
 
     def _frozen(self, readings: Readings) -> Notice | None:
-        """Whether the very same was read for a while in which the arm moves in the proof."""
+        """Whether the readings did not change at all for a while in which the arm moves in the proof."""
         before, expected = self._raw, self.expected
         self._raw = readings
         if before is None or readings.joints != before.joints or readings.poses is None:
@@ -302,7 +302,7 @@ class RunWatch:
         return self._said(kind, now, f"'{name}' is {1000 * off:.0f} mm {what}, more than {1000 * limit:.0f} mm", name, off, limit, "m")
 
     def _lean(self, name: str, pose: Pose, rows: list[int]) -> float:
-        """Angle between its axis and the nearest of those in the proof [rad]."""
+        """Least angle between a thing's axis and its axis in samples of the proof [rad]."""
         w, x, y, z = self.expected.poses[name][rows, 3:].T
         axes = np.stack([2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)], axis=1)
         return float(np.arccos(np.clip(axes @ pose.rotation[:, 2], -1.0, 1.0)).min())

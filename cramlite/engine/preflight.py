@@ -102,7 +102,7 @@ class Check(Value):
 
     @property
     def most(self) -> float:
-        """The most in any run."""
+        """Largest value reached in any run."""
         return max(self.reaches, self.in_twins or 0.0)
 
     @property
@@ -195,7 +195,7 @@ def dry_run(flight: Flight, share: float, world: World, knowledge: Knowledge, se
 
 
 def _written(program: Program, flight: Flight, knowledge: Knowledge) -> Code:
-    """In the language that the program had; typed, where that cannot be run here."""
+    """Code of a program in its first language; typed where that language cannot be run here."""
     writers = [b for b in knowledge.backends.values() if b.executable]
     own = (b for b in writers if flight.intent is not None and b.name == flight.intent.kept.language)
     writer = next(own, None)

@@ -137,7 +137,7 @@ def _solves(
 
 
 def _level(way: object) -> Vector3 | None:
-    """The level part of a way as a unit vector; None where there is none."""
+    """Horizontal part of a way as a unit vector; None where there is none."""
     x, y, _ = np.asarray(way, dtype=float).tolist()
     length = math.hypot(x, y)
     return (x / length, y / length, 0.0) if length > 1e-6 else None

@@ -161,7 +161,7 @@ def _check_advisory(scenario: Scenario, knowledge: Knowledge) -> None:
 
 
 def _late(scenario: Scenario, world: World) -> dict[str, Tolerance]:
-    """The late things of a scenario.
+    """Things of a scenario whose poses the program asks for when it runs, with their tolerances.
 
     Raises:
         UserError: a thing that the world does not have, or that cannot be moved.

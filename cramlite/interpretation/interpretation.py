@@ -268,7 +268,7 @@ class _Matcher(Value):
             yield from (m for m in found if m.roles and len(m.unknown) == 1)
 
     def moved(self, segment: Segment) -> tuple[str, ...]:
-        """The tracked wholes that are ``ELSEWHERE`` at the end of an action; that the hand is needs no explanation."""
+        """Tracked things, the hand left out, that are ``ELSEWHERE`` at the end of an action."""
         hand = self.timeline.episode.effector
         whole = (n for n, e in self.timeline.entities.items() if e.part_of is None and n in self.timeline.episode.tracks and n != hand)
         tracks = {n: self.timeline.episode.tracks[n] for n in whole}
@@ -346,7 +346,7 @@ class _Matcher(Value):
         return a <= b or b <= a
 
     def _whole(self, segment: Segment, segments: tuple[Segment, ...]) -> Interpreted:
-        """The joined action, judged anew once."""
+        """Joined action, matched anew, once for each join."""
         key = (segment.start, segment.end)
         if key not in self.wholes:
             checkpoint()

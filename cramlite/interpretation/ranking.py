@@ -56,7 +56,7 @@ class DescriptionLength(Value):
 
     @property
     def bits(self) -> float:
-        """The sum."""
+        """Sum of all terms [bits]."""
         return self.tasks + self.choices + self.unknown + self.unexplained - self.checked
 
     def __add__(self, other: DescriptionLength) -> DescriptionLength:
@@ -101,7 +101,7 @@ class TaskSequence(Value):
 
     @property
     def length(self) -> DescriptionLength:
-        """The description length."""
+        """Description length of the sequence."""
         return sum(self.lengths, DescriptionLength())
 
     @property

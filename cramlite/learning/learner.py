@@ -164,7 +164,7 @@ def _problem(
 
 
 def _groups(shown: Tables, literals: Sequence[Literal], cast: Cast) -> list[Group]:
-    """Of each example the other fillings of the roles, which are no example."""
+    """Group of the wrong fillings of the roles in each example, which a rule has to refute."""
     refuted, valid = ~shown.truths(literals, cast.roles), shown.valid(cast.roles)
     found = []
     for k, place in enumerate(cast.places):
@@ -175,7 +175,7 @@ def _groups(shown: Tables, literals: Sequence[Literal], cast: Cast) -> list[Grou
 
 
 def _happens(language: Language, literal: Literal) -> bool:
-    """Whether a condition is of a beginning, an end or a continuation meanwhile, or of an actor that stands still: a task is no state."""
+    """Whether a condition tells an event from a state: a beginning, an end, something during the action, or an actor at rest."""
     still = language.predicates[literal.predicate].phases == {"run"} and not literal.roles and ANY not in literal.slots
     return literal.kind in ("begins", "ends") or (literal.phase == "run" and (still or not literal.denied))
 
@@ -239,7 +239,7 @@ def _nothing(examples: Sequence[Example], tables: Tables) -> str:
 
 
 def _begun(changes: Sequence[Literal]) -> str:
-    """Beginnings and ends, as words behind an example."""
+    """Clause on what begins and ends in an example."""
     names = {kind: sorted({c.predicate for c in changes if c.kind == kind}) for kind in ("begins", "ends")}
     said = [f"{kind} {', '.join(found)}" for kind, found in names.items() if found]
     return f": {' and '.join(f'there {words}' for words in said)}" if said else ""

@@ -45,7 +45,7 @@ class Literal(Value, order=True):
 
     @property
     def roles(self) -> frozenset[int]:
-        """Roles that it mentions."""
+        """Roles that the condition mentions."""
         return frozenset(s for s in self.slots if s > 0)
 
     @property
@@ -54,7 +54,7 @@ class Literal(Value, order=True):
         return frozenset() if self.denied or self.kind in ("at_least", "at_most") else self.roles
 
     def texts(self, names: Sequence[str]) -> Iterator[tuple[PhaseName, str]]:
-        """Yield the conditions of a rule file that it stands for, each with its phase; ``names`` are of hand and roles."""
+        """Yield the condition as rule files write it, with its phase; ``names`` are of hand and roles."""
         arguments = ["_" if s == ANY else names[s] for s in self.slots]
         if self.kind == "class":
             arguments.append(self.class_)

@@ -53,7 +53,7 @@ class Trigger(Value):
     within: float = 0.0
 
     def __str__(self) -> str:
-        """Return when it is, as a clause; "" for at once."""
+        """Return the moment of the trigger as a clause; "" for at once."""
         said = [f"at '{self.line}'"] if self.line else []
         said += [f"at {self.force:g} N"] if self.force else []
         said += [f"{self.within:g} m from '{self.near}'"] if self.near else []
@@ -89,7 +89,7 @@ class Fault(Value):
 
     @property
     def from_start(self) -> bool:
-        """Whether it is so before the program starts."""
+        """Whether the fault is there before the program starts."""
         return self.kind in AT_START and self.trigger is None and not self.after
 
     def __str__(self) -> str:

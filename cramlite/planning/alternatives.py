@@ -83,7 +83,7 @@ class Alternatives(Value):
             point.say("fault", fault.plugin, str(fault))
 
     def _fits(self, point: ChoicePoint, action: Action) -> bool:
-        """Whether there is such a task, and it is not made of itself."""
+        """Whether a task of this name exists, and is not part of itself."""
         opened = (i.action for i in point.state.agenda if isinstance(i, Effect))
         above = [a for a in opened if is_part_of(action.name, a.name)]
         reason = misfit(action, above, self.tasks)
@@ -121,7 +121,7 @@ class Alternatives(Value):
                 yield from self.registry.ask(plugin, hook, item.name, partial(kind.ground, item, belief, context))
 
     def _instead(self, item: Designator) -> str:
-        """Answer in the place of a relation that no plugin answers."""
+        """Clause on a relation that no plugin answers, with the nearest names; "" for other designators."""
         return f": no relation '{item.relation}'; {nearest(item.relation, self.relations)}" if isinstance(item, Location) else ""
 
     def _accepted(self, plugin: str, answers: Iterable[Any], point: ChoicePoint) -> Iterator[Alternative]:

@@ -40,7 +40,7 @@ class TaskConstraint(Value):
     makes: frozenset[Fact]
 
     def suits(self, task: TaskType) -> bool:
-        """Check whether a task can be told so."""
+        """Check whether a task takes the constraint: it has the parameters, and chooses a place where one is constrained."""
         return set(self.parameters) <= {p.name for p in task.parameters} and (task.places or not self.where)
 
 

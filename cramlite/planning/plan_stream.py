@@ -89,7 +89,7 @@ def _stream(
 
 
 class _Given:
-    """Sequences that were given.
+    """Sequences that were given to the caller.
 
     Args:
         problem: with what the failures of some have ruled out.

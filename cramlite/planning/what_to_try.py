@@ -34,7 +34,7 @@ def what_to_try(entries: Sequence[Entry], most: int = MOST) -> tuple[str, ...]:
 
 
 def _parted(refusals: Iterable[Entry]) -> tuple[list[Entry], list[Entry]]:
-    """Programs that ran and were refused, and other refusals."""
+    """Refusals in two lists: programs that ran and were refused, and other refusals."""
     found: tuple[list[Entry], list[Entry]] = [], []
     for e in refusals:
         found[e.kind != "proof"].append(e)

@@ -112,7 +112,7 @@ class LaterTask(Value):
 
     @property
     def things(self) -> frozenset[str]:
-        """Things that it is about."""
+        """Things that the task is about."""
         return frozenset(thing_of(entity) for entity in self.entities.values())
 
 

@@ -107,7 +107,7 @@ class GoalValidator(Protocol):
 
 @runtime_checkable
 class Adviser(Protocol):
-    """Validator whose objections a scenario may have told without refusing anything (``JudgingLimits.advisory``).
+    """Validator that a scenario may make advisory: its objections are reported and refuse nothing (``JudgingLimits.advisory``).
 
     One that says whether a program does what it is for is none.
     """

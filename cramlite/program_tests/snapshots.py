@@ -18,7 +18,7 @@ POINTS = 21
 
 
 class Tolerances(Value):
-    """Differences that are none: forces [N], times [s], the tool's path [m], ends of things [m]."""
+    """Differences between snapshots that count as none: forces [N], times [s], the tool's path [m], ends of things [m]."""
 
     force: float
     time: float

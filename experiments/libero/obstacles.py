@@ -82,11 +82,11 @@ class Obstacles:
         self.worst = 0.0
 
     def see(self, env: Any) -> None:
-        """Measure how far they are from where they were."""
+        """Measure how far the obstacles are from where they were."""
         off = [np.abs(env.sim.data.body_xpos[env.obj_body_id[n]] - p).sum() for n, p in self.start.items()]
         self.worst = max([self.worst, *map(float, off)])
 
     @property
     def avoided(self) -> bool:
-        """Whether none was moved so far."""
+        """Whether no obstacle was moved so far."""
         return self.worst <= MOVED

@@ -48,7 +48,7 @@ class Program(Value):
 
     @property
     def passed(self) -> bool:
-        """True if simulation lets it pass: the proof accepted it, and it reached the goal there."""
+        """True if the proof accepted the program, and its simulation reached the goal."""
         return self.accepted and self.reached
 
     @property

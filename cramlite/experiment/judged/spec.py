@@ -28,7 +28,7 @@ class SuiteSpec(Spec):
 
 
 class FailureSpec(Spec):
-    """Class of failures: those whose reason a pattern is found in, asked in the order of the file."""
+    """Class of failures: those whose reason matches a pattern; classes are tried in the order of the file."""
 
     kind: str
     reason: str

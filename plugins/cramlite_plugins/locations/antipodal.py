@@ -80,7 +80,7 @@ class Pinches(Value):
 
     @property
     def width(self) -> Floats:
-        """Between the contacts (n,) [m]; -inf where there are none."""
+        """Distance between the contacts (n,) [m]; -inf where there are none."""
         return self.high - self.low
 
 
@@ -129,9 +129,10 @@ def clear(shape: Body, hands: Hands, openings: Floats, gripper: Gripper) -> NDAr
 
 
 def caught(shape: Body, hands: Hands, widths: Floats, gripper: Gripper) -> NDArray[np.bool_]:
-    """Check in which hands (n,) a pad is below some of the shape, across a gap, by its very face (widths (n,) apart [m]).
+    """Check for which hands (n,), pads at widths (n,) apart [m], a part of the shape is over a pad across a gap, right at
+    its face.
 
-    What is let go in the air there falls onto the pad while that is still beside it, and comes along with a hand that withdraws.
+    A thing that is released there in the air falls onto the pad, and comes along with the hand as it withdraws.
     """
     inside, found = np.minimum(FACE, widths / 4), np.zeros(len(widths), bool)
     for side, across in itertools.product((0.5, -0.5), (-0.4, 0.0, 0.4)):

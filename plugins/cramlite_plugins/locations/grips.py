@@ -89,7 +89,7 @@ class Grip(Value):
 
     @property
     def likeness(self) -> tuple[float, ...]:
-        """Grasps of one likeness hold or fail together: by the same part of the pads, from the same height, as wide."""
+        """Key of similar grasps, which hold or fail together: by the same part of the pads, from the same height, as wide."""
         down = float(self.pose.rotate((0.0, 0.0, 1.0))[2])
         return (round(self.ahead, 3), round(2 * down), round(self.width / 0.005), round(self.lever / 0.010))
 
@@ -115,8 +115,7 @@ def _ranked(
 
 
 def varied(grips: Iterable[tuple[float, Grip, T]]) -> list[tuple[float, T]]:
-    """Return items with a cost and a grip, best first, each further one of one likeness as if its lever were
-    ``AGAIN`` longer."""
+    """Return the items of grips by rising cost, where each repetition of a likeness counts as a lever longer by ``AGAIN``."""
     seen: dict[tuple[float, ...], int] = {}
     keyed = []
     for k, (cost, grip, what) in enumerate(sorted(grips, key=lambda x: (round(x[0], 4), x[1].name))):

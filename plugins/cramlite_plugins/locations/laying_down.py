@@ -99,7 +99,7 @@ def rolled(thing: Thing, lies: Pose, swing: Swing) -> tuple[list[float], list[Po
 
 
 def _resting(thing: Thing, turned: Pose, before: Pose, floor: float) -> Pose:
-    """Pose turned so, with the touching point where it was before."""
+    """Pose with another orientation, its touching point where it was before."""
     points: Floats = corners(thing, turned)
     low = points[:, 2].min()
     edge = points[:, 2] < low + EDGE

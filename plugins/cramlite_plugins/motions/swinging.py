@@ -25,7 +25,8 @@ def resolve_motion(motion: Motion, belief: Belief, context: Context) -> Answers:
 
 
 def _swing(motion: Motion, belief: Belief, context: Context) -> Iterator[Grounding]:
-    """To the place ("hangs"), the whole turn in one line; or along its path ("lies"), an even part of it on each line."""
+    """Swing to the place ("hangs"), the whole turn in one line; or along its path ("lies"), an even part of the turn on each
+    line."""
     held = belief.held
     assert held is not None and held.swing is not None, f"motion '{motion.name}' needs something that swings in the hand"
     place, hangs = place_of(motion, context), word(motion, "to", Hang) is Hang.HANGS
@@ -47,7 +48,7 @@ def _swing(motion: Motion, belief: Belief, context: Context) -> Iterator[Groundi
 
 
 def _raised(target: Pose, belief: Belief, context: Context) -> Sequence[Pose]:
-    """Poses on the line up to a target: its near side rises from the start, its far side last of all."""
+    """Poses of a thing on the line up to a target: the near side rises from the start, the far side last of all."""
     from ..motion_planning.cartesian import interpolate
     from ..motion_planning.reach import tcp
 

@@ -19,7 +19,7 @@ def resolve_motion(motion: Motion, belief: Belief, context: Context) -> Answers:
 
 
 def _tilt(motion: Motion, belief: Belief, context: Context) -> Iterator[Grounding]:
-    """To the end of the path ("tilted"), or back to its beginning ("upright")."""
+    """Tilt to the end of the path ("tilted"), or back to its beginning ("upright")."""
     from ..kinematics.timing import leading
     from ..motion_planning.cartesian import plan_straight_line
     from ..motion_planning.joint_move import joint_move

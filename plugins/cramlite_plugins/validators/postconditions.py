@@ -164,7 +164,7 @@ class TaskRules(Value):
 
 
 def _already(candidate: Candidate, action: Action) -> str:
-    """Part of the action before that did the same with the same things; empty without one. Its effect cannot be
+    """Part of the previous action that did the same with the same things; empty without one. Its effect cannot be
     asked for twice."""
     names = [a.name for a in candidate.actions]
     if action.name not in names[1:]:

@@ -191,7 +191,7 @@ class _Watched(Struct):
 
 
 class _Record(Struct):
-    """Sensations of the robot, once a period."""
+    """Measurements of the robot, once a period."""
 
     arm: StreamedArm
     machine: ProgramMachine | None = None

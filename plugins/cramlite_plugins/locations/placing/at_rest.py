@@ -177,7 +177,7 @@ def extent(query: Query, turned: Pose) -> tuple[Floats, Floats]:
 
 
 def _stands(query: Query, pose: Pose) -> bool:
-    """Whether its lowest point is near the floor."""
+    """Whether a payload's lowest point is near the floor."""
     lowest = float(corners(query.thing, query.target.pose.inverse() * pose)[:, 2].min())
     return lowest + query.depth <= NEAR_FLOOR
 

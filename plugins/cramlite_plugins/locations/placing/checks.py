@@ -84,7 +84,7 @@ def _sunk(placement: Placement, query: Query) -> bool:
 
 
 def clear(placement: Placement, query: Query) -> str | Refused:
-    """Check that its outline, seen from above, is apart from those of obstacles, as far up as they reach."""
+    """Check that the payload's outline, seen from above, is apart from those of obstacles, as far up as they reach."""
     there = query.target.pose.inverse() * placement.thing
     foot = -support(query.thing, there, (0.0, 0.0, -1.0))  # it may still be above where it will stand
     for found in query.obstacles:
@@ -141,8 +141,8 @@ def falls_in(placement: Placement, query: Query) -> str | Refused:
 
 
 def in_region(placement: Placement, query: Query) -> str | Refused:
-    """Check that its origin is over the wanted region, a little inside, since a released payload may shift,
-    and no higher than that reaches."""
+    """Check that the payload's origin is over the wanted region, a little inside, since a released payload may shift, and no
+    higher than the region reaches."""
     return _region_missed(placement.thing, placement.height, query) if query.where.region else ""
 
 
@@ -166,7 +166,7 @@ def _region_missed(thing: Pose, height: float, query: Query) -> str | Refused:
 
 
 def over_region(placement: Placement, query: Query) -> str:
-    """Check that its origin is over the wanted region, which may lean: a payload at rest by itself shifts no more."""
+    """Check that the payload's origin is over the wanted region, which may lean: a payload at rest by itself shifts no more."""
     resting = np.asarray(placement.thing.position) - (0.0, 0.0, placement.height)
     at = shapely.Point(*query.target.pose.inverse().apply(resting)[:2])
     if not query.where.region or query.target.area.covers(at):
@@ -238,8 +238,8 @@ def reachable(placement: Placement, query: Query) -> str | Refused:
 
 
 def collision_free(placement: Placement, query: Query) -> str | Refused:
-    """Check that arm and payload are free of collision there and above it; on a way that leads aside or
-    turns, all along it."""
+    """Check that arm and payload are free of collision at the placement and above it; on a way that leads aside or turns,
+    all along it."""
     pose, before, back = placement.pose, placement.before, placement.back
     if placement.led:
         legs = [Leg(pose, along=(*reversed(placement.through), before), said="on its way out")]

@@ -185,8 +185,7 @@ def _level(query: Query, floor: Floor, now: Pose, kind: str) -> Iterator[Placeme
 
 
 def _of_each_step(rows: NDArray[np.intp], few: int) -> list[list[int]]:
-    """Of (spot, turn) in order the first of each step outwards: one of each payload that is released to come
-    to rest, which is simulated some ten times."""
+    """First (spot, turn) of each step outwards, since the rest of a payload at a spot is simulated some ten times."""
     steps = rows[:, 0] // (len(ASIDE) if few == 1 else len(ASIDE[:3]))
     before = np.arange(len(rows)) - np.searchsorted(steps, steps)
     found: list[list[int]] = rows[before < (MANY if few == 1 else 1)].tolist()

@@ -48,7 +48,7 @@ class Reading(Value, eq=False):
 
     @property
     def score(self) -> float:
-        """Return how well it explains the part, 0 to 1; shape counts twice, since light and blur change colours."""
+        """Return how well the reading explains the part, 0 to 1; shape counts twice, since light and blur change colours."""
         return self.fit * self.fit * self.colour
 
 
