@@ -29,7 +29,7 @@ MOST_TEXT = 2**26
 """Characters of attributes and text of an XML file, its entities written out."""
 Attributes = Mapping[str, str]
 Visit = Callable[[int, str, Attributes | None], None]
-"""Is told the line and name of each XML element, and its attributes: None where it ends."""
+"""Function that is called with line, name and attributes of each XML element; attributes are None at its end."""
 _COMMENT = re.compile(r"<!--(.*?)-->", re.DOTALL)
 
 

@@ -25,7 +25,7 @@ _ENDINGS = (
     ("_m_s2", "acceleration"), ("_rad_s2", "acceleration"), ("_m_s", "speed"), ("_rad_s", "speed"), ("_m", "length"),
     ("_rad", "angle"), ("_kg", "mass"), ("_n", "force"), ("_s", "time"),
 )  # fmt: skip
-"""What the name of a parameter ends with -> what it is, longer endings first."""
+"""Ending of a parameter's name -> kind of the quantity, longer endings first."""
 _NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([^\s\d]*)\s*")
 
 

@@ -104,7 +104,7 @@ KINDS = {
     "model_type": "a mapping", "model_attributes_type": "a mapping", "dict_type": "a mapping", "tuple_type": "a list",
     "list_type": "a list", "string_type": "text",
 }  # fmt: skip
-"""What pydantic calls by Python's names, as YAML calls it."""
+"""Kind of value by pydantic's name -> its name in YAML."""
 
 
 def _complaint(problem: ErrorDetails) -> str:
@@ -112,7 +112,7 @@ def _complaint(problem: ErrorDetails) -> str:
     kind, said, given = problem["type"], problem["msg"], problem["input"]
     if kind == "too_short":
         least = problem["ctx"]["min_length"]
-        return f"{len(given) or 'nothing'} is in it, and {least} at least should be"
+        return f"it has {len(given) or 'no'} entries, and needs at least {least}"
     if kind == "string_too_long":
         return f"'{_cut(given)}' has {len(given)} characters, and at most {problem['ctx']['max_length']} should be in it"
     if kind == "string_pattern_mismatch":  # names are the only text with a pattern

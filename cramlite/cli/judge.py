@@ -237,7 +237,7 @@ def add_commands(add: Add) -> None:
     )
     add_purpose(judge)
     judge.add_argument(
-        "--seed", type=int, default=0, help="of a scenario's world and of the sensors' noise; default 0"
+        "--seed", type=int, default=0, help="seed of a scenario's world and of the sensors' noise; default 0"
     )
     judge.add_argument(
         "--json", action="store_true",

@@ -54,7 +54,7 @@ FILES = (
     "summary.json", "plan.json", "verdict.json", "trace.json", "interpretation.json", "program.json", "program.script", "program.mod",
     "program.py", "execution/execution.json", "execution/verdict.json",
 )  # fmt: skip
-"""Files of a run that are resources, beside its report; in their addresses the last stroke is a point."""
+"""Files of a run that are resources, beside its report; in their addresses a point stands for the last slash."""
 REPORT = "report.html"
 T = TypeVar("T")
 Answer = dict[str, Any]

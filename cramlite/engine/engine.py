@@ -37,13 +37,13 @@ if TYPE_CHECKING:
 
 
 KEPT = 4
-"""Engines for scenarios that ask for one of their own."""
+"""Number of engines that are kept for scenarios with plugins or ontologies of their own."""
 
 
 NOT_INFERRED = "no events were inferred"
 """The repair of a reader that looked for events in motion, and why it found none."""
 FARTHEST_WAY = 50.0
-"""[m] A recorded person stays in one building."""
+"""Largest plausible way of a recorded thing [m]: people stay in one building."""
 
 
 class Engine:

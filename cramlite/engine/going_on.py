@@ -45,9 +45,9 @@ if TYPE_CHECKING:
     from .solution import Solution
 
 STILL = 0.005
-"""What nobody means to move gets no further on the way back [m]; as bystanders by default."""
+"""Distance by which things may move on the way back [m]: the default of bystanders."""
 RESTING = 0.0003
-"""Depth of a contact at rest [m]: what was read deeper in something stands on it, for a proof begins from there."""
+"""Depth of a contact at rest [m]: a thing that was read deeper inside another is believed to stand on it, since a proof begins there."""
 BACK = "0.Back"
 """Designator of the way back."""
 STOPS = {"halted": Deviation.REFUSED, "protective stop": Deviation.STOPPED, "killed": Deviation.KILLED}
@@ -58,7 +58,7 @@ ACKNOWLEDGED = "a protective stop is acknowledged by a person, who has looked wh
 REACHED = "the goal holds as things are"
 CLOSED = "what comes then cannot be done as things are"
 SAME = 2
-"""So many times the same may be noticed in the same step and be planned around."""
+"""Number of times that the same deviation in the same step is planned around."""
 TO_DO: Mapping[Deviation, str] = {
     Deviation.NO_GRASP: "look whether the fingers close and the thing is between them",
     Deviation.GRASP_LOST: "look at pads, air and grip force, and where the thing fell",

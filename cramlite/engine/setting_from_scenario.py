@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 TWINS_VARIABLE = "CRAMLITE_TWINS"
 """Environment variable: how many twins a program is tried in, where neither caller nor scenario says it; for test suites."""
 Likeliest = Callable[[Setting], "Plan | None"]
-"""The plan that is likeliest to be carried out, when so much is known."""
+"""Function that returns the plan that is likeliest to be carried out in a setting."""
 
 
 def setting_of(

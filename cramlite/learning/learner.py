@@ -19,19 +19,19 @@ from .span import Span
 from .tables import Tables
 
 EXCEPTION, SAID = 20.0, 40.0
-"""Bits of an exception: a stretch that a rule tells wrongly; and one of which somebody said that it is not the task. More than the longest
-condition, which is about a class (18), or two of them."""
+"""Bits of a stretch that a rule judges wrongly, and of one that a person marked as not the task: more than one or two of the
+longest conditions, which are about a class (18)."""
 NARROW = 1.0
-"""Bits of a stretch that is told from the examples by one condition alone: a rule has a margin, as its bounds have."""
+"""Bits of a stretch that only one condition tells from the examples: a rule keeps a margin, as its bounds do."""
 UNTOLD = 17.0
-"""Bits of a change that all examples show and a rule does not tell, and of a thing that moves in all and is in no role: three names of one
-among fifty, as in readings (ranking.py)."""
+"""Bits of a change in all examples that a rule does not state, and of a thing that moves in all and is in no role: three
+names of one among fifty, as in readings (ranking.py)."""
 UNSEEN = 2.0
-"""Bits, shared among the examples, for those in which no single action fulfils the rule, so that it is seen in the marked stretch alone."""
+"""Bits, shared among the examples, of those in which no single action fulfils the rule, but only the marked stretch."""
 ROLE = 1.0
-"""Bits of a role: that there is one more."""
+"""Bits of one more role."""
 WRONG_OF = 5
-"""One example in so many may be wrong."""
+"""Number of examples of which one may be wrong."""
 BOUNDS = 3
 """Bounds that are tried for each value."""
 

@@ -18,7 +18,7 @@ from ..base.value import Value
 from .taxonomy import Taxonomy, cache_folder, content_of, load_taxonomy, ontology_files, write_cache
 
 _ERROR = "http://www.daml.org/2002/03/agents/agent-ont#error"
-"""What owlrl links its reports of contradictions with."""
+"""Property with which owlrl links its reports of contradictions."""
 
 ORIGINALS = ("soma:", "dul:")
 """Namespaces whose names must exist in the originals. artm: and vrps: come from the paper's own files."""

@@ -39,9 +39,9 @@ HOOKS: dict[type, str] = {
     Motion: "resolve_motion",
 }
 VALUES: dict[type, tuple[type, ...]] = {Action: (Decomposition,), Object: (str,), Late: (str,), Location: (Place, Stand)}
-"""What grounds a designator; a motion, the steps of the program."""
+"""Type of the value that grounds each designator; that of a motion is the steps of the program."""
 Alternative = tuple[str, Grounding]
-"""A plugin, and what it offers."""
+"""Plugin, and its grounding."""
 
 
 class Alternatives(Value):

@@ -19,7 +19,7 @@ from .operators import Operator
 from .refutation import Refutation
 
 AnyOf = tuple[tuple[Track, ...], ...]
-"""Things of which any one is in the way: each with what had been done to it, and to what carries it."""
+"""Things of which any one is in the way: each with the tasks done to it, and to its carriers."""
 
 
 class Blocking(Value):

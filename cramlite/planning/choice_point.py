@@ -26,8 +26,8 @@ from .state import Effect, State, ground_roles
 from .trace import Kind, Outcome, Trace
 
 Conflict = frozenset[str | InTask | AsItIs | Capped | Later | Unfit]
-"""What a failure depends on: names of choices, by which the search goes back, at once or later; tasks, and things as they are, which
-no choice of this plan changes; whether alternatives were left out; and things that can play no role."""
+"""Conflict set, all that a failure depends on: names of choices, to which the search goes back, at once or later; tasks, and
+unchanged things, which no choice of this plan affects; alternatives that were left out; things that can play no role."""
 
 
 class Nogoods(Struct):

@@ -12,7 +12,7 @@ from .trace import Entry, Trace
 from .what_to_try import what_to_try
 
 CAUSES = 3
-"""So many misses are told beside the nearest."""
+"""Number of misses that are listed beside the nearest one."""
 
 
 def failure_text(trace: Trace, faults: Iterable[object]) -> str:

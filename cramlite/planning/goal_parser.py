@@ -21,7 +21,7 @@ NOT = "not "
 
 AMOUNT = "AMOUNT"
 NUMBER = r"([-+]?[\d.]+ ?[a-z]+)"
-"""Word of a form that stands for a number with a unit, and such a one."""
+"""Word of a form that stands for a number with a unit, and the pattern of such a number."""
 
 PLACE = "PLACE"
 """Word of a form that stands for a thing, or for a region of one: "table/left"."""

@@ -113,7 +113,7 @@ def _action(call: Call, objects: Mapping[str, Object], numbers: Iterator[int], w
 
 
 Ahead = tuple[Location, Action | None]
-"""Where the next task begins that says so, and that task."""
+"""Place where the next task with a stated beginning begins, and that task."""
 
 
 def _with_goals(actions: Sequence[Any], types: Mapping[str, TaskType], ahead: Ahead) -> tuple[tuple[Any, ...], Ahead]:

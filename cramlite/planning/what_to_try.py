@@ -13,7 +13,7 @@ from .diagnosis import nearest_miss, task_of, without_numbers
 from .trace import Entry
 
 MOST = 3
-"""So many things to try are told."""
+"""Number of remedies that are listed."""
 REFUSED = ("refused", "impossible")
 IN_TWIN = re.compile(r"twin \d+: ")
 ROUNDED = 0.0005  # depth of a collision that is told in whole millimetres [m]

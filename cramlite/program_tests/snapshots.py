@@ -14,7 +14,7 @@ from ..base.yaml_file import load_yaml
 from ..model.rollout import Rollout
 
 POINTS = 21
-"""Of the tool's path, at equal shares of the program's time."""
+"""Number of points of the tool's path, at equal shares of the program's time."""
 
 
 class Tolerances(Value):

@@ -349,7 +349,7 @@ def why_no_inverse(robot: Robot, target: Pose) -> str:
     if short := reach_shortfall(robot, target):
         return short
     if robot.posture is not None and (q := held_posture(robot, target)) and (outside := out_of_limits(robot, q)):
-        return f"led there by its tool, {outside}"
+        return f"with the tool led there, {outside}"
     found = inverse(replace(robot, conditioning=0.0), target) if robot.conditioning else ()
     if not found:
         return "no inverse solution: the wrist cannot be turned that way there"

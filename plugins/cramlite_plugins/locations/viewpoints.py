@@ -54,7 +54,7 @@ def _candidate(
     assert context.camera is not None
     optical = _optical(eye, points.mean(axis=0))
     if not _in_view(context.camera.intrinsics, optical, points):
-        return Refused(name, "not all of it would be in view", 1)
+        return Refused(name, "not all of the thing would be in view", 1)
     if reason := _hidden(eye, around, belief):
         return Refused(name, reason, 2)
     tool = optical * context.camera.pose.inverse() * context.robot.gripper.tcp
