@@ -61,7 +61,9 @@ KINDS: Mapping[str, LocationKind] = {
             "pushed_in", "Fingers 100 mm behind the thing; the path ends where the thing is at its believed place.",
             Lazy("pushing.back_in", "pushed_in"), "a thing that tipped over", Begun,
         ),
-        LocationKind("off", "Level back, until closed fingers are before the thing.", Lazy("pushing.farther_in", "off"), "a thing under a roof"),
+        LocationKind(
+            "off", "Level back, until closed fingers are before the thing.", Lazy("pushing.farther_in", "off"), "a thing under a roof"
+        ),
         LocationKind(
             "deeper", "Straight inwards, until the thing is out of the way of a later closing task.", Lazy("pushing.farther_in", "deeper"),
             "a thing under a roof",
@@ -74,7 +76,8 @@ KINDS: Mapping[str, LocationKind] = {
         LocationKind("pushed", "Straight on from where the fingers are.", Lazy("pushing.straight", "beyond"), THING, Along),
         LocationKind("behind", "Fingers behind the thing, or in it.", Lazy("pushing.straight", "behind"), FLAT, PushedThing),
         LocationKind(
-            "pushed_to", "A path on which the thing comes to its region, or aside.", Lazy("pushing.straight", "pushed_to"), FLAT, PushedThing
+            "pushed_to", "A path on which the thing comes to its region, or aside.", Lazy("pushing.straight", "pushed_to"), FLAT,
+            PushedThing,
         ),
         LocationKind("near", "At rest beside or above the thing, clear of all others.", Lazy("near", "near_thing"), THING),
         LocationKind("touch", "The fingers' tips above the middle of the surface.", Lazy("touch", "touch"), "a thing with a surface"),

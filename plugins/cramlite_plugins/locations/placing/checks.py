@@ -112,7 +112,8 @@ def inside(placement: Placement, query: Query) -> str | Refused:
         (max(x - low, high - x1), high - low, x1 - x, "width"), (max(y - left, right - y1), right - left, y1 - y, "depth")
     )
     if out <= 0:
-        return f"{1e4 * float(outline.difference(query.target.area).area):.1f} cm2 of the payload would be beside the opening of '{query.entity}'"
+        beside = 1e4 * float(outline.difference(query.target.area).area)
+        return f"{beside:.1f} cm2 of the payload would be beside the opening of '{query.entity}'"
     said = f"{1000 * across:.0f} mm of it would stick out by {1000 * out:.0f} mm over the {1000 * room:.0f} mm {side} of '{query.entity}'"
     more = f"the opening of '{query.entity}' lacks {1000 * out:.0f} mm for '{query.thing.name}'"
     says = f"{more}: take a smaller thing, have it put down otherwise, or name another container"
