@@ -63,13 +63,13 @@ class Flight(Value):
 
     @property
     def twins(self) -> tuple[RunPeaks, ...]:
-        """Peaks of its successful runs in twins, at full speed; none of a dry run."""
+        """Peaks of the program's successful runs in twins, at full speed; none of a dry run."""
         runs = self.verdict.twins.twins if self.verdict is not None and self.verdict.twins is not None else ()
         return tuple(t.peaks for t in runs if t.peaks is not None and t.succeeded) if self.speed == 1.0 else ()
 
     @property
     def draws(self) -> tuple[Draw, ...]:
-        """Errors that its proof was tried with."""
+        """Errors that the program's proof was tried with."""
         runs = self.verdict.twins.twins if self.verdict is not None and self.verdict.twins is not None else ()
         return tuple(d for t in runs for d in t.draws)
 

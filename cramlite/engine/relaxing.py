@@ -70,7 +70,7 @@ class Relaxation(Value):
     steps: int
 
     def __str__(self) -> str:
-        """Return it as a clause, with its amount."""
+        """Return the relaxation as a clause, with its amount."""
         return f"{self.change.says} by {1000 * STEP * self.steps:.0f} mm; by {1000 * STEP * (self.steps - 1):.0f} mm nothing was proven"
 
 

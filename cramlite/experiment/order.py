@@ -98,5 +98,5 @@ class Order(Value):
 
     @property
     def store(self) -> Store:
-        """Store of its results."""
+        """Store of the run's results."""
         return Store(self.out, self.trials.folder, self.trials.result)

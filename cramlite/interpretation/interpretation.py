@@ -293,8 +293,8 @@ class _Matcher(Value):
         return any(time in boundaries(type_) for type_ in self.timeline.taxonomy.restricted_classes(TELLS_APART))
 
     def merged(self, actions: list[Interpreted]) -> list[Interpreted]:
-        """Actions, with neighbours merged that keep all their tasks as one: explained ones first, then
-        unexplained ones with the next, then the rest."""
+        """Actions after merging neighbours that keep all their tasks as one action: explained ones first, then unexplained
+        ones with the next, then the rest."""
         spans = [Segment(a.start, b.end) for a, b in pairwise(actions) if self._refine(a, b)]
         solved = self.tree.solve_all([self.timeline.phases(s, self.padding) for s in spans])
         self.wholes.update(zip([(s.start, s.end) for s in spans], solved, strict=True))

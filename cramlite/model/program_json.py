@@ -61,7 +61,7 @@ def typed_code(program: Program) -> Code:
 
 
 def laid_out(text: str) -> str:
-    """Return a program's text with a line of its own for every step: as it is where each has one, else written anew.
+    """Return a program's text with a line of its own for every step: unchanged if it has that already, else written anew.
 
     Raises:
         UserError: as ``read_program``.

@@ -165,8 +165,7 @@ class Alternatives(Value):
 
 
 def wrong_with(answer: object, item: Designator) -> str:
-    """Return why an answer is no grounding of a designator, as a clause, so that its later users are not
-    blamed; empty if it is one."""
+    """Return a clause on why an answer is no valid grounding, so that its later users are not blamed; empty if it is valid."""
     kind, value = type(item).__name__, getattr(answer, "value", None)
     if not isinstance(answer, Grounding):
         return f"an answer is a Grounding or a Refused, not {_short(answer)}"

@@ -1,4 +1,4 @@
-"""Blockings in PDDL: how far along its track each thing is, as facts that actions change, and the tasks that this bars."""
+"""Blockings in PDDL: facts on how far along its track each thing is, which actions change, and the tasks that these facts bar."""
 
 from __future__ import annotations
 

@@ -121,7 +121,7 @@ def constrained(goal: GoalFacts, operator: Operator, task: TaskType, held: froze
 
 
 def reasons(goal: GoalFacts, facts: frozenset[Fact], steps: tuple[Operator, ...]) -> Iterator[str]:
-    """Generate why each step is there: the first thing that it makes so and that a later one, or the goal, asks for."""
+    """Generate why each step is in a plan: the first fact that it makes and that a later step, or the goal, needs."""
     for k, step in enumerate(steps):
         after = step.apply(facts)
         made, gone = sorted(after - facts), sorted(facts - after)

@@ -107,7 +107,7 @@ class LaterTask(Value):
 
     @property
     def entities(self) -> Mapping[str, str]:
-        """Role -> its bound or named entity; "" if unknown."""
+        """Role -> bound or named entity; "" if unknown."""
         return {role: str(self.bindings.get(o.name, o.entity or "")) for role, o in self.action.roles.items()}
 
     @property

@@ -90,7 +90,7 @@ class Validator(Protocol):
         ...
     @property
     def cost(self) -> Cost:
-        """Stage at which it is asked, cheapest first: "facts", "ik", "path" or "rollout"."""
+        """Stage at which the validator is asked, cheapest first: "facts", "ik", "path" or "rollout"."""
         ...
     def check(self, candidate: Candidate) -> Iterable[Finding]:
         """Check a candidate, and yield the findings."""

@@ -71,7 +71,7 @@ def _register(folder: Path) -> None:
 
 
 class Obstacles:
-    """Obstacles of an episode: the one that is there, and those that are far away."""
+    """Obstacles of an episode: the one that is present, and those that are far away."""
 
     def __init__(self, env: Any) -> None:
         names = [n for n in env.objects_dict if "obstacle" in type(env.get_object(n)).__name__.lower()]

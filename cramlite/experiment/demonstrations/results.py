@@ -84,7 +84,7 @@ class CandidateResult(Value):
 
     @property
     def succeeded(self) -> bool:
-        """True if its program succeeded in the execution at the smallest scale."""
+        """True if the candidate's program succeeded in the execution at the smallest scale of errors."""
         return bool(self.executed) and self.executed[0]
 
 

@@ -86,7 +86,7 @@ class Episode(Value):
 
     @property
     def name(self) -> str:
-        """Name of its folder."""
+        """Name of the episode's folder."""
         return f"{self.suite}-{self.task}-{self.state}"
 
     @staticmethod

@@ -128,7 +128,7 @@ class Hand:
         return (low, high) if literal[0] == "in" else (np.array([*low[:2], high[2]]), high)
 
     def _faces(self, thing: str) -> list[Any]:
-        """Attitudes: as it stands at first, and on its other sides."""
+        """Attitudes of a thing: as at the start, and on its other sides."""
         now = self.world.data.body(self.world.root(thing)).xquat.copy()
         turns = [_about(0, 0.0), _about(0, np.pi / 2), _about(0, -np.pi / 2), _about(1, np.pi / 2), _about(1, -np.pi / 2), _about(0, np.pi)]
         return [_product(turn, now) for turn in turns]

@@ -174,9 +174,10 @@ def _palm(gripper: Gripper) -> tuple[Floats, Floats]:
 
 
 def shallow(pose: Pose, near: float, far: float, gripper: Gripper) -> Pose | None:
-    """Draw a TCP pose back until the pads end before the far side of a geom; None where they do already.
+    """Draw a TCP pose back until the pads overlap a geom by twice ``most`` only (a thin geom by ``THIN`` of its thickness).
 
-    A thin thing that lies on a table is gripped so.
+    So a rim above a floor, or a flat box, is gripped. None if the pose is as far back already; else the contacts'
+    distance before the TCP as well.
 
     Args:
         near, far: of the geom along the approach, from the TCP [m].
@@ -189,8 +190,8 @@ def shallow(pose: Pose, near: float, far: float, gripper: Gripper) -> Pose | Non
 def by_tips(
     pose: Pose, near: float, far: float, gripper: Gripper, corner: float = 0.0, most: float = TIPS
 ) -> tuple[Pose, float] | None:
-    """Pose drawn back until the pads overlap a geom by twice ``most`` (of a thin geom by ``THIN`` of its
-    thickness), with the contacts' distance before it; None if it is as far back already. So a rim above a
+    """Draw a TCP pose back until the pads overlap a geom by twice ``most`` only, so that a rim above a floor, or a flat box,
+    is gripped. So a rim above a
     floor, or a flat box, is gripped.
 
     Args:

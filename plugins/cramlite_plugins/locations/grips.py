@@ -81,8 +81,8 @@ class Grip(Value):
 
     @property
     def cost(self) -> float:
-        """Return the cost [m]: the lever; a pad that is hardly covered, a slanted contact, fingers close to the thing on their way, or
-        a pad that the thing catches on when it is let go, count as some lever more."""
+        """Return the cost [m]: the lever, and surcharges for a pad that is hardly covered, a slanted contact, fingers that
+        pass close to the thing, and a pad that the thing catches on at its release."""
         narrow = 0.03 * max(0.0, 0.6 - self.coverage) + 0.3 * max(0.0, ENOUGH - self.slack)
         hooked = CAUGHT if self.caught else 0.0
         return self.lever + narrow + hooked + 0.02 * self.slant + PER_LEAN * abs(self.lean)

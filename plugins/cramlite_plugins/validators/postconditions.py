@@ -180,7 +180,7 @@ def _fillers(action: Action) -> dict[str, str | None]:
 
 
 def _in_order(candidate: Candidate) -> Iterator[tuple[Action, Span | None, float]]:
-    """Actions and their parts, with when their code ran, and until when the code of the actions before them did [s]."""
+    """Actions and their parts, with the time span of their code, and the end of the code of the actions before them [s]."""
     assert candidate.rollout is not None
     now = float(candidate.rollout.times[0])
     for action in candidate.actions:

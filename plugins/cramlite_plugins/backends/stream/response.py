@@ -50,7 +50,8 @@ class Response:
         return added
 
     def gliding(self, off: Floats) -> Floats:
-        """Return how much farther an arm glides that is off its goal by so much (6,) [m, rad]: as far as a spring's damping alone lets it.
+        """Return how much farther an arm glides from a distance (6,) to its goal [m, rad]: as far as a spring's damping
+        alone lets it.
 
         One that treats position and rotation apart may hardly be pulled back: at a grasp it was within 1 mm, at 60 mm/s, and glided on by
         9 mm in 0.3 s, while the fingers closed. A spring that falls back as it should ends this sum at its distance, and takes no longer.

@@ -1,4 +1,4 @@
-"""The faces of a hand that grip: where they are, how large, how far apart, and from where things get between them."""
+"""Faces of a hand that grip: their places, sizes and distance, and the direction from which things come between them."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-"""Way out through an open side from under a roof, such as out of a microwave or off a level of a shelf, and where
-hand and payload have room there, whatever arm leads them."""
+"""Way out through an open side under a roof, such as out of a microwave or off a shelf's level, and the room of hand and
+payload there, whatever arm leads them."""
 
 from __future__ import annotations
 
@@ -83,8 +83,8 @@ class Floor(Value):
 
 
 def sideways(asked: list[Query]) -> Groups:
-    """Generate placements under an overhang: carried in level through an open side, the farthest in first; as
-    the payload stands, or held by a hand that points inwards, as it comes to rest from there.
+    """Generate placements under an overhang, carried in level through an open side, the farthest in first: as the payload
+    stands, or held by a hand that points inwards and released to come to rest.
 
     Those at which boxes about hand and payload have room come first; others, upright, only where there are none.
 
@@ -272,8 +272,8 @@ def _free(
 def comes_in(
     thing: Thing, belief: Belief, context: Context, hands: Hands, openings: Floats, free: NDArray[np.bool_]
 ) -> NDArray[np.bool_]:
-    """Check at which free grasps (n) a thing, as it stands now, gets in under the overhang that a later task
-    brings it under; all of them without such a task.
+    """Check with which free grasps (n) a thing, as it stands now, gets under the overhang that a later task brings it to;
+    all of them without such a task.
 
     Later tasks are looked at only where there is a roof, so that what follows elsewhere holds whatever they are.
     A table's board near the floor is not meant by the table, off which a thing is picked up.

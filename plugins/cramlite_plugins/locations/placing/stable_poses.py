@@ -246,8 +246,8 @@ def check_turn(query: Query, asked: Pose) -> None:
 
 
 def with_middle(level: list[Query]) -> list[Query]:
-    """Return surfaces; of a movable support with a shape around its largest surface, such as a plate's rim, the
-    middle first, and only it if it has room."""
+    """Return surfaces; of a movable support with a rim around its largest surface, such as a plate, that surface's middle
+    first, and only the middle if it has room."""
     first, thing = level[0], level[0].whole
     if thing.furniture or first.where.region or not any(o.name == thing.name for o in first.obstacles):
         return level
