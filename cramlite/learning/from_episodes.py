@@ -65,10 +65,12 @@ def _motion(examples: Sequence[Example], rules: Sequence[Rule]) -> ShownMotion |
         kept = [e for k, e in enumerate(examples) if k not in out]
         found = shown_motion([e.span for e in kept])
         if found is not None:
-            measuring = {r.task for r in rules if any(c.phase == "run" and a.predicate.value for c in r.clauses for a in atoms(c.condition))}
-            known = [[r for t, r in e.tasks if not found.bent or (t in measuring and about in r.values())]
-                     for e, (_, about) in zip(kept, found.fillers, strict=True)]  # fmt: skip
-            return None if all(known) else found
+            measuring = {r.task for r in rules if any(a.predicate.value for c in r.clauses if c.phase == "run" for a in atoms(c.condition))}
+            explained = all(
+                any(not found.bent or (task in measuring and about in roles.values()) for task, roles in one.tasks)
+                for one, (_, about) in zip(kept, found.fillers, strict=True)
+            )
+            return None if explained else found
     return None
 
 

@@ -100,16 +100,16 @@ def _of_pairs(spans: Sequence[Span], pairs: tuple[tuple[str, str], ...]) -> tupl
         frames = [anchor.frame(its) for its in parts]
         if any(f is None for f in frames):
             continue
-        metres = [f[1] for f in frames if f is not None]
+        metres = float(np.mean([f[1] for f in frames if f is not None]))
         places = [_within(c.places, f) for c, f in zip(known, frames, strict=True) if f is not None]
-        mean, spread, either = _mean(places, known[0].closed, float(np.mean(metres)))
-        size = float(np.ptp(mean * (np.mean(metres), np.mean(metres), 1.0), axis=0).max())
+        mean, spread, either = _mean(places, known[0].closed, metres)
+        size = float(np.ptp(mean * np.array([metres, metres, 1.0]), axis=0).max())
         if spread > AGREED * size:
             continue
         far = float(np.linalg.norm(np.mean([c.places.mean(axis=0) for c in known], axis=0)))
         key = (round(spread / FINE), round(far, 3), float(rank))
         if best is None or key < best[0]:
-            best = key, _motion(anchor, mean, spread, either, known, pairs, float(np.mean(metres)))
+            best = key, _motion(anchor, mean, spread, either, known, pairs, metres)
     return best
 
 
@@ -174,10 +174,11 @@ def _motion(
     counts = tuple(round(c.count, 2) for c in cores)
     times = max(round(float(np.median(counts))), 1)
     way = float(np.linalg.norm((mean[-1] - mean[0]) * unit))
+    points, least = (np.round(corners, 4) + 0.0).tolist(), round(ENOUGH * min(counts), 1) if closed else WHOLE
+    near, up = min(max(NEAR, SIGMAS * spread), AGREED * size), max(min(c.up for c in cores), LEAST_UP)
     path = ShownPath(
-        tuple((x, y, z) for x, y, z in (np.round(corners, 4) + 0.0).tolist()), anchor,
-        times, round(ENOUGH * min(counts), 1) if closed else WHOLE, round(min(max(NEAR, SIGMAS * spread), AGREED * size), 4), closed, either,
-        cores[0].touching, round(max(min(c.up for c in cores), LEAST_UP), 3), round(float(np.median([c.speed for c in cores])), 3),
+        tuple((x, y, z) for x, y, z in points), anchor, times, least, round(near, 4), closed, either, cores[0].touching,
+        round(up, 3), round(float(np.median([c.speed for c in cores])), 3),
     )  # fmt: skip
     return ShownMotion(path, pairs, spread, counts, closed or length(mean * unit) >= BENT * way)
 

@@ -8,11 +8,15 @@ import numpy as np
 
 from ..base.value import Value
 from .geometry import Floats, Pose, Vector3
-from .thing_boxes import around
+from .thing_boxes import around, box
 from .world import Geom
 
 UPRIGHT = 0.9
 """Least vertical share of a part's z axis, of which a path may be told: 26 deg."""
+STEP = 0.004
+"""Distance of the points at which a path is compared [m]."""
+AHEAD = 0.12
+"""Share of a path that may be between two samples that are on it."""
 Part = tuple[str, Pose, Mapping[str, float]]
 """Class, pose and sizes of a part of a thing, the pose in the frame of the thing."""
 
@@ -83,12 +87,7 @@ def foot(geoms: Sequence[Geom], size: Vector3 | None = None) -> Vector3:
     """
     if not geoms:
         return (0.0, 0.0, -size[2] / 2 if size else 0.0)
-    found = []
-    for geom in geoms:
-        reach, middle = (abs(geom.pose.rotation) @ geom.half_extents).tolist(), geom.pose.position
-        low, high = (tuple(m + s * r for m, r in zip(middle, reach, strict=True)) for s in (-1.0, 1.0))
-        found.append((low, high))
-    low, high = around(found)  # type: ignore[arg-type]
+    low, high = around([box(geom.pose, geom) for geom in geoms])
     return ((low[0] + high[0]) / 2, (low[1] + high[1]) / 2, low[2])
 
 
@@ -122,15 +121,8 @@ def passes(path: ShownPath, points: Floats, counts: np.ndarray, metres: float = 
         return 0.0
     if not path.closed:
         return _open(off, near, rows)
-    ring = off[:, :-1], near[:, :-1]
     ways = (1, -1) if path.either else (1,)
-    return max(_around(*(a[:, ::way] for a in ring), rows) for way in ways)
-
-
-STEP = 0.004
-"""Distance of the points at which a path is compared [m]."""
-AHEAD = 0.12
-"""Share of a path that may be between two samples that are on it."""
+    return max(_around(off[:, -2::-1] if way < 0 else off[:, :-1], path.tolerance, rows) for way in ways)
 
 
 def _open(off: Floats, near: np.ndarray, rows: np.ndarray) -> float:
@@ -144,15 +136,14 @@ def _open(off: Floats, near: np.ndarray, rows: np.ndarray) -> float:
     return float(at / last)
 
 
-def _around(off: Floats, near: np.ndarray, rows: np.ndarray) -> float:
+def _around(off: Floats, tolerance: float, rows: np.ndarray) -> float:
     """How often a closed path was gone through, from wherever it was entered."""
     size = off.shape[1]
     ahead = np.arange(max(round(AHEAD * size), 2) + 1)
-    at = done = int(np.argmin(off[rows[0]]))
-    first = done
+    at, done = int(np.argmin(off[rows[0]])), 0
     for row in rows.tolist():
         places = (at + ahead) % size
-        if near[row, places].any():
-            step = int(np.argmin(off[row, places]))
+        step = int(np.argmin(off[row, places]))
+        if off[row, places[step]] <= tolerance:
             done, at = done + step, (at + step) % size
-    return (done - first) / size
+    return float(done / size)

@@ -127,7 +127,8 @@ def main() -> None:
             times.append(took)
             said = motion.replace("_", " ")
             hits, of, false, wrong = recognised(engine, proposal, motion, seeds, folder)
-            numbers += [rate(f"{said}: unseen people recognised", hits, of), rate(f"{said}: other motions that are recognised", false, wrong)]
+            numbers.append(rate(f"{said}: unseen people recognised", hits, of))
+            numbers.append(rate(f"{said}: other motions that are recognised", false, wrong))
             robots = Engine(files=[module])
             for robot in arguments.robots:
                 done = sum(robot_does(robots, motion, robot, seed, folder) for seed in seeds)

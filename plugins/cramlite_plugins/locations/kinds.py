@@ -12,7 +12,20 @@ from collections.abc import Iterable, Mapping
 from cramlite.model import Belief, Location, Stand, Value
 from cramlite.plugin import Context, Grounding, LocationKind, Refused, hookimpl
 
-from .parameters import Along, Back, Begun, Followed, Handle, InnerSide, JointWay, PushedThing, Sight, Tilting, Up, Where
+from .parameters import (
+    Along,
+    Back,
+    Begun,
+    Followed,
+    Handle,
+    InnerSide,
+    JointWay,
+    PushedThing,
+    Sight,
+    Tilting,
+    Up,
+    Where,
+)
 
 Groundings = Iterable[Grounding | Refused]
 

@@ -1,4 +1,4 @@
-"""Free-space motions: transfers planned in joint space, straight lines of the TCP, and paths that were shown."""
+"""Free-space motions: transfers planned in joint space, and straight lines of the TCP."""
 
 from __future__ import annotations
 
@@ -20,7 +20,6 @@ from ..motion_planning.too_far import no_inverse
 from ..shapes.carried_along import pushed_along
 from .motion_kinds import value, word
 from .ontology_limits import adapted, noted
-from .tracing import trace
 
 Groundings = Iterator[Grounding]
 # The acceleration of paced motions whose speed is said grows with the square root of the pace: an arm that is led by its tool goes too far
@@ -30,8 +29,8 @@ GOALS = 6  # nearest inverse solutions that a transfer may end at
 
 @hookimpl
 def resolve_motion(motion: Motion, belief: Belief, context: Context) -> Answers:
-    """Resolve transfers, linear motions and paths; None for other kinds."""
-    kinds = {"transfer": _transfer, "linear": _linear, "trace": trace}
+    """Resolve transfers and linear motions; None for other kinds."""
+    kinds = {"transfer": _transfer, "linear": _linear}
     kind = kinds.get(motion.kind)
     return kind(adapted(motion, belief, context), belief, context) if kind else None
 
