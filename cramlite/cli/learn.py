@@ -48,6 +48,7 @@ def add_commands(add: Add) -> None:
 def _learn(arguments: argparse.Namespace) -> int:
     from ..engine.engine import Engine
     from ..learning.from_episodes import compared, learn_task
+    from ..learning.motion_text import said
     from ..learning.package import write_package
     from ..testing.skeleton import vacant_folder
 
@@ -69,7 +70,8 @@ def _learn(arguments: argparse.Namespace) -> int:
             print(f"  {phase:4} {text}")
     for text in (*(f"taken to be wrong: {w}" for w in proposal.wrong), *(f"open: {u}" for u in proposal.undecided)):
         print(text)
-    print("how it is done: " + (" -> ".join(s.task for s in proposal.steps) or "not learned; write 'decompose'"))
+    motion = f"a motion that was learned. {said(proposal)}" if proposal.moving else ""
+    print("how it is done: " + (motion or " -> ".join(s.task for s in proposal.steps) or "not learned; write 'decompose'"))
     for path, found in others:
         print(f"{path}: {'; '.join(map(str, found)) or 'as it was shown'}")
     print("\n".join([f"Wrote a task plugin to '{folder}':", *(f"  {path.relative_to(folder)}" for path in written)]))

@@ -6,11 +6,15 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from ..base.errors import UserError
+from ..interpretation.conditions import atoms
+from ..interpretation.path_predicate import path_predicate
+from ..interpretation.rules import Rule
 from ..testing.skeleton import camel
-from .example import Library, Marked, example
-from .learner import covers, learn
+from .example import Example, Library, Marked, example
+from .learner import covers, learn, left_out
 from .procedure import Deviation, deviations
 from .proposal import Proposal, propose, steps_of
+from .shown_motion import ShownMotion, shown_motion
 
 if TYPE_CHECKING:
     from ..model.episode import Episode
@@ -38,9 +42,11 @@ def learn_task(
     rules, taxonomy = knowledge.rules, knowledge.taxonomy
     examples = [example(Marked(*one), rules, taxonomy) for one in shown]
     others = [*Library(refused, taxonomy, strict=True).known(rules), *Library(known, taxonomy).known(rules)]
-    learned = learn(examples, others, knowledge.predicates, taxonomy)
+    motion = _motion(examples, rules)
+    predicate = path_predicate(f"follows_{name}", motion.path) if motion else None
+    learned = learn(examples, others, knowledge.predicates, taxonomy, predicate)
     wrong = [examples[k].span for k in learned.refused]
-    proposal = propose(f"cram:{camel(name)}", learned, rules, taxonomy, wrong)
+    proposal = propose(f"cram:{camel(name)}", learned, rules, taxonomy, wrong, motion)
     said = {str(k.span) for k in learned.others if k.strict}
     contradicted = [c for c in proposal.covered if c in said]
     if contradicted:
@@ -50,6 +56,22 @@ def learn_task(
             "Mark intervals that differ (--interval), leave one of them out, or write a predicate for what differs."
         )
     return proposal
+
+
+def _motion(examples: Sequence[Example], rules: Sequence[Rule]) -> ShownMotion | None:
+    """The motion that the examples share, all or all but one that may be wrong, unless known tasks explain it: a stroke, any of them;
+    more than that, one about the same thing whose rule measures what happens meanwhile."""
+    for out in left_out(len(examples)):
+        kept = [e for k, e in enumerate(examples) if k not in out]
+        found = shown_motion([e.span for e in kept])
+        if found is not None:
+            measuring = {r.task for r in rules if any(a.predicate.value for c in r.clauses if c.phase == "run" for a in atoms(c.condition))}
+            explained = all(
+                any(not found.bent or (task in measuring and about in roles.values()) for task, roles in one.tasks)
+                for one, (_, about) in zip(kept, found.fillers, strict=True)
+            )
+            return None if explained else found
+    return None
 
 
 def compared(proposal: Proposal, shown: Shown, knowledge: Knowledge) -> tuple[Deviation, ...]:

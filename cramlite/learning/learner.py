@@ -58,8 +58,12 @@ class Learned(Value, eq=False):
     bits: float
 
 
-def language_of(predicates: Sequence[Predicate], taxonomy: Taxonomy, spans: Sequence[Span]) -> Language:
-    """Return the language in which rules about some spans are written."""
+def language_of(predicates: Sequence[Predicate], taxonomy: Taxonomy, spans: Sequence[Span], motion: Predicate | None = None) -> Language:
+    """Return the language in which rules about some spans are written.
+
+    Args:
+        motion: the predicate of the motion that the examples show.
+    """
     unary = [p for p in predicates if p.timeless and p.complete and p.arity == 1 and not p.value]
 
     def of_all(meant: Callable[[Span], set[str]]) -> str | None:
@@ -70,28 +74,35 @@ def language_of(predicates: Sequence[Predicate], taxonomy: Taxonomy, spans: Sequ
 
     hand, whole = of_all(lambda s: {s.effector or ""}), of_all(lambda s: set(s.things))
     usable = [p for p in predicates if not p.classes or (p.timeless and p.arity == 2 and len(p.classes) == 1)]
-    return Language({p.name: p for p in usable}, hand, whole, len(taxonomy.classes))
+    usable += [motion] if motion else []
+    return Language({p.name: p for p in usable}, hand, whole, len(taxonomy.classes), motion.name if motion else None)
 
 
-def learn(examples: Sequence[Example], others: Sequence[Known], predicates: Sequence[Predicate], taxonomy: Taxonomy) -> Learned:
+def learn(
+    examples: Sequence[Example], others: Sequence[Known], predicates: Sequence[Predicate], taxonomy: Taxonomy,
+    motion: Predicate | None = None,
+) -> Learned:
     """Learn the shortest rule that covers the examples, and of the rest nothing that known tasks explain.
+
+    Args:
+        motion: the predicate of the motion that the examples show.
 
     Raises:
         UserError: the examples have nothing in common that changes or happens, or cannot be told from what is no example.
     """
     spans = [e.span for e in examples]
     rest = (*others, *(k for e in examples for k in e.around))
-    language = language_of(predicates, taxonomy, [*spans, *(k.span for k in rest)])
+    language = language_of(predicates, taxonomy, [*spans, *(k.span for k in rest)], motion)
     tables = Tables(language, [k.span for k in rest]) if rest else None
-    found = [_learned(language, examples, rest, tables, taxonomy, left_out) for left_out in _left_out(len(examples))]
+    found = [_learned(language, examples, rest, tables, taxonomy, out) for out in left_out(len(examples))]
     best = min((f for f in found if f is not None), key=lambda f: f.bits, default=None)
     if best is None:
         raise UserError(_nothing(examples, Tables(language, spans)))
     return best
 
 
-def _left_out(count: int) -> list[tuple[int, ...]]:
-    """Sets of examples that may be wrong: none first, then one each."""
+def left_out(count: int) -> list[tuple[int, ...]]:
+    """Return the sets of examples that may be wrong, by their numbers: none first, then one each."""
     return [(), *((k,) for k in range(count) if count >= WRONG_OF)]
 
 
@@ -102,7 +113,7 @@ def _learned(
     kept = [e for k, e in enumerate(examples) if k not in left_out]
     shown = Tables(language, [e.span for e in kept])
     choices = [c for roles in range(MOST_ROLES + 1) for c in casts(shown, roles)]
-    if not any(c.changes for c in choices) and all(own_changes(shown, k) for k in range(len(kept))):
+    if language.motion is None and not any(c.changes for c in choices) and all(own_changes(shown, k) for k in range(len(kept))):
         return None  # something begins or ends in each, and it is another thing in each
     told = max((c.told for c in choices), default=0)
     best: Learned | None = None
@@ -159,7 +170,10 @@ def _problem(
     changes = [
         ([k for k, one in enumerate(literals) if one == change or _tells(language, one, change)], UNTOLD) for change in cast.changes
     ]
-    changes += [([k for k, one in enumerate(literals) if one in measured], UNTOLD) for measured in cast.measured]
+    if language.motion:  # what happens is the motion, whatever else may be measured
+        changes += [([k for k, one in enumerate(literals) if of_motion(language, one)], UNTOLD)]
+    else:
+        changes += [([k for k, one in enumerate(literals) if one in measured], UNTOLD) for measured in cast.measured]
     return Problem(np.array([language.bits(one, roles) for one in literals]), groups, wishes, needed, changes)
 
 
@@ -178,6 +192,11 @@ def _happens(language: Language, literal: Literal) -> bool:
     """Whether a condition tells an event from a state: a beginning, an end, something during the action, or an actor at rest."""
     still = language.predicates[literal.predicate].phases == {"run"} and not literal.roles and ANY not in literal.slots
     return literal.kind in ("begins", "ends") or (literal.phase == "run" and (still or not literal.denied))
+
+
+def of_motion(language: Language, literal: Literal) -> bool:
+    """Check whether a condition says that two roles show the motion of the examples."""
+    return literal.predicate == language.motion and not literal.denied and len(literal.roles) == len(literal.slots)
 
 
 def _tells(language: Language, one: Literal, change: Literal) -> bool:

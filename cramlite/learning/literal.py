@@ -76,12 +76,14 @@ class Language(Value):
         hand: the predicate by which a rule names who acts; None where no plugin declares one.
         thing: the predicate by which a rule says that something is a thing of its own, and no part; None likewise.
         classes: how many classes an ontology offers.
+        motion: the predicate of the motion that all examples show; None where they show none.
     """
 
     predicates: dict[str, Predicate]
     hand: str | None
     thing: str | None
     classes: int
+    motion: str | None = None
 
     def bits(self, literal: Literal, roles: int) -> float:
         """Return the description length of a condition in a rule with so many roles."""

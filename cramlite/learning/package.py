@@ -8,6 +8,7 @@ from pathlib import Path
 
 from ..base.html_template import html_template, write_html
 from ..testing.skeleton import fill
+from .motion_text import motion_words
 from .procedure import plan_text
 from .proposal import Proposal
 
@@ -45,8 +46,10 @@ def _words(proposal: Proposal, name: str) -> Mapping[str, str]:
     spoken = name.replace("_", " ")
     steps = proposal.steps
     classes = sorted({c for s in steps for _, c in s.fillers if c not in proposal.roles})
-    model = "Action, Belief" + (", Object" if classes else "")
-    plugin = "Decomposition, Role, TaskType, " + ("hookimpl" if steps else "Unresolvable, hookimpl")
+    moved = motion_words(proposal, name)
+    model = "Action, Anchor, Belief, Location, Motion, ShownPath, Stage" if moved else "Action, Belief" + (", Object" if classes else "")
+    plugin = ("Decomposition, Parameter, Predicate, " if moved else "Decomposition, ") + "Role, TaskType, "
+    plugin += "Unresolvable, hookimpl, path_predicate" if moved else "hookimpl" if steps else "Unresolvable, hookimpl"
     count = sum(len(texts) for texts in proposal.rule.values())
     said = [f"{phase}:\n" + "\n".join(f"  - {text}" for text in texts) for phase, texts in proposal.rule.items() if texts]
     examples = len(proposal.learned.examples)
@@ -58,6 +61,7 @@ def _words(proposal: Proposal, name: str) -> Mapping[str, str]:
         "explain": f"{spoken}: {' and '.join(f'{{{r}}}' for r in proposal.roles)}" if proposal.roles else spoken,
         "shown_roles": "".join(f", {r}: {thing_name(r)}" for r in proposal.roles), "shown_things": "".join(_things(proposal)),
         "model_names": model, "plugin_names": plugin, "decompose": _decompose(proposal, classes),
+        "constants": "", "parameters": "", "hooks": "", **moved,
     }  # fmt: skip
 
 

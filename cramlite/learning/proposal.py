@@ -15,9 +15,10 @@ from ..interpretation.rules import Rule
 from ..ontology.foundation import ROLE, TASK
 from ..ontology.taxonomy import Taxonomy
 from .example import Example, solutions
-from .learner import Learned, conditions
+from .learner import Learned, conditions, of_motion
 from .literal import Literal
 from .procedure import Procedure, Step, procedure
+from .shown_motion import ShownMotion
 from .span import Span
 from .tables import Tables
 
@@ -59,6 +60,7 @@ class Proposal(Value, eq=False):
         wrong: examples that it does not cover.
         procedure: the known tasks that explain the examples, as a partial order; None where they explain none of one.
         learned: what it was made of.
+        motion: that all examples show and no known task explains; None where there is none.
     """
 
     task: str
@@ -73,20 +75,33 @@ class Proposal(Value, eq=False):
     wrong: tuple[str, ...]
     procedure: Procedure | None
     learned: Learned
+    motion: ShownMotion | None = None
+
+    @property
+    def moving(self) -> tuple[str, str] | None:
+        """The roles of what moves and about what, where the rule says the motion."""
+        said = next((one for one in self.learned.literals if of_motion(self.learned.language, one)), None)
+        names = list(self.roles)
+        return (names[said.slots[0] - 1], names[said.slots[1] - 1]) if said and self.motion else None
 
     @property
     def steps(self) -> tuple[Step, ...]:
-        """The known tasks that no example does without, in an order that contradicts none."""
+        """The known tasks that no example does without, in an order that contradicts none; none where the motion says how it is done."""
+        if self.moving:
+            return ()
         return tuple(s for s in self.procedure.steps if s not in self.procedure.optional) if self.procedure else ()
 
 
-def propose(task: str, learned: Learned, rules: Sequence[Rule], taxonomy: Taxonomy, wrong: Sequence[Span] = ()) -> Proposal:
+def propose(
+    task: str, learned: Learned, rules: Sequence[Rule], taxonomy: Taxonomy, wrong: Sequence[Span] = (), motion: ShownMotion | None = None
+) -> Proposal:
     """Return a learned rule as the proposal of a task.
 
     Args:
         task: its class, such as "cram:Stirring".
         rules: of the known tasks.
         wrong: the examples that were left out.
+        motion: that the examples share.
     """
     roles = _called(learned, _names(rules))
     names = [HAND, *roles]
@@ -94,7 +109,7 @@ def propose(task: str, learned: Learned, rules: Sequence[Rule], taxonomy: Taxono
     return Proposal(
         task, _above(learned, rules, taxonomy), roles, learned.cast.fillers, conditions(learned, names), evidence,
         _dropped(learned, names), _undecided(learned, evidence, names), tuple(_covered(learned)), tuple(map(str, wrong)),
-        _procedure(learned, roles), learned,
+        _procedure(learned, roles), learned, motion,
     )  # fmt: skip
 
 

@@ -12,7 +12,20 @@ from collections.abc import Iterable, Mapping
 from cramlite.model import Belief, Location, Stand, Value
 from cramlite.plugin import Context, Grounding, LocationKind, Refused, hookimpl
 
-from .parameters import Along, Back, Begun, Handle, InnerSide, JointWay, PushedThing, Sight, Tilting, Up, Where
+from .parameters import (
+    Along,
+    Back,
+    Begun,
+    Followed,
+    Handle,
+    InnerSide,
+    JointWay,
+    PushedThing,
+    Sight,
+    Tilting,
+    Up,
+    Where,
+)
 
 Groundings = Iterable[Grounding | Refused]
 
@@ -102,6 +115,10 @@ KINDS: Mapping[str, LocationKind] = {
         ),
         LocationKind(
             "pour", "The payload's lip over the vessel; the path tilts the payload.", Lazy("pour", "pour"), "a vessel", Tilting
+        ),
+        LocationKind(
+            "shown_path", "The payload's foot on a path that was shown; ``path`` leads along it, of a closed one a round.",
+            Lazy("shown_paths", "followed"), THING, Followed,
         ),
         LocationKind("stand", "The robot itself near the thing, so that the arm reaches it.", Lazy("stands", "stands"), THING, gives=Stand),
         LocationKind("view", "The camera on the flange sees the thing.", Lazy("viewpoints", "views"), THING, Sight),
