@@ -26,6 +26,7 @@ from .goal_planner import (
     parse_goals,
     reasons,
     surplus,
+    taken_places,
 )
 from .handling import Done, handled, task_text
 from .operators import Grounder, Operator, conditions_of, held_in
@@ -148,7 +149,8 @@ class PlanningProblem(Value, eq=False):
         change, task = schema.change, self.knowledge.tasks[schema.task]
         asked = constraint_facts(self.wanted, schema, task)
         cost = ASIDE * schema.cost if not asked and _may_push(schema, self._in_the_way, self.grounder.fluents) else schema.cost
-        tables = tuple(self._allowed(schema, t, scope) for t in schema.tables)
+        taken = taken_places(self.wanted, schema, self.grounder.things) if scope.on_fixed else ()
+        tables = (*(self._allowed(schema, t, scope) for t in schema.tables), *taken)
         yield replace(schema, change=replace(change, adds=change.adds | asked), cost=cost, tables=tables)
         alone = [f for f in sorted(asked) if len(f) == 2 and f[1] in schema.in_hand] if self.blocked else []
         if alone and task.places:
