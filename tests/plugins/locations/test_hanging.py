@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from itertools import islice
 
-
 from cramlite import Engine
 from cramlite.model import Feature, Geom, Held, Location, Pose, RobotMount, Thing, World, initial_belief
 from cramlite.plugin import Context, Grounding, Refused
@@ -23,7 +22,8 @@ def _plate() -> Thing:
     slope = Pose.from_rotvec((0.0, 0.0, 0.0), (0.0, -math.radians(20.0), 0.0))
     around = (Pose.from_rotvec((0.0, 0.0, 0.0), (0.0, 0.0, k * math.tau / 8)) for k in range(8))
     rim = tuple(Geom("box", (0.02, 0.027, 0.0025), turn * Pose((0.0535, 0.0, 0.0092)) * slope, friction=0.9) for turn in around)
-    return Thing("plate", "soma:Plate", Pose((0.4, 0.3, 0.0)), (Geom("cylinder", (0.036, 0.0025), Pose((0.0, 0.0, 0.0055))), *rim), mass=0.02)
+    middle = Geom("cylinder", (0.036, 0.0025), Pose((0.0, 0.0, 0.0055)))
+    return Thing("plate", "soma:Plate", Pose((0.4, 0.3, 0.0)), (middle, *rim), mass=0.02)
 
 
 def _box(wide: float, long: float) -> Thing:

@@ -24,7 +24,7 @@ from ...shapes.standing_up import stood_up
 from ...shapes.surfaces import FLAT, footprint, inset, standing
 from ...simulation.resting import rests
 from ..reached import Leg
-from .query import Placement, Query
+from .query import PARTS, Placement, Query
 from .visibility import visible
 
 ASIDE = 0.02  # what is left of a thing is so by at least this [m]
@@ -204,8 +204,15 @@ def let_in(placement: Placement, query: Query) -> str | Refused:
 
 
 def room(placement: Placement, query: Query) -> str | Refused:
-    """Check that hand and payload have room at the placement and on the way out, wherever the arm is."""
-    return _met(placement, query, True) or ""
+    """Check that hand and payload have room at the placement and on the way out, wherever the arm is; also between
+    its ends, where something is over the opening."""
+    no = _met(placement, query, True)
+    if no is not None or placement.led or not query.covers:
+        return no or ""
+    out, over = np.subtract(placement.before.position, placement.pose.position), query.arm.scene(clearance=0.0)
+    ways = (query.belief.base() * shift(placement.pose, part * out) for part in PARTS[1:-1])
+    no = next((no for way in ways if (no := over.met(way)) is not None), None)
+    return replace(no, reason=f"on its way down: {no.reason}", where=Stage.BEFORE) if no else ""
 
 
 def _met(placement: Placement, query: Query, hand: bool) -> Refused | None:

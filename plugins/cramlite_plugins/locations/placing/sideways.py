@@ -8,7 +8,6 @@ from collections.abc import Iterator, Sequence
 from itertools import product
 
 import numpy as np
-from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from cramlite.model import Belief, Floats, Pose, Remedy, Thing, Value
