@@ -35,7 +35,7 @@ def _swing(motion: Motion, belief: Belief, context: Context) -> Iterator[Groundi
     steps, now = list[MoveLinear](), belief
     speed, acceleration = value(motion, "speed_m_s"), value(motion, "acceleration_m_s2")
     for target, (first, last) in zip(targets, pairwise(np.linspace(*shares, len(targets) + 1).tolist()), strict=True):
-        points = _line(motion, now, swing.at(first), target, context)
+        points = _line(motion, now, swing.at(min(first, last)), target, context)
         turn = swing.part(first, last)
         steps.append(MoveLinear(target, speed, acceleration, points[-1], turn, origin=motion.name, comment=motion.reason))
         now = now.moved(points[-1])
@@ -57,7 +57,7 @@ def _raised(target: Pose, belief: Belief, context: Context) -> Sequence[Pose]:
 
 
 def _line(motion: Motion, belief: Belief, tcp_to_thing: Pose, target: Pose, context: Context) -> Sequence[tuple[float, ...]]:
-    """A straight line with the thing in the hand as it is at its beginning."""
+    """A straight line with the thing in the hand as flat as it is on it: its far side is then as low as what holds it up."""
     from ..motion_planning.cartesian import plan_straight_line
     from ..motion_planning.reach import make_scene, touched
 

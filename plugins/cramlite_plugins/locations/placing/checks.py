@@ -24,7 +24,7 @@ from ...shapes.standing_up import stood_up
 from ...shapes.surfaces import FLAT, footprint, inset, standing
 from ...simulation.resting import rests
 from ..reached import Leg
-from .query import Placement, Query
+from .query import PARTS, Placement, Query
 from .visibility import visible
 
 ASIDE = 0.02  # what is left of a thing is so by at least this [m]
@@ -205,8 +205,15 @@ def let_in(placement: Placement, query: Query) -> str | Refused:
 
 
 def room(placement: Placement, query: Query) -> str | Refused:
-    """Check that hand and payload have room at the placement and on the way out, wherever the arm is."""
-    return _met(placement, query, True) or ""
+    """Check that hand and payload have room at the placement and on the way out, wherever the arm is; also between
+    its ends, where something is over the opening."""
+    no = _met(placement, query, True)
+    if no is not None or placement.led or not query.covers:
+        return no or ""
+    out, over = np.subtract(placement.before.position, placement.pose.position), query.arm.scene(clearance=0.0)
+    ways = (query.belief.base() * shift(placement.pose, part * out) for part in PARTS[1:-1])
+    no = next((no for way in ways if (no := over.met(way)) is not None), None)
+    return replace(no, reason=f"on its way down: {no.reason}", where=Stage.BEFORE) if no else ""
 
 
 def _met(placement: Placement, query: Query, hand: bool) -> Refused | None:
@@ -273,8 +280,9 @@ def lowered(placement: Placement, query: Query) -> Pose:
 
 
 def hand_off(placement: Placement, query: Query) -> str | Refused:
-    """Check that the payload comes to rest on its uneven support before the hand meets the support."""
-    if not query.settles:
+    """Check that the payload comes to rest on its uneven support before the hand meets the support; what is laid
+    down is let go of higher, and its whole way is looked at."""
+    if not query.settles or query.held.swing is not None:
         return ""
     there = query.arm.at(query.let_down(lowered(placement, query)))
     return replace(there, reason=f"lowered {there.reason}") if isinstance(there, Refused) else ""
@@ -301,9 +309,18 @@ def _leaning(end: Pose | None, query: Query) -> str:
     return f"'{query.thing.name}' may come to lie otherwise than it stands when it is let go of"
 
 
+def at_rest(placement: Placement, query: Query) -> Placement:
+    """Return a placement of what is dropped, with its simulated rest, if any; as it is without room or out of reach."""
+    if room(placement, query) or not inverse(query.context.robot, placement.pose, seed=query.belief.joints):
+        return placement  # checks say so
+    return replace(placement, lies=next(rests(query.thing, placement.thing, query.around, query.at, OFF_PATH, there=True)))
+
+
 def dropped(placement: Placement, query: Query) -> str | Refused:
     """Check that a payload which is released in another pose than it stands in comes to rest at its place."""
-    return "" if placement.lies is None and room(placement, query) else _astray(placement.lies, query)
+    if placement.kind != "dropped" or (placement.lies is None and room(placement, query)):
+        return ""
+    return _astray(placement.lies, query)
 
 
 def _astray(end: Pose | None, query: Query) -> str | Refused:
@@ -330,14 +347,14 @@ SHAPES: Mapping[str, Mapping[str, Check]] = {
     "on": {"supported": supported, "clear": clear, "near": near, "beside": beside, "in its region": in_region, "let in": let_in},
     "in": {"inside": inside, "falls": falls, "near": near, "beside": beside, "in its region": in_region},
     "within": {"near": near, "beside": beside, "in its region": in_region, "let in": let_in},
-    "dropped": {"near": near, "beside": beside, "let in": let_in, "at rest": dropped},
+    "dropped": {"near": near, "beside": beside, "let in": let_in},
     "at rest": {"near": near, "beside": beside, "over its region": over_region},
     "toppled": {"lying there": lying_there, "near": near, "beside": beside},
 }
 """Asked of the payload and what is around it alone, by kind of stable pose; "at rest" on what is not level
 physics have said already what supports it."""
 REACHED: Mapping[str, Check] = {
-    "free to fall": falls_in, "collision-free": room, "reachable": reachable, "visible": visible,
+    "at rest": dropped, "free to fall": falls_in, "collision-free": room, "reachable": reachable, "visible": visible,
     "collision-free with the arm": collision_free, "free to open": room_to_open, "let down by the thing alone": hand_off,
     "at rest there": rests_there,
 }  # fmt: skip

@@ -8,13 +8,12 @@ from collections.abc import Iterator, Sequence
 from itertools import product
 
 import numpy as np
-from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from cramlite.model import Belief, Floats, Pose, Remedy, Thing, Value
 from cramlite.plugin import Context, Unresolvable
 
-from ...kinematics.kinematics import inverse, reach_gap, reach_shortfall
+from ...kinematics.kinematics import reach_gap, reach_shortfall
 from ...motion_planning.planning_scene import CLEARANCE
 from ...motion_planning.reach import shift, taken_at
 from ...shapes.bounds import box_around, centre_of_mass, corners, height, lowest, support
@@ -22,13 +21,12 @@ from ...shapes.box_overlaps import overlaps
 from ...shapes.roofs import has_a_roof, has_own_roof, open_sides, roof_over, roofed
 from ...shapes.standing_up import stood_up
 from ...shapes.surfaces import Surface, surfaces
-from ...simulation.resting import rests
 from ..antipodal import Hands
 from ..hand_room import HandRoom
 from ..later import brings
 from ..pushing.contacts import STEEP
 from ..reached import Arm
-from .checks import OFF_PATH, room
+from .checks import at_rest
 from .query import Groups, Placement, Query, openings
 from .stable_poses import TURNLESS, about_vertical, as_asked, carried_at, check_turn
 
@@ -181,7 +179,7 @@ def _level(query: Query, floor: Floor, now: Pose, kind: str) -> Iterator[Placeme
     short, robot = reach_shortfall, query.context.robot
     near = [one for one in found if not short(robot, one.pose) and not short(robot, one.before)]
     for placement in near or found[:1]:
-        yield placement if kind != "dropped" else _let_go(placement, query)
+        yield placement if kind != "dropped" else at_rest(placement, query)
 
 
 def _of_each_step(rows: NDArray[np.intp], few: int) -> list[list[int]]:
@@ -213,14 +211,6 @@ def _down(hand: Pose) -> float:
     """Angle of a hand below the level [deg]."""
     down = -float(hand.rotate((0.0, 0.0, 1.0))[2])
     return round(math.degrees(math.asin(max(-1.0, min(1.0, down)))), 3) + 0.0
-
-
-def _let_go(level: Placement, query: Query) -> Placement:
-    """Placement of a payload that is released otherwise than it stands, with its simulated rest, if any."""
-    if room(level, query) or not inverse(query.context.robot, level.pose, seed=query.belief.joints):
-        return level  # checks say so
-    ends = rests(query.thing, level.thing, query.around, query.at, OFF_PATH, there=True)
-    return replace(level, lies=next(ends))
 
 
 def _free(
