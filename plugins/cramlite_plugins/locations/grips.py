@@ -38,6 +38,9 @@ MANY = 3  # parts of a thing beyond which equal grasps on them count once
 SHIFTS = (0.0, 0.5, 1.0, -0.5, -1.0)  # along a face, as fractions of what the pads leave
 LEAN = math.radians(30)
 """How far a hand leans about the line between its pads, where it has no room over a box, or where the wrist would be too far away."""
+BARE = 0.05
+"""Cost of a pad that nothing covers [m]: a carton's ridge, 7 mm high, slipped out of pads that it covered by a ninth, and not out of
+others 18 mm beside its centre of mass that it covered whole."""
 PER_LEAN = 0.06
 """Cost of a radian of that [m]."""
 
@@ -83,7 +86,7 @@ class Grip(Value):
     def cost(self) -> float:
         """Return the cost [m]: the lever, and surcharges for a pad that is hardly covered, a slanted contact, fingers that
         pass close to the thing, and a pad that the thing catches on at its release."""
-        narrow = 0.03 * max(0.0, 0.6 - self.coverage) + 0.3 * max(0.0, ENOUGH - self.slack)
+        narrow = BARE * max(0.0, 0.6 - self.coverage) + 0.3 * max(0.0, ENOUGH - self.slack)
         hooked = CAUGHT if self.caught else 0.0
         return self.lever + narrow + hooked + 0.02 * self.slant + PER_LEAN * abs(self.lean)
 

@@ -35,7 +35,7 @@ SIDES: Mapping[str, tuple[int, float]] = {
 OFF_WALLS = 0.008
 """Of an outline from the walls that it is let down between [m]: a streamed arm is up to 5 mm off its path."""
 WELL_IN = 0.008  # of an origin from the edge of its region [m]: a thing that is let go shifts by a few millimetres
-BELOW_TOP = 0.002  # of an origin at rest from the upper end of its region [m]: the judge of goals asks for half of that
+WITHIN = 0.002  # of an origin at rest from both ends of its region's height [m]: the judge of goals asks for half of that
 LEVEL = 45.0  # of closing or approach direction from level, up to which something falls out of a hand [deg]: friction of 1 holds on less
 STANDS = math.radians(3.0)  # what leans by no more has come to stand
 OFF_PATH = 0.004  # how far beside its place what is let go may be [m]: where an arm has arrived
@@ -142,8 +142,8 @@ def falls_in(placement: Placement, query: Query) -> str | Refused:
 
 
 def in_region(placement: Placement, query: Query) -> str | Refused:
-    """Check that the payload's origin is over the wanted region, a little inside, since a released payload may shift, and no
-    higher than the region reaches."""
+    """Check that the payload's origin is over the wanted region, a little inside, since a released payload may shift,
+    and in height between the region's ends."""
     return _region_missed(placement.thing, placement.height, query) if query.where.region else ""
 
 
@@ -156,7 +156,9 @@ def _region_missed(thing: Pose, height: float, query: Query) -> str | Refused:
         said = f"{-1000 * by:.0f} mm beside" if by < 0 else f"only {1000 * by:.0f} mm from the edge of"
         return f"its origin would be {said} '{region}'; {1000 * WELL_IN:.0f} mm inside is needed"
     feature = next(f for f in query.belief.thing(thing_of(query.entity)).features if f.name == region)
-    over = 0.0 if query.depth else z - height - feature.size.get("height", math.inf) + BELOW_TOP
+    if low := _too_low(query, z - height):
+        return low
+    over = 0.0 if query.depth else z - height - feature.size.get("height", math.inf) + WITHIN
     if over <= 0:
         return ""
     what, reaches = f"'{thing_of(query.entity)}/{region}'", f"reaches {1000 * feature.size['height']:.0f} mm above the face in it"
@@ -169,10 +171,19 @@ def _region_missed(thing: Pose, height: float, query: Query) -> str | Refused:
 def over_region(placement: Placement, query: Query) -> str:
     """Check that the payload's origin is over the wanted region, which may lean: a payload at rest by itself shifts no more."""
     resting = np.asarray(placement.thing.position) - (0.0, 0.0, placement.height)
-    at = shapely.Point(*query.target.pose.inverse().apply(resting)[:2])
+    x, y, z = map(float, query.target.pose.inverse().apply(resting))
+    if low := _too_low(query, z):
+        return low
+    at = shapely.Point(x, y)
     if not query.where.region or query.target.area.covers(at):
         return ""
     return f"its origin would be {1000 * query.target.area.distance(at):.0f} mm beside '{query.where.region}'"
+
+
+def _too_low(query: Query, z: float) -> str:
+    """Reason why an origin at a height over the face [m] would be below its region, which may begin over that; "" if it is not."""
+    low = query.lowest + WITHIN - z if query.lowest else 0.0
+    return f"its origin would be {1000 * low:.0f} mm too low for '{query.where.region}', as it is turned" if low > 0 else ""
 
 
 def near(placement: Placement, query: Query) -> str:

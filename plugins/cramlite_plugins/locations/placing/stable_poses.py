@@ -98,6 +98,10 @@ def stable_poses(queries: list[Query], now: Pose) -> Iterator[Rest | Refused]:
             queries = queries[1:]
         yield from _upright(queries, now)
         return
+    if not first.depth:
+        none = f"{why}; nor would it be, let go of in any of {DROPS} ways"
+        yield from _simulated(replace(first, settles=True), resting_poses(first, now), now, ONTO, none)
+        return
     close = replace(first, clearance=CLOSE)
     none = f"{why}; nor would it be, leaning against a wall"
     yield from _simulated(close, leaning(close, now), now, ((LET_GO, close.depth + ABOVE),), none)
