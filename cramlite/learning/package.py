@@ -8,7 +8,7 @@ from pathlib import Path
 
 from ..base.html_template import html_template, write_html
 from ..testing.skeleton import fill
-from .motion_text import motion_words
+from .motion_text import motion_words, said
 from .procedure import plan_text
 from .proposal import Proposal
 
@@ -38,7 +38,8 @@ def page_text(proposal: Proposal) -> str:
     """Return the page about a learned task as HTML: the rule, the evidence for each condition, dropped
     conditions, open questions."""
     return html_template((files(__package__) / "learned.html.j2").read_text(encoding="utf-8")).render(
-        found=proposal, plan=plan_text(proposal.procedure) if proposal.procedure else ""
+        found=proposal, plan=plan_text(proposal.procedure) if proposal.procedure and not proposal.moving else "",
+        motion=said(proposal) if proposal.moving else "",
     )
 
 

@@ -1,4 +1,4 @@
-"""Demonstrations of motions that no rule and no task knows: stirring in a bowl, wiping a pattern of lines on a board.
+"""Demonstrations of what no rule and no task knows: stirring in a bowl, wiping lines on a board, weighing, screwing a lid on.
 
 Written before the learner of motions and without it. A person picks up the tool, as the scripts of known tasks do, and goes on with a
 script of this file. Worlds differ by seed: places, turns and sizes; people by pace, size of the motion, where a circle begins, which way
@@ -17,6 +17,7 @@ from cramlite.base.value import Value
 from cramlite.model import Episode, Pose, Thing, World
 from cramlite.plugin import Performance, Performer, RecordScript, Shown
 from cramlite.scenario.worlds import build_world
+from cramlite_plugins.person import acts
 
 FLOOR = "  - {name: floor, model: table, at: {position: [0.2, 0, -5 mm]}, with: {size: [1.6 m, 1.6 m, 20 mm]}}\n"
 COUNTER = "  - {name: counter, model: table, at: {position: [0.5, 0, 0.15]}, with: {size: [0.5 m, 0.9 m, 40 mm]}}\n"
@@ -45,9 +46,21 @@ vary:
   - {{thing: sponge, position: 20 mm, yaw: 15 deg}}
   - {{thing: board, position: 40 mm, yaw: 25 deg}}
 """,
+    "weighing": f"""scenario: weighing
+tasks:
+  - {{task: Grasping, Patient: box}}
+  - {{task: PickingUp, Locatum: box, Relatum: counter}}
+robot: {{type: ur5e}}
+things:
+{FLOOR}{COUNTER}  - {{name: box, model: block, at: {{position: [0.42, 0.22, 0.201]}}, with: {{size: [50 mm, 50 mm, 100 mm], mass: 250 g}}}}
+  - {{name: scale, model: table, at: {{position: [0.48, -0.1, 0.19]}}, with: {{size: [0.2 m, 0.2 m, 38 mm]}}}}
+vary:
+  - {{thing: box, position: 20 mm, yaw: 15 deg, with: {{mass: [150 g, 250 g, 350 g]}}}}
+  - {{thing: scale, position: 40 mm, yaw: 25 deg}}
+""",
 }  # fmt: skip
 """Name of a motion -> scenario in which the tool is picked up; people take no notice of the robot."""
-TOLD: Mapping[str, tuple[str, str]] = {"stirring": ("spoon", "bowl"), "wiping_lines": ("sponge", "board")}
+TOLD: Mapping[str, tuple[str, str]] = {"stirring": ("spoon", "bowl"), "wiping_lines": ("sponge", "board"), "weighing": ("box", "scale")}
 """What is moved, and about what."""
 LINES = ((-0.06, -0.05), (0.06, -0.05), (0.06, 0.0), (-0.06, 0.0), (-0.06, 0.05), (0.06, 0.05))
 """Corners of the pattern on the board [m]."""
@@ -88,7 +101,7 @@ def shown(engine: Engine, motion: str, seed: int, folder: Path, scripts: Mapping
             script(person, world, tool, about)
             times.append(float(person.data.time))  # type: ignore[attr-defined]
 
-        return Performance(act, missed=lambda person: "" if person.holds(tool.name) else f"'{tool.name}' is not in the hand")
+        return Performance(act, missed=lambda person: "" if person.holds(tool.name) == (motion != "weighing") else f"'{tool.name}' was lost")
 
     known = [
         Shown(knowledge.record_scripts["soma:Grasping"], {"Patient": tool.name}),
@@ -132,7 +145,15 @@ def wipe(person: Performer, world: World, sponge: Thing, board: Thing) -> None:
     _bring(person, sponge, frame, [(corners[-1][0], corners[-1][1], up)], 0.15)
 
 
-SCRIPTS: Mapping[str, Script] = {"stirring": stir, "wiping_lines": wipe}
+def weigh(person: Performer, world: World, box: Thing, scale: Thing) -> None:
+    """Set a thing on a scale, let go, and wait beside it until the scale has come to rest."""
+    acts.put_down(person, world, box, scale)
+    acts.release(person, world, box)
+    acts.withdraw(person, world)
+    person.wait(person.between(2.0, 3.0))
+
+
+SCRIPTS: Mapping[str, Script] = {"stirring": stir, "wiping_lines": wipe, "weighing": weigh}
 
 
 def stir_once(person: Performer, world: World, spoon: Thing, bowl: Thing) -> None:

@@ -1,0 +1,189 @@
+"""Motions are learned from people who stir and wipe, recognised, and done by a robot; what is not the motion is neither."""
+
+from __future__ import annotations
+
+import importlib.util
+import tempfile
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from learned_motions import DONE, solved
+from motion_demonstrations import TOLD, WRONG, Shown_, shown
+from msgspec.structs import replace
+
+from cramlite import Engine, Trace
+from cramlite.engine.line_origins import origins_of
+from cramlite.engine.proof import findings_of
+from cramlite.interpretation.path_predicate import gone_through
+from cramlite.interpretation.timeline import Timeline
+from cramlite.learning.from_episodes import learn_task
+from cramlite.learning.learner import covers
+from cramlite.learning.package import page_text, write_package
+from cramlite.learning.proposal import Proposal
+from cramlite.learning.repeated import evenly, rounds
+from cramlite.learning.span import Span
+from cramlite.plugin import Candidate
+from cramlite.testing import check_plugin
+
+ENGINE = Engine()
+MOTIONS = [*TOLD]
+
+
+@cache
+def person(motion: str, seed: int, wrong: str = "") -> Shown_:
+    with tempfile.TemporaryDirectory() as folder:
+        scripts = {motion: WRONG[motion][wrong]} if wrong else None
+        found = shown(ENGINE, motion, seed, Path(folder), scripts)
+    assert not found.failure
+    return found
+
+
+@cache
+def learned(motion: str) -> Proposal:
+    return learn_task(motion, [(p.episode, p.start, p.end) for p in (person(motion, s) for s in (1, 2, 3))], ENGINE.knowledge)
+
+
+def read(motion: str, one: Shown_) -> bool:
+    span = Span(Timeline(one.episode, ENGINE.knowledge.taxonomy), one.start, one.end)
+    return TOLD[motion] in covers(learned(motion).learned, span)
+
+
+# The periodic part
+
+
+def test_rounds_are_found_between_a_way_in_and_a_way_out() -> None:
+    angles = np.linspace(0, 2 * np.pi * 3.5, 400)
+    ring = np.stack([0.04 * np.cos(angles), 0.04 * np.sin(angles), np.zeros(400)], axis=1)
+    way_in, out = np.linspace((0.3, 0.1, 0.1), ring[0], 100), np.linspace(ring[-1], (-0.1, 0.0, 0.2), 100)
+    points = np.concatenate([way_in, ring, out])
+    found = rounds(evenly(np.arange(len(points)) * 0.02, points)[1])
+    assert found is not None and found.count == pytest.approx(3.5, abs=0.25)
+    assert np.linalg.norm(found.mean[:, :2], axis=1) == pytest.approx(0.04, abs=0.006)
+
+
+def test_one_round_a_line_and_standing_still_are_not_periodic() -> None:
+    times, angles = np.arange(300) * 0.02, np.linspace(0, 2 * np.pi * 1.3, 300)
+    ring = np.stack([0.04 * np.cos(angles), 0.04 * np.sin(angles), np.zeros(300)], axis=1)
+    assert rounds(evenly(times, ring)[1]) is None
+    assert rounds(evenly(times, np.linspace((0, 0, 0), (0.4, 0.2, 0.1), 300))[1]) is None
+    still = np.random.default_rng(0).normal(0, 0.0005, (300, 3))
+    assert rounds(evenly(times, still)[1]) is None
+
+
+# The motion, its rule and its package
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize(("motion", "closed", "touching"), [("stirring", True, False), ("wiping_lines", False, True)])
+def test_a_motion_is_told_about_the_thing_about_which_people_agree(motion: str, closed: bool, touching: bool) -> None:
+    proposal = learned(motion)
+    assert proposal.motion is not None and proposal.motion.fillers == (TOLD[motion],) * 3
+    assert (proposal.motion.path.closed, proposal.motion.path.touching) == (closed, touching)
+    assert proposal.motion.spread < 0.006 and proposal.steps == ()
+    assert f"follows_{motion}(Patient, Relatum)" in proposal.rule["run"]
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_unseen_people_are_recognised(motion: str) -> None:
+    assert all(read(motion, person(motion, seed)) for seed in (4, 5))
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize(("motion", "wrong"), [(m, w) for m in MOTIONS for w in WRONG[m]])
+def test_people_who_do_something_else_are_not(motion: str, wrong: str) -> None:
+    assert not read(motion, person(motion, 4, wrong))
+
+
+def test_a_motion_is_no_other_motion() -> None:
+    path = learned("stirring").motion
+    assert path is not None
+    one = person("wiping_lines", 4)
+    assert gone_through(path.path, one.episode, *TOLD["wiping_lines"], (one.start, one.end)) == 0.0
+
+
+@pytest.mark.heavy
+def test_those_who_agree_on_nothing_show_no_motion() -> None:
+    people = [person("stirring", 1), person("stirring", 2, "kept still"), person("stirring", 3, "above the bowl")]
+    proposal = learn_task("stirring", [(p.episode, p.start, p.end) for p in people], ENGINE.knowledge)
+    assert proposal.motion is None
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_the_package_keeps_the_contract_and_its_text_is_the_same_again(motion: str, tmp_path: Path) -> None:
+    folder, *_ = write_package(learned(motion), motion, tmp_path / "one")
+    module = folder / f"cramlite_{motion}" / "__init__.py"
+    again = learn_task(motion, [(p.episode, p.start, p.end) for p in (person(motion, s) for s in (1, 2, 3))], Engine().knowledge)
+    other = write_package(again, motion, tmp_path / "two")[0]
+    assert module.read_bytes() == (other / f"cramlite_{motion}" / "__init__.py").read_bytes()
+    spec = importlib.util.spec_from_file_location(f"cramlite_{motion}", module)
+    assert spec is not None and spec.loader is not None
+    plugin = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(plugin)
+    check_plugin(plugin)
+    assert "Path of the foot of Patient" in page_text(learned(motion))
+
+
+# A robot does it
+
+
+@cache
+def engine_of(motion: str) -> Engine:
+    folder = Path(tempfile.mkdtemp())
+    return Engine(files=[write_package(learned(motion), motion, folder / "made")[0] / f"cramlite_{motion}" / "__init__.py"])
+
+
+@cache
+def program(motion: str) -> Candidate:
+    """The first program of a UR5e in a world that nobody showed."""
+    with tempfile.TemporaryDirectory() as folder:
+        solution = solved(engine_of(motion), motion, "ur5e", 101, Path(folder), Trace())
+    assert solution is not None and solution.verdict.passed
+    return solution.candidate
+
+
+def objections(motion: str, text: str) -> dict[str, str]:
+    """Validator -> its reason against an edited text."""
+    candidate, knowledge = program(motion), engine_of(motion).knowledge
+    assert candidate.code is not None
+    rollout = knowledge.simulator.execute(text, candidate.world, knowledge.robots, mount=candidate.program.robot, seed=0)
+    episode = knowledge.episodes.detect(rollout, candidate.program.name)
+    code = replace(candidate.code, text=text, origins=dict(origins_of(text, candidate.code).of))
+    edited = replace(candidate, code=code, proven=candidate.code, rollout=rollout, episode=episode)
+    return {f.validator: f.reason for f in findings_of(edited, knowledge, rollout=True) if not f.passed}
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_a_robot_does_it_where_nobody_showed_it(motion: str) -> None:
+    candidate = program(motion)
+    assert candidate.code is not None and candidate.episode is not None
+    tool, about = (candidate.world.thing(name) for name in TOLD[motion])
+    assert DONE[motion](candidate.episode, tool, about)
+    assert objections(motion, candidate.code.text) == {}, "its text as it is"
+
+
+def edited(motion: str, *changes: tuple[str, str]) -> str:
+    code = program(motion).code
+    assert code is not None
+    text = code.text
+    for old, new in changes:
+        assert old in text, old
+        text = text.replace(old, new)
+    return text
+
+
+@pytest.mark.heavy
+def test_one_round_is_not_stirring() -> None:
+    said = objections("stirring", edited("stirring", ("round_1 < 3", "round_1 < 1")))
+    assert "follows_stirring(Patient, Relatum)" in said["task_rules"]
+
+
+@pytest.mark.heavy
+def test_a_pattern_of_which_a_line_is_left_out_is_not_wiped() -> None:
+    last = [f"    movel(wiping_lines_3_follow_pose_{k}, a=0.25, v=0.02)" for k in range(7, 13)]
+    said = objections("wiping_lines", edited("wiping_lines", *((line, line.replace("movel", "# movel")) for line in last)))
+    assert "follows_wiping_lines(Patient, Relatum)" in said["task_rules"]
