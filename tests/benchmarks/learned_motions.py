@@ -67,7 +67,16 @@ def wiped(episode: Episode, sponge: Thing, board: Thing) -> bool:
     return bool(low[reached[0] : reached[-1]].mean() > 0.95)
 
 
-DONE: Mapping[str, Callable[[Episode, Thing, Thing], bool]] = {"stirring": stirred, "wiping_lines": wiped}
+def weighed(episode: Episode, box: Thing, scale: Thing) -> bool:
+    """Whether the box stands on the scale at the end, within 2 mm, with the hand 50 mm away and still for 1.5 s or more."""
+    at = places(episode, box, scale, Pose())[-1]
+    hand = episode.tracks[episode.effector or ""]
+    last = hand.poses[hand.times >= hand.times[-1] - 1.5, :3]
+    away = float(np.linalg.norm(last[-1] - episode.tracks[box.name].poses[-1, :3]))
+    return bool(abs(at[2]) < 0.002 and np.abs(at[:2]).max() < 0.1 and away > 0.05 and np.ptp(last, axis=0).max() < 0.005)
+
+
+DONE: Mapping[str, Callable[[Episode, Thing, Thing], bool]] = {"stirring": stirred, "wiping_lines": wiped, "weighing": weighed}
 
 
 def taught(engine: Engine, motion: str, folder: Path) -> tuple[Proposal, Path, float]:

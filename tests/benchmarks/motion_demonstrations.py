@@ -101,7 +101,8 @@ def shown(engine: Engine, motion: str, seed: int, folder: Path, scripts: Mapping
             script(person, world, tool, about)
             times.append(float(person.data.time))  # type: ignore[attr-defined]
 
-        return Performance(act, missed=lambda person: "" if person.holds(tool.name) == (motion != "weighing") else f"'{tool.name}' was lost")
+        kept = motion != "weighing"
+        return Performance(act, missed=lambda person: "" if person.holds(tool.name) or not kept else f"'{tool.name}' was lost")
 
     known = [
         Shown(knowledge.record_scripts["soma:Grasping"], {"Patient": tool.name}),
@@ -194,9 +195,24 @@ def wipe_in_the_air(person: Performer, world: World, sponge: Thing, board: Thing
         _bring(person, sponge, frame, [(*corner, 0.03)], 0.1)
 
 
+def weigh_in_passing(person: Performer, world: World, box: Thing, scale: Thing) -> None:
+    """Set a thing on a scale and leave without waiting."""
+    acts.put_down(person, world, box, scale)
+    acts.release(person, world, box)
+    acts.withdraw(person, world)
+    person.move([Pose(tuple(np.add(person.aim.position, (-0.1, 0.1, 0.1))), person.aim.quaternion)], 0.2)
+
+
+def weigh_in_the_hand(person: Performer, world: World, box: Thing, scale: Thing) -> None:
+    """Press a thing onto a scale and wait, without letting go."""
+    acts.put_down(person, world, box, scale)
+    person.wait(3.0)
+
+
 WRONG: Mapping[str, Mapping[str, Script]] = {
     "stirring": {"kept still": stir_once, "above the bowl": stir_beside},
     "wiping_lines": {"one line": wipe_one_line, "in the air": wipe_in_the_air},
+    "weighing": {"in passing": weigh_in_passing, "in the hand": weigh_in_the_hand},
 }
 """Motion -> those who do something else, by what."""
 

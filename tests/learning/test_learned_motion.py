@@ -1,10 +1,11 @@
-"""Motions are learned from people who stir and wipe, recognised, and done by a robot; what is not the motion is neither."""
+"""Motions and rests are learned from people, recognised, and done by a robot; what is not the motion is neither."""
 
 from __future__ import annotations
 
 import importlib.util
 import tempfile
 from functools import cache
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +17,7 @@ from msgspec.structs import replace
 from cramlite import Engine, Trace
 from cramlite.engine.line_origins import origins_of
 from cramlite.engine.proof import findings_of
-from cramlite.interpretation.path_predicate import gone_through
+from cramlite.interpretation.path_predicate import gone_through, rests
 from cramlite.interpretation.timeline import Timeline
 from cramlite.learning.from_episodes import learn_task
 from cramlite.learning.learner import covers
@@ -24,11 +25,11 @@ from cramlite.learning.package import page_text, write_package
 from cramlite.learning.proposal import Proposal
 from cramlite.learning.repeated import evenly, rounds
 from cramlite.learning.span import Span
-from cramlite.plugin import Candidate
+from cramlite.plugin import Candidate, UserError
 from cramlite.testing import check_plugin
 
 ENGINE = Engine()
-MOTIONS = [*TOLD]
+TASKS = [*TOLD]
 
 
 @cache
@@ -72,6 +73,14 @@ def test_one_round_a_line_and_standing_still_are_not_periodic() -> None:
     assert rounds(evenly(times, still)[1]) is None
 
 
+def test_a_rest_is_within_a_place() -> None:
+    one = person("weighing", 1)
+    found = list(rests(one.episode, one.episode.effector or "", (one.start, one.end)))
+    assert found[0][0] == pytest.approx(one.start, abs=0.03) and found[-1][1] == one.end
+    assert all(a[1] == b[0] for a, b in pairwise(found)), "one begins where the last one ended"
+    assert found[-1][1] - found[-1][0] == pytest.approx(2.5, abs=0.8)
+
+
 # The motion, its rule and its package
 
 
@@ -79,40 +88,50 @@ def test_one_round_a_line_and_standing_still_are_not_periodic() -> None:
 @pytest.mark.parametrize(("motion", "closed", "touching"), [("stirring", True, False), ("wiping_lines", False, True)])
 def test_a_motion_is_told_about_the_thing_about_which_people_agree(motion: str, closed: bool, touching: bool) -> None:
     proposal = learned(motion)
-    assert proposal.motion is not None and proposal.motion.fillers == (TOLD[motion],) * 3
-    assert (proposal.motion.path.closed, proposal.motion.path.touching) == (closed, touching)
-    assert proposal.motion.spread < 0.006 and proposal.steps == ()
+    assert proposal.moving is not None
+    shared = proposal.moving[0]
+    assert shared.fillers == (TOLD[motion],) * 3 and (shared.path.closed, shared.path.touching) == (closed, touching)
+    assert shared.spread < 0.006 and proposal.steps == ()
     assert f"follows_{motion}(Patient, Relatum)" in proposal.rule["run"]
 
 
 @pytest.mark.heavy
-@pytest.mark.parametrize("motion", MOTIONS)
+@pytest.mark.parametrize("motion", TASKS)
 def test_unseen_people_are_recognised(motion: str) -> None:
     assert all(read(motion, person(motion, seed)) for seed in (4, 5))
 
 
 @pytest.mark.heavy
-@pytest.mark.parametrize(("motion", "wrong"), [(m, w) for m in MOTIONS for w in WRONG[m]])
+@pytest.mark.parametrize(("motion", "wrong"), [(m, w) for m in TASKS for w in WRONG[m]])
 def test_people_who_do_something_else_are_not(motion: str, wrong: str) -> None:
     assert not read(motion, person(motion, 4, wrong))
 
 
+@pytest.mark.heavy
 def test_a_motion_is_no_other_motion() -> None:
-    path = learned("stirring").motion
-    assert path is not None
+    moving = learned("stirring").moving
+    assert moving is not None
     one = person("wiping_lines", 4)
-    assert gone_through(path.path, one.episode, *TOLD["wiping_lines"], (one.start, one.end)) == 0.0
+    assert gone_through(moving[0].path, one.episode, *TOLD["wiping_lines"], (one.start, one.end)) == 0.0
 
 
 @pytest.mark.heavy
-def test_those_who_agree_on_nothing_show_no_motion() -> None:
+def test_a_rest_at_the_end_comes_behind_known_tasks() -> None:
+    proposal = learned("weighing")
+    assert proposal.rest is not None and proposal.rest.least_s < 2.0 < proposal.rest.duration_s
+    assert [s.task for s in proposal.steps] == ["soma:PuttingDown", "soma:Releasing", "soma:Retracting"]
+    assert "rests_weighing()" in proposal.rule["run"] and "supports(Relatum, Patient)" in proposal.rule["post"]
+
+
+@pytest.mark.heavy
+def test_those_who_show_different_things_are_contradictory() -> None:
     people = [person("stirring", 1), person("stirring", 2, "kept still"), person("stirring", 3, "above the bowl")]
-    proposal = learn_task("stirring", [(p.episode, p.start, p.end) for p in people], ENGINE.knowledge)
-    assert proposal.motion is None
+    with pytest.raises(UserError, match=r"contradictory: stirring_1 .* shows .*; stirring_2 .* shows .*Transporting"):
+        learn_task("stirring", [(p.episode, p.start, p.end) for p in people], ENGINE.knowledge)
 
 
 @pytest.mark.heavy
-@pytest.mark.parametrize("motion", MOTIONS)
+@pytest.mark.parametrize("motion", TASKS)
 def test_the_package_keeps_the_contract_and_its_text_is_the_same_again(motion: str, tmp_path: Path) -> None:
     folder, *_ = write_package(learned(motion), motion, tmp_path / "one")
     module = folder / f"cramlite_{motion}" / "__init__.py"
@@ -124,7 +143,8 @@ def test_the_package_keeps_the_contract_and_its_text_is_the_same_again(motion: s
     plugin = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(plugin)
     check_plugin(plugin)
-    assert "Path of the foot of Patient" in page_text(learned(motion))
+    said = "At the end the hand rests for" if motion == "weighing" else "Path of the foot of Patient"
+    assert said in page_text(learned(motion))
 
 
 # A robot does it
@@ -157,7 +177,7 @@ def objections(motion: str, text: str) -> dict[str, str]:
 
 
 @pytest.mark.heavy
-@pytest.mark.parametrize("motion", MOTIONS)
+@pytest.mark.parametrize("motion", TASKS)
 def test_a_robot_does_it_where_nobody_showed_it(motion: str) -> None:
     candidate = program(motion)
     assert candidate.code is not None and candidate.episode is not None
@@ -187,3 +207,13 @@ def test_a_pattern_of_which_a_line_is_left_out_is_not_wiped() -> None:
     last = [f"    movel(wiping_lines_3_follow_pose_{k}, a=0.25, v=0.02)" for k in range(7, 13)]
     said = objections("wiping_lines", edited("wiping_lines", *((line, line.replace("movel", "# movel")) for line in last)))
     assert "follows_wiping_lines(Patient, Relatum)" in said["task_rules"]
+
+
+@pytest.mark.heavy
+def test_who_does_not_wait_has_not_weighed() -> None:
+    code = program("weighing").code
+    assert code is not None
+    waits = code.text[code.text.index("# 3.Weighing/rest") :].splitlines()[1]
+    assert "sleep(" in waits
+    said = objections("weighing", edited("weighing", (waits, "  # taken out")))
+    assert "rests_weighing()" in said["task_rules"]
