@@ -48,6 +48,7 @@ def learn_task(
     refused, known = ([named[id(e)] for e in group] for group in (refused, known))
     others = [*Library(refused, taxonomy, strict=True).known(rules), *Library(known, taxonomy).known(rules)]
     motion = _motion(examples, rules)
+    motion = motion.apart_from([k.span for k in others if k.strict]) if motion else None
     rest = None if motion else shown_rest([e.span for e in examples])
     predicate = path_predicate(f"follows_{name}", motion.path) if motion else None
     predicate = rest_predicate(f"rests_{name}", rest.least_s) if rest else predicate

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from itertools import product
+from itertools import permutations, product
 
 import numpy as np
 
-from ..base.value import Value
-from ..interpretation.path_predicate import followed, parts_of, related
+from ..base.value import Value, replace
+from ..interpretation.path_predicate import followed, gone_through, parts_of, related
 from ..model.geometry import Floats
 from ..model.shown_path import Anchor, ShownPath, length, resampled
 from .repeated import ROUND, evenly, rounds
@@ -50,6 +50,16 @@ class ShownMotion(Value, eq=False):
     spread: float
     counts: tuple[float, ...]
     bent: bool
+
+    def apart_from(self, refused: Sequence[Span]) -> ShownMotion:
+        """Return the motion with a least count half way between the examples and spans in which it was not done, where these come near."""
+        found = (
+            gone_through(self.path, span.timeline.episode, one, other, (span.start, span.end))
+            for span in refused for one, other in permutations(span.things, 2)
+        )  # fmt: skip
+        most, fewest = max(found, default=0.0), min(self.counts)
+        least = max(self.path.least, round((most + fewest) / 2, 2)) if most < fewest else self.path.least
+        return replace(self, path=replace(self.path, least=least))
 
 
 class _Core(Value, eq=False):

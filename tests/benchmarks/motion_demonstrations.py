@@ -117,13 +117,13 @@ def shown(engine: Engine, motion: str, seed: int, folder: Path, scripts: Mapping
 Script = Callable[[Performer, World, Thing, Thing], None]
 
 
-def stir(person: Performer, world: World, spoon: Thing, bowl: Thing) -> None:
-    """Lower the spoon's end into a bowl, lead it around in circles, and take it out."""
+def stir(person: Performer, world: World, spoon: Thing, bowl: Thing, rounds: int = 0) -> None:
+    """Lower the spoon's end into a bowl, lead it around in circles, three to five unless told, and take it out."""
     cavity = bowl.feature("cram:Cavity")
     assert cavity is not None
     inside, deep = cavity.size["radius"], cavity.size["height"]
     radius, way = inside * person.between(0.42, 0.5), person.rng.choice([-1.0, 1.0])
-    begin, turns = person.between(0, 2 * np.pi), int(person.rng.integers(3, 6))
+    begin, turns = person.between(0, 2 * np.pi), rounds or int(person.rng.integers(3, 6))
     low = person.between(0.010, 0.016) - deep
     angles = begin + way * np.linspace(0, 2 * np.pi * turns, 32 * turns + 1)
     circle = [(radius * np.cos(a), radius * np.sin(a), low) for a in angles]

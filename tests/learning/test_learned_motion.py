@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import importlib.util
 import tempfile
-from functools import cache
+from functools import cache, partial
 from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 import pytest
 from learned_motions import DONE, solved
-from motion_demonstrations import TOLD, WRONG, Shown_, shown
+from motion_demonstrations import TOLD, WRONG, Shown_, shown, stir
 from msgspec.structs import replace
 
 from cramlite import Engine, Trace
@@ -121,6 +121,16 @@ def test_a_rest_at_the_end_comes_behind_known_tasks() -> None:
     assert proposal.rest is not None and proposal.rest.least_s < 2.0 < proposal.rest.duration_s
     assert [s.task for s in proposal.steps] == ["soma:PuttingDown", "soma:Releasing", "soma:Retracting"]
     assert "rests_weighing()" in proposal.rule["run"] and "supports(Relatum, Patient)" in proposal.rule["post"]
+
+
+@pytest.mark.heavy
+def test_those_who_were_refused_say_from_where_it_counts(tmp_path: Path) -> None:
+    people = [(p.episode, p.start, p.end) for p in (person("stirring", s) for s in (1, 2, 3))]
+    twice = shown(ENGINE, "stirring", 4, tmp_path, {"stirring": partial(stir, rounds=2)})
+    moving, before = learn_task("stirring", people, ENGINE.knowledge, refused=[twice.episode]).moving, learned("stirring").moving
+    assert moving is not None and before is not None
+    assert before[0].path.least == pytest.approx(0.75 * 3.09, abs=0.06)
+    assert moving[0].path.least == pytest.approx((2.0 + 3.09) / 2, abs=0.1)
 
 
 @pytest.mark.heavy
