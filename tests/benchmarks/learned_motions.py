@@ -103,13 +103,18 @@ def recognised(engine: Engine, proposal: Proposal, motion: str, seeds: range, fo
     return sum(hits), len(hits), sum(false), len(false)
 
 
-def solved(engine: Engine, motion: str, robot: str, seed: int, folder: Path, trace: Trace) -> Solution | None:
-    """The first program with which a robot does what was learned in the world of a seed."""
+def job(motion: str, robot: str, folder: Path) -> Path:
+    """Scenario in which a robot takes the tool and does what was learned."""
     (tool, about), path = TOLD[motion], folder / f"{motion}_{robot}.yaml"
     task = f"  - {{task: {''.join(p.title() for p in motion.split('_'))}, Patient: {tool}, Relatum: {about}}}\n"
     text = WORLDS[motion].replace("robot: {type: ur5e}", f"{task}robot: {{type: {robot}{BASES[robot]}}}")
     path.write_text(text, encoding="utf-8")
-    scenario = read_scenario(path)
+    return path
+
+
+def solved(engine: Engine, motion: str, robot: str, seed: int, folder: Path, trace: Trace) -> Solution | None:
+    """The first program with which a robot does what was learned in the world of a seed."""
+    scenario = read_scenario(job(motion, robot, folder))
     return next(engine.resolve(scenario, setting=engine.setting(scenario, seed=seed, twins=0), seed=seed, trace=trace), None)
 
 

@@ -10,11 +10,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from learned_motions import DONE, solved
+from learned_motions import DONE, job, solved
 from motion_demonstrations import TOLD, WRONG, Shown_, shown, stir
 from msgspec.structs import replace
 
-from cramlite import Engine, Trace
+from cramlite import Engine, Trace, read_scenario
 from cramlite.engine.line_origins import origins_of
 from cramlite.engine.proof import findings_of
 from cramlite.interpretation.path_predicate import gone_through, rests
@@ -25,6 +25,7 @@ from cramlite.learning.package import page_text, write_package
 from cramlite.learning.proposal import Proposal
 from cramlite.learning.repeated import evenly, rounds
 from cramlite.learning.span import Span
+from cramlite.learning.trial import trials
 from cramlite.plugin import Candidate, UserError
 from cramlite.testing import check_plugin
 
@@ -227,3 +228,15 @@ def test_who_does_not_wait_has_not_weighed() -> None:
     assert "sleep(" in waits
     said = objections("weighing", edited("weighing", (waits, "  # taken out")))
     assert "rests_weighing()" in said["task_rules"]
+
+
+@pytest.mark.heavy
+def test_a_trial_does_what_comes_before_and_reads_the_task_alone(tmp_path: Path) -> None:
+    folder = write_package(learned("weighing"), "weighing", tmp_path / "made")[0]
+    module, scenario = folder / "cramlite_weighing" / "__init__.py", read_scenario(job("weighing", "ur5e", tmp_path))
+    (done,) = trials(learned("weighing"), module, scenario, range(102, 103))
+    assert done.passed, done.reason
+    short = module.read_text().replace('Parameter("rest_s", ', 'Parameter("rest_s", 0.1 * ')
+    module.write_text(short)
+    (done,) = trials(learned("weighing"), module, scenario, range(102, 103))
+    assert not done.passed and "rests_weighing()" in done.reason
