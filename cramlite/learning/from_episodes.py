@@ -17,12 +17,14 @@ from .learner import Learned, covers, learn, left_out
 from .procedure import Deviation, deviations
 from .proposal import Proposal, propose, steps_of
 from .shown_motion import ShownMotion, shown_motion
-from .shown_rest import shown_rest
+from .shown_rest import ShownRest, shown_rest
 
 if TYPE_CHECKING:
     from ..model.episode import Episode
     from ..plugin.catalogue import Knowledge
 
+OUTLIER = 0.4
+"""Share of the spread of all examples, below which that without one of them says that this one shows something else."""
 Shown = tuple["Episode", float | None, float | None]
 """An episode, and when the task began and ended in it [s]; None for the ends of the episode."""
 
@@ -49,7 +51,7 @@ def learn_task(
     others = [*Library(refused, taxonomy, strict=True).known(rules), *Library(known, taxonomy).known(rules)]
     motion = _motion(examples, rules)
     motion = motion.apart_from([k.span for k in others if k.strict]) if motion else None
-    rest = None if motion else shown_rest([e.span for e in examples])
+    rest = None if motion else _rest(examples)
     predicate = path_predicate(f"follows_{name}", motion.path) if motion else None
     predicate = rest_predicate(f"rests_{name}", rest.least_s) if rest else predicate
     learned = learn(examples, others, knowledge.predicates, taxonomy, predicate)
@@ -91,17 +93,25 @@ def _unlike(learned: Learned) -> str:
 def _motion(examples: Sequence[Example], rules: Sequence[Rule]) -> ShownMotion | None:
     """The motion that the examples share, all or all but one that may be wrong, unless known tasks explain it: a stroke, any of them;
     more than that, one about the same thing whose rule measures what happens meanwhile."""
-    for out in left_out(len(examples)):
-        kept = [e for k, e in enumerate(examples) if k not in out]
-        found = shown_motion([e.span for e in kept])
-        if found is not None:
-            measuring = {r.task for r in rules if any(a.predicate.value for c in r.clauses if c.phase == "run" for a in atoms(c.condition))}
-            explained = all(
-                any(not found.bent or (task in measuring and about in roles.values()) for task, roles in one.tasks)
-                for one, (_, about) in zip(kept, found.fillers, strict=True)
-            )
-            return None if explained else found
-    return None
+    sets = [[e for k, e in enumerate(examples) if k not in out] for out in left_out(len(examples))]
+    each = [(m, kept) for kept in sets if (m := shown_motion([e.span for e in kept])) is not None]
+    if not each:
+        return None
+    least = min(each, key=lambda f: f[0].spread)
+    whole = len(each[0][1]) == len(examples) and least[0].spread > OUTLIER * each[0][0].spread
+    found, kept = each[0] if whole else least
+    measuring = {r.task for r in rules if any(a.predicate.value for c in r.clauses if c.phase == "run" for a in atoms(c.condition))}
+    explained = all(
+        any(not found.bent or (task in measuring and about in roles.values()) for task, roles in one.tasks)
+        for one, (_, about) in zip(kept, found.fillers, strict=True)
+    )
+    return None if explained else found
+
+
+def _rest(examples: Sequence[Example]) -> ShownRest | None:
+    """The rest with which all examples end, or all but one that may be wrong."""
+    sets = ([e.span for k, e in enumerate(examples) if k not in out] for out in left_out(len(examples)))
+    return next((found for kept in sets if (found := shown_rest(kept)) is not None), None)
 
 
 def compared(proposal: Proposal, shown: Shown, knowledge: Knowledge) -> tuple[Deviation, ...]:

@@ -125,6 +125,26 @@ def test_a_rest_at_the_end_comes_behind_known_tasks() -> None:
 
 
 @pytest.mark.heavy
+def test_a_rest_that_one_of_five_leaves_out_is_no_part_of_the_task() -> None:
+    proposal = _five("weighing")
+    assert proposal.wrong == () and proposal.rest is None and proposal.done and proposal.rule["run"] == []
+
+
+def _five(motion: str) -> Proposal:
+    """Learned from four people, and one who shows something else."""
+    people = [person(motion, seed) for seed in (1, 2, 3, 4)] + [person(motion, 6, next(iter(WRONG[motion])))]
+    return learn_task(motion, [(p.episode, p.start, p.end) for p in people], ENGINE.knowledge)
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("motion", ["stirring", "wiping_lines"])
+def test_one_of_five_who_shows_something_else_is_named(motion: str) -> None:
+    proposal = _five(motion)
+    assert [w.split(" ")[0] for w in proposal.wrong] == [f"{motion}_6"]
+    assert proposal.told is not None and proposal.done
+
+
+@pytest.mark.heavy
 def test_those_who_were_refused_say_from_where_it_counts(tmp_path: Path) -> None:
     people = [(p.episode, p.start, p.end) for p in (person("stirring", s) for s in (1, 2, 3))]
     twice = shown(ENGINE, "stirring", 4, tmp_path, {"stirring": partial(stir, rounds=2)})
