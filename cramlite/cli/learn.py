@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from ..learning.proposal import Proposal
 
 MOST = 10
-"""Demonstrations at a time: nobody shows one thing more often."""
+"""Largest number of demonstrations of one task: nobody shows a thing more often."""
 
 
 def add_commands(add: Add) -> None:
@@ -27,7 +27,7 @@ def add_commands(add: Add) -> None:
     )  # fmt: skip
     learn.add_argument(
         "--not", dest="refused", nargs="+", type=Path, default=[], metavar="EPISODE",
-        help="episodes in which it was not done: the rule may hold of nothing in them",
+        help="episodes in which the task was not done: the rule may hold of nothing in them",
     )  # fmt: skip
     learn.add_argument(
         "--known", nargs="+", type=Path, default=[], metavar="EPISODE",
@@ -35,7 +35,7 @@ def add_commands(add: Add) -> None:
     )  # fmt: skip
     learn.add_argument(
         "--compare", nargs="+", type=Path, default=[], metavar="EPISODE",
-        help="further demonstrations: which steps are missing, in another order, or new",
+        help="further demonstrations to compare: which of their steps are missing, in another order, or new",
     )  # fmt: skip
     learn.add_argument(
         "--try", dest="scenario", metavar="SCENARIO",

@@ -17,7 +17,7 @@ from ..ontology.taxonomy import Taxonomy
 from .span import Span
 
 SHORTEST = 0.05
-"""Of a marked interval [s]: two or three samples of a camera."""
+"""Shortest marked interval [s]: two or three samples of a camera."""
 INSIDE = 0.8
 """Share of an action that lies in a marked interval, if it belongs to it: people mark a little too early or too late."""
 ENDED = 0.5

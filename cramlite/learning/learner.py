@@ -19,19 +19,19 @@ from .span import Span
 from .tables import Tables
 
 EXCEPTION, SAID = 20.0, 40.0
-"""Bits of an exception: a stretch that a rule tells wrongly; and one of which somebody said that it is not the task. More than the longest
-condition, which is about a class (18), or two of them."""
+"""Bits of a stretch that a rule judges wrongly, and of one that a person marked as not the task: more than one or two of the
+longest conditions, which are about a class (18)."""
 NARROW = 1.0
-"""Bits of a stretch that is told from the examples by one condition alone: a rule has a margin, as its bounds have."""
+"""Bits of a stretch that only one condition tells from the examples: a rule keeps a margin, as its bounds do."""
 UNTOLD = 17.0
-"""Bits of a change that all examples show and a rule does not tell, and of a thing that moves in all and is in no role: three names of one
-among fifty, as in readings (ranking.py)."""
+"""Bits of a change in all examples that a rule does not state, and of a thing that moves in all and is in no role: three
+names of one among fifty, as in readings (ranking.py)."""
 UNSEEN = 2.0
-"""Bits, shared among the examples, for those in which no single action fulfils the rule, so that it is seen in the marked stretch alone."""
+"""Bits, shared among the examples, of those in which no single action fulfils the rule, but only the marked stretch."""
 ROLE = 1.0
-"""Bits of a role: that there is one more."""
+"""Bits of one more role."""
 WRONG_OF = 5
-"""One example in so many may be wrong."""
+"""Number of examples of which one may be wrong."""
 BOUNDS = 3
 """Bounds that are tried for each value."""
 
@@ -178,7 +178,7 @@ def _problem(
 
 
 def _groups(shown: Tables, literals: Sequence[Literal], cast: Cast) -> list[Group]:
-    """Of each example the other fillings of the roles, which are no example."""
+    """Group of the wrong fillings of the roles in each example, which a rule has to refute."""
     refuted, valid = ~shown.truths(literals, cast.roles), shown.valid(cast.roles)
     found = []
     for k, place in enumerate(cast.places):
@@ -189,7 +189,7 @@ def _groups(shown: Tables, literals: Sequence[Literal], cast: Cast) -> list[Grou
 
 
 def _happens(language: Language, literal: Literal) -> bool:
-    """Whether a condition is of a beginning, an end or a continuation meanwhile, or of an actor that stands still: a task is no state."""
+    """Whether a condition tells an event from a state: a beginning, an end, something during the action, or an actor at rest."""
     still = language.predicates[literal.predicate].phases == {"run"} and not literal.roles and ANY not in literal.slots
     return literal.kind in ("begins", "ends") or (literal.phase == "run" and (still or not literal.denied))
 
@@ -258,7 +258,7 @@ def _nothing(examples: Sequence[Example], tables: Tables) -> str:
 
 
 def _begun(changes: Sequence[Literal]) -> str:
-    """Beginnings and ends, as words behind an example."""
+    """Clause on what begins and ends in an example."""
     names = {kind: sorted({c.predicate for c in changes if c.kind == kind}) for kind in ("begins", "ends")}
     said = [f"{kind} {', '.join(found)}" for kind, found in names.items() if found]
     return f": {' and '.join(f'there {words}' for words in said)}" if said else ""

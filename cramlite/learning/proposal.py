@@ -196,10 +196,10 @@ def _without(excludes: Sequence[str], fillers: Sequence[str], literal: Literal, 
         also = f", such as {excludes[0]}" if excludes else ""
         return f"{len(excludes)} stretch{'es' if len(excludes) > 1 else ''} that are no examples would be recognised{also}"
     if fillers:
-        return "it would be open who fills the roles"
+        return "the fillers of the roles would be open"
     if literal.kind in ("begins", "ends"):
-        return "nothing else would be recognised, but what the task brings about would not be said"
-    return "nothing else would be recognised now: it keeps a distance from what is no example"
+        return "no other stretch would be recognised, but the effect of the task would not be stated"
+    return "no other stretch would be recognised yet: the condition keeps a margin from stretches that are no examples"
 
 
 def _dropped(learned: Learned, names: Sequence[str]) -> tuple[str, ...]:

@@ -58,7 +58,7 @@ class Object(Value):
 
     @property
     def thing(self) -> str:
-        """Thing that is asked for by name, or whose part is; "" where nothing is."""
+        """Thing that the designator names, itself or by a part; "" where it names none."""
         return thing_of(self.entity or "")
 
     def merged(self, other: Object) -> Object:
@@ -134,7 +134,7 @@ class Place(Value):
 
     @property
     def leaves_thing(self) -> bool:
-        """Whether a thing stays there when the hand leaves."""
+        """Whether the hand leaves a thing at the place: it releases it, or has moved it along."""
         return self.release is not None or (self.carried is not None and self.carried.to_m is not None)
 
 

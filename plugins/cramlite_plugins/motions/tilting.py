@@ -30,7 +30,7 @@ def resolve_motion(motion: Motion, belief: Belief, context: Context) -> Answers:
 
 
 def _tilt(motion: Motion, belief: Belief, context: Context) -> Iterator[Grounding]:
-    """To the end of the path ("tilted"), or back to its beginning ("upright")."""
+    """Tilt to the end of the path ("tilted"), or back to its beginning ("upright")."""
     from ..motion_planning.joint_move import joint_move
     from ..motion_planning.reach import make_scene
     from ..motion_planning.round_off import blend_radii

@@ -133,7 +133,7 @@ class Roots(Struct):
     stated: tuple[Path, ...] = ()
 
     def folders(self) -> Iterator[Path]:
-        """List them, links resolved."""
+        """List the folders, links resolved."""
         yield from (self.path.parent.resolve(), self.path.resolve().parent)
         around = self.path.resolve().parents
         for marker in PACKAGES:
