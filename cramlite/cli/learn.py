@@ -70,12 +70,20 @@ def _learn(arguments: argparse.Namespace) -> int:
             print(f"  {phase:4} {text}")
     for text in (*(f"taken to be wrong: {w}" for w in proposal.wrong), *(f"open: {u}" for u in proposal.undecided)):
         print(text)
-    motion = f"a motion that was learned. {said(proposal)}" if proposal.moving else ""
-    print("how it is done: " + (motion or " -> ".join(s.task for s in proposal.steps) or "not learned; write 'decompose'"))
+    print("how it is done: " + _how(proposal))
+    if text := said(proposal):
+        print(text)
     for path, found in others:
         print(f"{path}: {'; '.join(map(str, found)) or 'as it was shown'}")
     print("\n".join([f"Wrote a task plugin to '{folder}':", *(f"  {path.relative_to(folder)}" for path in written)]))
     return _tried(arguments, proposal, next(p for p in written if p.name == "__init__.py")) if arguments.scenario else 0
+
+
+def _how(proposal: Proposal) -> str:
+    """Known tasks, a motion, a rest, in order."""
+    learned = (("a motion that was learned", proposal.moving), ("rest", proposal.rest))
+    parts = [*(s.task for s in proposal.steps), *(name for name, found in learned if found)]
+    return " -> ".join(parts) if proposal.done else "not learned; write 'decompose'"
 
 
 def _tried(arguments: argparse.Namespace, proposal: Proposal, module: Path) -> int:

@@ -1,4 +1,4 @@
-"""Predicates that a demonstration defines: a thing follows a shown path about another one."""
+"""Predicates that demonstrations define: a thing follows a shown path about another one; the hand keeps still for a time."""
 
 from __future__ import annotations
 
@@ -10,6 +10,9 @@ from ..model.episode import Episode
 from ..model.geometry import Floats
 from ..model.shown_path import Part, ShownPath, foot, passes
 from .timeline import Phase, Predicate, Row
+
+STILL = 0.01
+"""Distance within which a hand keeps still [m]: several times a person's drift."""
 
 
 def path_predicate(name: str, path: ShownPath) -> Predicate:
@@ -31,6 +34,36 @@ def path_predicate(name: str, path: ShownPath) -> Predicate:
         return f"no pose of '{missing[0]}'" if missing else None
 
     return Predicate(name, 2, holds, frozenset({"run"}), complete=True, doc=_said(path), unknown=unknown)
+
+
+def rest_predicate(name: str, least_s: float) -> Predicate:
+    """Return the predicate without arguments that holds where the hand keeps still for a time.
+
+    Args:
+        name: of it, as rules write it.
+        least_s: of the time [s].
+    """
+
+    def holds(phase: Phase) -> Iterator[Row]:
+        episode = phase.episode
+        if episode.effector and max((b - a for a, b in rests(episode, episode.effector, (phase.start, phase.end))), default=0.0) >= least_s:
+            yield ()
+
+    doc = f"The hand keeps within {1000 * STILL:.0f} mm of a place for {least_s:g} s at least."
+    return Predicate(name, 0, holds, frozenset({"run"}), complete=True, doc=doc)
+
+
+def rests(episode: Episode, name: str, span: tuple[float, float]) -> Iterator[tuple[float, float]]:
+    """Yield when a frame is within ``STILL`` of where it was as each rest began, in a span of an episode [s]."""
+    track = episode.tracks.get(name)
+    if track is None or not len(rows := np.flatnonzero((track.times >= span[0]) & (track.times <= span[1]))):
+        return
+    first = rows[0]
+    for row in rows:
+        if np.linalg.norm(track.poses[row, :3] - track.poses[first, :3]) > STILL:
+            yield float(track.times[first]), float(track.times[row])
+            first = row
+    yield float(track.times[first]), float(span[1])
 
 
 def _said(path: ShownPath) -> str:

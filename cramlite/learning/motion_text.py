@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 from ..model.shown_path import ShownPath
 from .proposal import Proposal
+from .shown_rest import ShownRest
 
 PRESSED = (
     ("press_n", "12.0", "what a block needs to keep its contact in simulation; a recording of poses says no force"),
@@ -21,9 +22,12 @@ def motion_words(proposal: Proposal, name: str) -> Mapping[str, str]:
     Args:
         name: of the package.
     """
-    if proposal.motion is None or proposal.moving is None:
+    if proposal.rest is not None:
+        return _rest_words(proposal.rest, name)
+    if proposal.moving is None:
         return {}
-    path, (mover, about) = proposal.motion.path, proposal.moving
+    motion, mover, about = proposal.moving
+    path = motion.path
     speed = ("speed_m_s", f"{path.speed:g}", "the median of what was shown")
     rows = PRESSED if path.touching else (speed,)
     declared = "".join(f'\n        Parameter("{n}", {default}, "{source}"),' for n, default, source in rows)
@@ -31,17 +35,29 @@ def motion_words(proposal: Proposal, name: str) -> Mapping[str, str]:
         "constants": f"\nPATH = {path_text(path)}\n\"\"\"{said(proposal)}\"\"\"\n",
         "parameters": f"\n    parameters = ({declared}\n    )" + ("" if path.touching else "\n    slides = False"),
         "decompose": "\n".join(_steps(path, mover, about)),
-        "hooks": (
-            "\n\n@hookimpl\ndef predicates() -> Iterable[Predicate]:\n"
-            f'    return [path_predicate("follows_{name}", PATH)]\n'
-        ),
+        "hooks": _hook(f'path_predicate("follows_{name}", PATH)'),
     }
 
 
+def _rest_words(rest: ShownRest, name: str) -> Mapping[str, str]:
+    return {
+        "constants": f'\nLEAST_S = {rest.least_s:g}\n"""Shortest rest that counts [s]."""\n',
+        "parameters": f'\n    parameters = (Parameter("rest_s", {rest.duration_s:g}, "the median of what was shown"),)',
+        "hooks": _hook(f'rest_predicate("rests_{name}", LEAST_S)'),
+    }
+
+
+def _hook(made: str) -> str:
+    return f"\n\n@hookimpl\ndef predicates() -> Iterable[Predicate]:\n    return [{made}]\n"
+
+
 def said(proposal: Proposal) -> str:
-    """Return what is known of a proposal's motion, as a sentence."""
-    assert proposal.motion is not None and proposal.moving is not None
-    motion, (mover, about) = proposal.motion, proposal.moving
+    """Return what is known of a proposal's motion, as a sentence; "" where known tasks alone explain it."""
+    if proposal.rest is not None:
+        return f"At the end the hand rests for {proposal.rest.duration_s:g} s."
+    if proposal.moving is None:
+        return ""
+    motion, mover, about = proposal.moving
     path = motion.path
     where = path.anchor.part.split(":")[-1] or "frame"
     frame = f"in the frame of the {where} of {about}{', at its bottom' if path.anchor.deep else ''}"

@@ -19,6 +19,7 @@ from .learner import Learned, conditions, of_motion
 from .literal import Literal
 from .procedure import Procedure, Step, procedure
 from .shown_motion import ShownMotion
+from .shown_rest import ShownRest
 from .span import Span
 from .tables import Tables
 
@@ -60,7 +61,7 @@ class Proposal(Value, eq=False):
         wrong: examples that it does not cover.
         procedure: the known tasks that explain the examples, as a partial order; None where they explain none of one.
         learned: what it was made of.
-        motion: that all examples show and no known task explains; None where there is none.
+        motion: that all examples show and no known task explains, or the rest with which they end; None where there is none.
     """
 
     task: str
@@ -75,14 +76,30 @@ class Proposal(Value, eq=False):
     wrong: tuple[str, ...]
     procedure: Procedure | None
     learned: Learned
-    motion: ShownMotion | None = None
+    motion: ShownMotion | ShownRest | None = None
 
     @property
-    def moving(self) -> tuple[str, str] | None:
-        """The roles of what moves and about what, where the rule says the motion."""
-        said = next((one for one in self.learned.literals if of_motion(self.learned.language, one)), None)
+    def told(self) -> Literal | None:
+        """The condition of the rule that says the motion."""
+        return next((one for one in self.learned.literals if of_motion(self.learned.language, one)), None)
+
+    @property
+    def moving(self) -> tuple[ShownMotion, str, str] | None:
+        """The motion along a path with the roles of what moves and about what, where the rule says it."""
         names = list(self.roles)
-        return (names[said.slots[0] - 1], names[said.slots[1] - 1]) if said and self.motion else None
+        if self.told is None or not isinstance(self.motion, ShownMotion):
+            return None
+        return self.motion, names[self.told.slots[0] - 1], names[self.told.slots[1] - 1]
+
+    @property
+    def rest(self) -> ShownRest | None:
+        """The rest at the end, where the rule says it."""
+        return self.motion if self.told is not None and isinstance(self.motion, ShownRest) else None
+
+    @property
+    def done(self) -> bool:
+        """Whether it is known how the task is done: by known tasks, by a motion, or, where nothing else happens, by resting."""
+        return bool(self.steps or self.moving or (self.rest and not self.learned.cast.changes))
 
     @property
     def steps(self) -> tuple[Step, ...]:
@@ -93,7 +110,8 @@ class Proposal(Value, eq=False):
 
 
 def propose(
-    task: str, learned: Learned, rules: Sequence[Rule], taxonomy: Taxonomy, wrong: Sequence[Span] = (), motion: ShownMotion | None = None
+    task: str, learned: Learned, rules: Sequence[Rule], taxonomy: Taxonomy, wrong: Sequence[Span] = (),
+    motion: ShownMotion | ShownRest | None = None,
 ) -> Proposal:
     """Return a learned rule as the proposal of a task.
 

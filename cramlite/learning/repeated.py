@@ -73,8 +73,7 @@ def rounds(points: Floats) -> Rounds | None:
 def _alike(points: Floats, lag: int) -> tuple[int, int, int, float] | None:
     """The longest part in which each place is again there one round later: first and last place, round, and mean distance [m]."""
     apart = np.linalg.norm(points[lag:] - points[:-lag], axis=1)
-    rounds_from = np.lib.stride_tricks.sliding_window_view(points, lag, axis=0)[: len(apart)]
-    extents = np.ptp(rounds_from, axis=2).max(axis=1)
+    extents = _extents(points, lag)[: len(apart)]
     close = np.concatenate([[False], apart <= ALIKE * extents, [False]])
     edges = np.flatnonzero(close[1:] != close[:-1])
     runs = list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
@@ -85,3 +84,11 @@ def _alike(points: Floats, lag: int) -> tuple[int, int, int, float] | None:
         return None  # less than two rounds
     return first, last + lag, lag, round(float(apart[first:last].mean()), 5)
 
+
+
+def _extents(points: Floats, lag: int) -> Floats:
+    """Largest side of the box around the round that begins at each place [m]."""
+    from scipy.ndimage import maximum_filter1d, minimum_filter1d
+
+    ahead = {"size": lag, "axis": 0, "mode": "nearest", "origin": -(lag // 2)}
+    return np.asarray((maximum_filter1d(points, **ahead) - minimum_filter1d(points, **ahead)).max(axis=1))

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from itertools import product
+from itertools import permutations, product
 
 import numpy as np
 
-from ..base.value import Value
-from ..interpretation.path_predicate import followed, parts_of, related
+from ..base.value import Value, replace
+from ..interpretation.path_predicate import followed, gone_through, parts_of, related
 from ..model.geometry import Floats
 from ..model.shown_path import Anchor, ShownPath, length, resampled
 from .repeated import ROUND, evenly, rounds
@@ -20,8 +20,8 @@ LONG = 0.06
 """Least length of a path on a surface [m], as of a round."""
 BENT = 1.5
 """Least length of a path on a surface, as a multiple of the way from its beginning to its end: no stroke is so long."""
-AGREED = 0.25
-"""Largest spread of the examples, as a share of the path's extent."""
+AGREED, WIDEST = 0.15, 0.25
+"""Largest spread of the examples, and largest distance that is on the path, as shares of its extent."""
 FINE = 0.002
 """Difference of two spreads that counts [m]: twice a person's drift."""
 NEAR, SIGMAS = 0.01, 3.0
@@ -50,6 +50,16 @@ class ShownMotion(Value, eq=False):
     spread: float
     counts: tuple[float, ...]
     bent: bool
+
+    def apart_from(self, refused: Sequence[Span]) -> ShownMotion:
+        """Return the motion with a least count half way between the examples and spans in which it was not done, where these come near."""
+        found = (
+            gone_through(self.path, span.timeline.episode, one, other, (span.start, span.end))
+            for span in refused for one, other in permutations(span.things, 2)
+        )  # fmt: skip
+        most, fewest = max(found, default=0.0), min(self.counts)
+        least = max(self.path.least, round((most + fewest) / 2, 2)) if most < fewest else self.path.least
+        return replace(self, path=replace(self.path, least=least))
 
 
 class _Core(Value, eq=False):
@@ -175,7 +185,7 @@ def _motion(
     times = max(round(float(np.median(counts))), 1)
     way = float(np.linalg.norm((mean[-1] - mean[0]) * unit))
     points, least = (np.round(corners, 4) + 0.0).tolist(), round(ENOUGH * min(counts), 1) if closed else WHOLE
-    near, up = min(max(NEAR, SIGMAS * spread), AGREED * size), max(min(c.up for c in cores), LEAST_UP)
+    near, up = min(max(NEAR, SIGMAS * spread), WIDEST * size), max(min(c.up for c in cores), LEAST_UP)
     path = ShownPath(
         tuple((x, y, z) for x, y, z in points), anchor, times, least, round(near, 4), closed, either, cores[0].touching,
         round(up, 3), round(float(np.median([c.speed for c in cores])), 3),

@@ -157,7 +157,7 @@ class Motion(Value):
         name: unique in the plan, e.g. "3.Grasping/approach".
         kind: a word that a motion plugin answers; those of cramlite: "transfer", "linear", "gripper", "until_contact",
             "force_path", "spiral_search", "force_insert", "force_extract", "compliant_slide", "payload", "zero_sensor",
-            "hold", "tilt", "drive", "back" (docs/reference/motions.md).
+            "hold", "tilt", "trace", "drive", "back" (docs/reference/motions.md).
         to: name of a location, or None.
         parameters: by name, with units in the name, e.g. {"speed_m_s": 0.05}.
         may_touch: variables or "held" that may be touched on the way.

@@ -19,7 +19,7 @@ import numpy as np
 from figure import add_figure, rate, value, write
 from motion_demonstrations import LINES, TOLD, WORLDS, WRONG, shown
 
-from cramlite import Engine, Trace, read_scenario
+from cramlite import Engine, Solution, Trace, read_scenario
 from cramlite.interpretation.timeline import Timeline
 from cramlite.learning.from_episodes import learn_task
 from cramlite.learning.learner import covers
@@ -67,7 +67,16 @@ def wiped(episode: Episode, sponge: Thing, board: Thing) -> bool:
     return bool(low[reached[0] : reached[-1]].mean() > 0.95)
 
 
-DONE: Mapping[str, Callable[[Episode, Thing, Thing], bool]] = {"stirring": stirred, "wiping_lines": wiped}
+def weighed(episode: Episode, box: Thing, scale: Thing) -> bool:
+    """Whether the box stands on the scale at the end, within 2 mm, with the hand 50 mm away and still for 1.5 s or more."""
+    at = places(episode, box, scale, Pose())[-1]
+    hand = episode.tracks[episode.effector or ""]
+    last = hand.poses[hand.times >= hand.times[-1] - 1.5, :3]
+    away = float(np.linalg.norm(last[-1] - episode.tracks[box.name].poses[-1, :3]))
+    return bool(abs(at[2]) < 0.002 and np.abs(at[:2]).max() < 0.1 and away > 0.05 and np.ptp(last, axis=0).max() < 0.005)
+
+
+DONE: Mapping[str, Callable[[Episode, Thing, Thing], bool]] = {"stirring": stirred, "wiping_lines": wiped, "weighing": weighed}
 
 
 def taught(engine: Engine, motion: str, folder: Path) -> tuple[Proposal, Path, float]:
@@ -94,19 +103,30 @@ def recognised(engine: Engine, proposal: Proposal, motion: str, seeds: range, fo
     return sum(hits), len(hits), sum(false), len(false)
 
 
-def robot_does(engine: Engine, motion: str, robot: str, seed: int, folder: Path) -> bool:
-    """Whether a robot does what was learned in the world of a seed."""
+def job(motion: str, robot: str, folder: Path) -> Path:
+    """Scenario in which a robot takes the tool and does what was learned."""
     (tool, about), path = TOLD[motion], folder / f"{motion}_{robot}.yaml"
     task = f"  - {{task: {''.join(p.title() for p in motion.split('_'))}, Patient: {tool}, Relatum: {about}}}\n"
     text = WORLDS[motion].replace("robot: {type: ur5e}", f"{task}robot: {{type: {robot}{BASES[robot]}}}")
     path.write_text(text, encoding="utf-8")
-    scenario, trace = read_scenario(path), Trace()
-    setting = engine.setting(scenario, seed=seed, twins=0)
-    solution = next(engine.resolve(scenario, setting=setting, seed=seed, trace=trace), None)
+    return path
+
+
+def solved(engine: Engine, motion: str, robot: str, seed: int, folder: Path, trace: Trace) -> Solution | None:
+    """The first program with which a robot does what was learned in the world of a seed."""
+    scenario = read_scenario(job(motion, robot, folder))
+    return next(engine.resolve(scenario, setting=engine.setting(scenario, seed=seed, twins=0), seed=seed, trace=trace), None)
+
+
+def robot_does(engine: Engine, motion: str, robot: str, seed: int, folder: Path) -> bool:
+    """Whether a robot does what was learned in the world of a seed."""
+    trace = Trace()
+    solution = solved(engine, motion, robot, seed, folder, trace)
     if solution is None:
         print(motion, robot, seed, "no program:", "; ".join(e.reason for e in trace.entries)[-400:], flush=True)
         return False
-    done = DONE[motion](solution.candidate.episode, setting.world.thing(tool), setting.world.thing(about))
+    tool, about = (solution.candidate.world.thing(name) for name in TOLD[motion])
+    done = DONE[motion](solution.candidate.episode, tool, about)
     print(motion, robot, seed, "done" if done else "proven, but not done", flush=True)
     return done
 

@@ -1,4 +1,4 @@
-"""Demonstrations of motions that no rule and no task knows: stirring in a bowl, wiping a pattern of lines on a board.
+"""Demonstrations of what no rule and no task knows: stirring in a bowl, wiping lines on a board, weighing, screwing a lid on.
 
 Written before the learner of motions and without it. A person picks up the tool, as the scripts of known tasks do, and goes on with a
 script of this file. Worlds differ by seed: places, turns and sizes; people by pace, size of the motion, where a circle begins, which way
@@ -17,6 +17,7 @@ from cramlite.base.value import Value
 from cramlite.model import Episode, Pose, Thing, World
 from cramlite.plugin import Performance, Performer, RecordScript, Shown
 from cramlite.scenario.worlds import build_world
+from cramlite_plugins.person import acts
 
 FLOOR = "  - {name: floor, model: table, at: {position: [0.2, 0, -5 mm]}, with: {size: [1.6 m, 1.6 m, 20 mm]}}\n"
 COUNTER = "  - {name: counter, model: table, at: {position: [0.5, 0, 0.15]}, with: {size: [0.5 m, 0.9 m, 40 mm]}}\n"
@@ -45,9 +46,21 @@ vary:
   - {{thing: sponge, position: 20 mm, yaw: 15 deg}}
   - {{thing: board, position: 40 mm, yaw: 25 deg}}
 """,
+    "weighing": f"""scenario: weighing
+tasks:
+  - {{task: Grasping, Patient: box}}
+  - {{task: PickingUp, Locatum: box, Relatum: counter}}
+robot: {{type: ur5e}}
+things:
+{FLOOR}{COUNTER}  - {{name: box, model: block, at: {{position: [0.42, 0.22, 0.201]}}, with: {{size: [50 mm, 50 mm, 100 mm], mass: 250 g}}}}
+  - {{name: scale, model: table, at: {{position: [0.48, -0.1, 0.19]}}, with: {{size: [0.2 m, 0.2 m, 38 mm]}}}}
+vary:
+  - {{thing: box, position: 20 mm, yaw: 15 deg, with: {{mass: [150 g, 250 g, 350 g]}}}}
+  - {{thing: scale, position: 40 mm, yaw: 25 deg}}
+""",
 }  # fmt: skip
 """Name of a motion -> scenario in which the tool is picked up; people take no notice of the robot."""
-TOLD: Mapping[str, tuple[str, str]] = {"stirring": ("spoon", "bowl"), "wiping_lines": ("sponge", "board")}
+TOLD: Mapping[str, tuple[str, str]] = {"stirring": ("spoon", "bowl"), "wiping_lines": ("sponge", "board"), "weighing": ("box", "scale")}
 """What is moved, and about what."""
 LINES = ((-0.06, -0.05), (0.06, -0.05), (0.06, 0.0), (-0.06, 0.0), (-0.06, 0.05), (0.06, 0.05))
 """Corners of the pattern on the board [m]."""
@@ -88,7 +101,8 @@ def shown(engine: Engine, motion: str, seed: int, folder: Path, scripts: Mapping
             script(person, world, tool, about)
             times.append(float(person.data.time))  # type: ignore[attr-defined]
 
-        return Performance(act, missed=lambda person: "" if person.holds(tool.name) else f"'{tool.name}' is not in the hand")
+        kept = motion != "weighing"
+        return Performance(act, missed=lambda person: "" if person.holds(tool.name) or not kept else f"'{tool.name}' was lost")
 
     known = [
         Shown(knowledge.record_scripts["soma:Grasping"], {"Patient": tool.name}),
@@ -103,13 +117,13 @@ def shown(engine: Engine, motion: str, seed: int, folder: Path, scripts: Mapping
 Script = Callable[[Performer, World, Thing, Thing], None]
 
 
-def stir(person: Performer, world: World, spoon: Thing, bowl: Thing) -> None:
-    """Lower the spoon's end into a bowl, lead it around in circles, and take it out."""
+def stir(person: Performer, world: World, spoon: Thing, bowl: Thing, rounds: int = 0) -> None:
+    """Lower the spoon's end into a bowl, lead it around in circles, three to five unless told, and take it out."""
     cavity = bowl.feature("cram:Cavity")
     assert cavity is not None
     inside, deep = cavity.size["radius"], cavity.size["height"]
     radius, way = inside * person.between(0.42, 0.5), person.rng.choice([-1.0, 1.0])
-    begin, turns = person.between(0, 2 * np.pi), int(person.rng.integers(3, 6))
+    begin, turns = person.between(0, 2 * np.pi), rounds or int(person.rng.integers(3, 6))
     low = person.between(0.010, 0.016) - deep
     angles = begin + way * np.linspace(0, 2 * np.pi * turns, 32 * turns + 1)
     circle = [(radius * np.cos(a), radius * np.sin(a), low) for a in angles]
@@ -132,7 +146,15 @@ def wipe(person: Performer, world: World, sponge: Thing, board: Thing) -> None:
     _bring(person, sponge, frame, [(corners[-1][0], corners[-1][1], up)], 0.15)
 
 
-SCRIPTS: Mapping[str, Script] = {"stirring": stir, "wiping_lines": wipe}
+def weigh(person: Performer, world: World, box: Thing, scale: Thing) -> None:
+    """Set a thing on a scale, let go, and wait beside it until the scale has come to rest."""
+    acts.put_down(person, world, box, scale)
+    acts.release(person, world, box)
+    acts.withdraw(person, world)
+    person.wait(person.between(2.0, 3.0))
+
+
+SCRIPTS: Mapping[str, Script] = {"stirring": stir, "wiping_lines": wipe, "weighing": weigh}
 
 
 def stir_once(person: Performer, world: World, spoon: Thing, bowl: Thing) -> None:
@@ -173,9 +195,24 @@ def wipe_in_the_air(person: Performer, world: World, sponge: Thing, board: Thing
         _bring(person, sponge, frame, [(*corner, 0.03)], 0.1)
 
 
+def weigh_in_passing(person: Performer, world: World, box: Thing, scale: Thing) -> None:
+    """Set a thing on a scale and leave without waiting."""
+    acts.put_down(person, world, box, scale)
+    acts.release(person, world, box)
+    acts.withdraw(person, world)
+    person.move([Pose(tuple(np.add(person.aim.position, (-0.1, 0.1, 0.1))), person.aim.quaternion)], 0.2)
+
+
+def weigh_in_the_hand(person: Performer, world: World, box: Thing, scale: Thing) -> None:
+    """Press a thing onto a scale and wait, without letting go."""
+    acts.put_down(person, world, box, scale)
+    person.wait(3.0)
+
+
 WRONG: Mapping[str, Mapping[str, Script]] = {
     "stirring": {"kept still": stir_once, "above the bowl": stir_beside},
     "wiping_lines": {"one line": wipe_one_line, "in the air": wipe_in_the_air},
+    "weighing": {"in passing": weigh_in_passing, "in the hand": weigh_in_the_hand},
 }
 """Motion -> those who do something else, by what."""
 

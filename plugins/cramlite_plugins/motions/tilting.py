@@ -17,6 +17,9 @@ if TYPE_CHECKING:
 
 CLOSED = 1e-3
 """Largest turn of a joint between the ends of a round that is gone through again [rad]."""
+SHY, DIGIT = 0.8, 1e-4
+"""Share of the largest blend radius that corners of a path take: that is half of a line of 10 mm, and an arm stops off by some tenths of a
+millimetre; digit of radii [m]."""
 
 
 @hookimpl
@@ -63,6 +66,7 @@ def _trace(motion: Motion, belief: Belief, context: Context) -> Iterator[Groundi
     again = rounds > 1 and max(abs(a - b) for a, b in zip(points[0], points[-1], strict=True)) < CLOSED
     points = [*points[:-1], points[0]] if again else points + points[1:] * (rounds - 1)
     radii, seconds = blend_radii(scene, points, speed, acceleration)
+    radii = tuple(round(math.floor(SHY * r / DIGIT) * DIGIT, 4) for r in radii)
     step = joint_move(motion, context.robot, points, (speed, acceleration), radii)
     seconds *= speed / step.speed * (rounds if again else 1)
     steps = (Repeat((step,), rounds, origin=motion.name, comment=f"{rounds} rounds"),) if again else (step,)
