@@ -1,4 +1,4 @@
-"""Grasps of a thing where it is: its grips, either way round, in the order in which the first one tried should do.
+"""Grasps of a thing where it is: its grips, either way round, ordered so that the first one tried is likely to do.
 
 Those with room for the whole hand, there, before and when it lifts, which leave its holes open, come first; those of a hand that leans
 come after all others, and those by the ends of the pads after these. Among these decide the

@@ -113,7 +113,7 @@ class _Runner(Protocol):
     def finished(self) -> bool: ...
     def cycle(self) -> None: ...
     def remember(self) -> None:
-        """Once a cycle, when the arm has moved."""
+        """Record a control cycle, once the arm has moved."""
         ...
 
     def close(self) -> None: ...
@@ -176,12 +176,12 @@ class _Run:
         self.peaks = Peaks(self.recorder.period)
 
     def start(self) -> None:
-        """Recording begins, at time 0."""
+        """Begin the recording, at time 0."""
         self.data.time = 0.0
         self.observe(0)
 
     def observe(self, line: int) -> None:
-        """Record, and look at what is carried."""
+        """Look at what is carried, and record a sample if one is due."""
         self.no_slip.look(self.data)
         self.peaks.see(self.data.time, self.controller)
         self.recorder.observe(self.data, line)
