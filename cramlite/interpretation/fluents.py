@@ -312,9 +312,10 @@ class Fluents(Value):
         if not ended:
             return left
         left -= self._parted(ended, left) - adds
-        known = {_of_wholes(f) for f in left}
         named = {name for name, fluent in self.of.items() if fluent.implies}
         implying = [f for f in left if f[0] in named]
+        meant = {p for name in named for p in self[name].implies}
+        known = {_of_wholes(f) for f in left if f[0] in meant}
         return left - {f for f in implying if not all((p, *_of_wholes(f)[1:]) in known for p in self[f[0]].implies)}
 
     def clash(self, scene: SymbolicWorld, one: GoalCondition, other: GoalCondition) -> str:
@@ -363,7 +364,8 @@ class Fluents(Value):
     def _parted(self, ended: Iterable[Fact], left: Iterable[Fact]) -> set[Fact]:
         """Facts of whole things that held because of a part that is gone."""
         gone = {_of_wholes(f) for f in ended if self[f[0]].of_wholes}
-        return gone - {_of_wholes(f) for f in left if f not in gone} if gone else gone
+        names = {f[0] for f in gone}
+        return gone - {_of_wholes(f) for f in left if f[0] in names and f not in gone} if gone else gone
 
 
 def _as_wholes(facts: frozenset[Fact], wholes: set[Fact]) -> set[Fact]:
