@@ -17,7 +17,7 @@ from ..scenario.asked_text import asked_text
 from ..scenario.faults import foreseen
 from ..scenario.robots import robot_of
 from ..scenario.worlds import build_world, real_world
-from .setting import Setting
+from .setting import Setting, with_load
 
 if TYPE_CHECKING:
     from ..model.plan import Plan
@@ -63,7 +63,7 @@ def setting_of(
     force, limits = scenario.spec.force_limit, scenario.spec.limits.judging()
     doubts = _doubts(scenario, world, robot, twins)
     setting = Setting(scenario.name, world, relations, robot, writer, seed, real, force_limit=force, limits=limits, doubts=doubts)
-    setting = replace(setting, title=scenario.spec.title, asked=asked_text(scenario.spec))
+    setting = with_load(replace(setting, title=scenario.spec.title, asked=asked_text(scenario.spec)), knowledge)
     told = _told(scenario, knowledge)
     if scenario.spec.poses == "camera":
         setting = _seen(scenario, setting, knowledge, told, likeliest, now)

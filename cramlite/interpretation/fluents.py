@@ -337,7 +337,7 @@ class Fluents(Value):
 
     def ring(self, facts: Iterable[Fact]) -> tuple[Fact, ...]:
         """Return a cycle of facts by which a thing would carry itself; empty without one."""
-        carried = [(f, *self._carries(f)) for f in sorted(facts) if self[f[0]].carrier is not None]
+        carried = [(f, *self.carries(f)) for f in sorted(facts) if self[f[0]].carrier is not None]
 
         def follow(way: tuple[Fact, ...], first: str, last: str) -> tuple[Fact, ...]:
             if way and first == last:
@@ -347,8 +347,8 @@ class Fluents(Value):
 
         return next((found for above in dict.fromkeys(a for _, a, _ in carried) if (found := follow((), above, above))), ())
 
-    def _carries(self, fact: Fact) -> tuple[str, str]:
-        """Thing that carries and thing that is carried, of a fact."""
+    def carries(self, fact: Fact) -> tuple[str, str]:
+        """Return carrier and carried thing of a fact whose fluent has a ``carrier``."""
         things = [thing_of(name) for name in fact[1:]]
         return (things[0], things[1]) if self[fact[0]].carrier == 0 else (things[1], things[0])
 

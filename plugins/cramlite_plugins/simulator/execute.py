@@ -22,6 +22,7 @@ from ..simulation.controller.halted import Halted
 from ..simulation.controller.protective_stop import ProtectiveStop, Safety
 from ..simulation.faults import FaultsToCome, Killed
 from ..simulation.model.compile import Compiled, compile_world, misbuild, unstable
+from ..simulation.model.no_slip import NoSlip
 from ..simulation.recording.recorder import Peaks, Recorder
 from ..simulation.typed_program.machine import ProgramMachine, load_program
 from ..ur_controller.functions import Functions
@@ -166,6 +167,7 @@ class _Run:
         if self.holds is not None:
             self.controller.gripper.grip(self.holds.force)
         self.controller.let_sleep()
+        self.no_slip = NoSlip(compiled, mount)
         self.poses = PoseServer(compiled, self.data, base, seed)
         self.machine: _Runner | None = None
         self.compiled, self.read_at = compiled, 0.0
@@ -179,7 +181,8 @@ class _Run:
         self.observe(0)
 
     def observe(self, line: int) -> None:
-        """Record a sample if one is due."""
+        """Look at what is carried, and record a sample if one is due."""
+        self.no_slip.look(self.data)
         self.peaks.see(self.data.time, self.controller)
         self.recorder.observe(self.data, line)
 
