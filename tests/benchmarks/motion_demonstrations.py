@@ -1,6 +1,6 @@
-"""Demonstrations of what no rule and no task knows: stirring in a bowl, wiping lines on a board, weighing, screwing a lid on.
+"""Demonstrations of what no rule and no task knows: stirring in a bowl, wiping a pattern of lines on a board, weighing.
 
-Written before the learner of motions and without it. A person picks up the tool, as the scripts of known tasks do, and goes on with a
+Each was written before what learns it, and without it. A person picks up the tool, as the scripts of known tasks do, and goes on with a
 script of this file. Worlds differ by seed: places, turns and sizes; people by pace, size of the motion, where a circle begins, which way
 round, and how often. What is true is when the script began and ended, and what it was told.
 """
