@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 TWINS_VARIABLE = "CRAMLITE_TWINS"
 """Environment variable: how many twins a program is tried in, where neither caller nor scenario says it; for test suites."""
 Likeliest = Callable[[Setting], "Plan | None"]
-"""The plan that is likeliest to be carried out, when so much is known."""
+"""Function that returns the plan that is likeliest to be carried out in a setting."""
 
 
 def setting_of(
@@ -161,7 +161,7 @@ def _check_advisory(scenario: Scenario, knowledge: Knowledge) -> None:
 
 
 def _late(scenario: Scenario, world: World) -> dict[str, Tolerance]:
-    """The late things of a scenario.
+    """Things of a scenario whose poses the program asks for when it runs, with their tolerances.
 
     Raises:
         UserError: a thing that the world does not have, or that cannot be moved.

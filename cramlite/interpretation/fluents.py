@@ -161,8 +161,8 @@ class GoalCondition(Value):
 
     @property
     def denied(self) -> GoalCondition | None:
-        """Condition that its one fact does not hold, or that its one forbidden fact does; None for a condition
-        of several facts."""
+        """Opposite of the condition: its one fact denied, or its one forbidden fact demanded; None for a condition of
+        several facts."""
         facts, (pattern, *others) = self.needs or self.shown, (*self.without, ())
         if len(facts) == 1 and not self.bounds:
             return GoalCondition(without=facts | self.shown)
@@ -367,7 +367,7 @@ class Fluents(Value):
 
 
 def _as_wholes(facts: frozenset[Fact], wholes: set[Fact]) -> set[Fact]:
-    """Facts that are some facts of whole things, of these themselves or of their parts."""
+    """Facts that, with each part replaced by its whole thing, are among given facts."""
     return {f for p in {w[0] for w in wholes} for f in by_predicate(facts).get(p, ()) if _of_wholes(f) in wholes}
 
 

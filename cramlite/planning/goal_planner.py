@@ -42,7 +42,7 @@ class TaskConstraint(Value):
     makes: frozenset[Fact]
 
     def suits(self, task: TaskType) -> bool:
-        """Check whether a task can be told so."""
+        """Check whether a task takes the constraint: it has the parameters, and chooses a place where one is constrained."""
         return set(self.parameters) <= {p.name for p in task.parameters} and (task.places or not self.where)
 
 
@@ -135,7 +135,7 @@ def constrained(goal: GoalFacts, operator: Operator, task: TaskType, held: froze
 
 
 def reasons(goal: GoalFacts, facts: frozenset[Fact], steps: tuple[Operator, ...]) -> Iterator[str]:
-    """Generate why each step is there: the first thing that it makes so and that a later one, or the goal, asks for."""
+    """Generate why each step is in a plan: the first fact that it makes and that a later step, or the goal, needs."""
     for k, step in enumerate(steps):
         after = step.apply(facts)
         made, gone = sorted(after - facts), sorted(facts - after)

@@ -161,7 +161,7 @@ class PlanningProblem(Value, eq=False):
 
     @property
     def _in_the_way(self) -> frozenset[str]:
-        """Things that some task was refused with."""
+        """Things that appear in refusals of tasks."""
         return frozenset(t.thing for b in self.blocked for t in b.tracks)
 
     def _allowed(self, schema: ActionSchema, table: Table, scope: Scope) -> Table:
@@ -242,8 +242,8 @@ class PlanningProblem(Value, eq=False):
         return steps
 
     def _missed(self, without: Iterable[Operator], rest: Iterable[Operator], facts: frozenset[Fact]) -> bool:
-        """Whether a later step needs an effect before another makes it: quicker than applying all the
-        rest."""
+        """Whether a later step, or the goal, needs an effect that is missing without some steps; quicker than applying all
+        later steps."""
         lacking = {f for step in without for f in step.adds} - facts
         for step in rest:
             if lacking & step.needs:

@@ -219,7 +219,7 @@ def _joints(scene: SymbolicWorld) -> Iterator[tuple[Thing, float]]:
 
 
 def _two_in_hand(_scene: SymbolicWorld, fact: Fact, other: Fact) -> bool:
-    """A hand holds one thing."""
+    """Whether two facts say that one hand holds two things."""
     return fact[0] == other[0] and fact[1] == other[1] and fact[2] != other[2]
 
 

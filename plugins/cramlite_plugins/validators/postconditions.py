@@ -165,7 +165,7 @@ class TaskRules(Value):
 
 
 def _already(candidate: Candidate, action: Action) -> str:
-    """Part of the action before that did the same with the same things; empty without one. Its effect cannot be
+    """Part of the previous action that did the same with the same things; empty without one. Its effect cannot be
     asked for twice."""
     names = [a.name for a in candidate.actions]
     if action.name not in names[1:]:
@@ -181,7 +181,7 @@ def _fillers(action: Action) -> dict[str, str | None]:
 
 
 def _in_order(candidate: Candidate) -> Iterator[tuple[Action, Span | None, float]]:
-    """Actions and their parts, with when their code ran, and until when the code of the actions before them did [s]."""
+    """Actions and their parts, with the time span of their code, and the end of the code of the actions before them [s]."""
     assert candidate.rollout is not None
     now = float(candidate.rollout.times[0])
     for action in candidate.actions:
