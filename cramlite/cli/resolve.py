@@ -237,8 +237,8 @@ def _say_understood(scenario: Scenario, setting: Setting, engine: Engine) -> Non
 
 
 def _say_notes(scenario: Scenario, setting: Setting, engine: Engine) -> None:
-    """Print doubts about the scenario and changes of its things, once: they change the proof. Doubts about
-    files are only counted, 'check' prints them."""
+    """Print doubts about the scenario and changes of its things, once: they change the proof; and what is not
+    resolved yet. Doubts about files are only counted, 'check' prints them."""
     for doubt in doubts(scenario, setting, engine.knowledge):
         print(f"cramlite: doubt: {doubt}", file=sys.stderr)
     for change in changes_of_things(scenario, setting):
@@ -246,6 +246,11 @@ def _say_notes(scenario: Scenario, setting: Setting, engine: Engine) -> None:
     if read := doubts_of_files(scenario, setting):
         where = f"'cramlite check {scenario.path}' prints them, the report lists them"
         print(f"cramlite: {counted(len(read), 'doubt')} about files of robot and scene: {where}", file=sys.stderr)
+    if scenario.spec.then:
+        camera = scenario.spec.poses == "camera"
+        who = "GoingOn(scenario, engine).execute(solution) in Python" if camera else f"'cramlite execute PROGRAM --replan {scenario.path}'"
+        ends = f"what is proven now ends before {counted(len(scenario.spec.then), 'stage')} of 'then'"
+        print(f"cramlite: an open program: {ends}, which {who} resolves in turn", file=sys.stderr)
 
 
 def _finish(run: RunDirectory, solution: Solution, engine: Engine, say: Progress, *, report: bool) -> None:

@@ -159,6 +159,8 @@ class Drawn:
         if self.kind in ("grasp_lost", "slip"):
             self.phase = "held"
         moments = self.proven.moments(self.phase)
+        if self.kind in ("moved", "removed", "fallen"):  # what is on a joint stays
+            moments = [m for m in moments if self.proven.world.thing(m[1]).joint is None]
         self.sample, self.thing = moments[int(self.rng.integers(len(moments)))]
         self.when = self.proven.at(self.sample)
         self.world = self.proven.world
