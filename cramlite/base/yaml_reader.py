@@ -116,7 +116,7 @@ def _mapping(reader: Any, node: yaml.MappingNode) -> Iterator[Mapping]:
 
 
 def _once(reader: Any, node: yaml.MappingNode) -> Iterator[tuple[Hashable, int]]:
-    """The keys that a mapping itself gives, with their lines."""
+    """Keys of a mapping, without those that it merges from others, with their lines."""
     seen = set()
     for key_node, _ in node.value:
         key = reader.construct_object(key_node, deep=True)

@@ -98,8 +98,7 @@ def _code_lines(text: str) -> Iterator[_Line]:
 
 
 def _of_each(lines: Sequence[_Line], original: Code) -> list[str]:
-    """The origin of each line of code: the last one that begins at or before it, as far as the next empty line, where the code
-    of a step ends; "" behind it."""
+    """Origin of each line of code: that of the step whose code it lies in; "" behind a step's code."""
     ends = [k for k, line in enumerate(original.text.splitlines(), 1) if not line.strip()]
     begins = sorted(original.origins)
     found = []

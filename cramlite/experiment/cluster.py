@@ -28,7 +28,7 @@ RESTART = 60
 LOSSES = 5
 """A scheduler that is lost this often without a single trial in between is given up."""
 ASK_AGAIN = 2.0
-"""Workers come and go: so often they are counted [s]."""
+"""Time between two counts of the workers, which come and go [s]."""
 
 
 def check_executor(executor: str) -> str:

@@ -169,7 +169,7 @@ class Timeline:
         self._situations: dict[Hashable, dict[Hashable, Any]] = {}
 
     def types(self, name: str) -> tuple[str, ...]:
-        """Return the classes of an entity, as this taxonomy names them; unknown ones as they are."""
+        """Return the classes of an entity in this taxonomy's names; unknown classes keep their own."""
         key = ("types", name)
         if key not in self.memo:
             entity = self.entities.get(name)

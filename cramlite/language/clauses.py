@@ -168,7 +168,7 @@ class ClauseParser:
                 yield self._clause(frame, verb, theme, place, "under", self.words[at:start]), end
 
     def _adverbs(self, frame: Frame, verb: Words, theme: Noun, at: int) -> Iterator[Found]:
-        """Adverbs in the place of a place: "put the cup inside", "there", "on top"."""
+        """Adverbs that stand for a place: "put the cup inside", "there", "on top"."""
         for text, word in (("in there", "in"), ("inside", "in"), ("there", ""), ("on top", "on"), ("on there", "on")):
             phrase = tuple(text.split())
             end = at + len(phrase)

@@ -155,7 +155,7 @@ def plural(word: str) -> bool:
 
 
 def starts(words: Words, at: int, phrases: tuple[Words, ...]) -> tuple[int, ...]:
-    """Return where the phrases that stand at a position end, longest first."""
+    """Return the positions after the phrases that begin at a position, longest first."""
     return tuple(at + len(p) for p in phrases if words[at : at + len(p)] == p)
 
 

@@ -82,7 +82,7 @@ class Frames:
         return _verbs(self._said, words, at)
 
     def participles(self, words: Words, at: int) -> Iterator[Verb]:
-        """Generate the frames of whose verb the past participle stands at a position."""
+        """Generate the frames whose verb stands at a position as a past participle."""
         return _verbs(self._participles, words, at)
 
 

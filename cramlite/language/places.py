@@ -109,7 +109,7 @@ class Places:
         return found
 
     def _inward(self, feature: Feature) -> bool:
-        """Whether it encloses its contents: a cavity, or an area with a height."""
+        """Whether a region encloses its contents: it is a cavity, or an area with a height."""
         return "inside" in self._its.scene.taxonomy.fillers(feature.type, BEARS) or "height" in feature.size
 
     def _chosen(self, name: str, noun: Noun, words: Words) -> str:

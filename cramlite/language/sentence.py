@@ -107,7 +107,7 @@ def understand(sentence: str, scene: SymbolicWorld, fluents: Fluents, view: str 
 def _meanings(
     readings: Iterable[Sequence[Clause]], resolver: Resolver, fluents: Fluents, refused: list[Refusal]
 ) -> dict[tuple[str, ...], tuple[Literal, ...]]:
-    """Goals -> these with their origins, of the readings that make sense; the others' refusals are appended."""
+    """Goals of the readings that make sense, each set of goals with its literals; refusals of the others are appended."""
     found: dict[tuple[str, ...], tuple[Literal, ...]] = {}
     for reading in readings:
         try:
@@ -268,7 +268,7 @@ class _Reading:
             raise Refusal(ABSENT, f"{listed([*themes.names], 'and')} {at}, so it cannot be taken from there")
 
     def _spots(self, clause: Clause, themes: Referents) -> list[_Row]:
-        """Goals beside or under things."""
+        """Goals to be beside or under things."""
         assert clause.place is not None
         phrase = clause.phrases[0]
         if clause.relation == "under":
@@ -301,7 +301,7 @@ class _Reading:
         return [_Row(clause, phrase, (theme,), Literal(goal, kept)) for theme, goal in goals]
 
     def _number(self, clause: Clause, goals: Sequence[tuple[str, str]], some: int) -> str:
-        """Goal for so many of several things: of a class that has no others."""
+        """Goal for a number of equal things, "2 of Cup...": refused if other things of the scene are of their class."""
         scene, themes = self._its.scene, {theme for theme, _ in goals}
         others = {t.name for t in scene.world.things} - themes
         class_ = scene.types[next(iter(sorted(themes)))]

@@ -117,12 +117,13 @@ class Space:
         return math.dist(centre(self._boxes[one])[:2], centre(self._boxes[other])[:2])
 
     def most(self, names: Sequence[str], side: str) -> list[str]:
-        """Return the things that are as far to a side as the farthest, within the margin."""
+        """Return the things that are farthest to a side, with those that come within the margin of the farthest."""
         far = {n: self.along(n, side) for n in names}
         return [n for n in names if far[n] > max(far.values()) - MARGIN]
 
     def middle(self, names: Sequence[str]) -> list[str]:
-        """Return the thing in the middle of an odd number of them, in the direction in which they are spread; none where no one is."""
+        """Return the middle one of an odd number of things, along the direction of their largest spread; none of an even
+        number."""
         spread = {side: max(v) - min(v) for side in ("right", "back", "top") for v in ([self.along(n, side) for n in names],)}
         side = max(spread, key=lambda s: spread[s])
         if len(names) % 2 == 0 or len(names) < 3:
@@ -131,7 +132,7 @@ class Space:
         return [n for n in names if abs(self.along(n, side) - level) < MARGIN]
 
     def nearest(self, names: Sequence[str], other: str, *, far: bool = False) -> list[str]:
-        """Return the things that are as near to another as the nearest, within the margin; or the farthest."""
+        """Return the things that are nearest to another, with those within the margin of the nearest; or the farthest ones."""
         sign = -1.0 if far else 1.0
         off = {n: sign * self.apart(n, other) for n in names}
         return [n for n in names if off[n] < min(off.values()) + MARGIN]

@@ -198,8 +198,7 @@ def look_into(
 
 
 def _wary(seen: Look, taken: Picture, there: tuple[Thing, ...], container: str, knowledge: Knowledge) -> Look:
-    """Belief with the unrecognised bodies of a changed world: fixed ones, but parts of the container that
-    they are in.
+    """Belief with the unrecognised bodies of a changed world: those in a container become parts of it, others fixed things.
 
     Args:
         there: what is known, as it stood when the picture was taken.
@@ -373,7 +372,7 @@ def go_and_look(
 
 
 def _looking(knowledge: Knowledge) -> str:
-    """The task that brings a camera somewhere.
+    """Task that brings a camera to a viewpoint.
 
     Raises:
         UserError: no plugin offers one.

@@ -97,7 +97,7 @@ class Change:
 
     @property
     def stopped(self) -> bool | None:
-        """Whether the hand stopped when nothing was asked for any more; None while that is not to be told, or was not asked."""
+        """Whether the hand stopped after the task was cancelled; None if it was not cancelled, or too few steps ago."""
         if self.goal != [] or len(self.way) <= WATCHED:
             return None
         way = np.array(self.way)

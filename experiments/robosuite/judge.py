@@ -170,7 +170,7 @@ class Judge:
         } | self.feel()  # fmt: skip
 
     def step(self, delta: list[float], opening: float, grip: float) -> dict[str, Any]:
-        """Take an action; what a hand presses with, its command being a position, is what that is ahead of its fingers."""
+        """Take an action; a hand that is commanded by position presses by how far its command is ahead of its fingers."""
         robot = self.robot
         opening = max(opening, self._opening() - grip * robot.give) if robot.give else opening
         most = self.env.robots[0].part_controllers["right"].output_max
@@ -203,7 +203,7 @@ class Judge:
         }  # fmt: skip
 
     def _opening(self) -> float:
-        """Between the pads [m]: of slides by their joints, of a linkage by where its pads, which are 2 mm thick, are."""
+        """Distance between the pads [m]: of slides by their joints, of a linkage by where its pads, which are 2 mm thick, are."""
         sim, gripper = self.env.sim, self.env.robots[0].gripper["right"]
         if len(gripper.joints) == 2:
             return float(sum(abs(sim.data.get_joint_qpos(j)) for j in gripper.joints))

@@ -1,4 +1,4 @@
-"""Putting things by hand: whether the judge can hold a goal at all, when bodies and joints are set so and left alone.
+"""Goals made true by hand: whether the judge accepts a goal at all, if bodies and joints are set for it and left alone.
 
 The arm takes no part: it neither moves nor collides. Nor do things that the goal does not name; they are out of the scene. It runs in the
 judge's environment.
@@ -47,7 +47,7 @@ class Hand:
         self.arm = [j for j in range(model.njnt) if int(model.jnt_bodyid[j]) in self.robot]
 
     def can(self, goal: Sequence[Literal]) -> bool:
-        """Return whether the judge holds a goal that was made true by hand."""
+        """Return whether the judge accepts a goal that was made true by hand."""
         model, geoms = self.world.model, self._robot_geoms()
         kept = model.geom_contype[geoms].copy(), model.geom_conaffinity[geoms].copy()
         model.geom_contype[geoms] = model.geom_conaffinity[geoms] = 0
@@ -128,7 +128,7 @@ class Hand:
         return (low, high) if literal[0] == "in" else (np.array([*low[:2], high[2]]), high)
 
     def _faces(self, thing: str) -> list[Any]:
-        """Attitudes: as it stands at first, and on its other sides."""
+        """Attitudes of a thing: as at the start, and on its other sides."""
         now = self.world.data.body(self.world.root(thing)).xquat.copy()
         turns = [_about(0, 0.0), _about(0, np.pi / 2), _about(0, -np.pi / 2), _about(1, np.pi / 2), _about(1, -np.pi / 2), _about(0, np.pi)]
         return [_product(turn, now) for turn in turns]

@@ -1,4 +1,4 @@
-"""The scene that a judge's simulator shows as a scenario: a world from its file, in its state, with the robot where it stands."""
+"""Scene of a judge's simulator as a scenario: the world from its file, in its present state, with the robot at its place."""
 
 from __future__ import annotations
 

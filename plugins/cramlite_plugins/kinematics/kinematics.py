@@ -220,7 +220,7 @@ def inverse(robot: Robot, target: Pose, *, seed: Sequence[float] | None = None) 
 
 @lru_cache(maxsize=4096)
 def held_posture(robot: Robot, target: Pose) -> Joints | None:
-    """Solve inverse kinematics as the controller of an arm does that leads its tool, and holds ``Robot.posture`` beside.
+    """Solve inverse kinematics as the controller of a tool-led arm does, which keeps near ``Robot.posture`` in the null space.
 
     The posture task acts in the dynamically consistent null space of the tool's (Khatib, IEEE J-RA 1987), so the arm comes to rest
     where no self-motion n has a share of what is left: n^T M (posture - q) = 0. Limits are not checked.
@@ -349,7 +349,7 @@ def why_no_inverse(robot: Robot, target: Pose) -> str:
     if short := reach_shortfall(robot, target):
         return short
     if robot.posture is not None and (q := held_posture(robot, target)) and (outside := out_of_limits(robot, q)):
-        return f"led there by its tool, {outside}"
+        return f"with the tool led there, {outside}"
     found = inverse(replace(robot, conditioning=0.0), target) if robot.conditioning else ()
     if not found:
         return "no inverse solution: the wrist cannot be turned that way there"

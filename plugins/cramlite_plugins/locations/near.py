@@ -30,7 +30,7 @@ def near_thing(location: Location, belief: Belief, context: Context) -> Iterator
     options = []
     for side, name, point, gap in _around(entity, there, hand * to_body, belief):
         if gap >= NEAR:
-            reason = f"its middle would be {1000 * gap:.0f} mm away, and near is {1000 * NEAR:.0f} mm"
+            reason = f"the middle would be {1000 * gap:.0f} mm away, and near is {1000 * NEAR:.0f} mm"
             yield Refused(name, reason, numbers={"gap_m": gap, "limit_m": NEAR}, blocking=())
             continue
         facing = math.atan2(point[1], point[0]) - math.atan2(hand.position[1], hand.position[0])

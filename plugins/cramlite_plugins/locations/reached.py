@@ -119,8 +119,8 @@ class Arm:
         return leg.refused(there) if isinstance(there, Refused) else there
 
     def _hand_met(self, leg: Leg) -> Refused | None:
-        """Obstacles of the hand there, wherever the arm is: asked first of arms whose inverse kinematics has
-        no closed form, which takes a hundred times as long."""
+        """Obstacles of the hand at a leg, wherever the arm is: asked first of arms whose inverse kinematics has no closed
+        form, which takes a hundred times as long."""
         robot = self.context.robot
         if len(robot.joints) < 7 or reach_shortfall(robot, leg.pose):
             return None

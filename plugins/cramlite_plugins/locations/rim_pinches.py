@@ -68,7 +68,7 @@ class Rim(Value):
 
     @property
     def edge(self) -> Floats:
-        """The lower corner of its outer end."""
+        """Lower corner of the rim's outer end."""
         return self.middle + self.half * self.up - self.thick / 2 * self.normal
 
 
@@ -137,8 +137,8 @@ def _pinch(rim: Rim, lean: float, side: float, pose: Pose, gripper: Gripper) -> 
 
 
 def _centred(rim: Rim, at: Pose, pose: Pose, tips: float) -> tuple[Rim, Pose]:
-    """The rim and the thing once both fingers touch: one pushes the edge inwards until the tips of the other meet the slope, which are so
-    far ahead of the TCP [m]."""
+    """Rim and thing once both fingers touch: one has pushed the edge inwards until the other's tips, a distance ahead of the
+    TCP [m], meet the slope."""
     hand, out = at.inverse(), _level(rim.up)
     edge, face = hand.apply(rim.edge), hand.apply(rim.middle + rim.thick / 2 * rim.normal)
     up, inwards = hand.rotate(rim.up), -hand.rotate(out)

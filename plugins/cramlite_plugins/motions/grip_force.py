@@ -49,7 +49,7 @@ class GripLoad(Value):
 
     @property
     def friction(self) -> float:
-        """Coefficient of the pair."""
+        """Friction coefficient of pads and thing."""
         return pair_friction(self.pads, self.surface)
 
     @property

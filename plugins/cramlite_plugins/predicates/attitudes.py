@@ -74,7 +74,7 @@ def _front(phase: Phase, name: str) -> Floats:
 
 
 def _stands_up(scene: SymbolicWorld, thing: str, attitude: str) -> GoalCondition:
-    """Reached by putting it down so."""
+    """Goal that a thing stands upright or upside down, reached by putting it down so."""
     _movable(scene, thing, attitude)
     name = "stands_" + attitude.replace(" ", "_")
     holds = (thing,) in set(_standing(scene, {"upright": 1.0, "upside down": -1.0}[attitude]))
@@ -84,7 +84,7 @@ def _stands_up(scene: SymbolicWorld, thing: str, attitude: str) -> GoalCondition
 
 
 def _faces(scene: SymbolicWorld, thing: str, other: str) -> GoalCondition:
-    """Reached by putting it down so."""
+    """Goal that a thing faces another one, reached by putting it down so."""
     _movable(scene, thing, "put down so that it faces anything")
     if thing == other:
         raise UserError(f"'{thing}' cannot face itself.")

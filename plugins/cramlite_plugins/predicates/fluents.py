@@ -147,8 +147,8 @@ def _stacked(thing: Thing, scene: SymbolicWorld, boxes: list[tuple[str, Floats, 
     height, owner = resting_height(thing, thing.pose, [(b, b.pose) for b in below])
     if abs(low[2] - height) < STANDS_WITHIN:
         return owner
-    if _stands(thing, float(low[2]), scene):
-        return None
+    if (off := _off_furniture(thing, float(low[2]), scene)) < STANDS_WITHIN:
+        return _leans_on(thing, below, off - LIFTED)
     upright = stood_up(thing, thing.pose) is thing.pose
     return _leans_on(thing, [b for b in below if _is_over(thing, b)] if upright else below)
 
@@ -159,10 +159,10 @@ def _stood_on(thing: Thing, scene: SymbolicWorld) -> str | None:
     return owner if abs(lowest(thing, thing.pose) + thing.pose.position[2] - height) < LIFTED else None
 
 
-def _leans_on(thing: Thing, below: list[Thing]) -> str | None:
-    """Support of a thing that stands on no surface: the nearest below it, if as good as touched."""
+def _leans_on(thing: Thing, below: list[Thing], within: float = STANDS_WITHIN) -> str | None:
+    """Support of a thing that stands on no surface: the nearest below it, if as good as touched, within a distance [m]."""
     found = min(((abs(room_under(thing, thing.pose, b, b.pose)), b.name) for b in below), default=(math.inf, ""))
-    return found[1] if found[0] < STANDS_WITHIN else None
+    return found[1] if found[0] < within else None
 
 
 def _is_over(thing: Thing, other: Thing) -> bool:
@@ -171,10 +171,10 @@ def _is_over(thing: Thing, other: Thing) -> bool:
     return bool(outline.covers(shapely.Point(thing.pose.apply(centre_of_mass(thing))[:2])))
 
 
-def _stands(thing: Thing, low: float, scene: SymbolicWorld) -> bool:
-    """Whether the lowest point of a thing is on a surface of furniture."""
+def _off_furniture(thing: Thing, low: float, scene: SymbolicWorld) -> float:
+    """Height of the lowest point of a thing over a surface of furniture [m]."""
     fixed = [(t, t.pose) for t in scene.world.things if not t.movable and t.joint is None]
-    return abs(low - resting_height(thing, thing.pose, fixed)[0]) < STANDS_WITHIN
+    return abs(low - resting_height(thing, thing.pose, fixed)[0])
 
 
 def _hanger(thing: Thing, scene: SymbolicWorld) -> str | None:
@@ -219,7 +219,7 @@ def _joints(scene: SymbolicWorld) -> Iterator[tuple[Thing, float]]:
 
 
 def _two_in_hand(_scene: SymbolicWorld, fact: Fact, other: Fact) -> bool:
-    """A hand holds one thing."""
+    """Whether two facts say that one hand holds two things."""
     return fact[0] == other[0] and fact[1] == other[1] and fact[2] != other[2]
 
 

@@ -131,7 +131,7 @@ def _height(surface: Surface, up: Vector3) -> float:
 
 
 def _frame(points: Floats, up: Vector3) -> Pose:
-    """On a face; x as near to the thing's own x as it can be."""
+    """Frame on a face; its x is as near to the thing's own x as it can be."""
     middle = points.mean(axis=0)
     normal = np.linalg.svd(points - middle)[2][2]
     normal = normal if normal @ np.asarray(up) > 0 else -normal

@@ -1,4 +1,4 @@
-"""Was the goal reached? Each literal of it is asked of the run's end, by the predicates that rules ask demonstrations."""
+"""Validator of the goal: each literal is evaluated at the run's end, by the predicates that rules use on demonstrations."""
 
 from __future__ import annotations
 

@@ -127,7 +127,7 @@ def _shift(rollout: Rollout, grip: Grip, name: str) -> float:
 
 
 def _stands(touches: Iterable[Touch], carried: set[str]) -> bool:
-    """Whether something beside the hand touches the payload."""
+    """Whether something other than the hand touches the payload."""
     pairs = ({HAND if thing_of(one) == "effector" else thing_of(one) for one in (t.a, t.b)} for t in touches)
     return any(pair & carried and pair - carried - {HAND} for pair in pairs)
 

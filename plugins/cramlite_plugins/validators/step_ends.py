@@ -1,4 +1,5 @@
-"""Where steps end that feel: guarded motions, searches, insertions and extractions, against the ranges that their plan gives them."""
+"""Ends of steps that feel contact: guarded motions, searches, insertions and extractions, against the ranges that their plan
+gives them."""
 
 from __future__ import annotations
 

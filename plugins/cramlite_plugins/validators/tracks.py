@@ -185,8 +185,8 @@ def _carried(rollout: Rollout, found: Iterable[ExplainedGrip], rows: range) -> s
 
 
 def _ways(rollout: Rollout, name: str, rows: range) -> tuple[Floats, float, str]:
-    """Distance of a thing from its first sample, the distance that it may come back, and their unit; of its
-    joint, if it has one."""
+    """Distance of a thing from its first sample, the distance that it may come back, and their unit; along its joint, if it
+    has one."""
     joint = rollout.world.thing(name).joint
     if joint is None or name not in rollout.values:
         track = rollout.poses[name][rows, :3]

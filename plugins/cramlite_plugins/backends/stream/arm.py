@@ -143,8 +143,7 @@ class StreamedArm(CommandedArm):
         return replace(hand, delta=(x, y, z, rx, ry, rz))
 
     def _pace(self, correction: Floats) -> float:
-        """The largest share of its planned speed, to a part of 2^-HALVINGS, at which the running motion asks for a delta that the process
-        takes."""
+        """Largest share of the planned speed at which the process takes the delta of the running motion, to 2^-HALVINGS."""
         if self.hello.most is None or self.motion is None or self.force_mode is not None or self._fits(1.0, correction):
             return 1.0
         low, high = SLOWEST, 1.0
@@ -169,12 +168,12 @@ class StreamedArm(CommandedArm):
         return min(m / max(float(np.linalg.norm(v)), 1e-12) for v, m in zip((delta[:3], delta[3:]), most, strict=True))
 
     def _way(self, target: Pose) -> Floats:
-        """From where the tool is to a target (6,), base axes [m, rad]."""
+        """Displacement from the tool to a target (6,), base axes [m, rad]."""
         here = self.actual_tcp()
         return np.concatenate([np.subtract(target.position, here.position), here.rotate((here.inverse() * target).rotvec)])
 
     def _off(self) -> Floats:
-        """From where the tool is to its command (6,), base axes [m, rad]."""
+        """Displacement from the tool to its last command (6,), base axes [m, rad]."""
         return self._way(self.kinematics.forward(self.q))
 
     def _check(self) -> None:

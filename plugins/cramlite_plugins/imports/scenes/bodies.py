@@ -75,7 +75,7 @@ def grouped(model: Any, data: Any) -> Grouped:
 
 
 def _kind(model: Any, body: int, carrier: str) -> tuple[Literal["fixed", "joint", "free"], str]:
-    """Kind of a body's motion, and the part of it that cannot be had."""
+    """Kind of a body's motion, and the part of its motion that is not supported."""
     types, name = [int(model.jnt_type[j]) for j in joints(model, body)], model.body(body).name
     if not types:
         said = f"'{name}' is a mocap body; it is fixed where it starts" if model.body_mocapid[body] >= 0 else ""

@@ -1,5 +1,5 @@
-"""Pegs of a scene and the holes for them: a slender post with a free end is a peg if something that can be moved has a hole that goes
-over it; any other post is furniture, and any other opening is none to thread by.
+"""Pegs of a scene and their holes: a slender post with a free end is a peg if a movable thing has a hole that goes over it;
+other posts are furniture, other openings no holes.
 """
 
 from __future__ import annotations

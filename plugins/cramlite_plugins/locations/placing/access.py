@@ -96,8 +96,8 @@ def _directions() -> Floats:
 
 
 def over_floor(query: Query, turned: Pose, offset: tuple[float, float], over: float) -> Pose:
-    """Return the pose in the base frame of a thing, turned so, the middle of whose outline is over a position
-    of an opening and whose lowest point is so far over the floor [m]."""
+    """Return the pose in the base frame of a thing with a given orientation, its outline's middle over a position of an
+    opening, its lowest point at a height over the floor [m]."""
     points = corners(query.thing, Pose((0.0, 0.0, 0.0), turned.quaternion))
     low, high = points.min(axis=0), points.max(axis=0)
     x, y, z = query.target.pose.apply((*offset, over - query.depth))

@@ -114,11 +114,11 @@ def must_lean(query: Query, now: Pose) -> str:
 
     What counts is where its origin is, and that may be below its foot.
     """
-    if not query.depth or not query.where.region:
+    if not (query.depth or query.lowest) or not query.where.region:
         return ""
     below, (x, y, top) = query.whole, query.target.pose.position
     height, _ = resting_height(query.thing, Pose((x, y, top), now.quaternion), [(below, query.at)])
-    by = height + support(query.thing, Pose((0.0, 0.0, 0.0), now.quaternion), (0.0, 0.0, -1.0)) - top + query.depth
+    by = height + support(query.thing, Pose((0.0, 0.0, 0.0), now.quaternion), (0.0, 0.0, -1.0)) - top + query.depth - query.lowest
     if by >= 0 or not math.isfinite(by):
         return ""
     return f"its origin would be {-1000 * by:.0f} mm below '{query.where.region}' of '{below.name}', where it stands as it is turned"
@@ -177,7 +177,7 @@ def extent(query: Query, turned: Pose) -> tuple[Floats, Floats]:
 
 
 def _stands(query: Query, pose: Pose) -> bool:
-    """Whether its lowest point is near the floor."""
+    """Whether a payload's lowest point is near the floor."""
     lowest = float(corners(query.thing, query.target.pose.inverse() * pose)[:, 2].min())
     return lowest + query.depth <= NEAR_FLOOR
 

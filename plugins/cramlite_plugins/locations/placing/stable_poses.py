@@ -98,6 +98,10 @@ def stable_poses(queries: list[Query], now: Pose) -> Iterator[Rest | Refused]:
             queries = queries[1:]
         yield from _upright(queries, now)
         return
+    if not first.depth:
+        none = f"{why}; nor would it be, let go of in any of {DROPS} ways"
+        yield from _simulated(replace(first, settles=True), resting_poses(first, now), now, ONTO, none)
+        return
     close = replace(first, clearance=CLOSE)
     none = f"{why}; nor would it be, leaning against a wall"
     yield from _simulated(close, leaning(close, now), now, ((LET_GO, close.depth + ABOVE),), none)
@@ -246,8 +250,8 @@ def check_turn(query: Query, asked: Pose) -> None:
 
 
 def with_middle(level: list[Query]) -> list[Query]:
-    """Return surfaces; of a movable support with a shape around its largest surface, such as a plate's rim, the
-    middle first, and only it if it has room."""
+    """Return surfaces; of a movable support with a rim around its largest surface, such as a plate, that surface's middle
+    first, and only the middle if it has room."""
     first, thing = level[0], level[0].whole
     if thing.furniture or first.where.region or not any(o.name == thing.name for o in first.obstacles):
         return level

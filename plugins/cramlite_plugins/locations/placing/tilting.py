@@ -1,5 +1,5 @@
-"""Ways out of an opening that a payload does not get into as it is: tilted first, or with its foot alone,
-from where it topples."""
+"""Ways through an opening for a payload that does not fit in upright: tilted first, or with its foot alone, from where it
+topples."""
 
 from __future__ import annotations
 
@@ -162,8 +162,8 @@ def _met(query: Query, pose: Pose) -> bool:
 
 
 def toppling(asked: list[Query]) -> Groups:
-    """Generate placements under an overhang that is too low for the payload, such as of a book under a shelf:
-    its foot goes in, leaning out, and after its release it topples about that and lies there.
+    """Generate placements under an overhang that is too low for the payload, such as a book under a shelf: its foot goes in
+    while it leans out; released, it topples about the foot and lies there.
 
     The hand stays before the roof; what lies there sticks out.
 

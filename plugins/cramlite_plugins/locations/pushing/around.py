@@ -160,7 +160,7 @@ def on_a_shorter_way(start: Point, left: Left, alone: Met, hand: Met) -> Refused
 
 
 def _shortened(start: Point, corners: list[Point], met: Met) -> list[Point]:
-    """The same way without the corners that a straight way can leave out."""
+    """Way without the corners that a straight way can leave out."""
     found: list[Point] = []
     while corners:
         straight = [not any(map(met, _between(start, to))) for to in corners]

@@ -106,7 +106,7 @@ def towards(pose: Pose, area: Feature, frame: Pose, share: float) -> Floats:
 
 
 def sides(area: Feature) -> list[float]:
-    """Of an area, or of the square in a round one [m]."""
+    """Sides of an area, or of the square in a round one [m]."""
     return [area.size["radius"] * math.sqrt(2)] * 2 if "radius" in area.size else [area.size["width"], area.size["depth"]]
 
 

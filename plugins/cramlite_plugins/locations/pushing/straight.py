@@ -131,8 +131,8 @@ def _to_region(thing: Thing, pose: Pose, location: Location, belief: Belief, con
 
 
 def _aside(thing: Thing, pose: Pose, location: Location, belief: Belief, context: Context) -> Iterator[Hand | Refused]:
-    """Hands that push a thing out of the way, one for each way without an obstacle, then another one for
-    each: first away from things of later tasks, last towards them."""
+    """Hands that push a thing out of the way: one for each free direction, then a second one for each; first away from
+    things of later tasks, last towards them."""
     (x, y, z), gripper, met = pose.position, context.robot.gripper, met_alone(belief, context, thing.name)
     found = list[Iterator[Hand]]()
     for farther, (cos, sin) in itertools.product(FARTHER, _directions(pose, belief, context)):

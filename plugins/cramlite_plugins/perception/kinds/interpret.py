@@ -49,8 +49,8 @@ class Reading(Value, eq=False):
 
     @property
     def score(self) -> float:
-        """Return how well it explains the part, 0 to 1; shape counts twice, since light and blur change colours, how much of it is seen
-        once."""
+        """Return how well the reading explains the part, 0 to 1; shape counts twice, since light and blur change colours, and the share
+        that is seen once."""
         return self.fit * self.fit * self.colour
 
 
@@ -135,7 +135,7 @@ def extent(scene: Scene, mask: Mask) -> float:
 
 
 def _whole_or_split(scene: Scene, mask: Mask) -> Part:
-    """A cluster as one thing; as one of several that touch, where that explains its own part better."""
+    """Cluster as one thing, or as one of several that touch where that explains its own part better."""
     limits = scene.limits
     whole, among = read(scene, mask, ranked(scene, mask)), pieces(scene.picture.view, mask, limits["pixels"])
     if whole.score < limits["good"] * rarity(mask, limits) and int(mask.sum()) >= 3 * limits["pixels"]:
@@ -251,8 +251,8 @@ def _standing(appearance: Appearance) -> Prior:
 
 
 def _candidates(scene: Scene, mask: Mask, *, partly: bool = False) -> list[Appearance]:
-    """Models by likeness of colours and size, without those that are smaller than what is seen; by colours alone if that may be
-    part of one thing and part of another."""
+    """Models by likeness of colours and size, without those smaller than the visible part; by colours alone if the part may
+    show pieces of two things."""
     own = histogram(scene.picture.view.rgb[mask].astype(float))
     seen = extents(scene.points[mask])
     lengths, whole = np.sort([seen.height, seen.width, seen.depth]), not _covered(scene, mask)
@@ -351,8 +351,8 @@ def distinct(model: PoseModel, found: Sequence[PoseHypothesis]) -> list[PoseHypo
 
 
 def _turned(scene: Scene, seen: tuple[Floats32, Outline], model: PoseModel, pose: Pose) -> tuple[list[Pose], Floats]:
-    """A pose, and those turned from it by a symmetry or about the vertical that fit nearly as well, as of nearly round things;
-    and their scores."""
+    """A pose and its turns by a symmetry or about the vertical that fit nearly as well, as of nearly round things; with
+    their scores."""
     centre = pose.apply(model.centre)
     there, back = Pose(tuple(centre)), Pose(tuple(-centre))
     yaws = [there * Pose.from_rotvec((0, 0, 0), (0, 0, math.radians(a))) * back * pose for a in range(STEP, 360, STEP)]

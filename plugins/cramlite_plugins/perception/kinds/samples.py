@@ -127,7 +127,7 @@ def _folder() -> Path:
 
 
 def _keep(path: Path, made: Samples) -> None:
-    """Written whole or not at all; a folder that cannot be written makes them anew each time."""
+    """Keep samples in a file, written whole or not at all; without a writable folder they are made anew each time."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.NamedTemporaryFile(dir=path.parent, suffix=".npz", delete=False) as file:

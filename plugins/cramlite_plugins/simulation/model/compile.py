@@ -166,7 +166,8 @@ def _described(
         if not planning:
             add_grains(spec, thing)
     if not planning:
-        add_pairs(spec, _stated(world), far_apart(world, robots))
+        filled = () if hands else [t.name for t in world.things if t.filling is not None]
+        add_pairs(spec, _stated(world), far_apart(world, robots), filled)
     return spec
 
 

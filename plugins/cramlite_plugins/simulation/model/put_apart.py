@@ -77,7 +77,8 @@ def _wrong(compiled: Compiled, data: Data, deep: float) -> list[tuple[str, str, 
 def _rests(
     compiled: Compiled, data: Data, world: World, ways_out: list[tuple[str, str]], most: float, deep: float
 ) -> Iterator[_Rest]:
-    """Worlds at rest within a distance of their readings, of a thing that was let go of where it is free, the nearest of that first."""
+    """Worlds at rest after one thing was released at a free place, the nearest to its reading first; all things are near
+    their readings."""
     for step in range(1, round(FARTHER * most / STEP) + 1):
         checkpoint()
         for (name, other), way in itertools.product(ways_out, WAYS):
@@ -96,8 +97,8 @@ def _rests(
 
 
 def _at_rest(start: World, read: World, pair: tuple[str, str], deep: float) -> dict[str, Pose]:
-    """Poses of a thing, and of what is no longer where it was read, when all is at rest, what is held fixed; none where a pair is in
-    each other again."""
+    """Poses, once all is at rest, of the things that left their read poses, payloads fixed; none where the pair overlaps
+    again."""
     held = {m.holds.thing for m in start.robots if m.holds}
     things = tuple(replace(t, mass=None) if t.name in held else t for t in start.things)
     compiled = compile_world(replace(start, robots=(), things=things), {})

@@ -108,7 +108,7 @@ def _tracks(rows: Floats, names: Mapping[str, int], shown: Mapping[str, str]) ->
 
 
 def _put(compiled: Compiled, data: Data, rollout: Rollout, sample: int) -> None:
-    """Everything where it was; needs kinematics afterwards."""
+    """Put every body where it was at a sample; kinematics must be computed afterwards."""
     index = effector_of(compiled, rollout.effector)
     for thing in rollout.world.things:
         if thing.movable:
