@@ -20,7 +20,7 @@ _SCALARS = {
     "null": (r"~|null|Null|NULL|", ["~", "n", "N", ""]),
     "merge": (r"<<", "<"),
 }
-"""What a plain scalar is by its text, and what it begins with; ``<<`` is of YAML 1.1 and in common use."""
+"""Types of plain scalars: what one is by its text, and what it begins with; ``<<`` is of YAML 1.1 and in common use."""
 
 
 DEEPEST = 100

@@ -170,7 +170,7 @@ def robots_world(world: str, program: Path, knowledge: Knowledge, seed: int) -> 
 
 
 PACKED = b"\x1f\x8b"
-"""What gzip begins a file with."""
+"""First bytes of a gzip file."""
 
 
 @contextmanager

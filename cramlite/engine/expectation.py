@@ -19,7 +19,8 @@ if TYPE_CHECKING:
     from ..model.rollout import Rollout
 
 PLACE = 0.015
-"""How far a thing may be from where its proof had it [m]: validators let nothing slip by more than 12 mm, or slide by more than 15 mm."""
+"""Largest distance of a thing from its place in the proof [m]: validators let nothing slip by more than 12 mm, or slide by
+more than 15 mm."""
 LEAN = math.radians(15.0)
 """Angle by which a thing may lean from its attitude in the proof [rad]: 10 deg from the vertical is upright."""
 LOST = 0.05

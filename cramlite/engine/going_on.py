@@ -80,7 +80,7 @@ TO_DO: Mapping[Deviation, str] = {
     Deviation.CANCELLED: "take what is in the hand",
     Deviation.GOAL_MISSED: "look what keeps the goal from holding",
 }
-"""What a person could do where nothing more can be proven."""
+"""Advice to a person where nothing more can be proven."""
 
 
 class Stretch(Value):

@@ -38,7 +38,7 @@ class _Line(NamedTuple):
 
 
 CODE = re.compile(r'(?:"[^"]*"|[^"#])*')
-"""What of a line is code: all before a comment; "#" in a text in quotes begins none."""
+"""Code of a line: all before its comment; "#" in a text in quotes begins none."""
 
 
 def origins_of(text: str, original: Code) -> Origins:
@@ -110,7 +110,7 @@ def _of_each(lines: Sequence[_Line], original: Code) -> list[str]:
 
 
 Change = tuple[str, int, int, int, int]
-"""What SequenceMatcher says: how lines of the old text became lines of the new one."""
+"""A change that SequenceMatcher found: how lines of the old text became lines of the new one."""
 
 
 def _gone(old: Sequence[_Line], own: Sequence[str], changes: Sequence[Change]) -> Mapping[str, str]:

@@ -23,7 +23,7 @@ What = Literal["fault", "notice", "decision", "resumption", "end"]
 CLASSES = {"fault": "Fault", "decision": "Decision", "resumption": "Resumption"}
 """Class of a moment in cramlite's ontology; a notice has its own."""
 INSTANT = 0.001
-"""How long an event of an instant lasts [s]."""
+"""Length of an event that is an instant [s]."""
 
 
 class Moment(Value):

@@ -65,7 +65,7 @@ class Claims(Value):
 
 
 NOTHING = Claims(frozenset(), frozenset(), frozenset(), frozenset(), passive=False)
-"""What is said of a task that no rule speaks about."""
+"""Claims of a task that no rule speaks about: none."""
 
 OFFERED = 256
 """Candidates offered: a person reads a few, and a search that failed with so many readings fails with the others."""

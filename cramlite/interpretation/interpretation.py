@@ -29,7 +29,7 @@ from .three_values import possible_matches
 from .timeline import PADDING, Segment, Timeline
 
 EPOCH = 1e8
-"""Times later than this [s] are counted from 1970: 1e8 s is 1973, and no recording lasts three years."""
+"""Time beyond which times are counted from 1970 [s]: 1e8 s is 1973, and no recording lasts three years."""
 LISTED = 3
 """Candidates in the JSON data."""
 ELSEWHERE = 0.05

@@ -24,7 +24,7 @@ Row = tuple[str | float, ...]
 """Arguments for which a predicate holds: names of entities or classes; a value predicate's rows end with the number."""
 
 PADDING = 0.2
-"""How long after a labelled action its effects may appear [s]: the published rule base's value."""
+"""Time after a labelled action within which its effects may appear [s]: the published rule base's value."""
 
 
 class Predicate(Value):

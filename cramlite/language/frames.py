@@ -87,7 +87,7 @@ class Frames:
 
 
 Table = Mapping[Words, tuple[tuple[Frame, Words], ...]]
-"""What may be said as a verb -> the frames, each with the particle that is still to come."""
+"""Words of a verb -> its frames, each with the particle that is still to come."""
 
 
 def _table(frames: Iterable[Frame], *, participles: bool) -> Table:

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from ..model.world import Feature
 
 NEAR = "near"
-"""How goals say "next to"."""
+"""Words of goals for "next to"."""
 USUAL = frozenset({"top", "inside", "bottom"})
 """Names of regions that say no more than "on" and "in" do."""
 

@@ -15,7 +15,8 @@ from ..model.thing_boxes import Box, around, boxes
 from ..model.world import World
 
 MARGIN = 0.02
-"""By how much one thing must be farther left, nearer, ... than the others to be meant [m]: twice what a depth camera errs by."""
+"""Least distance by which one thing must be farther left, nearer, ... than all others to be the one meant [m]: twice what a depth camera
+errs by."""
 WIDE = 0.35
 """Gap up to which things may be called next to one another [m]: two widths of a plate."""
 ASIDE = 0.15

@@ -11,7 +11,7 @@ from ..base.value import Value
 from ..interpretation.timeline import PhaseName, Predicate
 
 Kind = OneOf["holds", "begins", "ends", "at_least", "at_most", "class"]
-"""How a condition asks its predicate: a state, a change over the span, a bound of a value, or a class of a thing."""
+"""Kind of a condition, which says how it asks its predicate: a state, a change over the span, a bound of a value, or a class of a thing."""
 
 ANY, HAND = -1, 0
 """Slots of arguments: anything, and who acts; roles are counted from 1."""

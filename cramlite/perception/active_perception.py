@@ -39,8 +39,8 @@ if TYPE_CHECKING:
 UNEXPLAINED = "camera: nothing that is known explains it"
 WANTED = ("type", "relations", "pose", "instance", "refined")
 SURE, VIEWS = 0.6, 3
-"""Where a pose is less sure than this, the camera looks from elsewhere, this many times in all: of scores over 0.6 few are
-wrong (docs/figures/perception_pose.yaml)."""
+"""Score of a pose below which the camera looks again from elsewhere, and the number of looks in all: of poses with scores
+over 0.6 few are wrong (docs/figures/perception_pose.yaml)."""
 
 
 class Picture(Value):

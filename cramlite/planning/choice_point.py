@@ -67,11 +67,11 @@ class Nogoods(Struct):
 Choice = tuple[str, str]
 """The name of a designator, and the key of the alternative that was taken."""
 CAPS: dict[type, int] = {Action: 6, Object: 8, Late: 8, Location: 12, Motion: 4}
-"""How many alternatives of a designator are tried in the first round."""
+"""Number of alternatives of a designator that are tried in the first round."""
 KINDS: dict[type, Kind] = {
     Action: "action", Compound: "compound", Object: "object", Late: "object", Location: "location", Motion: "motion",
 }  # fmt: skip
-"""What the trace calls a designator."""
+"""Word of the trace for each class of designators."""
 
 
 class ChoicePoint(Struct):

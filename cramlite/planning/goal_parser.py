@@ -14,7 +14,7 @@ from ..scenario.task_specs import WhereSpec
 from .operators import Grounder
 
 SIDES = {name.replace("_", " "): name for name in WhereSpec.sides()}
-"""Where in the place a spot is chosen, beside another thing: words of a goal -> key of a task's ``where``."""
+"""Sides of another thing on which a spot is chosen: words of a goal -> key of a task's ``where``."""
 
 NOT = "not "
 """Begins a goal that denies another one."""

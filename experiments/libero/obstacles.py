@@ -20,7 +20,7 @@ LEVELS = {"1": "I", "2": "II"}
 ALLOWED = {
     ("numpy.core.multiarray", "_reconstruct"), ("numpy", "ndarray"), ("numpy", "dtype"), ("_codecs", "encode"),
 }  # fmt: skip
-"""What pickles of arrays are made of."""
+"""Classes that pickles of arrays consist of."""
 MOVED = 1e-3
 """The obstacle was avoided if the sum over axes of how far it is from where it was never exceeded this [m]."""
 

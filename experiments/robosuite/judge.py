@@ -30,7 +30,7 @@ from wrist_force import WristForce
 RATE = 20
 """Actions in a second [Hz]: robosuite's default."""
 SETTLED, LONGEST = 0.001, 200
-"""After a reset things fall onto their table: idle actions until nothing moves faster than this [m/s or rad/s], at most so many.
+"""Speed below which things have settled after a reset [m/s or rad/s], and the largest number of idle actions until then.
 PickPlaceCan parks the products that it does not ask for 10 m up and aside, from where they fall to the floor."""
 WALL = 0.02
 """Thickness of the walls of robosuite's bins [m]."""
@@ -61,7 +61,7 @@ TASKS = {
     "can": Task("PickPlaceCan", ("Can_main in bin2/can_compartment",), compartment="can"),
     "door": Task("Door", ("Door_door open",), MappingProxyType({"use_latch": False})),
 }
-"""What suites' names begin with."""
+"""Beginning of a suite's name -> its task."""
 
 
 PADS = "gripper0_right_{}_fingerpad_collision"

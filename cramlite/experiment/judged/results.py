@@ -8,7 +8,7 @@ from ...base.value import Value
 from ...model.readings import Notice
 
 JUDGE_DIED = "judge died"
-"""How an attempt ended whose judge's process died or hung meanwhile, and the class of such episodes."""
+"""Outcome of an attempt during which the judge's process died or hung, and the class of such episodes."""
 
 
 class Attempt(Value, kw_only=True):

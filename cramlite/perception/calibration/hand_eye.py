@@ -35,7 +35,7 @@ SCALE = 0.01
 WORST = 5.0
 """Reprojection error [pixel] of pictures and poses that do not belong to each other: boards are found to .1 to .5 pixel."""
 STRAY = 3.0
-"""Times the median reprojection error: a picture beyond it was taken while something moved."""
+"""Multiple of the median reprojection error beyond which a picture counts as taken while something moved."""
 
 
 class Station(Value, eq=False):

@@ -18,15 +18,15 @@ from world import World, joint_value
 ROUNDS = 3
 """Orders of the poses that are tried: from the target's middle outwards, then by chance."""
 POSES, FREE = 900, 8
-"""Poses that are tried for a thing in a round, and those of them, free of contact, that physics is asked about."""
+"""Number of poses that are tried for a thing in a round, and of those free of contact that are simulated."""
 SETTLE, END = 0.4, 1.5
-"""What a thing is left alone after it is put, and all of them in the end [s]."""
+"""Time for which a thing is left alone after it is put, and all things in the end [s]."""
 DEEP = 0.0005
-"""Depth of contact that a pose may have which is free of it [m]."""
+"""Depth of contact up to which a pose counts as free of contact [m]."""
 HEIGHTS = (0.002, 0.006, 0.01, 0.015, 0.02, 0.03, 0.05, 0.1)
-"""Above the target, or its floor, things are let go, from low to high [m]."""
+"""Heights above the target, or its floor, at which things are let go of, from low to high [m]."""
 FAR = 20.0
-"""Where things stay that take no part [m]."""
+"""Distance at which things stay that take no part [m]."""
 
 
 class Hand:

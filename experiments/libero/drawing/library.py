@@ -18,7 +18,7 @@ from libero.libero.envs.objects import OBJECTS_DICT
 from variants import Problem, kinds
 
 SUITES = ("libero_spatial", "libero_object", "libero_goal", "libero_10", "libero_90")
-"""Of the 130 tasks."""
+"""Suites of the 130 tasks."""
 SCENE = re.compile(r"(.*_SCENE\d+)_")
 
 

@@ -19,7 +19,7 @@ IDLE, REST = 10, 20
 STILL = 0.005
 """The most that a thing that is at rest moves in that time [m]."""
 MARGIN = 0.01
-"""Of a joint's range: what is nearer to a state of the joint is in it."""
+"""Share of a joint's range within which a joint position counts as a state of the joint."""
 
 
 class World:

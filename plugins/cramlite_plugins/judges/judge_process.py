@@ -26,7 +26,7 @@ from ..simulation.typed_program.machine import load_program
 PATIENCE = 60.0
 """A judge that does not answer within this time hangs [s]; a reset builds a scene and may take six times as long."""
 REST = 1.0
-"""After this time without an action things are at rest [s]."""
+"""Time without an action after which things are at rest [s]."""
 
 
 class Check(Value):

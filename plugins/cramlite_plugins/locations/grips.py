@@ -30,19 +30,19 @@ WIDE = 0.03  # and so much wider if it can be: a hand that is 10 mm off does not
 ENOUGH = 0.015  # with more than this a hand is hardly ever off by half of it [m]
 LEAST_SLACK = 0.004  # a thing that leaves less than this does not go between the pads of a known pose [m]
 PARALLEL = math.radians(1)
-"""Of contact normals: faces that lean no more are parallel, and need no friction to stay between the pads."""
+"""Angle between contact normals up to which faces count as parallel, and need no friction to stay between the pads."""
 MARGIN = 0.004  # pads end this far inside a face's edge [m]
 AGAIN = 0.008  # [m]
 CAUGHT = 0.02  # more than the way round, another turn about the approach, and a further one of one likeness together [m]
 MANY = 3  # parts of a thing beyond which equal grasps on them count once
 SHIFTS = (0.0, 0.5, 1.0, -0.5, -1.0)  # along a face, as fractions of what the pads leave
 LEAN = math.radians(30)
-"""How far a hand leans about the line between its pads, where it has no room over a box, or where the wrist would be too far away."""
+"""Lean of a hand about the line between its pads, where it has no room over a box, or where the wrist would be too far away."""
 BARE = 0.05
 """Cost of a pad that nothing covers [m]: a carton's ridge, 7 mm high, slipped out of pads that it covered by a ninth, and not out of
 others 18 mm beside its centre of mass that it covered whole."""
 PER_LEAN = 0.06
-"""Cost of a radian of that [m]."""
+"""Cost of a radian of lean [m]."""
 
 
 T = TypeVar("T")

@@ -42,7 +42,7 @@ CLOSER = (0.35, 0.5, 0.65, 0.75)
 PUSHED_ON = (*OPENED, 0.85, 0.8)
 """Shares of the range to push on to: as far as the arm comes, and at least as far as by the handle."""
 PRESSED = math.radians(2.0)
-"""How far a hand turns on with a knob that is at its stop [rad]: streamed arms come to rest within 0.02 rad. Knobs of 1 kg m2 that were not
+"""Turn of the hand beyond the stop of a knob [rad]: streamed arms come to rest within 0.02 rad. Knobs of 1 kg m2 that were not
 pressed there sprang back from it by 3 mrad, and glided on by 2 mrad once they were let go of."""
 TURNED = (0.97, 0.6, 0.4)
 """Shares that a knob is turned on to: as far as the wrist turns; from a fifth on it counts as on."""

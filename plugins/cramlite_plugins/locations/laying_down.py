@@ -24,8 +24,8 @@ PART = math.radians(10.0)  # of the turn on each line: the chord of an arc of 0.
 OVER = 0.001  # the surface its lowest point is led along [m]
 ABOVE = 0.03  # the first contact the way begins [m]
 LEFT = 0.008
-"""Of the hand's way down when it lets go [m]: pads creep down a rim that becomes flat, 7 mm before the hand is as
-low as where it took hold, and would then press the near side down and the far one up."""
+"""Rest of the hand's way down when it lets go [m]: pads creep down a rim that becomes flat, 7 mm before the hand is as low
+as where it took hold, and would then press the near side down and the far one up."""
 EDGE = 0.0005  # points that are no higher than this over the lowest one touch as well [m]
 
 Spots = Callable[[Location, Belief, Context], Iterator[Grounding | Refused]]

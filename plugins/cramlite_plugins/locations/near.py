@@ -16,7 +16,8 @@ from ..shapes.bounds import support
 from .reached import Arm, Candidate, Leg, reached
 
 GAPS = (0.03, 0.06)
-"""Between the two bodies [m]: more than paths keep, and with half of most things that fit a hand less than ``NEAR``."""
+"""Gaps between two things that are near one another [m]: more than paths keep, and with half of most things that fit a hand
+less than ``NEAR``."""
 TURNS = (0.0, 45.0, -45.0, 90.0, -90.0)  # of the hand about the vertical, from facing it [deg]
 PER_TURN = 0.1  # cost of a radian of turn, as in placing
 PER_METRE = 1.0  # cost of the way there: the nearest place that is near is near enough

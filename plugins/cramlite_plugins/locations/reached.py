@@ -21,7 +21,7 @@ from ..motion_planning.planning_scene import PlanningScene
 from ..motion_planning.reach import collision_free_ik, make_scene, shift
 
 SCENES = 24
-"""Of an arm that are kept: grasps of about the same width follow one another."""
+"""Planning scenes of an arm that are kept: grasps of about the same width follow one another."""
 IN_ORDER = 0.1
 """Cost of each candidate that comes before, where a candidate says none."""
 

@@ -24,9 +24,10 @@ from ..shapes.bounds import centre_of_mass
 from ..shapes.convex import hull_planes
 
 SLOPES = math.radians(8.0), math.radians(50.0)
-"""Of a rim, from level: what is flatter gives the tips nothing to turn it by, and what is steeper is gripped as a wall."""
+"""Slopes of a rim, from level, that are pinched: what is flatter gives the tips nothing to turn it by, and what is steeper is gripped as a
+wall."""
 LEANS = (math.radians(15.0), math.radians(12.0))
-"""Of the hand, outwards: at 20 deg the outer corner of a Panda's finger is in the table, at 10 deg every third pinch slides off."""
+"""Outward leans of the hand: at 20 deg the outer corner of a Panda's finger is in the table, at 10 deg every third pinch slides off."""
 THICKEST = 0.012  # largest thickness of a rim [m]: half of open fingers' room on both sides
 SHORTEST, LONGEST = 0.015, 0.06  # along the slope [m]: pads need something to lie on
 DEEPER = 0.003  # than the slope's upper face in its middle the tips go [m]: of those 3 mm above it a third was lost

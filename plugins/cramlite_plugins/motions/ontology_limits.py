@@ -26,7 +26,7 @@ LIMITS = {
 MASS = "cram:minimumMass"
 
 Knowing = Context | Candidate
-"""What has the taxonomy that limits are looked up in: a motion that is planned, or a program that is judged."""
+"""Object whose taxonomy limits are looked up in: a motion that is planned, or a program that is judged."""
 
 
 class Known(Value):

@@ -25,19 +25,19 @@ from . import goal_phrases
 from .extents import CAVITY, PEG, SURFACE, in_cavity
 
 HAND = "soma:Gripper"
-"""What the hand that acts is."""
+"""Class of the acting hand."""
 CLOSED = 0.1
 """Share of a joint's range below which a thing is closed at the start."""
 DEFAULT_DOF = 1.0
-"""What a contact constrains if nothing is said: a plane stops motion in one direction."""
+"""Degrees of freedom that a contact constrains if nothing is stated: a plane stops motion in one direction."""
 ON, IN, AT = "supports", "in_or_above", "touches"
 """The relations that say where a thing is: what carries it, what it is over, and the peg that it touches."""
 FLAT = 0.25
 """Height of what is flat, as a share of its shorter side: a plate has 0.13, a carton that lies 0.4 and more."""
 LIFTED = 0.002
-"""What is in the hand and further above a surface has been lifted off it [m]."""
+"""Distance of a thing in the hand above a surface from which it has been lifted off [m]."""
 STANDS_WITHIN = 0.005
-"""Between a thing's lowest point and the top of what it stands on [m]."""
+"""Largest gap between a thing's lowest point and the top of its support [m]."""
 
 
 def is_effector(_scene: SymbolicWorld, entity: str) -> bool:
@@ -265,9 +265,9 @@ TOUCHES = Fluent(
     symmetric=True, of_wholes=True, by_moving=True, implies_when_carried=("supports",), contrary=_two_places,
     initial=_touching,
 )  # fmt: skip
-"""What is brought to touch something while it is in the hand is supported by it."""
+"""Relation of touching: a thing that is brought to touch something while it is in the hand is supported by that."""
 COLLIDES = Fluent(denial=(("touches", EFFECTOR, None),))
-"""That nothing collides means that the hand touches nothing."""
+"""Relation of colliding: that nothing collides means that the hand touches nothing."""
 CONTAINS = Fluent(
     of_contents=True, initial=_holding, phrases=goal_phrases.POURED
 )

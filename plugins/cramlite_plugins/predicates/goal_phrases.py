@@ -28,7 +28,7 @@ OPEN = 0.2
 EXACT = 0.05
 """Share of a joint's range by which what was opened by an amount may be off: 10 mm of a drawer's 200."""
 CONTROL = "cram:Control"
-"""What can be turned on and off."""
+"""Class of things that can be turned on and off."""
 SHIFTS = 0.005
 """Margin inside the allowed distance of things put beside one another [m]: a released thing shifts by a few
 millimetres."""
@@ -178,7 +178,7 @@ BRING = (
     f"{PUT}|insert|throw|toss|store|stow|pack|tuck|slip|drop_off|dump|slot|file|load|shove|stash|stack|pile|balance|rack|hang|"
     "hang_up|mount|seat|perch|serve|sit|house|plop|plunk|park|plant|squeeze|lower|tidy|put_away"
 )
-"""The same, where a preposition says how it shall be there."""
+"""Verbs by which a thing is brought somewhere, where a preposition says how it shall be there."""
 TAKE = "take|remove|lift|get|pick|pick_up|grab|move|clear|fetch|unhook|pull|unstack"
 HOLD = (
     "pick_up|pick|grab|grasp|take|lift|lift_up|hold|get|fetch|grip|seize|get_hold_of|take_hold_of|collect|raise|hold_on_to|take_up|"
@@ -188,7 +188,7 @@ UPON = "on|onto|on_top_of|upon|over|on_to|across|up_on|down_on|back_on"
 INTO = "in|into|inside|within|in_to|inside_of|down_into|back_in|back_into|in_the_inside_of"
 OFF = "off|off_of|out_of|from|away_from|down_from"
 OPEN_WAY = f"{PUT} THING to|towards|at|over_to PLACE"
-"""It is left open whether the thing shall be on or in there."""
+"""Phrase that leaves open whether the thing shall be on the place or in it."""
 OPEN_UP = "open|open_up|pull_open|slide_open|unclose|swing_open|pull_out|slide_out|uncover|draw_out THING"
 START = "turn_on|switch_on|start|start_up|activate|power_on|ignite|light|light_up|fire_up|enable|flip_on|power_up|heat_up|heat THING"
 CLOSE = (

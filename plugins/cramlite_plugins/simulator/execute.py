@@ -35,7 +35,7 @@ SETTLE = 2.0
 STOPPED = 0.5
 """Time that a watched arm takes to brake [s], before the decision how to continue."""
 PATIENCE = 5.0
-"""So long an arm that was stopped waits for readings [s]."""
+"""Time for which a stopped arm waits for readings [s]."""
 BEFORE = 0.5  # the world settles for this long before the program starts [s]
 
 

@@ -15,7 +15,8 @@ from ..task_kit.preconditions import empty_hand
 TOUCH = {"speed_m_s": 0.012, "free_m_s": 0.1, "force_n": 3.0, "beyond_m": 0.01, "expect": ExpectedContact.ANY}
 """Fingers meet the front slowly: what is hit sets off with a jolt. Through the air they come as fast as things are lifted."""
 PRESS = {"beyond_m": 0.05, "expect": ExpectedContact.ANY}
-"""Until it is shut: a compliant push that a door's damping held back ended 13 mm before its place, and pressing 20 mm on left it open."""
+"""Push beyond the goal until the joint is shut: a compliant push that a door's damping held back ended 13 mm before its place, and
+pressing 20 mm on left it open."""
 
 
 class Closing(ByHandle):

@@ -203,7 +203,7 @@ def no_trace(candidate: Candidate, task: str, ran: Span | None) -> str:
 
 
 Way = Mapping["PhaseName", "Phase"]
-"""What holds before, while and after a task's code ran."""
+"""Name of a phase -> the facts that hold before, while or after a task's code runs."""
 
 
 def _ways(timeline: Timeline, start: float, end: float) -> Iterator[Way]:

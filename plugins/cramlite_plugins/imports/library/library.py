@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from .mjcf_kind import Draft
 
 VERSION = 2
-"""Of what is written; another one makes a library's kinds anew."""
+"""Version of the files of a library; another version makes its kinds anew."""
 FILE = "library.yaml"
 
 

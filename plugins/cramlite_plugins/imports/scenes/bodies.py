@@ -14,7 +14,7 @@ HINGE, SLIDE, BALL, FREE = (
     int(getattr(mujoco.mjtJoint, f"mjJNT_{kind}")) for kind in ("HINGE", "SLIDE", "BALL", "FREE")
 )
 CHAIN = 4
-"""So many joints in a row are an arm: doors with handles and microwaves have two, no furniture has more than three."""
+"""Number of joints in a row from which a chain is an arm: doors with handles and microwaves have two, no furniture has more than three."""
 GAP = 0.01
 """Parts of one piece of furniture are no farther apart than this [m]; they touch or are drawn with a gap of some millimetres."""
 DRIVEN = 3

@@ -28,7 +28,7 @@ LOWEST = -math.sin(math.radians(20.0))
 """Height of the unit vector to a peg's tip: from one that leads further down things slip off."""
 FLIPPED = Pose((0.0, 0.0, 0.0), (0.0, 1.0, 0.0, 0.0))
 BESIDE = 0.001
-"""From a post's side to the line along which what it stands in is looked for [m]."""
+"""Distance from a post's side to the line along which its surroundings are looked for [m]."""
 
 
 def with_pegs(made: Sequence[Made]) -> list[Made]:

@@ -33,7 +33,7 @@ SIDES: Mapping[str, tuple[int, float]] = {
 }  # fmt: skip
 """Axis of the robot's base and the sign of what lies on that side: x leads forwards, y to the left."""
 OFF_WALLS = 0.008
-"""Of an outline from the walls that it is let down between [m]: a streamed arm is up to 5 mm off its path."""
+"""Distance of an outline from the walls between which the thing is let down [m]: a streamed arm is up to 5 mm off its path."""
 WELL_IN = 0.008  # of an origin from the edge of its region [m]: a thing that is let go shifts by a few millimetres
 WITHIN = 0.002  # of an origin at rest from both ends of its region's height [m]: the judge of goals asks for half of that
 LEVEL = 45.0  # of closing or approach direction from level, up to which something falls out of a hand [deg]: friction of 1 holds on less

@@ -28,7 +28,7 @@ from .pieces import covered, given_back, middles, pieces
 
 ANY = Prior()
 STEP = 10
-"""Of turns about the vertical that are tried by their print [deg]: a letter of 10 mm on a can is 15 deg wide."""
+"""Step of the turns about the vertical that are compared by their print [deg]: a letter of 10 mm on a can is 15 deg wide."""
 
 
 class Reading(Value, eq=False):

@@ -20,12 +20,12 @@ from ...simulation.camera.ray_tracer import cast
 from ...simulation.camera.skins import visual_model
 
 VERSION = 1
-"""Of how samples are made; another one makes those of every kind anew."""
+"""Version of the way samples are made; another version makes the samples of every kind anew."""
 SPACING = 0.003
 """Edge of the voxels of which each has one point [m]; two where both sides of a wall are in it."""
 MOST = 9000
 MOST_BYTES = 2_000_000
-"""Of a file of samples: nine numbers a point take 0.3 MB."""
+"""Largest size of a file of samples [bytes]: nine numbers a point take 0.3 MB."""
 RAYS = 110
 """Rays along each side of a view, at most."""
 AWAY = 3.0

@@ -17,15 +17,16 @@ from .index import Data
 from .world_doubts import DEEP, TOO_DEEP, overlaps
 
 STEP = 0.001
-"""Between distances that are tried [m]."""
+"""Step of the distances that are tried [m]."""
 WAYS: list[Floats] = [np.array(w) / np.linalg.norm(w) for w in itertools.product((0, 1, -1), repeat=3) if any(w)]
 """Directions that are tried: towards the faces, edges and corners of a cube."""
 
 
 FARTHER = 2.0
-"""Times as far as a thing may rest it may be let go of: a basket that is lifted off what its wall is in falls back around it."""
+"""Factor between the distance at which a thing may be let go of, and that at which it may rest: a basket that is lifted off what its wall
+is in falls back around it."""
 SETTLE = 1.0
-"""So long what was let go of at its free place falls, tips and slides until it is at rest [s]."""
+"""Time for which a thing that was let go of at its free place falls, tips and slides until it is at rest [s]."""
 
 
 MOVED = 0.001
