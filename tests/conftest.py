@@ -1,4 +1,4 @@
-"""What tests of the command line share: running it, in this process or in another, and spoiling shipped scenarios."""
+"""Helpers of tests of the command line: they run it, in this process or in another, and spoil shipped scenarios."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ def proven() -> Proven:
 
 @pytest.fixture
 def run(capsys: pytest.CaptureFixture[str]) -> Run:
-    """One command in this process."""
+    """Run one command in this process."""
 
     def go(*arguments: object) -> Ran:
         try:
@@ -96,7 +96,7 @@ def run(capsys: pytest.CaptureFixture[str]) -> Run:
 
 @pytest.fixture
 def process() -> Run:
-    """One command in a process of its own."""
+    """Run one command in a process of its own."""
 
     def go(*arguments: object) -> Ran:
         command = [sys.executable, "-m", "cramlite", *map(str, arguments)]

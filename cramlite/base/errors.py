@@ -6,15 +6,15 @@ import re
 from collections.abc import Iterable, Mapping
 
 InTheWay = tuple[str | tuple[str, ...], ...] | None
-"""What a refusal depends on beside the choices that were made: names of things. Of an entry that names several, all stand in the way:
-it is refused while any one of them is as it is. Of several entries it may do once a task has changed all things of one entry. () where
-it does not depend on what other things do, None where that is not known."""
+"""Things that a refusal depends on beside the choices that were made: names, or groups of names. The refusal holds while
+each group has a thing that no task has changed; a name alone is a group of one. () where no other thing matters, None
+where that is not known."""
 
 
 LONG = re.compile(r"(?<![^\s(])'(?=\S)[^'\n]{400,}'(?=[\s;,.:)]|$)|[(\[][-+\d.,\se]{400,}[)\]]|\S{400,}")
-"""What is cut in messages, in quotes, of numbers, or a word: longer than any path that is told, such as a value that ran on for pages."""
+"""Parts of messages that are cut: a quoted text, a list of numbers or a word that is longer than any path, such as a value of pages."""
 BEGINNING, END = 100, 40
-"""So much of each is left [characters]."""
+"""Characters that are left of a cut part."""
 
 
 class CramliteError(Exception):
@@ -56,7 +56,8 @@ class PluginError(CramliteError):
 
 
 DEFECTS = (Exception, SystemExit)
-"""What a plugin's code raises is its defect, also where it ends the process: a search that ended so would have looked solved (exit 0)."""
+"""Exceptions of a plugin's code that are its defect, the end of the process included: a search that ended so would look
+solved (exit 0)."""
 
 
 class Unresolvable(Exception):
@@ -114,7 +115,7 @@ def checked_numbers(numbers: Mapping[str, float]) -> Mapping[str, float]:
 
 
 LONGEST_LIST = 60
-"""Names: a longer list hides the right one."""
+"""Largest number of names in a list: a longer one hides the right name."""
 
 
 def nearest(name: str, valid: object) -> str:

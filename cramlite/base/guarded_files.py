@@ -29,7 +29,7 @@ MOST_TEXT = 2**26
 """Characters of attributes and text of an XML file, its entities written out."""
 Attributes = Mapping[str, str]
 Visit = Callable[[int, str, Attributes | None], None]
-"""Is told the line and name of each XML element, and its attributes: None where it ends."""
+"""Function that is called with line, name and attributes of each XML element; attributes are None at its end."""
 _COMMENT = re.compile(r"<!--(.*?)-->", re.DOTALL)
 
 
@@ -76,7 +76,7 @@ def check_xml(path: Path, content: str | bytes, visit: Visit | None = None) -> N
 
 
 def _bytes(text: str) -> bytes:
-    """A text as UTF-8; before its first element are line ends only, and comments have no hyphens."""
+    """Encode a text as UTF-8: before its first element only line ends stay, and hyphens in comments become equals signs."""
     start = text.lstrip("\ufeff \t\r\n")
     marked = _COMMENT.sub(lambda found: f"<!--{found[1].replace('-', '=')}-->", start)
     return b"\n" * text[: len(text) - len(start)].count("\n") + marked.encode("utf-8", "replace")
@@ -120,7 +120,7 @@ class _State:
 
 
 def check_json_ld(path: Path, text: str) -> None:
-    """Check that a JSON-LD text contains its contexts: rdflib would open any file or address that one names.
+    """Check that a JSON-LD text defines its contexts inline: rdflib would open any file or address that a context names.
 
     Raises:
         UserError: it names one, or is no JSON, or nested too deeply.

@@ -1,4 +1,4 @@
-"""Pages of HTML: Jinja2 templates in which every value is escaped, and files that are written over only if they are pages."""
+"""Pages of HTML: Jinja2 templates in which every value is escaped; an existing file is overwritten only if it is such a page."""
 
 from __future__ import annotations
 

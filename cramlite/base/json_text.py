@@ -24,7 +24,7 @@ def as_json(value: Any) -> str:
 
 
 def plain_json(value: Any) -> str:
-    """Return JSON on one line; else as ``as_json``."""
+    """Return JSON on one line, with the same values as ``as_json``."""
     return _json(value, None)
 
 

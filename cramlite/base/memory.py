@@ -19,7 +19,7 @@ def give_back() -> None:
 
 @lru_cache(maxsize=1)
 def _trim() -> Any:
-    """The C library's function for it; None where there is none."""
+    """Function of the C library that returns free memory to the system (``malloc_trim``); None where there is none."""
     try:
         return ctypes.CDLL(None).malloc_trim
     except (AttributeError, OSError, TypeError):  # musl and macOS have no such function, Windows no library without a name

@@ -1,4 +1,4 @@
-"""Pulse of long work: it is asked whether to go on, and its current work can be told.
+"""Pulse of long work: the work asks regularly whether to go on, and reports what it is doing.
 
 Whoever wants to end work passes a function that says so (``pulse``); what takes long calls ``checkpoint`` several times a
 second, however deep it is. Nothing but the end of the work depends on it: decisions are the same with and without.
@@ -49,7 +49,7 @@ class Work(Struct):
 
 
 class Pulse:
-    """Pulse of the work in one thread.
+    """Pulse of the work in one thread: asks whether to go on, and reports what is being done.
 
     Args:
         stop: asked at checkpoints; True ends the work.
@@ -66,11 +66,11 @@ class Pulse:
         self.ended_in: Work | None = None
 
     def asked_to_stop(self) -> bool:
-        """Check whether this work, or that around it, is to end."""
+        """Check whether this work, or the work around it, is to end."""
         return self._stop() or (self._outer is not None and self._outer.asked_to_stop())
 
     def beat(self) -> None:
-        """Ask whether to go on, and tell the current work, unless that was just done.
+        """Ask whether to go on, and report the current work, unless that was just done.
 
         Raises:
             Stopped: the work is to end.

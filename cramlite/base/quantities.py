@@ -25,7 +25,7 @@ _ENDINGS = (
     ("_m_s2", "acceleration"), ("_rad_s2", "acceleration"), ("_m_s", "speed"), ("_rad_s", "speed"), ("_m", "length"),
     ("_rad", "angle"), ("_kg", "mass"), ("_n", "force"), ("_s", "time"),
 )  # fmt: skip
-"""What the name of a parameter ends with -> what it is, longer endings first."""
+"""Ending of a parameter's name -> kind of the quantity, longer endings first."""
 _NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([^\s\d]*)\s*")
 
 
@@ -58,15 +58,15 @@ def parse_quantity(value: Any, kind: str) -> float:
 
 
 def beyond_reason(value: float, kind: str) -> str:
-    """Say why a number in SI units cannot be meant, as a clause; empty if it can."""
+    """Say why a number in SI units is implausible, as a clause; empty if it is plausible."""
     if abs(value) <= MOST[kind]:
         return ""
     return f"beyond reason: {_A[kind]} here is at most {MOST[kind]:g} {_SI[kind]}, so a unit or a power of ten is wrong"
 
 
 def beyond_reason_by_name(name: str, value: float) -> str:
-    """Say the same of a parameter by the unit at the end of its name, such as "speed_m_s"; other names have no
-    limit."""
+    """Say why a parameter's value is implausible, by the unit at the end of its name, such as "speed_m_s"; other names have
+    no limit."""
     kind = next((kind for ending, kind in _ENDINGS if name.endswith(ending)), None)
     return beyond_reason(value, kind) if kind is not None else ""
 

@@ -9,7 +9,7 @@ from .wilson import wilson_interval
 
 
 class Rate(Value):
-    """Rate: so many of so many, with the 95 % Wilson score interval (Wilson, JASA 22, 1927)."""
+    """Rate: a number of successes in a number of trials, with the 95 % Wilson score interval (Wilson, JASA 22, 1927)."""
 
     TOLD: ClassVar[tuple[str, ...]] = ("rate", "interval")
     """Properties that its JSON has beside the fields (``json_text``)."""
@@ -24,7 +24,7 @@ class Rate(Value):
 
     @property
     def interval(self) -> tuple[float, float]:
-        """Bounds of its interval; (0, 1) where nothing was tried."""
+        """Bounds of the rate's 95 % interval; (0, 1) where nothing was tried."""
         return wilson_interval(self.hits, self.total)
 
     @property
@@ -37,5 +37,5 @@ class Rate(Value):
 
 
 def digits(rate: float) -> str:
-    """Return a rate in two digits, ".93"; "1.00" for all."""
+    """Return a rate with two digits, ".93"; "1.00" if every trial succeeded."""
     return f"{rate:.2f}".removeprefix("0")

@@ -36,7 +36,7 @@ def find_scenario(name: str) -> Path:
 
 
 def _yaml_files_near(path: Path) -> list[str]:
-    """YAML files of the folder of a path, named as it names itself."""
+    """Paths of the YAML files in the folder of a path, relative if that path is."""
     return [str(p) for pattern in ("*.yaml", "*.yml") for p in path.parent.glob(pattern)]
 
 

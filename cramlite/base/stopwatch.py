@@ -1,4 +1,4 @@
-"""CPU time by stage, of this thread and of the processes that its process waited for."""
+"""CPU time by stage, of this thread and of child processes that have ended."""
 
 from __future__ import annotations
 
@@ -82,13 +82,13 @@ def _now() -> float:
 if sys.platform == "win32":
 
     def _of_children() -> float:
-        """CPU time of processes that were waited for [s]: Windows keeps none."""
+        """CPU time of child processes that have ended [s]; 0 on Windows, which does not count it."""
         return 0.0
 
 else:
     import resource
 
     def _of_children() -> float:
-        """CPU time of processes that were waited for [s]."""
+        """CPU time of child processes that have ended [s]."""
         children = resource.getrusage(resource.RUSAGE_CHILDREN)
         return children.ru_utime + children.ru_stime

@@ -16,7 +16,10 @@ class _ValueMeta(StructMeta):
 
     @property
     def __signature__(cls) -> Signature:
-        """As written. msgspec's own evaluates the annotations, and fails at names that are there for type checkers only."""
+        """Signature of the class as it is written.
+
+        msgspec's own evaluates the annotations, and fails at names that are there for type checkers only.
+        """
         names, defaults = cls.__struct_fields__, cls.__struct_defaults__
         notes = {n: a for c in reversed(cls.__mro__) for n, a in vars(c).get("__annotations__", {}).items()}
         given = [NODEFAULT] * (len(names) - len(defaults)) + list(defaults)

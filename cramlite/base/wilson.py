@@ -6,7 +6,7 @@ Z = 1.959964  # 95 % of a normal distribution
 
 
 def wilson_interval(hits: int, total: int) -> tuple[float, float]:
-    """Compute the 95 % interval of a rate that was observed as so many of so many; (0, 1) where nothing was tried."""
+    """Compute the 95 % interval of a rate from numbers of successes and trials; (0, 1) where nothing was tried."""
     if not total:
         return (0.0, 1.0)
     rate = hits / total

@@ -104,15 +104,15 @@ KINDS = {
     "model_type": "a mapping", "model_attributes_type": "a mapping", "dict_type": "a mapping", "tuple_type": "a list",
     "list_type": "a list", "string_type": "text",
 }  # fmt: skip
-"""What pydantic calls by Python's names, as YAML calls it."""
+"""Kind of value by pydantic's name -> its name in YAML."""
 
 
 def _complaint(problem: ErrorDetails) -> str:
-    """A complaint in the words of YAML."""
+    """Clause on pydantic's complaint, in words for the author of a YAML file."""
     kind, said, given = problem["type"], problem["msg"], problem["input"]
     if kind == "too_short":
         least = problem["ctx"]["min_length"]
-        return f"{len(given) or 'nothing'} is in it, and {least} at least should be"
+        return f"it has {len(given) or 'no'} entries, and needs at least {least}"
     if kind == "string_too_long":
         return f"'{_cut(given)}' has {len(given)} characters, and at most {problem['ctx']['max_length']} should be in it"
     if kind == "string_pattern_mismatch":  # names are the only text with a pattern
@@ -146,7 +146,7 @@ def _in_words(data: Any, location: Sequence[str | int]) -> str:
 
 
 def _item(inside: Any, keys: Sequence[str]) -> str:
-    """Name of a list's entry: "thing 'tea'" in things, "value of 'at.position'" where it has no parts."""
+    """Name of a list's entry: "thing 'tea'" for a mapping in ``things``, "value of 'at.position'" for a plain value."""
     if not isinstance(inside, dict) or not keys:
         return f"value of '{'.'.join(keys)}'" if keys else "value"
     name = f" '{_cut(inside['name'])}'" if isinstance(inside.get("name"), str) else ""
@@ -154,7 +154,7 @@ def _item(inside: Any, keys: Sequence[str]) -> str:
 
 
 def _cut(text: str) -> str:
-    """A text for a message: not more than its beginning where it is long."""
+    """Text for a message, cut to its beginning where it is long."""
     return f"{text[:SHOWN]}..." if len(text) > SHOWN else text
 
 

@@ -20,7 +20,7 @@ _SCALARS = {
     "null": (r"~|null|Null|NULL|", ["~", "n", "N", ""]),
     "merge": (r"<<", "<"),
 }
-"""What a plain scalar is by its text, and what it begins with; ``<<`` is of YAML 1.1 and in common use."""
+"""Types of plain scalars: what one is by its text, and what it begins with; ``<<`` is of YAML 1.1 and in common use."""
 
 
 DEEPEST = 100
@@ -116,7 +116,7 @@ def _mapping(reader: Any, node: yaml.MappingNode) -> Iterator[Mapping]:
 
 
 def _once(reader: Any, node: yaml.MappingNode) -> Iterator[tuple[Hashable, int]]:
-    """The keys that a mapping itself gives, with their lines."""
+    """Keys of a mapping, without those that it merges from others, with their lines."""
     seen = set()
     for key_node, _ in node.value:
         key = reader.construct_object(key_node, deep=True)

@@ -77,7 +77,7 @@ def _check_scenario(path: Path, data: Any, plugins: PluginChoice) -> int:
 
 
 def _start(scenario: Scenario, setting: Setting, engine: Engine) -> str:
-    """Start of a scenario in words; each kind of start is asked for all that a run would need of it."""
+    """Start of a scenario in words, checked for what a run needs: a demonstration's reading, a goal's plan, or the tasks."""
     if scenario.spec.demonstration is not None:
         return f"the demonstration '{scenario.spec.demonstration}', read as {_shown(scenario, setting, engine).with_things}"
     if scenario.spec.goal is not None:
@@ -100,7 +100,7 @@ def _planned(scenario: Scenario, setting: Setting, knowledge: Knowledge) -> Plan
 
 
 def _shown(scenario: Scenario, setting: Setting, engine: Engine) -> Plan:
-    """The likeliest reading of the demonstration for which the scenario has things; a camera's are known once it has looked."""
+    """Likeliest reading of the demonstration whose things the scenario has; things that a camera must find are not asked for."""
     from ..engine.search_in_setting import are_there
     from ..planning.budget import budget_of
     from ..planning.diagnosis import nearest_miss

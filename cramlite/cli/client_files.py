@@ -18,7 +18,7 @@ LONGEST_NAME = 300
 
 
 def _texts(data: Any) -> Iterator[str]:
-    """All texts of data, keys left out."""
+    """All texts of nested data, keys left out."""
     if isinstance(data, str):
         yield data
     elif isinstance(data, Mapping | list):
@@ -70,7 +70,7 @@ class ClientFiles(Value):
         return scenario_from(path, started_by(data, goal) if goal else data)
 
     def _require_inside(self, text: str) -> None:
-        """Refuse a text that leads out of the folder where it is taken for a path."""
+        """Refuse a text that, taken as a path, leads out of the folder."""
         path = Path(os.path.normpath(self.folder / text))
         if not path.is_relative_to(self.folder) or (os.path.lexists(path) and not path.resolve().is_relative_to(self.folder.resolve())):
             raise UserError(

@@ -22,7 +22,7 @@ def compare_log(
     run: Path, log: Path, *, within: float | None = None, html: Path | None = None, json_output: bool = False,
     plugins: PluginChoice = INSTALLED,
 ) -> int:  # fmt: skip
-    """Print where a log and a run part, and by how much they differ.
+    """Print where a log and a run diverge, and by how much they differ.
 
     Args:
         run: a folder that ``cramlite resolve`` or ``cramlite execute --out`` wrote.

@@ -154,7 +154,7 @@ def _plugins(plugins: PluginChoice) -> Examined:
 
 
 def _requirements(extra: str) -> list[Requirement]:
-    """The libraries that we need: of an extra, or without any."""
+    """Libraries that cramlite requires, always or for an extra."""
     from packaging.requirements import Requirement
 
     found = [Requirement(text) for text in metadata.requires(OURS) or ()]

@@ -257,7 +257,7 @@ def add_commands(add: Add) -> None:
         help="instead of --world: the process of a robot that takes actions, to which the program is streamed",
     )
     execute.add_argument(
-        "--seed", type=int, default=0, help="of a scenario's world and of the sensors' noise; default 0"
+        "--seed", type=int, default=0, help="seed of a scenario's world and of the sensors' noise; default 0"
     )
     add_purpose(execute)
     execute.add_argument(
@@ -300,5 +300,5 @@ def add_commands(add: Add) -> None:
         help="close after this time without a client; default 600 s, 0 for no limit",
     )
     controller.add_argument(
-        "--seed", type=int, default=0, help="of a scenario's world and of the sensors' noise; default 0"
+        "--seed", type=int, default=0, help="seed of a scenario's world and of the sensors' noise; default 0"
     )

@@ -25,7 +25,7 @@ def vacant(out: Path | None) -> None:
 def write_run(
     out: Path, rollout: Rollout, name: str, knowledge: Any, *, episode: bool, events: Sequence[Event] = ()
 ) -> None:
-    """Write a recorded run into a folder, as ``execute_program`` says; its episode has further events."""
+    """Write a recorded run into a folder: result, recording, world and episode."""
     from msgspec import json
     from msgspec.structs import replace
 

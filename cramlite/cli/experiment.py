@@ -35,7 +35,7 @@ def _experiment(arguments: argparse.Namespace) -> int:
 
 
 def _refuse(arguments: argparse.Namespace, options: tuple[str, ...], why: str) -> None:
-    """Refuse the options of the other kind of experiment."""
+    """Refuse options that belong to the other kind of experiment."""
     given = [name for name in options if getattr(arguments, name)]
     if given:
         raise UserError(f"--{given[0].replace('_', '-')} does not suit the experiment '{arguments.experiment}': {why}.")
@@ -88,7 +88,7 @@ def add_commands(add: Add) -> None:
     experiment.add_argument("--set", default="", metavar="NAME", help="which demonstrations (default main)")
     experiment.add_argument(
         "--short", action="store_true",
-        help="only the first of each object; exit code 1 if a threshold of the file is not reached",
+        help="only the first demonstration of each object; exit code 1 if a threshold of the file is not reached",
     )
     experiment.add_argument(
         "--without", metavar="ABLATION",
@@ -126,10 +126,10 @@ def add_commands(add: Add) -> None:
     )
     judged.add_argument(
         "--tasks", default="", metavar="NUMBERS",
-        help="its tasks, such as 0,2,8:12, which ends with 11; default all",
+        help="tasks of the suite, such as 0,2,8:12, which ends with 11; default all",
     )
     judged.add_argument(
-        "--states", default="", metavar="NUMBERS", help="initial states of each, such as 0:5; default 0"
+        "--states", default="", metavar="NUMBERS", help="initial states of each task, such as 0:5; default 0"
     )
     judged.add_argument(
         "--twins", type=int, default=0, help="worlds that a program must stand before it is played; default 0"

@@ -117,4 +117,4 @@ def add_commands(add: Add) -> None:
     export.add_argument(
         "--world", help="a run directory, its world.json, or a scenario, where RUN holds no world"
     )
-    export.add_argument("--seed", type=int, default=0, help="of a scenario's world; default 0")
+    export.add_argument("--seed", type=int, default=0, help="seed of a scenario's world; default 0")

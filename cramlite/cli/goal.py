@@ -100,7 +100,7 @@ def add_commands(add: Add) -> None:
         "--seed", type=int, default=0, help="0 (default) is the world as written; others vary it"
     )
     add_say(goal)
-    goal.add_argument("--plans", type=int, default=1, help="so many ways to achieve it; default 1")
+    goal.add_argument("--plans", type=int, default=1, help="number of plans that are printed; default 1")
     goal.add_argument("--pddl", type=Path, metavar="DIR", help="write domain.pddl and problem.pddl there, and do not plan")
     goal.add_argument("--all", action="store_true", help="all things of the world in the PDDL, not those that the goal is about")
     goal.add_argument("--plan", type=Path, metavar="FILE", help="check a PDDL plan for the goal, and say what each step is for")

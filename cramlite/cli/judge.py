@@ -63,7 +63,7 @@ def judge_program(
 
 
 def judged_text(program: Path, text: str, place: World, purpose: Purpose, knowledge: Knowledge, seed: int) -> JudgedRun:
-    """Run and judge a text; mistakes in it are told with its file."""
+    """Run and judge a program's text; errors in the text name its file."""
     from ..engine.judging import judge_text
 
     with naming(program):
@@ -81,7 +81,7 @@ def judged_json(judged: JudgedRun) -> dict[str, Any]:
 
 
 def refuse(program: Path, judged: JudgedRun) -> None:
-    """End the command where a validator objects, or nobody found anything.
+    """End the command with an error if a validator objects, or if no validator applied.
 
     Raises:
         NoSolution: with the objections.
@@ -136,7 +136,7 @@ def _of_scenario(scenario: Scenario, knowledge: Knowledge, place: World) -> Purp
 
 
 def _meant(scenario: Scenario, knowledge: Knowledge, place: World) -> tuple[str, ...]:
-    """A scenario's goal about things of the world.
+    """Goal of a scenario with its described objects replaced by things of the world.
 
     Raises:
         UserError: a described object may be several of them, or none.
@@ -170,12 +170,12 @@ def robots_world(world: str, program: Path, knowledge: Knowledge, seed: int) -> 
 
 
 PACKED = b"\x1f\x8b"
-"""What gzip begins a file with."""
+"""First bytes of a gzip file."""
 
 
 @contextmanager
 def naming(program: Path) -> Iterator[None]:
-    """Put the program's path before errors about its text; the simulator is given the text alone."""
+    """Put the program's path before errors about its text, since the simulator does not know the path."""
     try:
         yield
     except UserError as error:
@@ -237,7 +237,7 @@ def add_commands(add: Add) -> None:
     )
     add_purpose(judge)
     judge.add_argument(
-        "--seed", type=int, default=0, help="of a scenario's world and of the sensors' noise; default 0"
+        "--seed", type=int, default=0, help="seed of a scenario's world and of the sensors' noise; default 0"
     )
     judge.add_argument(
         "--json", action="store_true",

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from ..learning.proposal import Proposal
 
 MOST = 10
-"""Demonstrations at a time: nobody shows one thing more often."""
+"""Largest number of demonstrations of one task: nobody shows a thing more often."""
 
 
 def add_commands(add: Add) -> None:
@@ -27,7 +27,7 @@ def add_commands(add: Add) -> None:
     )  # fmt: skip
     learn.add_argument(
         "--not", dest="refused", nargs="+", type=Path, default=[], metavar="EPISODE",
-        help="episodes in which it was not done: the rule may hold of nothing in them",
+        help="episodes in which the task was not done: the rule may hold of nothing in them",
     )  # fmt: skip
     learn.add_argument(
         "--known", nargs="+", type=Path, default=[], metavar="EPISODE",
@@ -35,7 +35,7 @@ def add_commands(add: Add) -> None:
     )  # fmt: skip
     learn.add_argument(
         "--compare", nargs="+", type=Path, default=[], metavar="EPISODE",
-        help="further demonstrations: which steps are missing, in another order, or new",
+        help="further demonstrations to compare: which of their steps are missing, in another order, or new",
     )  # fmt: skip
     learn.add_argument(
         "--try", dest="scenario", metavar="SCENARIO",
@@ -48,6 +48,7 @@ def add_commands(add: Add) -> None:
 def _learn(arguments: argparse.Namespace) -> int:
     from ..engine.engine import Engine
     from ..learning.from_episodes import compared, learn_task
+    from ..learning.motion_text import said
     from ..learning.package import write_package
     from ..testing.skeleton import vacant_folder
 
@@ -69,11 +70,20 @@ def _learn(arguments: argparse.Namespace) -> int:
             print(f"  {phase:4} {text}")
     for text in (*(f"taken to be wrong: {w}" for w in proposal.wrong), *(f"open: {u}" for u in proposal.undecided)):
         print(text)
-    print("how it is done: " + (" -> ".join(s.task for s in proposal.steps) or "not learned; write 'decompose'"))
+    print("how it is done: " + _how(proposal))
+    if text := said(proposal):
+        print(text)
     for path, found in others:
         print(f"{path}: {'; '.join(map(str, found)) or 'as it was shown'}")
     print("\n".join([f"Wrote a task plugin to '{folder}':", *(f"  {path.relative_to(folder)}" for path in written)]))
     return _tried(arguments, proposal, next(p for p in written if p.name == "__init__.py")) if arguments.scenario else 0
+
+
+def _how(proposal: Proposal) -> str:
+    """Known tasks, a motion, a rest, in order."""
+    learned = (("a motion that was learned", proposal.moving), ("rest", proposal.rest))
+    parts = [*(s.task for s in proposal.steps), *(name for name, found in learned if found)]
+    return " -> ".join(parts) if proposal.done else "not learned; write 'decompose'"
 
 
 def _tried(arguments: argparse.Namespace, proposal: Proposal, module: Path) -> int:

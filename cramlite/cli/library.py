@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from ..model.known_kind import BuiltLibrary, KnownKind
 
 DENSITY = 500.0
-"""Of kinds whose files state no mass [kg/m3]: full cartons have 300 to 800."""
+"""Density of kinds whose files state no mass [kg/m3]: full cartons have 300 to 800."""
 
 
 def add_commands(add: Add) -> None:
@@ -26,11 +26,11 @@ def add_commands(add: Add) -> None:
     library.add_argument("--scale", type=float, default=1.0, help="from the unit of mesh files to metres, e.g. 0.001 (default 1)")
     library.add_argument(
         "--density", type=float, default=DENSITY,
-        help=f"of kinds whose files state no mass [kg/m3], default {DENSITY:g}",
+        help=f"density of kinds whose files state no mass [kg/m3], default {DENSITY:g}",
     )  # fmt: skip
     library.add_argument(
         "--up", choices=["x", "y", "z", "down-x", "down-y", "down-z"], default="",
-        help="axis of their frames that usually points up, or down; left out, their shapes tell",
+        help="axis of the kinds' frames that usually points up, or down; by default their shapes tell",
     )  # fmt: skip
 
 

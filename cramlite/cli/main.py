@@ -77,7 +77,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _told(error: CramliteError) -> int:
-    """Print an error for people, and return the exit code; a file's text in it may not steer the terminal."""
+    """Print an error for people, control characters escaped, and return the exit code."""
     said = "".join(c if c.isprintable() or c in "\n\t" else repr(c)[1:-1] for c in str(error))
     print(f"cramlite: {said}", file=sys.stderr)
     return error.exit_code
@@ -117,7 +117,7 @@ def _check_common_options(arguments: argparse.Namespace) -> None:
 
 
 def _start_lightly() -> None:
-    """Settings of a process that is ours alone, so nothing of this is done on import.
+    """Set up garbage collection and plugins of a process that runs only one command; an import changes none of these settings.
 
     Most objects stay, modules first of all: of the CPU time of ``cramlite check`` looking for cycles took 8 % (after every
     700 new objects), and 15 % once more at the end, for nothing; the thresholds are mypy's. For plugins of its own

@@ -58,7 +58,7 @@ def serve_mcp(*, folder: Path, runs: Path | None = None, port: int | None = None
 
 
 def _listen(port: int) -> socket.socket:
-    """A socket of loopback, taken before anything is loaded."""
+    """Loopback socket, bound before anything is loaded."""
     try:
         return socket.create_server((LOOPBACK, port))
     except (OSError, OverflowError) as error:

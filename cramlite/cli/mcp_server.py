@@ -54,7 +54,7 @@ FILES = (
     "summary.json", "plan.json", "verdict.json", "trace.json", "interpretation.json", "program.json", "program.script", "program.mod",
     "program.py", "execution/execution.json", "execution/verdict.json",
 )  # fmt: skip
-"""Files of a run that are resources, beside its report; in their addresses the last stroke is a point."""
+"""Files of a run that are resources, beside its report; in their addresses a point stands for the last slash."""
 REPORT = "report.html"
 T = TypeVar("T")
 Answer = dict[str, Any]
@@ -277,7 +277,7 @@ class Tools:
 
 
 def _until_stopped(do: Callable[[Say, Stop], T], say: Say, stop: Stop) -> T:
-    """Do something that ends soon when it is to stop.
+    """Run a function with a pulse, so that it ends soon after ``stop`` is set.
 
     Raises:
         NoSolution: it was stopped.
@@ -312,7 +312,7 @@ def _tool(function: Callable[..., Any], *, read_only: bool) -> Tool:
 
 
 def _files(folder: Path) -> list[str]:
-    """The files of a run that there are; a link is none."""
+    """Existing files of a run, links left out."""
     return [n for n in (REPORT, *FILES) if (folder / n).is_file() and not (folder / n).is_symlink()]
 
 

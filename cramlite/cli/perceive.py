@@ -143,7 +143,7 @@ def add_commands(add: Add) -> None:
         help="values of answers beside those that decide, with commas; default type,pose",
     )
     perceive.add_argument("--fixtures", metavar="SCENARIO", help="scenario whose furniture is in a recorded view, as from a map")
-    perceive.add_argument("--seed", type=int, default=0, help="of the scenario's world and of the camera's noise")
+    perceive.add_argument("--seed", type=int, default=0, help="seed of the scenario's world and of the camera's noise")
     perceive.add_argument(
         "--out", type=Path,
         help="folder for perception.html: image, depth, cloud, pipeline and hypotheses on one page",

@@ -30,7 +30,7 @@ LEFT_OUT = (
     "how your controller rounds corners and times motions, beyond what its manual says",
     "the fingers' own controller: its delays, and what it does when it loses its connection",
 )
-"""What no run here shows, of any program; of its robot's language says more: docs/reference/robot_code.md."""
+"""Effects that no simulation here shows, of any program; docs/reference/robot_code.md has those of the robot's language."""
 NEVER_DRAWN = (
     "a tool centre point or payload that is set otherwise on the controller", "a thing that is missing, turned over, or another one",
     "a base that stands elsewhere or is not level", "a fault of power, network or air",
@@ -304,7 +304,7 @@ def add_commands(add: Add) -> None:
     command.add_argument("program", type=Path, help="a run directory, or a text, of which less is known")
     command.add_argument(
         "--world", default="",
-        help="that a text runs in: a run directory, a scenario or a world.json; a run directory has its own",
+        help="world that a text runs in: a run directory, a scenario or a world.json; a run directory has its own",
     )
     command.add_argument(
         "--speed", type=float, metavar="SHARE",
@@ -314,10 +314,10 @@ def add_commands(add: Add) -> None:
     command.add_argument("--out", type=Path, metavar="FILE", help="write the text of the dry run there")
     command.add_argument(
         "--limit", action="append", default=[], metavar="NAME=VALUE",
-        help="of your cell: tool_speed [m/s], tool_force [N], joint_speed [deg/s] or payload [kg]; may be given several times",
+        help="limit of your cell: tool_speed [m/s], tool_force [N], joint_speed [deg/s] or payload [kg]; may be given several times",
     )  # fmt: skip
     command.add_argument(
-        "--seed", type=int, default=0, help="of a scenario's world and of the sensors' noise; default 0"
+        "--seed", type=int, default=0, help="seed of a scenario's world and of the sensors' noise; default 0"
     )
     command.add_argument(
         "--json", action="store_true",

@@ -13,11 +13,11 @@ if TYPE_CHECKING:
     from rich.live import Live
 
 SHOWN = ("candidate", "program", "twin", "writing", "executing")
-"""How events begin that are written where there is no terminal to draw on."""
+"""First words of the events that are written to a log, where there is no terminal to draw on."""
 STAYS = re.compile(r"program \d+ refused: ")
 """Events that stay on a terminal, above its line of progress."""
 RAREST = 60.0
-"""Seconds between two lines on what is done now, at most, in a log: between the first ones it is less, twice as much each time."""
+"""Longest time between two lines of a log on the current work [s]; the first lines come sooner, each after twice the time."""
 
 
 class Progress:
@@ -62,7 +62,7 @@ class Progress:
 
 
 def _live_line() -> Live:
-    """A line that is drawn when it changes, by no thread: workers may be forked meanwhile."""
+    """Line that is redrawn when it changes, without a thread, since worker processes may be forked meanwhile."""
     from rich.console import Console
     from rich.live import Live
 

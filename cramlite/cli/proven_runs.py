@@ -1,4 +1,4 @@
-"""Runs that one server proved, and the only way from there to motion.
+"""Runs that one server proved; only these can be executed through it.
 
 What may move is kept in memory: a program that this process proved, and the setting that it proved it in. What lies in the run
 directory is for readers; before anything moves it is compared with what was proven, as is the world of the scenario.
@@ -197,7 +197,7 @@ class ProvenRuns:
 
 
 def _name(scenario: str, seed: int, key: dict[str, Any]) -> str:
-    """Other files, plugins or doubts make another run."""
+    """Name of a run: its scenario and seed, and a hash of files, plugins and doubts."""
     return f"{scenario[:60]}-{str(seed)[:20]}-{derive_seed(0, (), json.encode(key).hex()):08x}"
 
 
@@ -217,7 +217,7 @@ def _first(engine: Engine, reading: Reading, setting: Setting, run: RunDirectory
 
 
 def _write(run: RunDirectory, solution: Solution, engine: Engine, seed: int, say: Say) -> str:
-    """The files of a run; gives the hash of those that motion depends on."""
+    """Write the files of a run; return the hash of those that its execution depends on."""
     from ..report import write_report
 
     write_solution(run, solution, engine, seed)

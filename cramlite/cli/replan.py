@@ -111,7 +111,7 @@ def _stretches(going_on: GoingOn, first: Attempt, rounds: int, moments: list[Mom
 
 
 def _say(said: list[str], text: str, *, aloud: bool) -> None:
-    """Keep the lines between rounds, and print them unless all is printed at the end."""
+    """Collect a line about an execution, and print it at once if ``aloud``."""
     said.append(text)
     if aloud:
         print(text, flush=True)

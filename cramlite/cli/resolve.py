@@ -163,7 +163,7 @@ def _changes(scenario: Scenario, setting: Setting, engine: Engine, *, json_outpu
     from ..engine.relaxing import relaxations
 
     found = relaxations(scenario, setting, engine, lambda _: None if json_output else print(f"tried: {_}", flush=True))
-    lines = [f"\n  It would do to bring {r}." for r in found]
+    lines = [f"\n  It would be enough to bring {r}." for r in found]
     return "".join(lines) or "\n  No declared change makes it solvable: neither base nor things, by up to 0.64 m."
 
 
@@ -186,7 +186,7 @@ def _no_solution(
 def _first_solution(
     run: RunDirectory, reading: Reading, setting: Setting, engine: Engine, trace: Trace, say: Progress, came: Signals
 ) -> tuple[Solution | None, Solution | None]:
-    """The first proven program, and the last one that was refused of the first candidate that had one."""
+    """First proven program, and the last refused program of the first candidate that had one."""
     try:
         return _search(run, reading, setting, engine, trace, say, came)
     finally:
@@ -237,8 +237,8 @@ def _say_understood(scenario: Scenario, setting: Setting, engine: Engine) -> Non
 
 
 def _say_notes(scenario: Scenario, setting: Setting, engine: Engine) -> None:
-    """Print doubts about the scenario and changes of its things, once: they change the proof. Doubts about
-    files are only counted, 'check' prints them."""
+    """Print doubts about the scenario and changes of its things, once: they change the proof; and what is not
+    resolved yet. Doubts about files are only counted, 'check' prints them."""
     for doubt in doubts(scenario, setting, engine.knowledge):
         print(f"cramlite: doubt: {doubt}", file=sys.stderr)
     for change in changes_of_things(scenario, setting):
@@ -246,6 +246,11 @@ def _say_notes(scenario: Scenario, setting: Setting, engine: Engine) -> None:
     if read := doubts_of_files(scenario, setting):
         where = f"'cramlite check {scenario.path}' prints them, the report lists them"
         print(f"cramlite: {counted(len(read), 'doubt')} about files of robot and scene: {where}", file=sys.stderr)
+    if scenario.spec.then:
+        camera = scenario.spec.poses == "camera"
+        who = "GoingOn(scenario, engine).execute(solution) in Python" if camera else f"'cramlite execute PROGRAM --replan {scenario.path}'"
+        ends = f"what is proven now ends before {counted(len(scenario.spec.then), 'stage')} of 'then'"
+        print(f"cramlite: an open program: {ends}, which {who} resolves in turn", file=sys.stderr)
 
 
 def _finish(run: RunDirectory, solution: Solution, engine: Engine, say: Progress, *, report: bool) -> None:
@@ -309,7 +314,7 @@ def add_commands(add: Add) -> None:
     resolve.add_argument("--plan", type=Path, help="a PDDL plan for the scenario's goal, see 'cramlite goal --pddl'")
     resolve.add_argument(
         "--reading", metavar="READING",
-        help="of the demonstration: its number as 'cramlite interpret' lists them, or a task that it has; "
+        help="reading of the demonstration: its number as 'cramlite interpret' lists them, or a task that it has; "
             "also reading: in the scenario",
     )
     resolve.add_argument("--no-report", action="store_true", help="do not write report.html and pictures")

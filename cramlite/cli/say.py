@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class Said(Value):
-    """Sentence of a person.
+    """Sentence in which a person says what shall be done.
 
     Args:
         sentence: what shall be done.
@@ -43,7 +43,7 @@ def said_of(arguments: argparse.Namespace) -> Said | None:
 
 
 def said_in(path: Path, said: Said | None) -> Scenario:
-    """Read a scenario, with a sentence as its start if there is one; a file that starts from nothing will do then.
+    """Read a scenario, with a sentence as its start if there is one; the file then needs no start of its own.
 
     Raises:
         UserError: as ``read_scenario``.

@@ -192,7 +192,7 @@ class Service:
         return self._one(self._of(params))
 
     def _of(self, params: dict[str, Any]) -> Id:
-        """Id of a search that can go on."""
+        """Number of a request's search, which can go on."""
         asked: Id = params.get("of")
         if not _is_id(asked) or asked not in self._found:
             raise Refused(WRONG_PARAMS, f"'of' is the id of a 'resolve' whose search can go on, not {asked!r}")

@@ -51,4 +51,4 @@ def add_commands(add: Add) -> None:
     show = add("show", _show)
     show.add_argument("scenario", metavar="SCENARIO", help="a scenario file, or the name of a shipped one")
     show.add_argument("--out", type=Path, metavar="FILE", help="picture to write; default: the scenario's name and .png, here")
-    show.add_argument("--seed", type=int, default=0, help="of the scenario's world; default 0")
+    show.add_argument("--seed", type=int, default=0, help="seed of the scenario's world; default 0")

@@ -30,7 +30,7 @@ class Interrupted(CramliteError):
 
 
 class Signals:
-    """Signals that came; work asks whether one did, and ends."""
+    """Received signals; long work asks whether there is one, and ends."""
 
     def __init__(self) -> None:
         self.number = 0

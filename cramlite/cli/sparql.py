@@ -37,7 +37,7 @@ class Answer(Value):
 
 
 def query_text(text: str) -> str:
-    """Return the query itself, or that in the file that ``@file`` names.
+    """Return the text of a query, read from a file for ``@file``.
 
     Raises:
         UserError: the file cannot be read.

@@ -94,7 +94,7 @@ def repairs_json(repairs: Iterable[Repair]) -> list[dict[str, Any]]:
 
 
 def _label(action: Interpreted) -> str:
-    """Name of the action in the recording, or the conclusion from motion."""
+    """Source of an action's event: named in the recording, or inferred from motion; "" for a plain action."""
     event = action.segments[0].event if action.segments else None
     if event is None or event.type == ACTION:
         return ""

@@ -55,8 +55,10 @@ class _Tree(Value):
         return cls(entries, ends, kept, {n: counts[entries[n - 1].parent] for n in ends}, {})
 
     def given_up(self, entry: Entry) -> bool:
-        """A choice that the search went back behind; without a proven program only if others answered the same question, since
-        then every choice of the way is one that led nowhere."""
+        """Check whether the search gave a choice up.
+
+        While no program is proven only choices with rivals count: every choice of the way was then left in vain.
+        """
         ended = self.ends.get(entry.number, 0)
         back = 0 < ended <= len(self.entries) and entry.number not in self.kept
         return back and (bool(self.kept) or self.rivals[entry.number] > 1)
@@ -66,7 +68,7 @@ class _Tree(Value):
         return self.depth(entry) + (entry.outcome != "asked" and entry.parent > 0)
 
     def depth(self, entry: Entry) -> int:
-        """Of the question that it belongs to; from the top, since a search may be a thousand questions long."""
+        """Depth in the tree of the question that an entry belongs to, without recursion: a search may be a thousand questions long."""
         chain = []
         while entry.number not in self.depths and entry.parent:
             chain.append(entry)
@@ -90,14 +92,14 @@ class _Tree(Value):
             yield f"   {why}"
 
     def _why_given_up(self, entry: Entry) -> str:
-        """Nearest miss among the decisions after a choice; empty for a choice without rivals, which repeats a
-        miss told elsewhere."""
+        """Nearest miss among the decisions after a choice; empty for a choice without alternatives."""
         miss = nearest_miss(self.entries[entry.number : self.ends[entry.number] - 1]) if self.rivals[entry.number] > 1 else None
         return f"given up: {miss.designator}: {rounded(miss.reason)}" if miss else ""
 
 
 def _ends(entries: Sequence[Entry]) -> dict[int, int]:
-    """Choice -> the number after the last entry of its subtree, the proofs of programs with it, and their runs in twins, included.
+    """Number of the first entry behind each choice's subtree, which includes proofs and runs in twins of programs with the
+    choice.
 
     The search goes depth first, so a subtree ends where something is asked, tried or said that hangs no deeper than the choice
     itself. Of goals, whose steps hang under nothing, nothing is known.
@@ -120,7 +122,7 @@ def _decision_text(entry: Entry) -> str:
 
 
 def _repeats(name: str, entry: Entry) -> bool:
-    """Whether the name of an alternative says nothing that the line does not say without it."""
+    """Whether the name of an alternative repeats what its line says anyway."""
     key = re.escape(name)
     number = re.fullmatch(r"-?[\d.]+", name) is not None and entry.reason != ""
     again = re.match(rf"{key}(?!\w)", entry.reason) or (" " in name and name in entry.reason)

@@ -194,7 +194,7 @@ def add_commands(add: Add) -> None:
     view = add("view", _view)
     view.add_argument("directory", type=Path, metavar="RUN", help="a folder of 'resolve --out' or 'execute --out'")
     view.add_argument("--world", help="a run directory, its world.json, or a scenario, where RUN holds no world; default RUN/world.json")
-    view.add_argument("--seed", type=int, default=0, help="of a scenario's world; default 0")
+    view.add_argument("--seed", type=int, default=0, help="seed of a scenario's world; default 0")
     view.add_argument("--host", default="127.0.0.1", help="address to serve at; default 127.0.0.1")
     view.add_argument("--port", type=int, default=8080, help="the first port to try; default 8080")
     view.add_argument("--no-browser", action="store_true", help="print the address and open no browser")

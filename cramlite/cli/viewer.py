@@ -17,7 +17,7 @@ import viser
 from ..model.rollout import Rollout, Scene
 
 EYE = (-0.75, -1.45, 0.85)
-"""Where the camera begins, from the middle of what moves [m]: the direction of the report's pictures."""
+"""First position of the camera, from the middle of the moving things [m]: the direction of the report's pictures."""
 LONGEST = 90
 """Characters of a line that are shown."""
 

@@ -126,8 +126,7 @@ class CandidateSequence(Value, eq=False):
 def doubted_last(
     plans: Iterable[tuple[Plan, TaskSequence | None]], tried: Sequence[CandidateSequence], trace: Trace
 ) -> Iterator[tuple[Plan, TaskSequence | None]]:
-    """Put a task sequence off if it reads an action as an earlier one did whose programs all met objections in
-    that very task; sequences that read it otherwise come first.
+    """Order task sequences: put off those that repeat a reading of an action which refuted every program of an earlier sequence.
 
     Args:
         tried: is asked before each.

@@ -37,13 +37,13 @@ if TYPE_CHECKING:
 
 
 KEPT = 4
-"""Engines for scenarios that ask for one of their own."""
+"""Number of engines that are kept for scenarios with plugins or ontologies of their own."""
 
 
 NOT_INFERRED = "no events were inferred"
 """The repair of a reader that looked for events in motion, and why it found none."""
 FARTHEST_WAY = 50.0
-"""[m] A recorded person stays in one building."""
+"""Largest plausible way of a recorded thing [m]: people stay in one building."""
 
 
 class Engine:
@@ -365,7 +365,7 @@ def _too_wide(episode: Episode) -> str:
 
 
 def _refuse(unknown: Mapping[str, object]) -> None:
-    """Raise TypeError at an argument that there is not; 'setting' was called 'world' before."""
+    """Raise TypeError for an unknown argument; 'setting' was called 'world' before."""
     for name in unknown:
         instead = "; the setting is given as setting=engine.setting(scenario)" if name == "world" else ""
         raise TypeError(f"there is no argument '{name}'{instead}")
@@ -380,7 +380,7 @@ def _budget(goal: object) -> Budget:
 def _to_try(
     plans: Iterable[tuple[Plan, TaskSequence | None]], most: int, trace: Trace
 ) -> Iterator[tuple[int, Plan, TaskSequence | None]]:
-    """The first so many task sequences, numbered from 1; why others are left out is traced."""
+    """Task sequences within the budget, numbered from 1; the trace says why others are left out."""
     for number, (plan, sequence) in enumerate(plans, 1):
         if number > most:
             trace.spent("sequences", most, f"{most} task sequences were tried, the rest left out")

@@ -156,7 +156,7 @@ class _List:
 
     @contextmanager
     def running(self, executor: Executor) -> Iterator[None]:
-        """A process runs something of the list in this block."""
+        """Count one more process as running requests of the list in this block."""
         with self._lock:
             self._running.append(executor)
         try:

@@ -19,29 +19,30 @@ if TYPE_CHECKING:
     from ..model.rollout import Rollout
 
 PLACE = 0.015
-"""How far a thing may be from where its proof had it [m]: validators let nothing slip by more than 12 mm, or slide by more than 15 mm."""
+"""Largest distance of a thing from its place in the proof [m]: validators let nothing slip by more than 12 mm, or slide by
+more than 15 mm."""
 LEAN = math.radians(15.0)
-"""How far it may lean from that: 10 deg from the vertical is upright."""
+"""Angle by which a thing may lean from its attitude in the proof [rad]: 10 deg from the vertical is upright."""
 LOST = 0.05
-"""What is further from its place in the hand has left it [m]; what is nearer has slipped."""
+"""Distance from which on a payload has left its place in the hand [m]; a nearer one has slipped."""
 WIDTH = 0.002
-"""How far the fingers may be from where they were [m]."""
+"""Distance by which the opening of the fingers may differ from the proof [m]."""
 PUSH, SHARE = 10.0, 1.5
-"""What may be felt beyond the proof [N], and as a share of it: free motion of an arm shows 3 to 9 N of inertia."""
+"""Force that may be felt beyond that of the proof [N], and as a multiple of it: free motion of an arm shows 3 to 9 N of inertia."""
 SLOWER, LATER = 1.5, 2.0
-"""A line may take so many times as long as in the proof, and so much longer [s]."""
+"""Factor on the time that a line took in the proof, and time beyond that [s], after which the line takes too long."""
 SIGMAS = 5.0
-"""Deviations of the noise of readings that are added to every limit."""
+"""Standard deviations of the readings' noise that are added to every limit."""
 SLACK = 0.2
-"""Of a line of the program, what its proof showed so long before and after may be read, too [s]."""
+"""Time before and after a line in the proof whose readings are expected during the line, too [s]."""
 AGAIN = 2
-"""Readings in a row that must say the same."""
+"""Number of readings in a row that must show a deviation."""
 ASKED = {Deviation.GOAL_CHANGED, Deviation.CANCELLED}
-"""What is asked for is no measurement: one reading tells it."""
+"""Deviations that one reading shows, since changes of the request are no measurements."""
 SAME = 0.5
-"""Readings that were the same for so long while the arm should move are frozen [s]."""
+"""Time after which unchanged readings count as frozen, if the arm should move [s]."""
 MOVING = 0.02
-"""An arm moves if a joint goes so far in that time [rad]."""
+"""Least motion of a joint in that time with which an arm counts as moving [rad]."""
 
 
 class Noise(Value):
@@ -220,7 +221,7 @@ class RunWatch:
         return Pose.from_rotvec(place, tuple(turn.tolist())) * Pose(quaternion=pose.quaternion)
 
     def _frozen(self, readings: Readings) -> Notice | None:
-        """Whether the very same was read for a while in which the arm moves in the proof."""
+        """Whether the readings did not change at all for a while in which the arm moves in the proof."""
         before, expected = self._raw, self.expected
         self._raw = readings
         if before is None or readings.joints != before.joints or readings.poses is None:
@@ -302,7 +303,7 @@ class RunWatch:
         return self._said(kind, now, f"'{name}' is {1000 * off:.0f} mm {what}, more than {1000 * limit:.0f} mm", name, off, limit, "m")
 
     def _lean(self, name: str, pose: Pose, rows: list[int]) -> float:
-        """Angle between its axis and the nearest of those in the proof [rad]."""
+        """Least angle between a thing's axis and its axis in samples of the proof [rad]."""
         w, x, y, z = self.expected.poses[name][rows, 3:].T
         axes = np.stack([2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)], axis=1)
         return float(np.arccos(np.clip(axes @ pose.rotation[:, 2], -1.0, 1.0)).min())

@@ -37,9 +37,9 @@ if TYPE_CHECKING:
     from ..scenario.scenario import Scenario
 
 TRIED, VIEWED = 4, 12
-"""Ways to lay one thing open and look that are proven at most, and of which is asked what the camera would see."""
+"""Largest number of ways to lay one thing open and look that are proven, and of those whose view is estimated."""
 LEAST, ENOUGH = 4, 0.5
-"""Places (``unseen.places_above``) that something hides if it is worth being put aside; the share of them that a new view must show."""
+"""Least number of places (``unseen.places_above``) that an occluder hides if it is put aside; share of them that a new view must show."""
 
 
 class Reveal(Value, eq=False):

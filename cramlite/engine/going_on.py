@@ -34,6 +34,7 @@ from .expectation import EXACT, SIGMAS, Noise, RunWatch, expectation
 from .read_belief import real_after, world_as_read
 from .replanning import SLOW, Attempt, Round, Say, way_back
 from .search_in_setting import search_in
+from .setting import with_load
 
 if TYPE_CHECKING:
     from ..model.plan import Plan
@@ -45,9 +46,9 @@ if TYPE_CHECKING:
     from .solution import Solution
 
 STILL = 0.005
-"""What nobody means to move gets no further on the way back [m]; as bystanders by default."""
+"""Distance by which things may move on the way back [m]: the default of bystanders."""
 RESTING = 0.0003
-"""Depth of a contact at rest [m]: what was read deeper in something stands on it, for a proof begins from there."""
+"""Depth of a contact at rest [m]: a thing that was read deeper inside another is believed to stand on it, since a proof begins there."""
 BACK = "0.Back"
 """Designator of the way back."""
 STOPS = {"halted": Deviation.REFUSED, "protective stop": Deviation.STOPPED, "killed": Deviation.KILLED}
@@ -58,7 +59,7 @@ ACKNOWLEDGED = "a protective stop is acknowledged by a person, who has looked wh
 REACHED = "the goal holds as things are"
 CLOSED = "what comes then cannot be done as things are"
 SAME = 2
-"""So many times the same may be noticed in the same step and be planned around."""
+"""Number of times that the same deviation in the same step is planned around."""
 TO_DO: Mapping[Deviation, str] = {
     Deviation.NO_GRASP: "look whether the fingers close and the thing is between them",
     Deviation.GRASP_LOST: "look at pads, air and grip force, and where the thing fell",
@@ -79,7 +80,7 @@ TO_DO: Mapping[Deviation, str] = {
     Deviation.CANCELLED: "take what is in the hand",
     Deviation.GOAL_MISSED: "look what keeps the goal from holding",
 }
-"""What a person could do where nothing more can be proven."""
+"""Advice to a person where nothing more can be proven."""
 
 
 class Stretch(Value):
@@ -152,7 +153,7 @@ class GoingOn:
             self._leave(last, real=before.real is not None)
 
     def _leave(self, last: Stretch, *, real: bool) -> None:
-        """Take the end of the last run for the setting."""
+        """Make the end of the last run the present state of the setting."""
         rollout, world = last.round.rollout, self.setting.world
         left = world_after_run(rollout, world)
         stays = {t.name for t in left.things if _apart(world.thing(t.name).pose.position, t.pose.position) <= STILL}
@@ -192,11 +193,11 @@ class GoingOn:
 
     @property
     def _open(self) -> bool:
-        """Whether stages are to come that are resolved when their time comes; another goal takes the place of all."""
+        """Whether later stages are still to be resolved; another goal replaces all of them."""
         return self.opened < len(self.scenario.spec.then)
 
     def _stage(self, done: Round, watch: RunWatch) -> tuple[Attempt | None, str]:
-        """First program of the next stage, proven from the readings, or of what is to be done in its place; None with the reasons."""
+        """First program of the next stage or of its alternative, proven from the readings; None with the reasons."""
         self._believe(done, watch)
         number, self.opened, self.goal, why = self.opened, self.opened + 1, None, list[str]()
         world = real_after(done.rollout, done.attempt.world, self.setting.world.robots[0].holds)
@@ -297,7 +298,7 @@ class GoingOn:
         where = {t.name: t.pose for t in before.world.things}
         stayed = {t.name for t in world.things if t.name in where and _apart(where[t.name].position, t.pose.position) <= STILL}
         relations = tuple(r for r in before.relations if r[1] in stayed)
-        self.setting = replace(before, world=world, relations=relations, real=None)
+        self.setting = with_load(replace(before, world=world, relations=relations, real=None), self.engine.knowledge)
         names = [a.name for a in attempt.plan.actions]
         if done.step != BACK:
             self.at, self.step = next((k for k, n in enumerate(names) if n == task_of(done.step)), 0), done.step
@@ -317,8 +318,11 @@ class GoingOn:
             yield from (c for c, verdict in attempts(search, plan, setting, engine.knowledge, engine.executors) if verdict.passed)
 
     def _rests(self, plan: Plan) -> Iterator[Plan]:
-        """Possible rests of a list of tasks, shortest first: with a payload the task under way, its parts from the one under way on, or
-        from the next one on, and all later ones; else that, or a rest from an earlier task on."""
+        """Possible remainders of a plan after a stop, shortest first.
+
+        With a payload: the task under way and all later ones; instead of that task its parts from the one under way, or
+        from the next one on; or the later tasks alone. With an empty hand: the tasks from the one under way or an earlier one on.
+        """
         at, actions = self.at, plan.actions
         if self.setting.world.robots[0].holds is None:
             yield from (replace(plan, actions=actions[k:]) for k in range(at, -1, -1))

@@ -96,5 +96,5 @@ def read_intent(run: Path) -> Intent:
 
 
 def _plain(value: Any) -> Any:
-    """Numbers and arrays of NumPy, as plugins may give them in parameters."""
+    """Plain values of NumPy's numbers and arrays, which plugins may give in parameters."""
     return value.tolist() if hasattr(value, "tolist") else str(value)

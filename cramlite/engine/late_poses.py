@@ -51,7 +51,8 @@ def parametric(candidate: Candidate, late: Mapping[str, Tolerance]) -> Candidate
 
 
 def _following(program: Program, robot: Robot, thing: str, about: set[str]) -> Program:
-    """The steps from the first task about the thing to the first free motion with it, relative to it."""
+    """Steps of a program, those from the first task about a late thing to the first free motion with it made relative to its
+    pose."""
     steps: list[AnyStep] = []
     firsts = {s.first: s for s in program.sections}
     sections: list[Section] = []

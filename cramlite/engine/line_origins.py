@@ -38,7 +38,7 @@ class _Line(NamedTuple):
 
 
 CODE = re.compile(r'(?:"[^"]*"|[^"#])*')
-"""What of a line is code: all before a comment; "#" in a text in quotes begins none."""
+"""Code of a line: all before its comment; "#" in a text in quotes begins none."""
 
 
 def origins_of(text: str, original: Code) -> Origins:
@@ -98,8 +98,7 @@ def _code_lines(text: str) -> Iterator[_Line]:
 
 
 def _of_each(lines: Sequence[_Line], original: Code) -> list[str]:
-    """The origin of each line of code: the last one that begins at or before it, as far as the next empty line, where the code
-    of a step ends; "" behind it."""
+    """Origin of each line of code: that of the step whose code it lies in; "" behind a step's code."""
     ends = [k for k, line in enumerate(original.text.splitlines(), 1) if not line.strip()]
     begins = sorted(original.origins)
     found = []
@@ -111,7 +110,7 @@ def _of_each(lines: Sequence[_Line], original: Code) -> list[str]:
 
 
 Change = tuple[str, int, int, int, int]
-"""What SequenceMatcher says: how lines of the old text became lines of the new one."""
+"""A change that SequenceMatcher found: how lines of the old text became lines of the new one."""
 
 
 def _gone(old: Sequence[_Line], own: Sequence[str], changes: Sequence[Change]) -> Mapping[str, str]:

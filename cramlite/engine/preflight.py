@@ -63,13 +63,13 @@ class Flight(Value):
 
     @property
     def twins(self) -> tuple[RunPeaks, ...]:
-        """Peaks of its successful runs in twins, at full speed; none of a dry run."""
+        """Peaks of the program's successful runs in twins, at full speed; none of a dry run."""
         runs = self.verdict.twins.twins if self.verdict is not None and self.verdict.twins is not None else ()
         return tuple(t.peaks for t in runs if t.peaks is not None and t.succeeded) if self.speed == 1.0 else ()
 
     @property
     def draws(self) -> tuple[Draw, ...]:
-        """Errors that its proof was tried with."""
+        """Errors that the program's proof was tried with."""
         runs = self.verdict.twins.twins if self.verdict is not None and self.verdict.twins is not None else ()
         return tuple(d for t in runs for d in t.draws)
 
@@ -102,7 +102,7 @@ class Check(Value):
 
     @property
     def most(self) -> float:
-        """The most in any run."""
+        """Largest value reached in any run."""
         return max(self.reaches, self.in_twins or 0.0)
 
     @property
@@ -195,7 +195,7 @@ def dry_run(flight: Flight, share: float, world: World, knowledge: Knowledge, se
 
 
 def _written(program: Program, flight: Flight, knowledge: Knowledge) -> Code:
-    """In the language that the program had; typed, where that cannot be run here."""
+    """Code of a program in its first language; typed where that language cannot be run here."""
     writers = [b for b in knowledge.backends.values() if b.executable]
     own = (b for b in writers if flight.intent is not None and b.name == flight.intent.kept.language)
     writer = next(own, None)

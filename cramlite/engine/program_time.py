@@ -99,7 +99,7 @@ def _in_place(step: AnyStep) -> float:
 
 
 def _drive(step: Drive) -> float:
-    """Legs from the second on: where the platform stood before is in no step."""
+    """Duration of a drive's legs from the second on: no step says where the platform stood before."""
     return sum(
         max(
             _trapezoid(math.dist(a[:2], b[:2]), step.speed, step.acceleration),

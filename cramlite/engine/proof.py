@@ -191,7 +191,7 @@ def _remark(backend: Backend) -> str:
 def findings_of(
     candidate: Candidate, knowledge: Knowledge, *, rollout: bool, only: Collection[str] | None = None
 ) -> list[Finding]:
-    """Return the findings of all validators of the wanted kind; a cost class that objects spares the dearer ones.
+    """Return the findings of all validators of the wanted kind; once cheap ones object, dearer ones are not asked.
 
     Args:
         rollout: ask those that look at what happened, or those that look at the program.
@@ -266,7 +266,7 @@ def conflict_of(verdict: Verdict, state: State) -> Conflict:
 
 
 def _led_past(verdict: Verdict, state: State) -> frozenset[str]:
-    """Places that the arm only passed, for an objection about poses of things that names no obstacle there."""
+    """Choices of places that only served the arm's way, and that no objection about things names."""
     if not any(f.things for f in verdict.objections):
         return frozenset()
     met = {task_of(f.origin) for f in verdict.objections if f.blocking}

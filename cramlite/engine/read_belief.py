@@ -79,7 +79,7 @@ def _possible(thing: Thing, read: Pose) -> Pose:
 
 
 def _is_read(thing: Thing) -> bool:
-    """Whether a thing that is not read is gone: things on a joint stay, and so does furniture."""
+    """Whether a thing without a reading counts as gone; furniture and things on joints stay."""
     return thing.movable and thing.joint is None
 
 

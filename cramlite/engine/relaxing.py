@@ -70,7 +70,7 @@ class Relaxation(Value):
     steps: int
 
     def __str__(self) -> str:
-        """Return it as a clause, with its amount."""
+        """Return the relaxation as a clause, with its amount."""
         return f"{self.change.says} by {1000 * STEP * self.steps:.0f} mm; by {1000 * STEP * (self.steps - 1):.0f} mm nothing was proven"
 
 
@@ -137,7 +137,7 @@ def _solves(
 
 
 def _level(way: object) -> Vector3 | None:
-    """The level part of a way as a unit vector; None where there is none."""
+    """Horizontal part of a way as a unit vector; None where there is none."""
     x, y, _ = np.asarray(way, dtype=float).tolist()
     length = math.hypot(x, y)
     return (x / length, y / length, 0.0) if length > 1e-6 else None

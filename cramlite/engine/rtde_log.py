@@ -15,7 +15,7 @@ from ..model.geometry import Floats
 
 TIME, JOINTS = "timestamp", "actual_q"
 MOST_BYTES = 500_000_000
-"""Of a log: an hour at 500 Hz with all fields has 400 MB."""
+"""Largest size of a log [bytes]: an hour at 500 Hz with all fields has 400 MB."""
 
 
 class RtdeLog(Value):

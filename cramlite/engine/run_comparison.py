@@ -40,7 +40,7 @@ class Compared(Value):
 
 
 class RunComparison(Value):
-    """A log and a run on one time.
+    """Log and run on one time axis.
 
     Args:
         times: (N,) of the run [s].
@@ -112,7 +112,7 @@ def _offset(log: RtdeLog, rollout: Rollout, moves: tuple[float, float], most: fl
 
 
 def _common(log: RtdeLog, rollout: Rollout, offset: float) -> Floats:
-    """Times of the run that both have."""
+    """Times that run and log have in common."""
     first, last = max(0.0, -offset), min(float(rollout.times[-1]), float(log.times[-1]) - offset)
     return np.arange(first, max(last, first + STEP), STEP)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING
 
 from msgspec import field
@@ -14,6 +14,7 @@ from ..model.belief import Held, initial_belief
 from ..model.handover import Handover
 from ..model.judging_limits import JudgingLimits
 from ..model.proof_doubts import ProofDoubts
+from ..planning.operators import Grounder
 from ..planning.state import State
 
 if TYPE_CHECKING:
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
     from ..ontology.taxonomy import Taxonomy
     from ..perception.active_perception import Look
     from ..planning.state import Item
+    from ..plugin.catalogue import Knowledge
     from ..plugin.protocols import Backend
     from .late_poses import Tolerance
 
@@ -51,6 +53,7 @@ class Setting(Value):
         doubts: in how many twins programs are tried, how far those are off, and how many runs must succeed.
         title: of the scenario, for people; "" where it has none.
         asked: what is to be done, in words; "" where nobody wrote it down.
+        carried: what lies in or on the payload at the start, directly or through others.
     """
 
     name: str
@@ -67,6 +70,7 @@ class Setting(Value):
     doubts: ProofDoubts = ProofDoubts()
     title: str = ""
     asked: str = ""
+    carried: tuple[str, ...] = ()
 
     def belief(self) -> Belief:
         """Return the initial belief: poses, relations, joint values, and the payload."""
@@ -74,7 +78,7 @@ class Setting(Value):
         at = self.robot.arm_at(mount.base) if self.robot.platform else None
         belief = initial_belief(self.world, mount.name, *self.robot.start(mount), self.relations, at)
         belief = replace(belief, poses={**belief.poses, **self.look.estimates}) if self.look else belief
-        return belief.grasped(held_at_start(mount.holds, belief.opening)) if mount.holds else belief
+        return belief.grasped(held_at_start(mount.holds, belief, self.carried)) if mount.holds else belief
 
     def symbolic(self, taxonomy: Taxonomy) -> SymbolicWorld:
         """Return the symbolic world at the start, as task planning takes it."""
@@ -103,6 +107,22 @@ class Setting(Value):
         return replace(done, agenda=agenda, belief=replace(belief, poses=poses), choices=())
 
 
-def held_at_start(holds: InHand, opening: float) -> Held:
-    """Return the belief about the payload at the start of a plan."""
-    return Held(holds.thing, holds.tcp_to_thing, opening)
+def held_at_start(holds: InHand, belief: Belief, carried: Iterable[str] = ()) -> Held:
+    """Return the belief about the payload at the start of a plan, with what it carries."""
+    there = belief.poses[holds.thing].pose.inverse()
+    load = {n: replace(belief.poses[n], pose=there * belief.poses[n].pose) for n in carried if n in belief.poses}
+    return Held(holds.thing, holds.tcp_to_thing, belief.opening, carries=load)
+
+
+def with_load(setting: Setting, knowledge: Knowledge) -> Setting:
+    """Return a setting that says what lies in or on the payload, by the facts that predicates read from its world."""
+    held = next((robot.holds.thing for robot in setting.world.robots if robot.holds), "")
+    if not held:
+        return replace(setting, carried=())
+    grounder = Grounder(setting.symbolic(knowledge.taxonomy), knowledge.predicates)
+    pairs = [grounder.fluents.carries(f) for f in sorted(grounder.initial()) if grounder.fluents[f[0]].carrier is not None]
+    found, new = [held], [held]
+    while new:
+        new = [above for below, above in dict.fromkeys(pairs) if below in new and above not in found]
+        found += dict.fromkeys(new)
+    return replace(setting, carried=tuple(found[1:]))

@@ -17,7 +17,7 @@ from ..scenario.asked_text import asked_text
 from ..scenario.faults import foreseen
 from ..scenario.robots import robot_of
 from ..scenario.worlds import build_world, real_world
-from .setting import Setting
+from .setting import Setting, with_load
 
 if TYPE_CHECKING:
     from ..model.plan import Plan
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 TWINS_VARIABLE = "CRAMLITE_TWINS"
 """Environment variable: how many twins a program is tried in, where neither caller nor scenario says it; for test suites."""
 Likeliest = Callable[[Setting], "Plan | None"]
-"""The plan that is likeliest to be carried out, when so much is known."""
+"""Function that returns the plan that is likeliest to be carried out in a setting."""
 
 
 def setting_of(
@@ -63,7 +63,7 @@ def setting_of(
     force, limits = scenario.spec.force_limit, scenario.spec.limits.judging()
     doubts = _doubts(scenario, world, robot, twins)
     setting = Setting(scenario.name, world, relations, robot, writer, seed, real, force_limit=force, limits=limits, doubts=doubts)
-    setting = replace(setting, title=scenario.spec.title, asked=asked_text(scenario.spec))
+    setting = with_load(replace(setting, title=scenario.spec.title, asked=asked_text(scenario.spec)), knowledge)
     told = _told(scenario, knowledge)
     if scenario.spec.poses == "camera":
         setting = _seen(scenario, setting, knowledge, told, likeliest, now)
@@ -161,7 +161,7 @@ def _check_advisory(scenario: Scenario, knowledge: Knowledge) -> None:
 
 
 def _late(scenario: Scenario, world: World) -> dict[str, Tolerance]:
-    """The late things of a scenario.
+    """Things of a scenario whose poses the program asks for when it runs, with their tolerances.
 
     Raises:
         UserError: a thing that the world does not have, or that cannot be moved.

@@ -76,7 +76,7 @@ class Solution(Value):
 
     @property
     def succeeded(self) -> bool:
-        """Whether it was proven in the belief and, if executed, succeeded there, too."""
+        """Whether the program was proven in the belief and, if executed, succeeded there, too."""
         return self.verdict.passed and (self.execution is None or self.execution.verdict.passed)
 
     @property

@@ -23,7 +23,7 @@ What = Literal["fault", "notice", "decision", "resumption", "end"]
 CLASSES = {"fault": "Fault", "decision": "Decision", "resumption": "Resumption"}
 """Class of a moment in cramlite's ontology; a notice has its own."""
 INSTANT = 0.001
-"""How long an event of an instant lasts [s]."""
+"""Length of an event that is an instant [s]."""
 
 
 class Moment(Value):
@@ -50,7 +50,7 @@ class Moment(Value):
     thing: str = ""
 
     def __str__(self) -> str:
-        """Return it as a line."""
+        """Return the moment as a line."""
         spent = f" ({self.thought:.1f} s of CPU time)" if self.what == "decision" else ""
         return f"{self.time:8.2f} s  round {self.round}  {self.what:<10} {self.said}{spent}"
 

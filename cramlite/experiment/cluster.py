@@ -24,11 +24,11 @@ OWN = "dask"
 CONNECT = 10
 """A scheduler answers within this time [s], or it is not there."""
 RESTART = 60
-"""So long a scheduler that was lost may take until it is there again [s]."""
+"""Longest time that a lost scheduler may take to come back [s]."""
 LOSSES = 5
 """A scheduler that is lost this often without a single trial in between is given up."""
 ASK_AGAIN = 2.0
-"""Workers come and go: so often they are counted [s]."""
+"""Time between two counts of the workers, which come and go [s]."""
 
 
 def check_executor(executor: str) -> str:

@@ -64,7 +64,7 @@ def find_experiment(name: str) -> Path:
 
 
 def is_judged(path: Path) -> bool:
-    """Return whether an experiment's file names a judge of others.
+    """Return whether an experiment's file names an external judge.
 
     Raises:
         UserError: it cannot be read, or is no YAML.

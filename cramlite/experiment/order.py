@@ -1,4 +1,4 @@
-"""Order for a run of an experiment: trials that we judge or that others judge, where to, and by how many processes."""
+"""Order to run an experiment: its trials, judged here or by others, the folder of results and the number of processes."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ class Trials(Hashable, Protocol):
         """Check the needs of all trials, before the first one begins."""
 
     def run(self, name: str, store: Store, processes: int) -> Any:
-        """Run a trial, or its open part, its twins in so many processes; return its result."""
+        """Run a trial, or its unfinished part, with its twins in a number of processes; return its result."""
 
     def lost(self, name: str, reason: str) -> Any:
         """Return the result of a trial that was given up."""
@@ -98,5 +98,5 @@ class Order(Value):
 
     @property
     def store(self) -> Store:
-        """Store of its results."""
+        """Store of the run's results."""
         return Store(self.out, self.trials.folder, self.trials.result)

@@ -38,7 +38,7 @@ def _kill(worker: multiprocessing.process.BaseProcess) -> None:
 
 
 def _begin() -> None:
-    """Send prints of plugins elsewhere, and end with the parent process."""
+    """Redirect prints of plugins, and end with the parent process."""
     sys.stdout = sys.stderr
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     begin_group()

@@ -65,7 +65,7 @@ class Claims(Value):
 
 
 NOTHING = Claims(frozenset(), frozenset(), frozenset(), frozenset(), passive=False)
-"""What is said of a task that no rule speaks about."""
+"""Claims of a task that no rule speaks about: none."""
 
 OFFERED = 256
 """Candidates offered: a person reads a few, and a search that failed with so many readings fails with the others."""
@@ -78,15 +78,15 @@ class Read(Protocol):
 
     @property
     def matches(self) -> tuple[Match, ...]:
-        """The tasks that it may be."""
+        """Tasks that the action may be."""
 
     @property
     def label(self) -> str | None:
-        """The task that the recording names."""
+        """Task that the recording names; None where it names none."""
 
     @property
     def moved(self) -> tuple[str, ...]:
-        """Things that are elsewhere in the end."""
+        """Things that end the action elsewhere than they began it."""
 
 
 def claims(rule: Rule, match: Match) -> Claims:
@@ -173,7 +173,7 @@ def candidates(
 
 
 def _undecided(matches: Sequence[Match], claimed: Sequence[Claims]) -> list[Claims]:
-    """Claims of the readings of one action. Of several unknown fillers of a task only one can be right, so
+    """Claims of one action's readings that conditions of coherence use. Of several unknown fillers of a task only one can be right, so
     their differences are left open."""
     found = list(claimed)
     for task in {m.task for m in matches if m.unknown}:
@@ -215,7 +215,7 @@ def _options(
 def _untold(
     action: Read, claimed: Sequence[Claims], match: Match | None, claim: Claims, taxonomy: Taxonomy, name: float, wide: bool = False
 ) -> DescriptionLength:
-    """Relations that must be told beside a reading of an action, or beside none."""
+    """Length of the changes, moves and labels of an action that a reading, or none, leaves unexplained [bits]."""
     changes = _distinct(f for c in claimed for f in c.changes)
     left = sum(not _among(f, claim.changes) for f in changes)
     mine = {thing_of(f) for f in match.roles.values()} if match is not None else set()
@@ -225,7 +225,7 @@ def _untold(
 
 
 def generic(matches: Sequence[Match], said_: Sequence[Claims], rules: Mapping[str, Rule], taxonomy: Taxonomy) -> frozenset[int]:
-    """Return the readings of an action that a user's own, more specific one stands before.
+    """Return the readings of an action that give way to a more specific reading by a user's own rule.
 
     A reading by a rule that does not come with cramlite is more specific than one by a rule that does if it explains all the
     changes that the other explains, and its task is a kind of the other's, or its rule says of what class a thing must be of
@@ -241,14 +241,14 @@ def generic(matches: Sequence[Match], said_: Sequence[Claims], rules: Mapping[st
 
 
 def classed(match: Match, rules: Mapping[str, Rule]) -> frozenset[tuple[str, str]]:
-    """Return the things of which a reading's rule says that they are of a class, each with the class."""
+    """Return things with classes: those that a reading's rule says the things have."""
     asked = (a for c in rules[match.task].clauses for a in atoms(c.condition) if a.predicate.timeless and not isinstance(c.condition, Not))
     pairs = ((t.name, str(k)) for a in asked for t in a.terms if isinstance(t, Variable) for k in a.terms if isinstance(k, str))
     return frozenset((thing_of(match.roles[role]), class_) for role, class_ in pairs if role in match.roles)
 
 
 def _spoken_of(action: Read) -> set[str]:
-    """Things that some reading of an action speaks of."""
+    """Things that some reading of an action mentions."""
     return {thing_of(f) for m in action.matches for f in m.roles.values()}
 
 
@@ -270,12 +270,12 @@ def _claims_of(rules: Mapping[str, Rule], match: Match) -> Claims:
 
 
 def explains_ends(claim: Claims, readings: Iterable[Claims]) -> bool:
-    """Check condition 4 for one reading of an action among all of them."""
+    """Check condition 4 of coherence for one reading of an action among all its readings."""
     return claim.passive or all(_among(f, claim.ends) for c in readings for f in c.ends)
 
 
 def coherent(chosen: Sequence[int], asked: Iterable[Demand]) -> bool:
-    """Check whether a choice, the number of a reading for each action, fulfils conditions 1 to 3."""
+    """Check whether a choice, the number of a reading for each action, fulfils conditions 1 to 3 of coherence."""
     made = set(enumerate(chosen))
     return all(not made.isdisjoint(d.any_of) for d in asked if d.of is None or d.of in made)
 
@@ -301,7 +301,7 @@ Sayers = Callable[[Fact], Sequence[Choice]]
 
 
 def demands(readings: Sequence[Sequence[Claims]]) -> tuple[Demand, ...]:
-    """Return conditions 1 to 3 as constraints on a choice among the readings of each action."""
+    """Return conditions 1 to 3 of coherence as constraints on a choice among the readings of each action."""
     begins, ends = _sayers(readings, lambda c: c.begins), _sayers(readings, lambda c: c.ends)
     found: list[Demand] = []
     for k, claimed in enumerate(readings):
@@ -325,7 +325,7 @@ def _among(fact: Fact, facts: Iterable[Fact]) -> bool:
 
 
 def _presupposed(at: Choice, claim: Claims, begins: Sayers, ends: Sayers) -> Iterator[Demand]:
-    """Condition 1: it is settled by the last action before that may have begun (or ended) the relation."""
+    """Demands of condition 1: a reading needs a choice in the last earlier action that may have begun (or ended) the relation."""
     for facts, sayers in ((claim.needs, begins), (claim.denies, ends)):
         for fact in facts:
             before = [c for c in sayers(fact) if c[0] < at[0]]
@@ -334,14 +334,15 @@ def _presupposed(at: Choice, claim: Claims, begins: Sayers, ends: Sayers) -> Ite
 
 
 def _lasting(k: int, said: Iterable[Claims], begins: Sayers, ends: Sayers) -> Iterator[Demand]:
-    """Condition 2, for a relation that may have begun in one action and is not ended by a later one."""
+    """Demands of condition 2: a relation that an action may have begun, and none later ends, has to be begun by a chosen
+    reading."""
     for fact in {f for c in said for f in c.begins}:
         if not any(c[0] > k for c in ends(fact)):
             yield Demand(None, frozenset(c for c in begins(fact) if c[0] >= k))
 
 
 def _closed(at: Choice, claim: Claims, ends: Sayers) -> Iterator[Demand]:
-    """Condition 3, for the relations that a reading begins."""
+    """Demands of condition 3: a relation that a reading begins, and a later action may end, has to be ended."""
     for fact in claim.begins:
         if later := frozenset(c for c in ends(fact) if c[0] > at[0]):
             yield Demand(at, later)

@@ -135,7 +135,7 @@ def _atom(atom: Atom, slots: Slots, new: list[str]) -> Step:
 
 
 def _picker(places: list[int]) -> Callable[[Values], Values]:
-    """Picks some values of a tuple, as a tuple."""
+    """Function that picks some values of a tuple, as a tuple."""
     if not places:
         return lambda _values: ()
     return itemgetter(*places) if len(places) > 1 else itemgetter(slice(places[0], places[0] + 1))

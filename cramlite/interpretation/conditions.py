@@ -64,7 +64,7 @@ class Atom(Value):
         return extended
 
     def binds(self) -> frozenset[str]:
-        """Return the names of the variables that it binds."""
+        """Return the names of the variables that the predicate's terms bind."""
         return frozenset(t.name for t in self.terms if isinstance(t, Variable) and t.name != "_")
 
 

@@ -40,8 +40,7 @@ BindingsByTask = dict[str, list[Binding]]
 
 
 class _Settled(Struct):
-    """Result of the states for an action: tasks, and the conditions still to be asked, with the bindings
-    so far."""
+    """Result of the conditions on states for an action: tasks, and the conditions still to be asked, with the bindings so far."""
 
     found: BindingsByTask = field(default_factory=dict)
     left: list[tuple[_Node, list[Values]]] = field(default_factory=list)
@@ -86,7 +85,7 @@ class DecisionTree:
         return found
 
     def _settle_all(self, phases: Sequence[Mapping[PhaseName, Phase]]) -> list[_Settled]:
-        """Result of the states for each action."""
+        """Tasks and remaining conditions after the conditions on states, for each action."""
         known = self._settled
         keys = [(p["pre"].holds, p["run"].holds, p["post"].holds) for p in phases]
         new = {key: p for key, p in zip(keys, phases, strict=True) if key not in known}
@@ -135,7 +134,7 @@ def _columns(phases: Sequence[Mapping[PhaseName, Phase]]) -> dict[PhaseName, lis
 
 
 def _report(node: _Node, bindings: list[Values], found: list[BindingsByTask]) -> None:
-    """The rules that end here have their bindings."""
+    """Report the bindings of the rules that end at a node."""
     for rule, slots in node.rules:
         for b in bindings:
             found[b[0]].setdefault(rule.task, []).append({name: b[k] for name, k in slots.items()})

@@ -161,8 +161,8 @@ class GoalCondition(Value):
 
     @property
     def denied(self) -> GoalCondition | None:
-        """Condition that its one fact does not hold, or that its one forbidden fact does; None for a condition
-        of several facts."""
+        """Opposite of the condition: its one fact denied, or its one forbidden fact demanded; None for a condition of
+        several facts."""
         facts, (pattern, *others) = self.needs or self.shown, (*self.without, ())
         if len(facts) == 1 and not self.bounds:
             return GoalCondition(without=facts | self.shown)
@@ -312,9 +312,10 @@ class Fluents(Value):
         if not ended:
             return left
         left -= self._parted(ended, left) - adds
-        known = {_of_wholes(f) for f in left}
         named = {name for name, fluent in self.of.items() if fluent.implies}
         implying = [f for f in left if f[0] in named]
+        meant = {p for name in named for p in self[name].implies}
+        known = {_of_wholes(f) for f in left if f[0] in meant}
         return left - {f for f in implying if not all((p, *_of_wholes(f)[1:]) in known for p in self[f[0]].implies)}
 
     def clash(self, scene: SymbolicWorld, one: GoalCondition, other: GoalCondition) -> str:
@@ -337,7 +338,7 @@ class Fluents(Value):
 
     def ring(self, facts: Iterable[Fact]) -> tuple[Fact, ...]:
         """Return a cycle of facts by which a thing would carry itself; empty without one."""
-        carried = [(f, *self._carries(f)) for f in sorted(facts) if self[f[0]].carrier is not None]
+        carried = [(f, *self.carries(f)) for f in sorted(facts) if self[f[0]].carrier is not None]
 
         def follow(way: tuple[Fact, ...], first: str, last: str) -> tuple[Fact, ...]:
             if way and first == last:
@@ -347,8 +348,8 @@ class Fluents(Value):
 
         return next((found for above in dict.fromkeys(a for _, a, _ in carried) if (found := follow((), above, above))), ())
 
-    def _carries(self, fact: Fact) -> tuple[str, str]:
-        """Carrier and carried thing."""
+    def carries(self, fact: Fact) -> tuple[str, str]:
+        """Return carrier and carried thing of a fact whose fluent has a ``carrier``."""
         things = [thing_of(name) for name in fact[1:]]
         return (things[0], things[1]) if self[fact[0]].carrier == 0 else (things[1], things[0])
 
@@ -363,11 +364,12 @@ class Fluents(Value):
     def _parted(self, ended: Iterable[Fact], left: Iterable[Fact]) -> set[Fact]:
         """Facts of whole things that held because of a part that is gone."""
         gone = {_of_wholes(f) for f in ended if self[f[0]].of_wholes}
-        return gone - {_of_wholes(f) for f in left if f not in gone} if gone else gone
+        names = {f[0] for f in gone}
+        return gone - {_of_wholes(f) for f in left if f[0] in names and f not in gone} if gone else gone
 
 
 def _as_wholes(facts: frozenset[Fact], wholes: set[Fact]) -> set[Fact]:
-    """Facts that are some facts of whole things, of these themselves or of their parts."""
+    """Facts that, with each part replaced by its whole thing, are among given facts."""
     return {f for p in {w[0] for w in wholes} for f in by_predicate(facts).get(p, ()) if _of_wholes(f) in wholes}
 
 

@@ -29,7 +29,7 @@ from .three_values import possible_matches
 from .timeline import PADDING, Segment, Timeline
 
 EPOCH = 1e8
-"""Times later than this [s] are counted from 1970: 1e8 s is 1973, and no recording lasts three years."""
+"""Time beyond which times are counted from 1970 [s]: 1e8 s is 1973, and no recording lasts three years."""
 LISTED = 3
 """Candidates in the JSON data."""
 ELSEWHERE = 0.05
@@ -268,7 +268,7 @@ class _Matcher(Value):
             yield from (m for m in found if m.roles and len(m.unknown) == 1)
 
     def moved(self, segment: Segment) -> tuple[str, ...]:
-        """The tracked wholes that are ``ELSEWHERE`` at the end of an action; that the hand is needs no explanation."""
+        """Tracked things, the hand left out, that are ``ELSEWHERE`` at the end of an action."""
         hand = self.timeline.episode.effector
         whole = (n for n, e in self.timeline.entities.items() if e.part_of is None and n in self.timeline.episode.tracks and n != hand)
         tracks = {n: self.timeline.episode.tracks[n] for n in whole}
@@ -293,8 +293,8 @@ class _Matcher(Value):
         return any(time in boundaries(type_) for type_ in self.timeline.taxonomy.restricted_classes(TELLS_APART))
 
     def merged(self, actions: list[Interpreted]) -> list[Interpreted]:
-        """Actions, with neighbours merged that keep all their tasks as one: explained ones first, then
-        unexplained ones with the next, then the rest."""
+        """Actions after merging neighbours that keep all their tasks as one action: explained ones first, then unexplained
+        ones with the next, then the rest."""
         spans = [Segment(a.start, b.end) for a, b in pairwise(actions) if self._refine(a, b)]
         solved = self.tree.solve_all([self.timeline.phases(s, self.padding) for s in spans])
         self.wholes.update(zip([(s.start, s.end) for s in spans], solved, strict=True))
@@ -346,7 +346,7 @@ class _Matcher(Value):
         return a <= b or b <= a
 
     def _whole(self, segment: Segment, segments: tuple[Segment, ...]) -> Interpreted:
-        """The joined action, judged anew once."""
+        """Joined action, matched anew, once for each join."""
         key = (segment.start, segment.end)
         if key not in self.wholes:
             checkpoint()

@@ -31,11 +31,12 @@ from ..ontology.taxonomy import Taxonomy
 from .matching import Match
 
 UNKNOWN = 1.0
-"""Bits: one of two answers."""
+"""Bits of a condition that could not be judged: one of two answers."""
 CHECKED, COUNTED, MOST_CHECKED = 0.25, 1.5, 0.9
-"""Bits, bits, and the share of a name that they may save: what explains nothing is never worth being said."""
+"""Bits that a checked and a counted condition save, and the share of a name that they save at most: naming a task that
+explains nothing never pays."""
 CHANGE, LABEL, GENERIC, MOVED = 3.0, 2.0, 2.0, 1.0
-"""Names that tell what was left unexplained."""
+"""Costs of what a reading leaves unexplained, in names: a change, a label, a generic reading, a moved thing."""
 
 DEFAULT_CAP = 100_000
 """Unfinished sequences kept: about 20 MB."""
@@ -56,7 +57,7 @@ class DescriptionLength(Value):
 
     @property
     def bits(self) -> float:
-        """The sum."""
+        """Sum of all terms [bits]."""
         return self.tasks + self.choices + self.unknown + self.unexplained - self.checked
 
     def __add__(self, other: DescriptionLength) -> DescriptionLength:
@@ -101,7 +102,7 @@ class TaskSequence(Value):
 
     @property
     def length(self) -> DescriptionLength:
-        """The description length."""
+        """Description length of the sequence."""
         return sum(self.lengths, DescriptionLength())
 
     @property

@@ -53,12 +53,12 @@ class Clause(Value, dict=True):
 
     @cached_property
     def cost(self) -> int:
-        """Rough cost of checking it: the sum of its predicates' costs."""
+        """Rough cost of checking the clause: the sum of its predicates' costs."""
         return sum(a.predicate.cost for a in atoms(self.condition))
 
     @cached_property
     def lasting(self) -> bool:
-        """Whether its solutions are the same wherever the same states hold: it asks about states and classes only."""
+        """Whether the clause has the same solutions wherever the same states hold: it asks about states and classes only."""
         return all(a.predicate.steady or a.predicate.timeless for a in atoms(self.condition))
 
 
@@ -102,7 +102,7 @@ class Rule(Value, dict=True):
 
     @property
     def shipped(self) -> bool:
-        """Whether it came with cramlite, rather than with a plugin of a user's own."""
+        """Whether the rule came with cramlite, rather than with a plugin of a user's own."""
         return self.path.is_relative_to(data_folder("task_rules"))
 
     @property
@@ -117,7 +117,7 @@ class Rule(Value, dict=True):
 
 
 def _asserted(clauses: Iterable[Clause], phase: str, denied: bool) -> set[str]:
-    """Predicates that the clauses of a phase assert, or deny (also of every one but some)."""
+    """Predicates that the clauses of a phase assert or, if ``denied``, those that they deny or restrict by ``every``."""
     found: set[str] = set()
     for clause in clauses:
         if clause.phase == phase and isinstance(clause.condition, Not | Every) == denied:

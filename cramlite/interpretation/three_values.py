@@ -57,7 +57,7 @@ def _or_unknown(atom: Atom, phase: Phase, binding: Binding, found: list[Truth]) 
 
 
 def _by_binding(found: list[Truth]) -> list[Truth]:
-    """One for each binding, with all that is not known of it."""
+    """One result for each binding, with all its unknown conditions."""
     groups: dict[str, list[Truth]] = {}
     for one in found:
         groups.setdefault(str(sorted(one.binding.items())), []).append(one)
@@ -118,6 +118,5 @@ def possible_matches(rule: Rule, phases: Phases, said: Iterable[Binding]) -> tup
 
 
 def _holds(rule: Rule, phases: Phases, binding: Binding) -> bool:
-    """Whether no condition is false of all fillings together: an open role's unknown may be known of its
-    filler."""
+    """Whether no condition of a rule is false under a complete binding of its roles."""
     return all(any(True for _ in evaluate(c.condition, phases[c.phase], binding)) for c in rule.clauses)

@@ -24,7 +24,7 @@ Row = tuple[str | float, ...]
 """Arguments for which a predicate holds: names of entities or classes; a value predicate's rows end with the number."""
 
 PADDING = 0.2
-"""How long after a labelled action its effects may appear [s]: the published rule base's value."""
+"""Time after a labelled action within which its effects may appear [s]: the published rule base's value."""
 
 
 class Predicate(Value):
@@ -169,7 +169,7 @@ class Timeline:
         self._situations: dict[Hashable, dict[Hashable, Any]] = {}
 
     def types(self, name: str) -> tuple[str, ...]:
-        """Return the classes of an entity, as this taxonomy names them; unknown ones as they are."""
+        """Return the classes of an entity in this taxonomy's names; unknown classes keep their own."""
         key = ("types", name)
         if key not in self.memo:
             entity = self.entities.get(name)

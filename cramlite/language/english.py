@@ -111,7 +111,7 @@ PLACED = _set("placed")
 """Forms of verbs that may stand before a place and change nothing."""
 NEGATIVE, CONDITIONAL = _set("negative"), _set("conditional")
 PACKAGES = _set("packages")
-"""What a product comes in, which its name need not say: "the ketchup bottle", "a can of soup"."""
+"""Words for packages of products, which need not be part of their names: "the ketchup bottle", "a can of soup"."""
 TECHNICAL = _set("technical")
 """Words of names that programs give, which nobody says."""
 GENERAL = _set("general")

@@ -95,12 +95,12 @@ class Frames:
         return tuple(sorted({*starts(words, at, self.prepositions), *starts(words, at, (*BESIDE, *UNDER))}, reverse=True))
 
     def participles(self, words: Words, at: int) -> Iterator[Verb]:
-        """Generate the frames of whose verb the past participle stands at a position."""
+        """Generate the frames whose verb stands at a position as a past participle."""
         return _verbs(self._participles, words, at)
 
 
 Table = Mapping[Words, tuple[tuple[Frame, Words], ...]]
-"""What may be said as a verb -> the frames, each with the particle that is still to come."""
+"""Words of a verb -> its frames, each with the particle that is still to come."""
 
 
 def _table(frames: Iterable[Frame], *, participles: bool) -> Table:

@@ -93,7 +93,7 @@ class Labels(Value, dict=True):
         return 1 if named and self._describe(name, said) else 0
 
     def describes(self, name: str, words: Words) -> bool:
-        """Check whether adjectives are true of a thing, no colour of it left unsaid."""
+        """Check whether adjectives are true of a thing and name all its colours."""
         return self._describe(name, normal(words)) and self.exact(name, words)
 
     def by_name(self, name: str, words: Words) -> bool:
@@ -102,7 +102,7 @@ class Labels(Value, dict=True):
         return {*normal(words)} & {*COLOURS} <= {*own}
 
     def exact(self, name: str, words: Words) -> bool:
-        """Check whether no colour of a thing is left unsaid: "the white mug" is not the white and yellow one."""
+        """Check whether words name all colours of a thing: "the white mug" is not the white and yellow one."""
         return not self.of[name].colours - set(normal(words))
 
     def unknown(self, words: Words) -> Words:

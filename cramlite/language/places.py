@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from ..model.world import Feature
 
 NEAR = "near"
-"""How goals say "next to"."""
+"""Words of goals for "next to"."""
 USUAL = frozenset({"top", "inside", "bottom"})
 """Names of regions that say no more than "on" and "in" do."""
 
@@ -142,7 +142,7 @@ class Places:
         return found
 
     def _inward(self, feature: Feature) -> bool:
-        """Whether it encloses its contents: a cavity, or an area with a height."""
+        """Whether a region encloses its contents: it is a cavity, or an area with a height."""
         return "inside" in self._its.scene.taxonomy.fillers(feature.type, BEARS) or "height" in feature.size
 
     def _chosen(self, name: str, noun: Noun, words: Words) -> str:

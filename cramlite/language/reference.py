@@ -171,7 +171,7 @@ class Resolver:
     # By relations
 
     def _related(self, names: list[str], link: Link, mentions: Mentions) -> list[str]:
-        """Those of some things that are in a relation."""
+        """Given things that are in a relation to others."""
         if link.relation == "colour":
             return [n for n in names if self.labels.describes(n, link.words)]
         if link.relation == "state":
@@ -247,7 +247,7 @@ class Resolver:
     # By position among others
 
     def _placed(self, names: list[str], noun: Noun, mentions: Mentions) -> list[str]:
-        """Those that a size, a side or an ordinal picks."""
+        """Given things that a size, a side or an ordinal picks."""
         if noun.size:
             names = self._sized(names, noun)
         sides = [(s, None) for s in noun.sides] + [(k.words[0], k) for k in noun.links if k.relation == "side"]

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 UNREAD, UNKNOWN, FALSE, ABSENT, OPEN = range(5)
-"""How far a reading came before it was refused: not through the sentence; words that name nothing; what is not so in the scene; things that
-are not where they are to be taken from; what may be several things."""
+"""Ranks of refused readings, by how far each came: the sentence was not read to its end; words name nothing; the scene is
+otherwise than the sentence says; things are not where they are to be taken from; words fit several things."""
 
 
 class Refusal(Exception):

@@ -15,7 +15,8 @@ from ..model.thing_boxes import Box, around, boxes
 from ..model.world import World
 
 MARGIN = 0.02
-"""By how much one thing must be farther left, nearer, ... than the others to be meant [m]: twice what a depth camera errs by."""
+"""Least distance by which one thing must be farther left, nearer, ... than all others to be the one meant [m]: twice what a depth camera
+errs by."""
 WIDE = 0.35
 """Gap up to which things may be called next to one another [m]: two widths of a plate."""
 ASIDE = 0.15
@@ -117,7 +118,7 @@ class Space:
         return math.dist(centre(self._boxes[one])[:2], centre(self._boxes[other])[:2])
 
     def most(self, names: Sequence[str], side: str) -> list[str]:
-        """Return the things that are as far to a side as the farthest, within the margin."""
+        """Return the things that are farthest to a side, with those that come within the margin of the farthest."""
         far = {n: self.along(n, side) for n in names}
         return [n for n in names if far[n] > max(far.values()) - MARGIN]
 
@@ -134,7 +135,7 @@ class Space:
         return list(names)
 
     def nearest(self, names: Sequence[str], other: str, *, far: bool = False) -> list[str]:
-        """Return the things that are as near to another as the nearest, within the margin; or the farthest."""
+        """Return the things that are nearest to another, with those within the margin of the nearest; or the farthest ones."""
         sign = -1.0 if far else 1.0
         off = {n: sign * self.apart(n, other) for n in names}
         return [n for n in names if off[n] < min(off.values()) + MARGIN]

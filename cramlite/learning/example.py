@@ -17,9 +17,11 @@ from ..ontology.taxonomy import Taxonomy
 from .span import Span
 
 SHORTEST = 0.05
-"""Of a marked interval [s]: two or three samples of a camera."""
+"""Shortest marked interval [s]: two or three samples of a camera."""
 INSIDE = 0.8
 """Share of an action that lies in a marked interval, if it belongs to it: people mark a little too early or too late."""
+ENDED = 0.5
+"""Share of an action that ends there, and so changes what it does: an action begins where the last change was, people when they set out."""
 BESIDE = 0.2
 """Share of an action up to which it may lie in a marked interval and be something else."""
 
@@ -91,12 +93,13 @@ def example(marked: Marked, rules: Sequence[Rule], taxonomy: Taxonomy) -> Exampl
         )
     timeline = Timeline(_unnamed(episode), taxonomy)
     read, by_task = list(_read(timeline, rules)), {r.task: r for r in rules}
-    inside = [(Span(timeline, a, b), m) for a, b, m in read if _share(a, b, start, end) >= INSIDE]
+    inside = [Span(timeline, a, b) for a, b, _ in read if _share(a, b, start, end) >= INSIDE]
     around = tuple(_explained(Span(timeline, a, b), by_task, m) for a, b, m in read if _share(a, b, start, end) <= BESIDE)
-    tasks = tuple((m.task, m.roles) for _, m in inside if m is not None and not passive(by_task[m.task]))
+    ended = (m for a, b, m in read if _share(a, b, start, end) >= (ENDED if start < b <= end else INSIDE))
+    tasks = tuple((m.task, m.roles) for m in ended if m is not None and not passive(by_task[m.task]))
     span = Span(timeline, start, end)
     idle = frozenset(r.task for r in rules if passive(r) and holds(r, span))
-    return Example(span, tuple(s for s, _ in inside), around, tasks, idle)
+    return Example(span, tuple(inside), around, tasks, idle)
 
 
 def holds(rule: Rule, span: Span) -> bool:

@@ -2,20 +2,29 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from ..base.errors import UserError
+from ..base.value import replace
+from ..interpretation.conditions import atoms
+from ..interpretation.path_predicate import path_predicate, rest_predicate
+from ..interpretation.rules import Rule
 from ..testing.skeleton import camel
-from .example import Library, Marked, example
-from .learner import covers, learn
+from .example import Example, Library, Marked, example
+from .learner import Learned, covers, learn, left_out
 from .procedure import Deviation, deviations
 from .proposal import Proposal, propose, steps_of
+from .shown_motion import ShownMotion, shown_motion
+from .shown_rest import ShownRest, shown_rest
 
 if TYPE_CHECKING:
     from ..model.episode import Episode
     from ..plugin.catalogue import Knowledge
 
+OUTLIER = 0.4
+"""Share of the spread of all examples, below which that without one of them says that this one shows something else."""
 Shown = tuple["Episode", float | None, float | None]
 """An episode, and when the task began and ended in it [s]; None for the ends of the episode."""
 
@@ -36,11 +45,20 @@ def learn_task(
         UserError: an interval is empty, the examples have nothing in common, or they contradict those that were refused.
     """
     rules, taxonomy = knowledge.rules, knowledge.taxonomy
-    examples = [example(Marked(*one), rules, taxonomy) for one in shown]
+    named = _named_apart([*(e for e, _, _ in shown), *refused, *known])
+    examples = [example(Marked(named[id(e)], start, end), rules, taxonomy) for e, start, end in shown]
+    refused, known = ([named[id(e)] for e in group] for group in (refused, known))
     others = [*Library(refused, taxonomy, strict=True).known(rules), *Library(known, taxonomy).known(rules)]
-    learned = learn(examples, others, knowledge.predicates, taxonomy)
+    motion = _motion(examples, rules)
+    motion = motion.apart_from([k.span for k in others if k.strict]) if motion else None
+    rest = None if motion else _rest(examples)
+    predicate = path_predicate(f"follows_{name}", motion.path) if motion else None
+    predicate = rest_predicate(f"rests_{name}", rest.least_s) if rest else predicate
+    learned = learn(examples, others, knowledge.predicates, taxonomy, predicate)
+    if predicate is None and (unlike := _unlike(learned)):
+        raise UserError(unlike)
     wrong = [examples[k].span for k in learned.refused]
-    proposal = propose(f"cram:{camel(name)}", learned, rules, taxonomy, wrong)
+    proposal = propose(f"cram:{camel(name)}", learned, rules, taxonomy, wrong, motion or rest)
     said = {str(k.span) for k in learned.others if k.strict}
     contradicted = [c for c in proposal.covered if c in said]
     if contradicted:
@@ -50,6 +68,50 @@ def learn_task(
             "Mark intervals that differ (--interval), leave one of them out, or write a predicate for what differs."
         )
     return proposal
+
+
+def _named_apart(episodes: Sequence[Episode]) -> dict[int, Episode]:
+    """Episodes by identity; of several with one name, all but the first with a number behind it."""
+    found: dict[int, Episode] = {}
+    taken: Counter[str] = Counter()
+    for one in {id(e): e for e in episodes}.values():
+        taken[one.name] += 1
+        found[id(one)] = one if taken[one.name] == 1 else replace(one, name=f"{one.name} ({taken[one.name]})")
+    return found
+
+
+def _unlike(learned: Learned) -> str:
+    """What differs in examples without a change in common, if each is explained by known tasks, and none by the same; "" where they are
+    alike."""
+    tasks = [{task for task, _ in one.tasks} for one in learned.examples]
+    if learned.cast.changes or len(tasks) < 2 or not all(tasks) or set.intersection(*tasks):
+        return ""
+    shown = "; ".join(f"{one.span} shows {', '.join(sorted(t))}" for one, t in zip(learned.examples, tasks, strict=True))
+    return f"The examples are contradictory: {shown}, and nothing begins or ends in all of them. Leave out those that show another task."
+
+
+def _motion(examples: Sequence[Example], rules: Sequence[Rule]) -> ShownMotion | None:
+    """The motion that the examples share, all or all but one that may be wrong, unless known tasks explain it: a stroke, any of them;
+    more than that, one about the same thing whose rule measures what happens meanwhile."""
+    sets = [[e for k, e in enumerate(examples) if k not in out] for out in left_out(len(examples))]
+    each = [(m, kept) for kept in sets if (m := shown_motion([e.span for e in kept])) is not None]
+    if not each:
+        return None
+    least = min(each, key=lambda f: f[0].spread)
+    whole = len(each[0][1]) == len(examples) and least[0].spread > OUTLIER * each[0][0].spread
+    found, kept = each[0] if whole else least
+    measuring = {r.task for r in rules if any(a.predicate.value for c in r.clauses if c.phase == "run" for a in atoms(c.condition))}
+    explained = all(
+        any(not found.bent or (task in measuring and about in roles.values()) for task, roles in one.tasks)
+        for one, (_, about) in zip(kept, found.fillers, strict=True)
+    )
+    return None if explained else found
+
+
+def _rest(examples: Sequence[Example]) -> ShownRest | None:
+    """The rest with which all examples end, or all but one that may be wrong."""
+    sets = ([e.span for k, e in enumerate(examples) if k not in out] for out in left_out(len(examples)))
+    return next((found for kept in sets if (found := shown_rest(kept)) is not None), None)
 
 
 def compared(proposal: Proposal, shown: Shown, knowledge: Knowledge) -> tuple[Deviation, ...]:

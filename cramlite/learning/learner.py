@@ -19,19 +19,19 @@ from .span import Span
 from .tables import Tables
 
 EXCEPTION, SAID = 20.0, 40.0
-"""Bits of an exception: a stretch that a rule tells wrongly; and one of which somebody said that it is not the task. More than the longest
-condition, which is about a class (18), or two of them."""
+"""Bits of a stretch that a rule judges wrongly, and of one that a person marked as not the task: more than one or two of the
+longest conditions, which are about a class (18)."""
 NARROW = 1.0
-"""Bits of a stretch that is told from the examples by one condition alone: a rule has a margin, as its bounds have."""
+"""Bits of a stretch that only one condition tells from the examples: a rule keeps a margin, as its bounds do."""
 UNTOLD = 17.0
-"""Bits of a change that all examples show and a rule does not tell, and of a thing that moves in all and is in no role: three names of one
-among fifty, as in readings (ranking.py)."""
+"""Bits of a change in all examples that a rule does not state, and of a thing that moves in all and is in no role: three
+names of one among fifty, as in readings (ranking.py)."""
 UNSEEN = 2.0
-"""Bits, shared among the examples, for those in which no single action fulfils the rule, so that it is seen in the marked stretch alone."""
+"""Bits, shared among the examples, of those in which no single action fulfils the rule, but only the marked stretch."""
 ROLE = 1.0
-"""Bits of a role: that there is one more."""
+"""Bits of one more role."""
 WRONG_OF = 5
-"""One example in so many may be wrong."""
+"""Number of examples of which one may be wrong."""
 BOUNDS = 3
 """Bounds that are tried for each value."""
 
@@ -58,8 +58,12 @@ class Learned(Value, eq=False):
     bits: float
 
 
-def language_of(predicates: Sequence[Predicate], taxonomy: Taxonomy, spans: Sequence[Span]) -> Language:
-    """Return the language in which rules about some spans are written."""
+def language_of(predicates: Sequence[Predicate], taxonomy: Taxonomy, spans: Sequence[Span], motion: Predicate | None = None) -> Language:
+    """Return the language in which rules about some spans are written.
+
+    Args:
+        motion: the predicate of the motion that the examples show.
+    """
     unary = [p for p in predicates if p.timeless and p.complete and p.arity == 1 and not p.value]
 
     def of_all(meant: Callable[[Span], set[str]]) -> str | None:
@@ -70,28 +74,35 @@ def language_of(predicates: Sequence[Predicate], taxonomy: Taxonomy, spans: Sequ
 
     hand, whole = of_all(lambda s: {s.effector or ""}), of_all(lambda s: set(s.things))
     usable = [p for p in predicates if not p.classes or (p.timeless and p.arity == 2 and len(p.classes) == 1)]
-    return Language({p.name: p for p in usable}, hand, whole, len(taxonomy.classes))
+    usable += [motion] if motion else []
+    return Language({p.name: p for p in usable}, hand, whole, len(taxonomy.classes), motion.name if motion else None)
 
 
-def learn(examples: Sequence[Example], others: Sequence[Known], predicates: Sequence[Predicate], taxonomy: Taxonomy) -> Learned:
+def learn(
+    examples: Sequence[Example], others: Sequence[Known], predicates: Sequence[Predicate], taxonomy: Taxonomy,
+    motion: Predicate | None = None,
+) -> Learned:
     """Learn the shortest rule that covers the examples, and of the rest nothing that known tasks explain.
+
+    Args:
+        motion: the predicate of the motion that the examples show.
 
     Raises:
         UserError: the examples have nothing in common that changes or happens, or cannot be told from what is no example.
     """
     spans = [e.span for e in examples]
     rest = (*others, *(k for e in examples for k in e.around))
-    language = language_of(predicates, taxonomy, [*spans, *(k.span for k in rest)])
+    language = language_of(predicates, taxonomy, [*spans, *(k.span for k in rest)], motion)
     tables = Tables(language, [k.span for k in rest]) if rest else None
-    found = [_learned(language, examples, rest, tables, taxonomy, left_out) for left_out in _left_out(len(examples))]
+    found = [_learned(language, examples, rest, tables, taxonomy, out) for out in left_out(len(examples))]
     best = min((f for f in found if f is not None), key=lambda f: f.bits, default=None)
     if best is None:
         raise UserError(_nothing(examples, Tables(language, spans)))
     return best
 
 
-def _left_out(count: int) -> list[tuple[int, ...]]:
-    """Sets of examples that may be wrong: none first, then one each."""
+def left_out(count: int) -> list[tuple[int, ...]]:
+    """Return the sets of examples that may be wrong, by their numbers: none first, then one each."""
     return [(), *((k,) for k in range(count) if count >= WRONG_OF)]
 
 
@@ -102,7 +113,7 @@ def _learned(
     kept = [e for k, e in enumerate(examples) if k not in left_out]
     shown = Tables(language, [e.span for e in kept])
     choices = [c for roles in range(MOST_ROLES + 1) for c in casts(shown, roles)]
-    if not any(c.changes for c in choices) and all(own_changes(shown, k) for k in range(len(kept))):
+    if language.motion is None and not any(c.changes for c in choices) and all(own_changes(shown, k) for k in range(len(kept))):
         return None  # something begins or ends in each, and it is another thing in each
     told = max((c.told for c in choices), default=0)
     best: Learned | None = None
@@ -159,12 +170,15 @@ def _problem(
     changes = [
         ([k for k, one in enumerate(literals) if one == change or _tells(language, one, change)], UNTOLD) for change in cast.changes
     ]
-    changes += [([k for k, one in enumerate(literals) if one in measured], UNTOLD) for measured in cast.measured]
+    if language.motion:  # what happens is the motion, whatever else may be measured
+        changes += [([k for k, one in enumerate(literals) if of_motion(language, one)], UNTOLD)]
+    else:
+        changes += [([k for k, one in enumerate(literals) if one in measured], UNTOLD) for measured in cast.measured]
     return Problem(np.array([language.bits(one, roles) for one in literals]), groups, wishes, needed, changes)
 
 
 def _groups(shown: Tables, literals: Sequence[Literal], cast: Cast) -> list[Group]:
-    """Of each example the other fillings of the roles, which are no example."""
+    """Group of the wrong fillings of the roles in each example, which a rule has to refute."""
     refuted, valid = ~shown.truths(literals, cast.roles), shown.valid(cast.roles)
     found = []
     for k, place in enumerate(cast.places):
@@ -175,9 +189,14 @@ def _groups(shown: Tables, literals: Sequence[Literal], cast: Cast) -> list[Grou
 
 
 def _happens(language: Language, literal: Literal) -> bool:
-    """Whether a condition is of a beginning, an end or a continuation meanwhile, or of an actor that stands still: a task is no state."""
+    """Whether a condition tells an event from a state: a beginning, an end, something during the action, or an actor at rest."""
     still = language.predicates[literal.predicate].phases == {"run"} and not literal.roles and ANY not in literal.slots
     return literal.kind in ("begins", "ends") or (literal.phase == "run" and (still or not literal.denied))
+
+
+def of_motion(language: Language, literal: Literal) -> bool:
+    """Check whether a condition says that two roles show the motion of the examples."""
+    return literal.predicate == language.motion and not literal.denied and len(literal.roles) == len(literal.slots)
 
 
 def _tells(language: Language, one: Literal, change: Literal) -> bool:
@@ -239,7 +258,7 @@ def _nothing(examples: Sequence[Example], tables: Tables) -> str:
 
 
 def _begun(changes: Sequence[Literal]) -> str:
-    """Beginnings and ends, as words behind an example."""
+    """Clause on what begins and ends in an example."""
     names = {kind: sorted({c.predicate for c in changes if c.kind == kind}) for kind in ("begins", "ends")}
     said = [f"{kind} {', '.join(found)}" for kind, found in names.items() if found]
     return f": {' and '.join(f'there {words}' for words in said)}" if said else ""

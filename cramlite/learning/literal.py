@@ -11,15 +11,15 @@ from ..base.value import Value
 from ..interpretation.timeline import PhaseName, Predicate
 
 Kind = OneOf["holds", "begins", "ends", "at_least", "at_most", "class"]
-"""How a condition asks its predicate: a state, a change over the span, a bound of a value, or a class of a thing."""
+"""Kind of a condition, which says how it asks its predicate: a state, a change over the span, a bound of a value, or a class of a thing."""
 
 ANY, HAND = -1, 0
 """Slots of arguments: anything, and who acts; roles are counted from 1."""
 PHASES: tuple[PhaseName, ...] = ("pre", "run", "post")
 CHANGED, NUMBER, NEGATED, LOOK, OPEN = 1.0, 4.0, 1.0, 1.0, 3.0
-"""Bits: which way something changes; a threshold (one of 16 places between two values); that it is denied; each unit of a predicate's cost,
-so that what was recorded is asked before what must be measured; an argument that is left open, where a role could be named.
-A denial leaves one open for nothing: that nothing supports a thing is about the thing."""
+"""Bits of parts of a condition: the direction of a change; a threshold (one of 16 places between two values); a denial; each
+unit of a predicate's cost, so that recorded states are asked before measurements; an argument that is left open where a
+role could be named. In a denial an open argument costs nothing: "nothing supports a thing" is about the thing."""
 
 
 class Literal(Value, order=True):
@@ -45,7 +45,7 @@ class Literal(Value, order=True):
 
     @property
     def roles(self) -> frozenset[int]:
-        """Roles that it mentions."""
+        """Roles that the condition mentions."""
         return frozenset(s for s in self.slots if s > 0)
 
     @property
@@ -54,7 +54,7 @@ class Literal(Value, order=True):
         return frozenset() if self.denied or self.kind in ("at_least", "at_most") else self.roles
 
     def texts(self, names: Sequence[str]) -> Iterator[tuple[PhaseName, str]]:
-        """Yield the conditions of a rule file that it stands for, each with its phase; ``names`` are of hand and roles."""
+        """Yield the condition as rule files write it, with its phase; ``names`` are of hand and roles."""
         arguments = ["_" if s == ANY else names[s] for s in self.slots]
         if self.kind == "class":
             arguments.append(self.class_)
@@ -76,12 +76,14 @@ class Language(Value):
         hand: the predicate by which a rule names who acts; None where no plugin declares one.
         thing: the predicate by which a rule says that something is a thing of its own, and no part; None likewise.
         classes: how many classes an ontology offers.
+        motion: the predicate of the motion that all examples show; None where they show none.
     """
 
     predicates: dict[str, Predicate]
     hand: str | None
     thing: str | None
     classes: int
+    motion: str | None = None
 
     def bits(self, literal: Literal, roles: int) -> float:
         """Return the description length of a condition in a rule with so many roles."""

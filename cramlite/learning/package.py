@@ -8,6 +8,7 @@ from pathlib import Path
 
 from ..base.html_template import html_template, write_html
 from ..testing.skeleton import fill
+from .motion_text import motion_words, said
 from .procedure import plan_text
 from .proposal import Proposal
 
@@ -37,7 +38,8 @@ def page_text(proposal: Proposal) -> str:
     """Return the page about a learned task as HTML: the rule, the evidence for each condition, dropped
     conditions, open questions."""
     return html_template((files(__package__) / "learned.html.j2").read_text(encoding="utf-8")).render(
-        found=proposal, plan=plan_text(proposal.procedure) if proposal.procedure else ""
+        found=proposal, plan=plan_text(proposal.procedure) if proposal.procedure and not proposal.moving else "",
+        motion=said(proposal),
     )
 
 
@@ -45,8 +47,8 @@ def _words(proposal: Proposal, name: str) -> Mapping[str, str]:
     spoken = name.replace("_", " ")
     steps = proposal.steps
     classes = sorted({c for s in steps for _, c in s.fillers if c not in proposal.roles})
-    model = "Action, Belief" + (", Object" if classes else "")
-    plugin = "Decomposition, Role, TaskType, " + ("hookimpl" if steps else "Unresolvable, hookimpl")
+    moved = motion_words(proposal, name)
+    model, plugin = _imports(proposal, bool(classes))
     count = sum(len(texts) for texts in proposal.rule.values())
     said = [f"{phase}:\n" + "\n".join(f"  - {text}" for text in texts) for phase, texts in proposal.rule.items() if texts]
     examples = len(proposal.learned.examples)
@@ -58,7 +60,19 @@ def _words(proposal: Proposal, name: str) -> Mapping[str, str]:
         "explain": f"{spoken}: {' and '.join(f'{{{r}}}' for r in proposal.roles)}" if proposal.roles else spoken,
         "shown_roles": "".join(f", {r}: {thing_name(r)}" for r in proposal.roles), "shown_things": "".join(_things(proposal)),
         "model_names": model, "plugin_names": plugin, "decompose": _decompose(proposal, classes),
+        "constants": "", "parameters": "", "hooks": "", **moved,
     }  # fmt: skip
+
+
+def _imports(proposal: Proposal, classes: bool) -> tuple[str, str]:
+    """Names of the model and of the plugin door that the module uses."""
+    if proposal.moving:
+        model = "Action, Anchor, Belief, Location, Motion, ShownPath, Stage"
+        return model, "Decomposition, Parameter, Predicate, Role, TaskType, Unresolvable, hookimpl, path_predicate"
+    model = "Action, Belief" + (", Motion" if proposal.rest and proposal.done else "") + (", Object" if classes else "")
+    plugin = "Decomposition, " + ("Parameter, Predicate, " if proposal.rest else "") + "Role, TaskType, "
+    plugin += ("" if proposal.done else "Unresolvable, ") + "hookimpl" + (", rest_predicate" if proposal.rest else "")
+    return model, plugin
 
 
 def thing_name(role: str) -> str:
@@ -81,7 +95,7 @@ def _things(proposal: Proposal) -> Iterator[str]:
 
 
 def _decompose(proposal: Proposal, classes: list[str]) -> str:
-    if not proposal.steps:
+    if not proposal.done:
         return (
             f'        raise Unresolvable("how {proposal.task} is done was not learned: no sequence of known tasks explains what "\n'
             '                           "was shown; write it here")'
@@ -92,4 +106,7 @@ def _decompose(proposal: Proposal, classes: list[str]) -> str:
         fillers = {r: f'action.roles["{c}"]' if c in proposal.roles else f"some_{classes.index(c)}" for r, c in step.fillers}
         roles = ", ".join(f'"{r}": {f}' for r, f in fillers.items())
         lines.append(f'            Action(action.inside("{k}_{step.task.split(":")[-1]}"), "{step.task}", {{{roles}}}),')
+    if proposal.rest:
+        rest = 'Motion(action.inside("rest"), "hold", None, {"duration_s": self.parameter(action, "rest_s")}, reason="as it was shown")'
+        lines.append(f"            {rest},")
     return "\n".join([*lines, "        )", '        yield Decomposition(steps, "as it was shown")'])

@@ -15,9 +15,11 @@ from ..interpretation.rules import Rule
 from ..ontology.foundation import ROLE, TASK
 from ..ontology.taxonomy import Taxonomy
 from .example import Example, solutions
-from .learner import Learned, conditions
+from .learner import Learned, conditions, of_motion
 from .literal import Literal
 from .procedure import Procedure, Step, procedure
+from .shown_motion import ShownMotion
+from .shown_rest import ShownRest
 from .span import Span
 from .tables import Tables
 
@@ -59,6 +61,7 @@ class Proposal(Value, eq=False):
         wrong: examples that it does not cover.
         procedure: the known tasks that explain the examples, as a partial order; None where they explain none of one.
         learned: what it was made of.
+        motion: that all examples show and no known task explains, or the rest with which they end; None where there is none.
     """
 
     task: str
@@ -73,20 +76,50 @@ class Proposal(Value, eq=False):
     wrong: tuple[str, ...]
     procedure: Procedure | None
     learned: Learned
+    motion: ShownMotion | ShownRest | None = None
+
+    @property
+    def told(self) -> Literal | None:
+        """The condition of the rule that says the motion."""
+        return next((one for one in self.learned.literals if of_motion(self.learned.language, one)), None)
+
+    @property
+    def moving(self) -> tuple[ShownMotion, str, str] | None:
+        """The motion along a path with the roles of what moves and about what, where the rule says it."""
+        names = list(self.roles)
+        if self.told is None or not isinstance(self.motion, ShownMotion):
+            return None
+        return self.motion, names[self.told.slots[0] - 1], names[self.told.slots[1] - 1]
+
+    @property
+    def rest(self) -> ShownRest | None:
+        """The rest at the end, where the rule says it."""
+        return self.motion if self.told is not None and isinstance(self.motion, ShownRest) else None
+
+    @property
+    def done(self) -> bool:
+        """Whether it is known how the task is done: by known tasks, by a motion, or, where nothing else happens, by resting."""
+        return bool(self.steps or self.moving or (self.rest and not self.learned.cast.changes))
 
     @property
     def steps(self) -> tuple[Step, ...]:
-        """The known tasks that no example does without, in an order that contradicts none."""
+        """The known tasks that no example does without, in an order that contradicts none; none where the motion says how it is done."""
+        if self.moving:
+            return ()
         return tuple(s for s in self.procedure.steps if s not in self.procedure.optional) if self.procedure else ()
 
 
-def propose(task: str, learned: Learned, rules: Sequence[Rule], taxonomy: Taxonomy, wrong: Sequence[Span] = ()) -> Proposal:
+def propose(
+    task: str, learned: Learned, rules: Sequence[Rule], taxonomy: Taxonomy, wrong: Sequence[Span] = (),
+    motion: ShownMotion | ShownRest | None = None,
+) -> Proposal:
     """Return a learned rule as the proposal of a task.
 
     Args:
         task: its class, such as "cram:Stirring".
         rules: of the known tasks.
         wrong: the examples that were left out.
+        motion: that the examples share.
     """
     roles = _called(learned, _names(rules))
     names = [HAND, *roles]
@@ -94,7 +127,7 @@ def propose(task: str, learned: Learned, rules: Sequence[Rule], taxonomy: Taxono
     return Proposal(
         task, _above(learned, rules, taxonomy), roles, learned.cast.fillers, conditions(learned, names), evidence,
         _dropped(learned, names), _undecided(learned, evidence, names), tuple(_covered(learned)), tuple(map(str, wrong)),
-        _procedure(learned, roles), learned,
+        _procedure(learned, roles), learned, motion,
     )  # fmt: skip
 
 
@@ -163,10 +196,10 @@ def _without(excludes: Sequence[str], fillers: Sequence[str], literal: Literal, 
         also = f", such as {excludes[0]}" if excludes else ""
         return f"{len(excludes)} stretch{'es' if len(excludes) > 1 else ''} that are no examples would be recognised{also}"
     if fillers:
-        return "it would be open who fills the roles"
+        return "the fillers of the roles would be open"
     if literal.kind in ("begins", "ends"):
-        return "nothing else would be recognised, but what the task brings about would not be said"
-    return "nothing else would be recognised now: it keeps a distance from what is no example"
+        return "no other stretch would be recognised, but the effect of the task would not be stated"
+    return "no other stretch would be recognised yet: the condition keeps a margin from stretches that are no examples"
 
 
 def _dropped(learned: Learned, names: Sequence[str]) -> tuple[str, ...]:

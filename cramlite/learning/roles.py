@@ -153,7 +153,8 @@ def own_changes(tables: Tables, span: int) -> tuple[Literal, ...]:
 
 
 def _measured(language: Language, common: Sequence[Literal], roles: int) -> tuple[tuple[Literal, ...], ...]:
-    """Changes of each role that moves, of which one should be told; all changes with nothing left open, where none of those changes."""
+    """Sets of changes, each of which a rule should tell one of: those of each moving role alone, else all changes of named
+    things."""
     changes = [one for one in common if one.kind in ("begins", "ends") and ANY not in one.slots]
     moving = {one.slots for one in common if one.kind == "holds" and _moving(language, one)}
     alone = [tuple(one for one in changes if one.slots == (role,) and one.slots in moving) for role in range(1, roles + 1)]

@@ -34,7 +34,7 @@ class Group(Value, eq=False):
 
 
 class Wish(Value, eq=False):
-    """One of some sets of conditions that had better not be chosen, or bits are paid.
+    """Preference: the chosen conditions should all hold in one of some alternatives, or else bits are paid.
 
     Args:
         false: of alternatives, the conditions that do not hold in each, as bits of a whole number.
@@ -90,7 +90,7 @@ def _rows_of(mask: int) -> list[int]:
 
 
 def merged(groups: Iterable[Group]) -> list[Group]:
-    """Return the groups with those that are the same told together."""
+    """Return the groups, those with equal refutations merged and their bits added."""
     found: dict[frozenset[int], Group] = {}
     for group in groups:
         if group.refuted:
@@ -133,7 +133,7 @@ def shortest(problem: Problem) -> Shortest:
 
 
 def _wish(wish: Wish, weights: list[float], rows: _Rows, lower: list[float]) -> None:
-    """One alternative is met, and then no condition is chosen that does not hold there; or the bits are paid."""
+    """Add a wish to the program: in one alternative every chosen condition holds, or the bits are paid."""
     first = len(weights)
     weights += [0.0] * len(wish.false)
     for k, mask in enumerate(wish.false):
@@ -147,8 +147,8 @@ def _wish(wish: Wish, weights: list[float], rows: _Rows, lower: list[float]) -> 
 
 
 def widened(problem: Problem, chosen: Sequence[int]) -> tuple[int, ...]:
-    """Return the conditions with further ones that pay: each saves more bits of narrow stretches than it costs,
-    the most first."""
+    """Return the conditions and further ones, each of which saves more bits of narrowly refuted fillings than it costs, best
+    first."""
     groups = [g for g in merged(problem.groups) if g.narrow]
     bits, found = problem.bits + TIE * np.arange(len(problem.bits)), set(chosen)
     while True:

@@ -10,8 +10,10 @@ from ..base.errors import UserError
 from ..base.value import Value
 from ..engine.engine import Engine
 from ..interpretation.timeline import Timeline
+from ..model.designator_name import task_of
 from ..planning.diagnosis import nearest_miss
 from ..planning.trace import Trace
+from ..plugin.task_type import task_type
 from ..scenario.task_specs import TaskSpec
 from .learner import covers
 from .proposal import Proposal
@@ -20,6 +22,7 @@ from .span import Span
 if TYPE_CHECKING:
     from ..model.world import World
     from ..ontology.taxonomy import Taxonomy
+    from ..plugin.protocols import Candidate
     from ..scenario.scenario import Scenario
 
 
@@ -38,8 +41,9 @@ class Trial(Value):
 
 
 def trials(proposal: Proposal, module: Path, scenario: Scenario, seeds: range) -> Iterator[Trial]:
-    """Yield the outcome of a learned task in worlds of a scenario, one for each seed; the scenario's own tasks
-    and goal do not count.
+    """Yield the outcome of a learned task in worlds of a scenario, one for each seed.
+
+    The scenario's own tasks are done where the learned task is one of them; else it is done alone. Goals do not count.
 
     Args:
         module: the plugin that was written.
@@ -50,18 +54,41 @@ def trials(proposal: Proposal, module: Path, scenario: Scenario, seeds: range) -
     engine = Engine(files=[module])
     for seed in seeds:
         setting = engine.setting(scenario, seed=seed, twins=0)
-        task = TaskSpec(task=proposal.task, roles=dict(_fillers(proposal, setting.world, engine.knowledge.taxonomy)))
+        tasks = _own(proposal, scenario, engine)
+        tasks = tasks or [TaskSpec(task=proposal.task, roles=dict(_fillers(proposal, setting.world, engine.knowledge.taxonomy)))]
+        task = next(t for t in tasks if _is(t, proposal, engine))
         trace = Trace()
-        solution = next(engine.resolve([task], setting=setting, seed=seed, trace=trace), None)
+        solution = next(engine.resolve(tasks, setting=setting, seed=seed, trace=trace), None)
         if solution is None or solution.candidate.rollout is None:
             miss = nearest_miss(trace.entries)
             yield Trial(seed, False, f"no program was proven: {miss.reason if miss else 'nothing was tried'}")
             continue
         episode = engine.knowledge.episodes.detect(solution.candidate.rollout, f"run_{seed}")
-        span = Span(Timeline(episode, engine.knowledge.taxonomy), *episode.span)
+        span = Span(Timeline(episode, engine.knowledge.taxonomy), *_when(solution.candidate, tasks.index(task), len(tasks), episode.span))
         found = covers(proposal.learned, span)
-        right = tuple(task.roles.values()) in found
+        right = tuple(task.roles.get(r, "") for r in proposal.roles) in found
         yield Trial(seed, right, "proven, and recognised by the learned rule" if right else _unread(proposal, span, task, len(found)))
+
+
+def _own(proposal: Proposal, scenario: Scenario, engine: Engine) -> list[TaskSpec]:
+    """Tasks of a scenario, if the learned one is among them; rules over tasks are none."""
+    entries = scenario.spec.tasks or ()
+    tasks = [t for t in entries if isinstance(t, TaskSpec)]
+    return tasks if len(tasks) == len(entries) and any(_is(t, proposal, engine) for t in tasks) else []
+
+
+def _is(task: TaskSpec, proposal: Proposal, engine: Engine) -> bool:
+    return task_type(engine.knowledge.tasks, task.task).task == proposal.task
+
+
+def _when(candidate: Candidate, place: int, count: int, whole: tuple[float, float]) -> tuple[float, float]:
+    """When a task of several ran [s]; of one alone the whole run."""
+    rollout, code = candidate.rollout, candidate.code
+    if count == 1 or rollout is None or code is None:
+        return whole
+    names = [task_of(code.origin_of(int(line))) if line else "" for line in rollout.lines]
+    ran = [float(t) for t, name in zip(rollout.times, names, strict=True) if name.startswith(f"{place + 1}.")]
+    return (ran[0], ran[-1]) if ran else whole
 
 
 def _fillers(proposal: Proposal, world: World, taxonomy: Taxonomy) -> Iterator[tuple[str, str]]:
@@ -84,7 +111,7 @@ def _unread(proposal: Proposal, span: Span, task: TaskSpec, found: int) -> str:
     if found:
         return "proven, but the learned rule finds other things in the roles; show what tells them apart"
     for evidence, literal in zip(proposal.evidence, proposal.learned.literals, strict=True):
-        if tuple(task.roles.values()) not in covers(proposal.learned, span, [literal]):
+        if tuple(task.roles.get(r, "") for r in proposal.roles) not in covers(proposal.learned, span, [literal]):
             said = " and ".join(f"{phase}: {text}" for phase, text in evidence.texts)
             return f"proven, but '{said}' does not hold of the run: show one in which it does not hold, if it does not belong to the task"
     return "proven, but no condition alone fails: the run is none of this task"

@@ -101,6 +101,7 @@ if TYPE_CHECKING:
     from .run_peaks import RunPeaks as RunPeaks, force_while_running as force_while_running, peaks_of as peaks_of
     from .run_record import RunRecord as RunRecord, TimeSpan as TimeSpan
     from .sensor_errors import SensorErrors as SensorErrors
+    from .shown_path import Anchor as Anchor, ShownPath as ShownPath, foot as foot
     from .steps import (
         AnyStep as AnyStep,
         CompliantSlide as CompliantSlide,

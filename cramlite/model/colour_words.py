@@ -9,7 +9,7 @@ from .world import Thing
 
 HUES = (("red", 12), ("orange", 38), ("yellow", 68), ("green", 165), ("cyan", 195), ("blue", 255), ("purple", 295),
         ("pink", 345), ("red", 360))  # fmt: skip
-"""Where each hue ends [deg], on the HSV circle."""
+"""Upper end of each hue on the HSV circle [deg]."""
 COLOURS = ("red", "orange", "yellow", "green", "cyan", "blue", "purple", "pink", "brown", "black", "grey", "white")
 PALE, DARK, LIGHT = 0.15, 0.2, 0.9
 """Spread of the channels below which a colour is none; value below which that is black, and from which it is white."""

@@ -58,7 +58,7 @@ class Object(Value):
 
     @property
     def thing(self) -> str:
-        """Thing that is asked for by name, or whose part is; "" where nothing is."""
+        """Thing that the designator names, itself or by a part; "" where it names none."""
         return thing_of(self.entity or "")
 
     def merged(self, other: Object) -> Object:
@@ -134,7 +134,7 @@ class Place(Value):
 
     @property
     def leaves_thing(self) -> bool:
-        """Whether a thing stays there when the hand leaves."""
+        """Whether the hand leaves a thing at the place: it releases it, or has moved it along."""
         return self.release is not None or (self.carried is not None and self.carried.to_m is not None)
 
 
@@ -157,7 +157,7 @@ class Motion(Value):
         name: unique in the plan, e.g. "3.Grasping/approach".
         kind: a word that a motion plugin answers; those of cramlite: "transfer", "linear", "gripper", "until_contact",
             "force_path", "spiral_search", "force_insert", "force_extract", "compliant_slide", "payload", "zero_sensor",
-            "hold", "tilt", "drive", "back" (docs/reference/motions.md).
+            "hold", "tilt", "trace", "drive", "back" (docs/reference/motions.md).
         to: name of a location, or None.
         parameters: by name, with units in the name, e.g. {"speed_m_s": 0.05}.
         may_touch: variables or "held" that may be touched on the way.

@@ -142,4 +142,4 @@ def without_errors(model: type[M]) -> M:
 SOURCES = sources(ErrorModel)
 """Sources of error -> the fields of ``ErrorModel`` that belong to each; those that break programs most often stand first."""
 NO_ERRORS = without_errors(ErrorModel)
-"""What is drawn from it is the believed world itself."""
+"""Error model without any error: its twins are the believed world."""

@@ -22,9 +22,9 @@ from .twin_drawing import DEG, MM, Drawing
 from .world import Inertia, Thing, World
 
 FURTHEST, WIDEST, LATEST = 0.5, 3.2, 1.0
-"""Errors of lengths [m], angles [rad] and times [s] beyond these are none: nothing would be where it is believed to be."""
+"""Largest errors of lengths [m], angles [rad] and times [s]: beyond them nothing would be where it is believed to be."""
 STEEPEST = 0.2
-"""Lean of furniture beyond this is none [rad]: what stands on it would slide at a friction of .2."""
+"""Largest lean of furniture [rad]: beyond it things on it would slide at a friction of .2."""
 
 
 class Size(Value):

@@ -19,7 +19,7 @@ class FaultKind(Word):
     PAYLOAD = "payload", "the flange bears more than the program tells"
     TOOL = "tool", "the tool is mounted elsewhere than the program tells"
     SENSOR = "sensor", "the force sensor's zero is off"
-    GRIP_LOST = "grip lost", "the fingers open by themselves, and close again when it is over"
+    GRIP_LOST = "grip lost", "the fingers open by themselves, and close again when the fault is over"
     SLIP = "slip", "the fingers press with a share of what they are told"
     CLOSES_SHORT = "closes short", "the fingers come no nearer to one another"
     STICKING = "sticking", "a joint of a thing takes a force to be moved at all"
@@ -30,7 +30,7 @@ class FaultKind(Word):
     CONNECTION = "connection", "clients lose the controller, and are not let in for a while"
     KILLED = "killed", "the program ends without a word; the arm stays where it is"
     GOAL = "goal", "another goal is asked for"
-    CANCELLED = "cancelled", "nothing is asked for any more"
+    CANCELLED = "cancelled", "the task is cancelled"
 
 
 AT_START = frozenset({FaultKind.MISSING, FaultKind.MOVED, FaultKind.PAYLOAD, FaultKind.TOOL, FaultKind.SENSOR})
@@ -53,7 +53,7 @@ class Trigger(Value):
     within: float = 0.0
 
     def __str__(self) -> str:
-        """Return when it is, as a clause; "" for at once."""
+        """Return the moment of the trigger as a clause; "" for at once."""
         said = [f"at '{self.line}'"] if self.line else []
         said += [f"at {self.force:g} N"] if self.force else []
         said += [f"{self.within:g} m from '{self.near}'"] if self.near else []
@@ -89,7 +89,7 @@ class Fault(Value):
 
     @property
     def from_start(self) -> bool:
-        """Whether it is so before the program starts."""
+        """Whether the fault is there before the program starts."""
         return self.kind in AT_START and self.trigger is None and not self.after
 
     def __str__(self) -> str:

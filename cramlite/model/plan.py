@@ -40,7 +40,7 @@ class Plan(Value):
 
 
 def _title(action: Action, title: Callable[[Action], str]) -> str:
-    """The title of a task, or the rule with those of its tasks."""
+    """Title of a task; of a compound its kind and the titles of its tasks."""
     if not isinstance(action, Compound):
         return title(action)
     parts = " | ".join(", ".join(_title(p, title) for p in b if isinstance(p, Action)) for b in action.branches)

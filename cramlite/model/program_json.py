@@ -24,7 +24,7 @@ from .steps import Step, walk
 FORMAT = "cramlite program 1"
 TAG = "step"
 SILENT: Mapping[str, object] = {"origin": "", "comment": "", "relative": "", "late": (), "force_limit_of": "robot"}
-"""Left out where they have these values; every number is there."""
+"""Fields that are left out where they have these values; numbers are always written."""
 RENAMED: Mapping[str, str] = {"TryInOrder": "Fallback"}
 """Steps that older texts have, and what they are called now."""
 
@@ -61,7 +61,7 @@ def typed_code(program: Program) -> Code:
 
 
 def laid_out(text: str) -> str:
-    """Return a program's text with a line of its own for every step: as it is where each has one, else written anew.
+    """Return a program's text with a line of its own for every step: unchanged if it has that already, else written anew.
 
     Raises:
         UserError: as ``read_program``.

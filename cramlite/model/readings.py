@@ -44,8 +44,8 @@ class Deviation(Word):
     """Kind of a run's deviation from its proof; each is a class of the ontology."""
 
     NO_GRASP = "NoGrasp", "the hand closed on nothing"
-    GRASP_LOST = "GraspLost", "what was held is no longer in the hand"
-    SLIP = "GraspSlip", "what is held moved in the hand"
+    GRASP_LOST = "GraspLost", "the payload is no longer in the hand"
+    SLIP = "GraspSlip", "the payload moved in the hand"
     GRIPPER = "GripperDeviation", "the fingers are not where they should be"
     MOVED = "ObjectMoved", "a thing stands elsewhere"
     FALLEN = "ObjectFallen", "a thing leans or lies"
@@ -59,7 +59,7 @@ class Deviation(Word):
     KILLED = "ProgramKilled", "the program ended without a word"
     REFUSED = "StepFailed", "a step of the program did not come to its end"
     GOAL_CHANGED = "GoalChanged", "another goal is asked for"
-    CANCELLED = "Cancelled", "nothing is asked for any more"
+    CANCELLED = "Cancelled", "the task was cancelled"
     GOAL_MISSED = "GoalMissed", "the program ended, and its goal does not hold"
 
 
@@ -86,7 +86,7 @@ class Notice(Value):
     unit: str = ""
 
     def __str__(self) -> str:
-        """Return it as a clause: the kind, the step, the reason."""
+        """Return the notice as a clause: the kind, the step, the reason."""
         where = f" in {self.step}" if self.step else ""
         return f"{self.kind}{where}: {self.reason}"
 
@@ -95,7 +95,7 @@ class Watch(Protocol):
     """Watcher of a run: it is shown readings, and stops the arm by a notice."""
 
     period: float
-    """Between two readings [s]."""
+    """Time between two readings [s]."""
 
     def see(self, readings: Readings) -> Notice | None:
         """Return why the arm must stop; None while all is as it should be."""

@@ -74,7 +74,7 @@ class Touch(Value):
 
     @property
     def pressed(self) -> float:
-        """Return ``press``; without a measurement ``force``, which is no less [N]."""
+        """Return the force of pressing, ``press`` [N]; where it was not measured ``force``, which is at least as large."""
         return self.force if self.press is None else self.press
 
 
@@ -157,8 +157,7 @@ class Rollout(Value, dict=True):
 
     @cached_property
     def awake_touches(self) -> tuple[tuple[Touch, ...], ...]:
-        """Touches of each sample without those of ``asleep``: all in which hands and moved things take
-        part."""
+        """Touches of each sample without those of ``asleep``: those that hands and moved things take part in."""
         idle = {id(t) for still in {id(s): s for s in self.asleep}.values() for t in still}
         return tuple(tuple(t for t in touches if id(t) not in idle) for touches in self.touches) if idle else self.touches
 

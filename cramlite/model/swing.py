@@ -1,4 +1,4 @@
-"""Swing of a thing between the pads that hold it: a pinch across a slanted rim becomes flat as it is lifted."""
+"""Swing of a held thing between the pads: a pinch across a slanted rim becomes flat as it is lifted."""
 
 from __future__ import annotations
 

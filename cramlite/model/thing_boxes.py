@@ -18,12 +18,12 @@ Box = tuple[Vector3, Vector3]
 
 def boxes(thing: Thing) -> list[Box]:
     """Return the box around each geom of a thing, along the world's axes."""
-    return [_box(thing.pose * g.pose, g) for g in thing.geoms]
+    return [box(thing.pose * g.pose, g) for g in thing.geoms]
 
 
 def extents(thing: Thing) -> Vector3:
     """Return the side lengths of the box around a thing with geoms, along its own axes [m]."""
-    low, high = around([_box(g.pose, g) for g in thing.geoms])
+    low, high = around([box(g.pose, g) for g in thing.geoms])
     return (high[0] - low[0], high[1] - low[1], high[2] - low[2])
 
 
@@ -32,7 +32,7 @@ def turns_in_place(thing: Thing) -> bool:
     axis."""
     if thing.joint is None or thing.joint.kind != "hinge" or not thing.geoms:
         return False
-    low, high = around([_box(thing.joint.pose.inverse() * g.pose, g) for g in thing.geoms])
+    low, high = around([box(thing.joint.pose.inverse() * g.pose, g) for g in thing.geoms])
     off = math.hypot(low[0] + high[0], low[1] + high[1]) / 2
     return off <= CENTRED * min(high[0] - low[0], high[1] - low[1]) / 2
 
@@ -43,7 +43,8 @@ def around(found: Sequence[Box]) -> Box:
     return (low[0], low[1], low[2]), (high[0], high[1], high[2])
 
 
-def _box(pose: Pose, geom: Geom) -> Box:
+def box(pose: Pose, geom: Geom) -> Box:
+    """Return the box around a geom at a pose, along the axes of that pose's parent."""
     reach = abs(pose.rotation) @ geom.half_extents
     low, high = ([p + s * r for p, r in zip(pose.position, reach.tolist(), strict=True)] for s in (-1.0, 1.0))
     return (low[0], low[1], low[2]), (high[0], high[1], high[2])

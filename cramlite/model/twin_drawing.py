@@ -61,7 +61,8 @@ class Drawing:
         return self._random[source]
 
     def number(self, source: str, name: str, size: float, unit: str, per: float) -> float:
-        """Draw uniformly in plus or minus ``size`` times the scale; told in ``unit``, of which an SI unit has ``per``."""
+        """Draw uniformly in plus or minus ``size`` times the scale; the trace shows it in ``unit``, of which one SI unit has
+        ``per``."""
         return self._noted(source, name, float(self.random(source).uniform(-1, 1)), size, unit, per)
 
     def share(self, source: str, name: str, size: float) -> float:

@@ -40,7 +40,7 @@ class TwinRun(Value):
     remedy: Remedy | None = None
 
     def largest(self, count: int = 3) -> str:
-        """Name the draws that are largest for their range; if causes are known, theirs."""
+        """Name the draws that are largest for their range, those of known causes if there are any."""
         asked = [d for d in self.draws if not self.causes or d.source in self.causes]
         return ", ".join(map(str, sorted(asked, key=lambda d: -abs(d.share))[:count]))
 
@@ -91,7 +91,7 @@ class TwinVerdict(Value):
 
     @property
     def weakest(self) -> str:
-        """Task or step in which most failed; "" where none did."""
+        """Task or step in which most runs failed; "" where none did."""
         return next((origin for origin, _ in Counter(t.origin for t in self.failed).most_common(1)), "")
 
     @property
@@ -104,7 +104,7 @@ class TwinVerdict(Value):
 
     @property
     def reason(self) -> str:
-        """Text of it as a finding: the share, the demanded one, and why runs failed."""
+        """Outcome as the text of a finding: the share, the demanded one, and why runs failed."""
         asked = f"{share_text(self.doubts.at_least)} of {self.doubts.runs} required"
         why = "; ".join(f"twin {t.number}: {t.text}" for t in self.failed)
         return f"{self.text}; {asked}" + (f"; {why}" if why else "")

@@ -13,7 +13,7 @@ Cost = Literal["facts", "ik", "path", "rollout"]
 """Stage at which a validator is asked, cheapest first; "rollout" is after the program's text ran."""
 COSTS: tuple[Cost, ...] = ("facts", "ik", "path", "rollout")
 ADVICE = "advises only: "
-"""How the reason of an objection begins that refuses nothing."""
+"""First words of the reason of an objection that refuses nothing."""
 
 
 class Finding(Value):

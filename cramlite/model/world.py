@@ -215,7 +215,7 @@ class Thing(Value):
 
     @property
     def least_friction(self) -> float:
-        """Sliding friction coefficient of its smoothest geom (a ratio of forces); parts, such as a tab, apart."""
+        """Sliding friction coefficient of the thing's smoothest geom (a ratio of forces); parts, such as a tab, apart."""
         own = [self.friction if g.friction is None else g.friction for g in self.geoms if not g.part]
         return min(own, default=self.friction)
 
@@ -226,7 +226,7 @@ class Thing(Value):
 
     @property
     def furniture(self) -> bool:
-        """Whether a map has the thing: it is fixed, or mounted on a joint, as a drawer is."""
+        """Whether the thing is furniture, which a map has: it is fixed, or mounted on a joint, as a drawer is."""
         return not self.movable or self.joint is not None
 
     def moved_to(self, pose: Pose) -> Thing:
@@ -298,7 +298,7 @@ class Physics(Value):
 
 
 class Disturbance(Value):
-    """Errors of a real robot that a planned one has not; drawn by cramlite/scenario/twin.py, applied by the simulator.
+    """Errors of a real robot that the planned one lacks; drawn by cramlite/scenario/twin.py, applied by the simulator.
 
     Args:
         force_noise: standard deviation of each raw reading of the wrist sensor [N]; torques get a twentieth [Nm].
@@ -348,7 +348,7 @@ class Camera(Value):
 
     @property
     def name(self) -> str:
-        """Name of the camera in runs and episodes; no thing can be called so."""
+        """Name of the camera in runs and episodes, which no thing may have."""
         return str(EntityName(self.mount or "world", "camera"))
 
 

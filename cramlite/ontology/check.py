@@ -18,7 +18,7 @@ from ..base.value import Value
 from .taxonomy import Taxonomy, cache_folder, content_of, load_taxonomy, ontology_files, write_cache
 
 _ERROR = "http://www.daml.org/2002/03/agents/agent-ont#error"
-"""What owlrl links its reports of contradictions with."""
+"""Property with which owlrl links its reports of contradictions."""
 
 ORIGINALS = ("soma:", "dul:")
 """Namespaces whose names must exist in the originals. artm: and vrps: come from the paper's own files."""
@@ -96,7 +96,7 @@ def report_lines(report: OntologyReport) -> list[str]:
 def _compare(
     files: list[Path], ours: Taxonomy, originals: list[Path], cache: Path | None
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Names that the originals do not have, and subclass claims between theirs that do not follow there."""
+    """Names that the original ontologies lack, and subclass claims about their names that do not follow from them."""
     theirs, folder = load_taxonomy(originals, cache), cache or cache_folder()
     known = set(_cached("names-1", originals, folder, _names)["names"]) | theirs.classes
     missing = tuple(n for n in _cached("names-1", files, folder, _names)["names"] if n not in known)

@@ -6,16 +6,16 @@ All others are found by what ontologies say of them, or are named by plugins.
 from __future__ import annotations
 
 TASK = "dul:Task"
-"""What every task is."""
+"""Class of every task."""
 
 ROLE = "dul:Role"
-"""What every role of a task is."""
+"""Class of every role of a task."""
 
 OBJECT = "dul:PhysicalObject"
-"""What every thing is of which nothing more is known."""
+"""Class of a thing of which nothing more is known."""
 
 AGENT = "dul:Agent"
-"""Who acts, which no thing does."""
+"""Class of agents; no thing is one."""
 
 ACTION = "soma:PhysicalAction"
 """Class of an event of which only an agent's action is known."""

@@ -14,9 +14,9 @@ _BUILT_IN = {"owl": OWL, "rdf": RDF, "rdfs": RDFS, "xsd": XSD}
 """Prefixes that need no declaration (W3C, OWL 2 Functional-Style Syntax, 2012, table 2); py-horned-owl asks for one."""
 _PREFIX = re.compile(r"^[ \t]*Prefix[ \t]*\([ \t]*([\w.-]*):[ \t]*=[ \t]*<([^>]*)>", re.MULTILINE)
 _BRACKET = re.compile(r'"(?:[^"\\]|\\.)*"|<[^>\s]*>|[()]')
-"""A bracket; or a literal or an IRI, in which there may be some."""
+"""Pattern of a bracket, or of a literal or IRI, in which there may be brackets."""
 DEEPEST = 100
-"""Expressions in one another: ontologies have some ten; py-horned-owl overflows the stack at some thousands."""
+"""Largest depth of nested expressions: ontologies have some ten; py-horned-owl overflows the stack at some thousands."""
 _PLACE = re.compile(r"positives: \[(.*?)\].*line_col: Pos\(\((\d+), (\d+)\)\)")
 _SPAN = re.compile(r'ValidityError\("(.*?)", ByteSpan\((\d+)\.\.(\d+)\)\)')
 

@@ -211,7 +211,7 @@ def _aliases(graph: rdflib.Graph, prefixes: dict[str, str]) -> dict[str, str]:
 
 
 def _synonyms(graph: rdflib.Graph) -> list[list[list[str]]]:
-    """Labels of each concept, by any of which people call the same; and those that are said of it, but also of others (hidden labels)."""
+    """Labels of each concept: its synonyms, then hidden labels, which people may say of other concepts, too."""
     concepts = sorted(graph.subjects(RDF.type, SKOS.Concept), key=lambda c: sorted(map(str, graph.objects(c, SKOS.altLabel))))
     found = []
     for concept in concepts:

@@ -39,8 +39,8 @@ if TYPE_CHECKING:
 UNEXPLAINED = "camera: nothing that is known explains it"
 WANTED = ("type", "relations", "pose", "instance", "refined")
 SURE, VIEWS = 0.6, 3
-"""Where a pose is less sure than this, the camera looks from elsewhere, this many times in all: of scores over 0.6 few are
-wrong (docs/figures/perception_pose.yaml)."""
+"""Score of a pose below which the camera looks again from elsewhere, and the number of looks in all: of poses with scores
+over 0.6 few are wrong (docs/figures/perception_pose.yaml)."""
 
 
 class Picture(Value):
@@ -198,8 +198,7 @@ def look_into(
 
 
 def _wary(seen: Look, taken: Picture, there: tuple[Thing, ...], container: str, knowledge: Knowledge) -> Look:
-    """Belief with the unrecognised bodies of a changed world: fixed ones, but parts of the container that
-    they are in.
+    """Belief with the unrecognised bodies of a changed world: those in a container become parts of it, others fixed things.
 
     Args:
         there: what is known, as it stood when the picture was taken.
@@ -373,7 +372,7 @@ def go_and_look(
 
 
 def _looking(knowledge: Knowledge) -> str:
-    """The task that brings a camera somewhere.
+    """Task that brings a camera to a viewpoint.
 
     Raises:
         UserError: no plugin offers one.

@@ -20,7 +20,7 @@ OFFSET = "camera_offset"
 def camera_offset(
     view: View, fixtures: tuple[Thing, ...], knowledge: Knowledge, robot: Depth | None = None
 ) -> tuple[CameraOffset | None, str]:
-    """Return how far the camera of a view is off, and the reason in a clause; None where fixtures do not tell, and why.
+    """Return how far the camera of a view is off, or None where fixtures do not tell; with the reason in a clause.
 
     Args:
         fixtures: things whose poses are known.

@@ -53,7 +53,7 @@ class Percept(Value):
 
     @property
     def experts(self) -> tuple[str, ...]:
-        """Names of the experts that annotated it."""
+        """Names of the experts that annotated the object."""
         return tuple(dict.fromkeys(s.expert for s in self.values.values()))
 
 

@@ -133,7 +133,7 @@ class _Running(Struct):
         return []
 
     def _scene(self, expert: Expert) -> list[str]:
-        """One entry for each object; None where nothing can be said of it."""
+        """Ask an expert about the whole scene; it answers with one entry for each object, None where it says nothing of one."""
         declared = {*expert.inputs, *expert.uses}
         table = tuple({k: s.judged for k, s in o.values.items() if k in declared} for o in self.objects)
         seen = {**self.scene, OBJECTS: Annotation(Judged(table), "engine")}
@@ -241,7 +241,7 @@ def _words(value: Any) -> str:
 
 
 def _not(condition: Condition, said: Annotation, how: str) -> str:
-    """Reason why a condition does not hold; of an object's relations only the asked ones."""
+    """Reason why a condition does not hold; it lists only those of the object's relations that are asked for."""
     if condition.output != "relations":
         return f"{condition.output} is {_words(said.value)}, {how} {condition}" + _because(said)
     near = tuple(f for f in said.value if f[0] == condition.key)

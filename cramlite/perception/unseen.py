@@ -14,12 +14,12 @@ from ..ontology.taxonomy import Taxonomy
 from .active_perception import Picture
 
 CELL, HEIGHTS = 0.02, (0.02, 0.05)
-"""Places are looked at every so far along a surface, and so high above it [m]: of a box of 40 x 25 x 100 mm some four are inside."""
+"""Distance of places along a surface, and their heights above it [m]: of a box of 40 x 25 x 100 mm some four are inside."""
 BEHIND = 0.02
-"""So far behind what is seen a place is hidden by it [m]: three times the noise of depth, and the edge of a pixel."""
+"""Distance behind a seen point from which on a place is hidden [m]: three times the noise of depth, and the edge of a pixel."""
 GAP = 0.02
-"""What is so near to the boxes around a thing's parts is taken for its own [m]: errors of poses and depth, half a cell, and what a grasp
-needs."""
+"""Distance from the boxes around a thing's parts within which points count as the thing's own [m]: errors of poses and
+depth, half a cell, and what a grasp needs."""
 
 
 def places_above(thing: Thing, taxonomy: Taxonomy) -> Points:

@@ -86,7 +86,7 @@ class ActionSchema(Value):
 
     @property
     def doing(self) -> str:
-        """Class of its task, and whether it happens elsewhere."""
+        """Class of the schema's task, and whether it puts a thing down elsewhere than the goal asks."""
         return doing(self.task, self.elsewhere)
 
     @property

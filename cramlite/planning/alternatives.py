@@ -39,9 +39,9 @@ HOOKS: dict[type, str] = {
     Motion: "resolve_motion",
 }
 VALUES: dict[type, tuple[type, ...]] = {Action: (Decomposition,), Object: (str,), Late: (str,), Location: (Place, Stand)}
-"""What grounds a designator; a motion, the steps of the program."""
+"""Type of the value that grounds each designator; that of a motion is the steps of the program."""
 Alternative = tuple[str, Grounding]
-"""A plugin, and what it offers."""
+"""Plugin, and its grounding."""
 
 
 class Alternatives(Value):
@@ -83,7 +83,7 @@ class Alternatives(Value):
             point.say("fault", fault.plugin, str(fault))
 
     def _fits(self, point: ChoicePoint, action: Action) -> bool:
-        """Whether there is such a task, and it is not made of itself."""
+        """Whether a task of this name exists, and is not part of itself."""
         opened = (i.action for i in point.state.agenda if isinstance(i, Effect))
         above = [a for a in opened if is_part_of(action.name, a.name)]
         reason = misfit(action, above, self.tasks)
@@ -121,7 +121,7 @@ class Alternatives(Value):
                 yield from self.registry.ask(plugin, hook, item.name, partial(kind.ground, item, belief, context))
 
     def _instead(self, item: Designator) -> str:
-        """Answer in the place of a relation that no plugin answers."""
+        """Clause on a relation that no plugin answers, with the nearest names; "" for other designators."""
         return f": no relation '{item.relation}'; {nearest(item.relation, self.relations)}" if isinstance(item, Location) else ""
 
     def _accepted(self, plugin: str, answers: Iterable[Any], point: ChoicePoint) -> Iterator[Alternative]:
@@ -165,8 +165,7 @@ class Alternatives(Value):
 
 
 def wrong_with(answer: object, item: Designator) -> str:
-    """Return why an answer is no grounding of a designator, as a clause, so that its later users are not
-    blamed; empty if it is one."""
+    """Return a clause on why an answer is no valid grounding, so that its later users are not blamed; empty if it is valid."""
     kind, value = type(item).__name__, getattr(answer, "value", None)
     if not isinstance(answer, Grounding):
         return f"an answer is a Grounding or a Refused, not {_short(answer)}"

@@ -18,7 +18,7 @@ from ..model.designators import Designator, Location, Place
 from ..plugin.grounding import Context, Refused
 
 NOTHING = object()
-"""What a name is bound to that is not bound."""
+"""Stands for the value of a name that is not bound."""
 
 ROUNDING = 1e-6
 """Positions and turns that differ by less are one [m, rad]: programs are written with as many digits."""

@@ -19,7 +19,7 @@ from .operators import Operator
 from .refutation import Refutation
 
 AnyOf = tuple[tuple[Track, ...], ...]
-"""Things of which any one is in the way: each with what had been done to it, and to what carries it."""
+"""Things of which any one is in the way: each with the tasks done to it, and to its carriers."""
 
 
 class Blocking(Value):
@@ -53,8 +53,8 @@ class Blocking(Value):
         return replace(self, sets=tuple(any_of for any_of in self.sets if all(tracks[0].thing not in self.shut for tracks in any_of)))
 
     def while_others_stay(self) -> Blocking:
-        """Return the blocking as long as no other obstacle is moved, since the task's own things meet that
-        again from anywhere; the same without other obstacles."""
+        """Return the blocking as long as no other obstacle is moved: the task's own things would meet those obstacles from
+        anywhere."""
         own = {thing_of(e) for _, e in self.task[1]}
         others = tuple(any_of for any_of in self.sets if own.isdisjoint(tracks[0].thing for tracks in any_of))
         return replace(self, sets=others) if others else self
@@ -69,8 +69,8 @@ def blocking_of(
     found: Refutation, steps: Sequence[Operator], facts: Sequence[frozenset[Fact]], loose: frozenset[str],
     same_room: frozenset[str] = frozenset(),
 ) -> Blocking | None:  # fmt: skip
-    """Return the lesson of a refuted task sequence for all: its last refused task fails while all that its
-    failure depends on is unchanged.
+    """Return what a refuted task sequence tells about others: its last refused task fails while all that its failure depends
+    on is unchanged.
 
     Args:
         facts: before each step, those that rules ask about.
@@ -94,7 +94,7 @@ def blocking_of(
 
 
 def _tracks(thing: str, before: Sequence[Operator], facts: frozenset[Fact], loose: frozenset[str]) -> tuple[Track, ...]:
-    """Tasks done so far to a thing, the first one, and to all that moves with it."""
+    """Tasks done so far to a thing, the first in the list, and to all that moves with it."""
     pairs = [frozenset(map(thing_of, f[1:])) & loose for f in facts]
     known = {thing}
     while more := {n for names in pairs if names & known for n in names} - known:

@@ -1,4 +1,4 @@
-"""Blockings in PDDL: how far along its track each thing is, as facts that actions change, and the tasks that this bars."""
+"""Blockings in PDDL: facts on how far along its track each thing is, which actions change, and the tasks that these facts bar."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ class BlockingText:
         return self.atom(f"one of tracks {' '.join(names)} is done", ())
 
     def effects(self, schema: ActionSchema, fluents: Fluents) -> Iterator[str]:
-        """Generate the effects of an action on things' tracks: along them, or off."""
+        """Generate the effects of an action on the tracks of things: to the next stage, or off the track."""
         change = schema.change
         for term, how in handled(change.needs, change.adds, change.removes, fluents, change.moves).items():
             for track in self.tracks if term.startswith("?") else ():
@@ -87,7 +87,8 @@ class BlockingText:
                     yield from (e for stage in (*track.stages(), None) for e in self._step(schema, term, how, track, stage))
 
     def _step(self, schema: ActionSchema, term: str, how: Handling, track: Track, stage: Stage | None) -> Iterator[str]:
-        """From one stage of a track, or from another history, to the next: with the fillers of its tasks, and with all others."""
+        """Effects that lead from a stage of a track, None for another history, to the next: for the fillers of its tasks,
+        and for all others."""
         here, otherwise = f"(= {term.rpartition(BETWEEN)[2]} {self.object_of(track.thing)})", track.after(stage, how, None)
         own = {self._fillers(schema, t): track.after(stage, how, t) for t in track.past if t[0] == schema.doing}
         own = {same: after for same, after in own.items() if same and after != otherwise}
@@ -101,7 +102,7 @@ class BlockingText:
                 yield f"(when (and {case}{before}) (and {' '.join([*ends, *begins])}))"
 
     def _fillers(self, schema: ActionSchema, task: Done) -> str:
-        """That an action is a task that was done; "" where it cannot be in this problem."""
+        """Condition that an action is a task that was done; "" where the task cannot be in this problem."""
         if not self.entities.issuperset(e for _, e in task[1]):
             return ""
         roles = ((schema.terms[r].rpartition(BETWEEN)[2], e) for r, e in task[1] if e != EFFECTOR)

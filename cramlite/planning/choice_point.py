@@ -26,8 +26,8 @@ from .state import Effect, State, ground_roles
 from .trace import Kind, Outcome, Trace
 
 Conflict = frozenset[str | InTask | AsItIs | Capped | Later | Unfit]
-"""What a failure depends on: names of choices, by which the search goes back, at once or later; tasks, and things as they are, which
-no choice of this plan changes; whether alternatives were left out; and things that can play no role."""
+"""Conflict set, all that a failure depends on: names of choices, to which the search goes back, at once or later; tasks, and
+unchanged things, which no choice of this plan affects; alternatives that were left out; things that can play no role."""
 
 
 class Nogoods(Struct):
@@ -58,7 +58,7 @@ class Nogoods(Struct):
             self.known.setdefault(choice, []).append(nogood)
 
     def lasting(self) -> Nogoods:
-        """Return those that a wider round need not try again: in which no alternatives were left out."""
+        """Return the no-goods that hold in a wider round, too: no alternatives were left out in them."""
         beside = {nogood: c for nogood, c in self.beside.items() if Capped() not in c}
         known = {choice: [n for n in found if n in beside] for choice, found in self.known.items()}
         return Nogoods(known, beside)
@@ -67,11 +67,11 @@ class Nogoods(Struct):
 Choice = tuple[str, str]
 """The name of a designator, and the key of the alternative that was taken."""
 CAPS: dict[type, int] = {Action: 6, Object: 8, Late: 8, Location: 12, Motion: 4}
-"""How many alternatives of a designator are tried in the first round."""
+"""Number of alternatives of a designator that are tried in the first round."""
 KINDS: dict[type, Kind] = {
     Action: "action", Compound: "compound", Object: "object", Late: "object", Location: "location", Motion: "motion",
 }  # fmt: skip
-"""What the trace calls a designator."""
+"""Word of the trace for each class of designators."""
 
 
 class ChoicePoint(Struct):
@@ -192,7 +192,7 @@ class ChoicePoint(Struct):
 
 
 def _was_moved(thing: str, belief: Belief) -> bool:
-    """Whether a thing is not believed to be where it was at first."""
+    """Whether a thing is believed to be elsewhere than at first."""
     first = next((t.pose for t in belief.world.things if t.name == thing), None)
     return first is not None and (thing not in belief.poses or belief.poses[thing].pose != first)
 

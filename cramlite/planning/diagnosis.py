@@ -74,5 +74,5 @@ def task_of(entry: Entry | None, known: Mapping[int, Entry]) -> int:
 
 
 def without_numbers(text: str) -> str:
-    """Return a reason as it is for all numbers: those that differ in them only have one cause."""
+    """Return a reason without its numbers, so that reasons that differ in numbers only count as one cause."""
     return NUMBER.sub("#", text)

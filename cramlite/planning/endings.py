@@ -134,7 +134,7 @@ def _with(fact: Fact, k: int, term: str) -> Fact:
 
 
 def _tidy(ending: Ending) -> Ending:
-    """The same with its free variables numbered in the order in which they appear."""
+    """Ending with its free variables numbered in the order in which they appear."""
     names = {v: v if v == "?other" else f"?any{k}" for k, v in enumerate(ending.free, 1)}
 
     def renamed(fact: Fact) -> Fact:
@@ -146,7 +146,7 @@ def _tidy(ending: Ending) -> Ending:
 
 
 def _possible(ending: Ending, kinds: Kinds) -> bool:
-    """Whether its facts can ever hold, by the kinds of their arguments."""
+    """Whether an ending's facts can ever hold, by the kinds of their arguments."""
     facts = [ending.fact, *ending.when]
     terms = {t for f in facts for t in f[1:]} - set(ending.free)
     fits = all(_kind(t) in kinds.get((f[0], k), ()) for f in facts for k, t in enumerate(f[1:], 1) if t in terms)

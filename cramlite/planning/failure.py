@@ -12,7 +12,7 @@ from .trace import Entry, Trace
 from .what_to_try import what_to_try
 
 CAUSES = 3
-"""So many misses are told beside the nearest."""
+"""Number of misses that are listed beside the nearest one."""
 
 
 def failure_text(trace: Trace, faults: Iterable[object]) -> str:
@@ -88,6 +88,6 @@ def _listed(numbers: Sequence[int]) -> str:
 
 
 def _once(answers: Iterable[GoalAnswer], told: Sequence[Entry]) -> Iterator[GoalAnswer]:
-    """Answers without the reason that was told with the nearest miss."""
+    """Answers of the goals, without a reason that was told with the nearest miss."""
     said = f"{told[0].designator}: {told[0].reason}" if told else ""
     yield from (a.without_reason() if a.reason == said else a for a in answers)

@@ -14,14 +14,14 @@ from ..scenario.task_specs import WhereSpec
 from .operators import Grounder
 
 SIDES = {name.replace("_", " "): name for name in WhereSpec.sides()}
-"""Where in the place a spot is chosen, beside another thing: words of a goal -> key of a task's ``where``."""
+"""Sides of another thing on which a spot is chosen: words of a goal -> key of a task's ``where``."""
 
 NOT = "not "
 """Begins a goal that denies another one."""
 
 AMOUNT = "AMOUNT"
 NUMBER = r"([-+]?[\d.]+ ?[a-z]+)"
-"""Word of a form that stands for a number with a unit, and such a one."""
+"""Word of a form that stands for a number with a unit, and the pattern of such a number."""
 
 PLACE = "PLACE"
 """Word of a form that stands for a thing, or for a region of one: "table/left"."""
@@ -122,7 +122,7 @@ def _two_manners(one: ParsedGoal, other: ParsedGoal) -> str:
 
 
 def _forms(phrases: Iterable[GoalPhrase]) -> str:
-    """Other goal phrases that are close."""
+    """Clause that lists goal phrases, as advice after an unknown one."""
     forms = [f"'{p.form}'" for p in sorted(phrases, key=lambda p: -len(_places(p)))]
     said = f"say {', '.join(forms[:-1])} or {forms[-1]}" if forms[1:] else "no plugin declares a phrase for goals"
     sides = ", ".join(f"'{s}'" for s in SIDES)

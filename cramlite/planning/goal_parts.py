@@ -49,7 +49,7 @@ class GoalAnswer(Value):
     reason: str = ""
 
     def without_reason(self) -> GoalAnswer:
-        """Return it for where the reason was said before."""
+        """Return the answer without its reason, where that was said before."""
         return replace(self, reason="see above")
 
     def __str__(self) -> str:
@@ -104,7 +104,7 @@ def _rank(answer: GoalAnswer) -> int:
 
 
 def _nearest(answer: GoalAnswer) -> tuple[bool, int]:
-    """Misses come first, those of the last tasks before others."""
+    """Sort key of answers: misses come first, those of the last tasks before others."""
     return answer.answer != "missed", -answer.tasks[1] if answer.tasks and answer.answer == "missed" else 0
 
 

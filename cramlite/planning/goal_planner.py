@@ -10,10 +10,12 @@ from msgspec.structs import replace
 
 from ..base.value import Value
 from ..interpretation.fluents import EFFECTOR, Fact, Pattern, matches
+from ..model.entity_name import thing_of
+from ..model.world import Thing
 from ..plugin.task_type import TaskType
 from ..scenario.scenario import ObjectSpec
 from ..scenario.task_specs import TaskSpec, WhereSpec
-from .action_schema import ActionSchema
+from .action_schema import ActionSchema, Table
 from .goal_parser import parse_goal
 from .goal_quantifiers import without_quantifiers
 from .operators import Grounder, Operator
@@ -40,7 +42,7 @@ class TaskConstraint(Value):
     makes: frozenset[Fact]
 
     def suits(self, task: TaskType) -> bool:
-        """Check whether a task can be told so."""
+        """Check whether a task takes the constraint: it has the parameters, and chooses a place where one is constrained."""
         return set(self.parameters) <= {p.name for p in task.parameters} and (task.places or not self.where)
 
 
@@ -110,6 +112,18 @@ def constraint_facts(goal: GoalFacts, schema: ActionSchema, task: TaskType) -> f
     return frozenset(found)
 
 
+def taken_places(goal: GoalFacts, schema: ActionSchema, things: Mapping[str, Thing]) -> Iterator[Table]:
+    """Generate tables of what a task would put onto a loose thing where the goal asks for another: there is no room for both."""
+    loose = {n for n, t in things.items() if t.movable}
+    for fact in sorted(f for f in schema.change.adds - schema.change.needs if len(f) > 2):
+        wanted = {f for f in goal.needs if f[0] == fact[0]}
+        held, places = ([k for k, t in enumerate(fact) if k and (t in schema.in_hand) is own] for own in (True, False))
+        for h, p in product(held, places):
+            taken = {f[p] for f in wanted if thing_of(f[p]) in loose}
+            if rows := set(product(loose, taken)) - {(f[h], f[p]) for f in wanted}:
+                yield Table(f"another's place {fact[0]} {h} {p}", (fact[h], fact[p]), frozenset(rows), denied=True)
+
+
 def constrained(goal: GoalFacts, operator: Operator, task: TaskType, held: frozenset[str]) -> Operator:
     """Return an operator with the facts of the goal's manner.
 
@@ -121,7 +135,7 @@ def constrained(goal: GoalFacts, operator: Operator, task: TaskType, held: froze
 
 
 def reasons(goal: GoalFacts, facts: frozenset[Fact], steps: tuple[Operator, ...]) -> Iterator[str]:
-    """Generate why each step is there: the first thing that it makes so and that a later one, or the goal, asks for."""
+    """Generate why each step is in a plan: the first fact that it makes and that a later step, or the goal, needs."""
     for k, step in enumerate(steps):
         after = step.apply(facts)
         made, gone = sorted(after - facts), sorted(facts - after)

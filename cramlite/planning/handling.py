@@ -19,7 +19,8 @@ Done = tuple[str, tuple[tuple[str, str], ...]]
 """A task that was done: its class, and the entity of each role."""
 
 Stage = tuple[int, Literal["", "taken", "other"]]
-"""How many tasks of a track were done; and whether it was then taken as the track says, or otherwise, and not moved since."""
+"""Number of tasks of a track that were done to a thing; and whether it was then taken as the track says, or otherwise, and
+not moved since."""
 
 
 class Handling(Value):

@@ -19,7 +19,7 @@ EVERY = 5.0
 ASKED_FOR = ("action", "compound", "object", "location", "motion")
 REFUSED = ("refused", "impossible")
 BEHIND = {"proof": "searching: what to do otherwise after the last program", "sequence": "searching: another sequence of tasks"}
-"""What is done before the first question behind a program that was refused, and behind a sequence that ended."""
+"""Line on the current work until the next question, after a program was refused, and after a sequence of tasks ended."""
 
 
 class NowDone(str):

@@ -38,7 +38,7 @@ OTHER = "?other"
 
 
 def doing(task: str, elsewhere: bool) -> str:
-    """Return the class of its task, and whether it happens elsewhere, as blockings tell tasks apart."""
+    """Return the class of a task, and whether it puts a thing down elsewhere than the goal asks, as blockings tell tasks apart."""
     return f"{task} elsewhere" if elsewhere else task
 
 
@@ -71,7 +71,7 @@ class Operator(Value):
 
     @property
     def doing(self) -> str:
-        """Class of its task, and whether it happens elsewhere."""
+        """Class of the operator's task, and whether it puts a thing down elsewhere than the goal asks."""
         return doing(self.task, self.elsewhere)
 
     def __str__(self) -> str:

@@ -226,7 +226,10 @@ class _Writer:
         return self._atom(f"{mark} {step.schema.task}", step.key[1:])
 
     def _whole(self, steps: Sequence[PlanStep]) -> str:
-        """All of a plan. In the goal itself, planners would multiply the ways to leave one step out of each plan."""
+        """Condition that all steps of a plan are done.
+
+        In the goal itself, planners would multiply the ways to leave one step out of each plan.
+        """
         return "(and " + " ".join(sorted({self._mark("done", s) for s in steps})) + ")"
 
     def _initial(self, facts: Iterable[Fact]) -> Iterator[str]:

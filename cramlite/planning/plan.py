@@ -113,12 +113,12 @@ def _action(call: Call, objects: Mapping[str, Object], numbers: Iterator[int], w
 
 
 Ahead = tuple[Location, Action | None]
-"""Where the next task begins that says so, and that task."""
+"""Place where the next task with a stated beginning begins, and that task."""
 
 
 def _with_goals(actions: Sequence[Any], types: Mapping[str, TaskType], ahead: Ahead) -> tuple[tuple[Any, ...], Ahead]:
-    """Free motions with their goal: the start of the next task, for the last one ``ahead``; and the goal
-    ahead of all."""
+    """Actions whose free motions have a goal, the start of the next task or, for the last one, ``ahead``; and the first of
+    these starts."""
     result: list[Action] = []
     for action in reversed(actions):
         if isinstance(action, Compound):

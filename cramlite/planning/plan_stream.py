@@ -18,7 +18,7 @@ from .symbolic_planner import fast_downward
 from .trace import Trace
 
 MOST = 6
-"""Sequences of one choice of things."""
+"""Largest number of sequences for one choice of things."""
 
 FEW = 4
 """Things that can be carried, up to which the shortest plans are searched; their states number some 10000 then."""
@@ -89,7 +89,7 @@ def _stream(
 
 
 class _Given:
-    """Sequences that were given.
+    """Sequences that were given to the caller.
 
     Args:
         problem: with what the failures of some have ruled out.
@@ -98,9 +98,9 @@ class _Given:
     def __init__(self, problem: PlanningProblem) -> None:
         self.problem = problem
         self.earlier: list[list[PlanStep]] = []
-        """Plans of which none is made again."""
+        """Plans that the planner must not make again."""
         self.unexplained: list[tuple[Operator, ...]] = []
-        """Sequences that failed, or did not, for reasons that were not said."""
+        """Sequences that gave no reason for a failure, whether they failed or not."""
 
     def new(self, plan: TaskPlan | None) -> bool:
         """Whether a plan has no needless step and contains no sequence that was given."""

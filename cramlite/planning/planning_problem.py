@@ -26,6 +26,7 @@ from .goal_planner import (
     parse_goals,
     reasons,
     surplus,
+    taken_places,
 )
 from .handling import Done, handled, task_text
 from .operators import Grounder, Operator, conditions_of, held_in
@@ -148,7 +149,8 @@ class PlanningProblem(Value, eq=False):
         change, task = schema.change, self.knowledge.tasks[schema.task]
         asked = constraint_facts(self.wanted, schema, task)
         cost = ASIDE * schema.cost if not asked and _may_push(schema, self._in_the_way, self.grounder.fluents) else schema.cost
-        tables = tuple(self._allowed(schema, t, scope) for t in schema.tables)
+        taken = taken_places(self.wanted, schema, self.grounder.things) if scope.on_fixed else ()
+        tables = (*(self._allowed(schema, t, scope) for t in schema.tables), *taken)
         yield replace(schema, change=replace(change, adds=change.adds | asked), cost=cost, tables=tables)
         alone = [f for f in sorted(asked) if len(f) == 2 and f[1] in schema.in_hand] if self.blocked else []
         if alone and task.places:
@@ -159,7 +161,7 @@ class PlanningProblem(Value, eq=False):
 
     @property
     def _in_the_way(self) -> frozenset[str]:
-        """Things that some task was refused with."""
+        """Things that appear in refusals of tasks."""
         return frozenset(t.thing for b in self.blocked for t in b.tracks)
 
     def _allowed(self, schema: ActionSchema, table: Table, scope: Scope) -> Table:
@@ -240,8 +242,8 @@ class PlanningProblem(Value, eq=False):
         return steps
 
     def _missed(self, without: Iterable[Operator], rest: Iterable[Operator], facts: frozenset[Fact]) -> bool:
-        """Whether a later step needs an effect before another makes it: quicker than applying all the
-        rest."""
+        """Whether a later step, or the goal, needs an effect that is missing without some steps; quicker than applying all
+        later steps."""
         lacking = {f for step in without for f in step.adds} - facts
         for step in rest:
             if lacking & step.needs:

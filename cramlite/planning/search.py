@@ -29,7 +29,7 @@ from .state import Effect, State, ground_roles, renewed, state_after_action, sta
 from .trace import Trace
 
 Below = Generator[State, Conflict | None, Conflict]
-"""Grounded states further down; sent the conflict of each, it returns what the failure of all of them depends on."""
+"""Generator of grounded states below a choice; it is sent the conflict set of each, and returns that of all of them."""
 
 
 class Effort(Struct):
@@ -85,8 +85,8 @@ class Search(Struct, dict=True):
 
     def __post_init__(self) -> None:
         self.refuted: Conflict | None = None
-        """What it depends on that there is no further grounded state; None before that. Where a budget ended the search: what the failures
-        of the farthest task depend on, None if it did not fail, or if there was a grounded state."""
+        """Conflict set of the end of the search, when there is no further grounded state; None before. Where a budget ended
+        the search: that of the failures of the farthest task, None if it did not fail, or if there was a grounded state."""
         self._planned = 0
         self._farthest = 0  # task of the plan that was come to, from 1; the next number behind the last
         self._failures: list[Conflict] = []  # of that task, one for each situation in which it was tried

@@ -134,7 +134,7 @@ def state_after_action(state: State, done: Action, tasks: Mapping[str, TaskType]
 
 
 def _state_led_on(state: State, motion: Motion, after: State, anew: bool) -> State:
-    """The state after a motion, with which earlier choices no longer tell where the arm is."""
+    """State after a motion: earlier choices, which only led the arm elsewhere, no longer decide where it is."""
     place = frozenset({motion.to.name}) if motion.to is not None else frozenset()
     moved = after.belief.joints != state.belief.joints
     only = moved and replace(after.belief, joints=state.belief.joints) == state.belief
@@ -155,7 +155,7 @@ def _state_used_at(state: State, motion: Motion, after: State) -> State:
 
 
 def _at_rest(state: State, after: State) -> bool:
-    """Whether only the arm was moved in between."""
+    """Whether two states differ in the arm's position at most."""
     one, other = state.belief, after.belief
     return one.poses == other.poses and one.held == other.held and one.at == other.at
 

@@ -41,7 +41,7 @@ TRANSLATOR_ROOM = "1G"
 100 things allow takes more, after 13 s."""
 
 LONGEST = 600.0
-"""After which a planner that has found nothing is ended [s]."""
+"""Time after which a planner that has found nothing is ended [s]."""
 
 LOOK, STUCK = 1.0, 3
 """A translator's memory is looked at so often [s]; it is taken for used up after more looks in a row than this."""

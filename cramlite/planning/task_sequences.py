@@ -73,7 +73,7 @@ def plans_from_interpretation(
 
 
 def _meant(found: Interpretation, reading: int | str | None) -> Iterator[TaskSequence]:
-    """The sequences, or those that are meant."""
+    """Sequences that read the demonstration as the scenario states, by number or text; all if it states nothing."""
     if reading is None:
         yield from islice(found.sequences(), LISTED)
         return

@@ -13,7 +13,7 @@ from .diagnosis import nearest_miss, task_of, without_numbers
 from .trace import Entry
 
 MOST = 3
-"""So many things to try are told."""
+"""Number of remedies that are listed."""
 REFUSED = ("refused", "impossible")
 IN_TWIN = re.compile(r"twin \d+: ")
 ROUNDED = 0.0005  # depth of a collision that is told in whole millimetres [m]
@@ -34,7 +34,7 @@ def what_to_try(entries: Sequence[Entry], most: int = MOST) -> tuple[str, ...]:
 
 
 def _parted(refusals: Iterable[Entry]) -> tuple[list[Entry], list[Entry]]:
-    """Programs that ran and were refused, and other refusals."""
+    """Refusals in two lists: programs that ran and were refused, and other refusals."""
     found: tuple[list[Entry], list[Entry]] = [], []
     for e in refusals:
         found[e.kind != "proof"].append(e)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from ..base.value import Value
 
 HAND, HELD = "hand", "held"
-"""In ``TaskType.touches``: the hand, and what is in it, beside names of roles."""
+"""Words in ``TaskType.touches``, beside names of roles: the hand, and the thing in the hand."""
 
 
 class Allowance(Value):

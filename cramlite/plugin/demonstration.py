@@ -21,7 +21,7 @@ class Hand(Protocol):
 
     @property
     def aim(self) -> Pose:
-        """Target of its tool frame in the world."""
+        """Target of the hand's tool frame in the world."""
         ...
 
     def move(self, path: Sequence[Pose], speed: float, *, curved: bool = False) -> None:

@@ -46,7 +46,7 @@ class Point(Value):
         )
 
     def outdated(self) -> str:
-        """Return why its distribution is not for this version; "" if it is."""
+        """Return why the plugin's distribution is not for this version; "" if it is."""
         return "" if self.dist is None or self.distribution == OWN_DISTRIBUTION else made_for_another_version(self.dist)
 
 

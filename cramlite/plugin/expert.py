@@ -60,7 +60,7 @@ class Inputs(Value):
     parameters: Mapping[str, float] = field(default_factory=dict)
 
     def __getitem__(self, name: str) -> Any:
-        """Value of a name; of a judged one its bare value."""
+        """Return the value of a name, without its confidence."""
         found = self.values[name]
         return found.value if isinstance(found, Judged) else found
 

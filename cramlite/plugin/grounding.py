@@ -107,12 +107,12 @@ class LaterTask(Value):
 
     @property
     def entities(self) -> Mapping[str, str]:
-        """Role -> its bound or named entity; "" if unknown."""
+        """Role -> bound or named entity; "" if unknown."""
         return {role: str(self.bindings.get(o.name, o.entity or "")) for role, o in self.action.roles.items()}
 
     @property
     def things(self) -> frozenset[str]:
-        """Things that it is about."""
+        """Things that the task is about."""
         return frozenset(thing_of(entity) for entity in self.entities.values())
 
 

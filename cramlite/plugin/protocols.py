@@ -90,7 +90,7 @@ class Validator(Protocol):
         ...
     @property
     def cost(self) -> Cost:
-        """Stage at which it is asked, cheapest first: "facts", "ik", "path" or "rollout"."""
+        """Stage at which the validator is asked, cheapest first: "facts", "ik", "path" or "rollout"."""
         ...
     def check(self, candidate: Candidate) -> Iterable[Finding]:
         """Check a candidate, and yield the findings."""
@@ -102,18 +102,18 @@ class GoalValidator(Protocol):
     """Validator that can judge a text that has a goal and no plan."""
 
     by_goal: bool
-    """Whether it does."""
+    """Whether the validator judges such a text."""
 
 
 @runtime_checkable
 class Adviser(Protocol):
-    """Validator whose objections a scenario may have told without refusing anything (``JudgingLimits.advisory``).
+    """Validator that a scenario may make advisory: its objections are reported and refuse nothing (``JudgingLimits.advisory``).
 
-    One that says whether a program does what it is for is none.
+    A validator of the purpose of a program is none.
     """
 
     may_advise: bool
-    """Whether a scenario may."""
+    """Whether a scenario may make the validator advisory."""
 
 
 class Backend(Protocol):
@@ -137,7 +137,7 @@ class Backend(Protocol):
 
 @runtime_checkable
 class Remarking(Protocol):
-    """Backend that has something to say about its text."""
+    """Backend with a remark on its texts."""
 
     remark: str
     """Clause that every result repeats, e.g. what was not checked."""
@@ -148,7 +148,7 @@ class StandIn(Protocol):
     """Backend whose text cannot be run here, so that the typed program can run on the controller model in its place."""
 
     typed_stands_in: bool
-    """Whether it does."""
+    """Whether the typed program runs in place of the text."""
 
 
 @runtime_checkable

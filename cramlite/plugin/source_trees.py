@@ -24,7 +24,7 @@ class Unknown(Value):
 
     @property
     def reason(self) -> str:
-        """Sentence on why it is not loaded, and on the remedy."""
+        """Sentence on why the plugin is not loaded, and on the remedy."""
         return (
             f"'{self.file}' declares it, and what is installed of {self.distribution} was made before that and does not; "
             f"install it again: pip install -e {self.file.parent}"
@@ -32,7 +32,7 @@ class Unknown(Value):
 
 
 def unknown_plugins() -> Iterator[Unknown]:
-    """Yield the plugins that editable installations do not know; one copies its entry points when it is made."""
+    """Yield the plugins that editable installations do not know, since one copies its entry points only when it is installed."""
     for dist in importlib.metadata.distributions():
         project = _project(dist)
         if project is None:

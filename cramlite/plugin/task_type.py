@@ -82,17 +82,17 @@ class TaskType(ABC):
     """
 
     task: ClassVar[str] = ""
-    """Its class, e.g. "soma:Grasping"."""
+    """Class of the task, e.g. "soma:Grasping"."""
     aliases: ClassVar[tuple[str, ...]] = ()
-    """Further names that scenarios may use."""
+    """Further names of the task that scenarios may use."""
     roles: ClassVar[tuple[Role, ...]] = ()
-    """Who takes part."""
+    """Roles of the task."""
     summary: ClassVar[str] = ""
-    """What it does, in a clause for people."""
+    """Action of the task, as a clause for people."""
     parameters: ClassVar[tuple[Parameter, ...]] = ()
-    """Numbers that it uses; scenarios may change them."""
+    """Numeric parameters of the task; scenarios may change them."""
     above: ClassVar[str] = TASK
-    """The class above ``task``, for tasks that no ontology has; where an ontology has it, that one is believed."""
+    """Class above ``task``, for tasks that no ontology has; a class that an ontology states has priority."""
     rule_file: ClassVar[Path | None] = None
     """The task's rule, beside the plugin's module; the shipped ones are in ``task_rules/``."""
     places: ClassVar[bool] = False
@@ -100,25 +100,26 @@ class TaskType(ABC):
     looks: ClassVar[bool] = False
     """True for the task that brings a camera to where it sees some places: the engine asks it for pictures."""
     lays_open: ClassVar[str] = ""
-    """Role of what it opens, where that hides what lies in it: the engine asks for it where the camera finds nothing elsewhere."""
+    """Role of the thing that the task opens, if that hides its content: the engine asks for the task where the camera finds
+    nothing elsewhere."""
     puts_aside: ClassVar[tuple[str, str] | None] = None
-    """Roles of what it takes and of where it puts that, for a task that begins and ends with an empty hand: the engine asks it to put
-    aside what hides something."""
+    """Roles of the payload and of its new place, for a task that begins and ends with an empty hand: the engine puts
+    occluders aside with it."""
     leads_on: ClassVar[bool] = False
     """True for free motions: their goal, unless given, is where the next task begins."""
     touches: ClassVar[tuple[tuple[str, str], ...] | None] = None
-    """Pairs that may come to touch while it runs: names of roles, ``HAND``, and ``HELD`` for what the hand holds. None: the
-    hand, what it holds, and the things of all roles, any two of them; what it holds may also touch what it was taken from.
-    () for free motions: nothing. The validator of collisions objects to every other touch."""
+    """Pairs that may come to touch while the task runs: names of roles, ``HAND``, and ``HELD`` for the payload. None: any
+    two of the hand, the payload, and the things of all roles; the payload may also touch its old support. () for free
+    motions: nothing. The validator of collisions objects to every other touch."""
     carries_on: ClassVar[bool] = False
-    """True for a task that declares its ``touches`` and lets what it holds touch what it was taken from, until it was lifted from that."""
+    """True for a task that declares its ``touches`` and lets the payload touch its old support until it is lifted from it."""
     moves: ClassVar[tuple[str, ...]] = ()
-    """Roles whose things it moves without holding them, such as what is pushed. The validator of bystanders objects where any
-    other thing moves that is not held."""
+    """Roles whose things the task moves without holding them, such as one that is pushed. The validator of bystanders
+    objects where any other thing moves that is not held."""
 
     slides: ClassVar[bool] = True
-    """Whether it may move what is held along what that touches, as a task that wipes does. The validator of tracks objects where one
-    that may not drags its payload."""
+    """Whether the task may drag its payload along a thing that it touches, as wiping does. The validator of tracks objects
+    where another task does so."""
 
     @abstractmethod
     def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:

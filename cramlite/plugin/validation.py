@@ -258,7 +258,7 @@ def _check_fluent(name: str, item: object) -> None:
 
 
 def _worked_out(item: object, attribute: str) -> bool:
-    """A property is asked when it is needed: whether a backend's text can run took 85 imports."""
+    """Whether an attribute is a property, which is not evaluated here: whether a backend's text can run took 85 imports."""
     return isinstance(getattr(type(item), attribute, None), property)
 
 

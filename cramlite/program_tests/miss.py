@@ -64,7 +64,7 @@ def name_is(recorded: str, asked: str) -> bool:
 
 
 def names_of(rollout: Rollout, names: Iterable[str]) -> None:
-    """Check that bodies are there.
+    """Check that the bodies of some names exist.
 
     Raises:
         UserError: one is no thing of the world, nor the hand.

@@ -213,7 +213,7 @@ class ProgramRun:
         return None if wrong is None else Miss(wrong.reason, _ends(way.rollout), tuple(goals))
 
     def _hold(self, asked: str, check: Callable[[Way], Miss | None]) -> ProgramRun:
-        """Ask all runs."""
+        """Check all runs, and fail the assertion if the nominal one misses it, or too many others do."""
         __tracebackhide__ = True
         missed = [(way, miss) for way in self.ways if (miss := check(way)) is not None]
         if missed and (missed[0][0] is self.ways[0] or len(self.ways) - len(missed) < AT_LEAST * len(self.ways)):

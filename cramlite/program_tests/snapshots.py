@@ -14,11 +14,11 @@ from ..base.yaml_file import load_yaml
 from ..model.rollout import Rollout
 
 POINTS = 21
-"""Of the tool's path, at equal shares of the program's time."""
+"""Number of points of the tool's path, at equal shares of the program's time."""
 
 
 class Tolerances(Value):
-    """Differences that are none: forces [N], times [s], the tool's path [m], ends of things [m]."""
+    """Differences between snapshots that count as none: forces [N], times [s], the tool's path [m], ends of things [m]."""
 
     force: float
     time: float

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 __all__ = ["Finished", "Part", "write_one_page", "write_page", "write_report"]
 
 
-NOT_DRAWN = "It draws, and the command was interrupted; the same command goes on, and draws it in the end."
+NOT_DRAWN = "This section was not drawn, since the command was interrupted; the same command goes on, and draws it at its end."
 
 
 class Knowing(Protocol):

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from ..perception.calibration.recording import Recording
 
 ENLARGED = 40
-"""Times that a residual is drawn longer than it is."""
+"""Factor by which residuals are drawn longer than they are."""
 
 
 def write_page(folder: Path, found: Calibration, recording: Recording, told: Sequence[str]) -> Path:

@@ -15,9 +15,9 @@ if TYPE_CHECKING:
     from ..model.geometry import Floats
 
 WIDTH, HEIGHT = 560, 110
-"""Of a plot [pixel]."""
+"""Width and height of a plot [pixel]."""
 POINTS = 600
-"""Of a curve at most."""
+"""Largest number of points of a curve."""
 SPANS = {"rad": 0.1, "rad/s": 0.2, "N": 5.0}
 """Smallest range of a plot, by unit: noise fills none."""
 

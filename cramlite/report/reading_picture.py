@@ -93,7 +93,7 @@ class Told(Value):
 
     @property
     def number(self) -> str:
-        """The numbers in words."""
+        """Numbers of the actions in words: "3" or "3–5"."""
         first, last = self.numbers
         return str(first) if first == last else f"{first}–{last}"
 

@@ -10,7 +10,7 @@ from ..base.value import Value
 from ..model.entity_name import EntityName
 
 _LABELS = re.compile(r"^(SM|SK|SKM|BP|AD)_|_C(?=_\d+$)|_?Component$")
-"""What Unreal's editor adds to a name."""
+"""Parts that Unreal's editor adds to names."""
 _DERIVED = re.compile(r"(contents|support)\((.*)\)(?:_(\d+))?")
 
 

@@ -300,7 +300,7 @@ class Scenario(Value):
 
 
 INLINE = Path("inline scenario")
-"""What stands for the file in messages about a scenario that is given as data."""
+"""Words in place of the file in messages about a scenario that is given as data."""
 
 
 def read_scenario(path: Path | str | Mapping[str, Any]) -> Scenario:

@@ -61,12 +61,12 @@ class WhereSpec(Spec):
 
     @property
     def things(self) -> tuple[str, ...]:
-        """Things that it names."""
+        """Things that the constraints name."""
         return tuple(t for t in (getattr(self, name) for name in (*self.sides(), "facing")) if t)
 
 
 def _within_reason(parameters: dict[str, float]) -> dict[str, float]:
-    """Parameters as they are.
+    """Check that parameters are plausible, and return them.
 
     Raises:
         ValueError: one is no finite number, or more than can be meant.
@@ -184,7 +184,7 @@ def _rule(rule: str, value: Any) -> dict[str, Any]:
 
 
 def _listed(path: Path, value: Any) -> list[tuple[Path, Any]]:
-    """A branch may be a list of tasks."""
+    """Branch of a rule as a list of tasks, also where it is a single task."""
     return [((*path, k), v) for k, v in enumerate(value)] if isinstance(value, list | tuple) else [(path, value)]
 
 

@@ -22,7 +22,7 @@ from ..model.world import Feature, Thing, World
 from .scaled_thing import scaled
 
 INSIDE = 0.01
-"""What stands may be this far inside what it stands on when the world is written [m]; it settles."""
+"""Depth to which a thing may be inside its support in a written world [m]; it settles."""
 NANOMETRE = 9
 """Rounding of heights on leaning or scaled supports [m]; others leave the things on them unchanged, to the last
 bit."""

@@ -19,7 +19,7 @@ from ..plugin.entry_points import OWN_DISTRIBUTION
 from ..scenario.scenario import Scenario, read_scenario
 
 FAILING = "_fails"
-"""Ends the name of a scenario that is another one, with something that keeps it from being solved: its goal is the same."""
+"""Suffix of the name of a scenario that is a copy of another one which cannot be solved: the goal is the same."""
 
 
 class PlanChange(Value):

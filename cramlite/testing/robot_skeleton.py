@@ -106,7 +106,7 @@ def _copied(model: Path, folder: Path) -> list[Path]:
 
 
 def _in(local: RobotFile, folder: Path) -> RobotFile:
-    """The file with paths from a folder."""
+    """Robot's file, and that of its gripper, with paths below a folder."""
     hand = local.stated.gripper
     moved = replace(local, path=str(folder / local.path))
     if not isinstance(hand, HandFile) or not hand.path:

@@ -69,7 +69,7 @@ def fill(templates: str, kind: str, name: str, out: Path | None, further: Mappin
 
 
 def vacant_folder(kind: str, name: str, out: Path | None) -> Path:
-    """Return the folder of a new package, which may be written; nothing is.
+    """Return the folder for a new package, checked to be free; nothing is written.
 
     Raises:
         UserError: as ``write_skeleton``.

@@ -22,7 +22,7 @@ TEMPLATES = Path(__file__).parent / "skeletons" / "tests"
 LISTED = 5
 """Lines that cannot run which a test lists at most."""
 MODELS = r"\bUR ?(\d{1,2})(e?)\b"
-"""How programs and their comments name a robot of Universal Robots."""
+"""Names of robots of Universal Robots in programs and their comments."""
 
 
 class ProgramFound(Value):

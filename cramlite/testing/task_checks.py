@@ -31,7 +31,7 @@ _CURIE = re.compile(r"[a-z][\w-]*:\w+")
 
 
 class _Missing(KeyError):
-    """The sample action has no such role or parameter."""
+    """Error: the sample action lacks a role or parameter."""
 
 
 class _Sample(dict[str, Any]):
@@ -137,8 +137,7 @@ def _decompositions(task: TaskType, belief: Belief) -> list[Decomposition]:
 
 
 def _regrasps(way: Decomposition) -> bool:
-    """Whether its steps may change the payload, so that `effects` sees another belief than `decompose`
-    did."""
+    """Whether a task's steps may change the payload, so that `effects` sees another belief than `decompose` did."""
     return any(isinstance(s, Action) or (isinstance(s, Motion) and s.kind == "gripper") for s in way.steps)
 
 

@@ -22,7 +22,7 @@ PREFIX = "libero_max_"
 PHYSICAL = ("move_object", "insert_obstacle", "insert_distractors")
 INTENT = ("replace_instruction", "cancel_instruction")
 WATCHED, NET, ALONG, STILL = 10, 0.02, 0.04, 0.01
-"""Over so many actions a hand that was told to stop moves at most so far, net and along its way, and the target at most so far [m]."""
+"""Limits of a hand that was told to stop: number of actions, its net way, the length of its path, and the way of the target [m]."""
 STATE = {"core_dev.json": 1, "intent_dev.json": 0}
 """Initial state whose cases are used."""
 
@@ -97,7 +97,7 @@ class Change:
 
     @property
     def stopped(self) -> bool | None:
-        """Whether the hand stopped when nothing was asked for any more; None while that is not to be told, or was not asked."""
+        """Whether the hand stopped after the task was cancelled; None if it was not cancelled, or too few steps ago."""
         if self.goal != [] or len(self.way) <= WATCHED:
             return None
         way = np.array(self.way)

@@ -13,7 +13,7 @@ from cramlite_plugins.judges.judged_scene import scene_setting
 from .goals import goal_sentences
 
 STRICT = {"bystander_motion": "1 mm"}
-"""Where an obstacle may not be moved."""
+"""Tolerances of a scenario whose obstacle may not be moved."""
 
 
 def prepare(

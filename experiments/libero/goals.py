@@ -11,7 +11,8 @@ from cramlite.model import Thing
 JOINTS = {"open": "open", "close": "closed", "turnon": "turned on", "turnoff": "turned off"}
 """Predicates about a joint, and what they are called here."""
 AMID = "within 30 mm"
-"""How far a thing's origin may be beside that of the thing that it is on (LIBERO's ``check_ontop``); of regions it is not asked."""
+"""Largest distance beside one another of the origins of a thing and of its support (LIBERO's ``check_ontop``); of regions it is not
+asked."""
 
 
 def goal_sentences(scene: Mapping[str, Any], things: Iterable[Thing]) -> list[str]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 WARNINGS = ("BADQPOS", "BADQVEL", "BADQACC")
-"""Of mjtWarning, those after which mj_step resets the state."""
+"""Warnings of mjtWarning after which mj_step resets the state."""
 
 
 def instability(data: Any) -> str:

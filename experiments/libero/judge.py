@@ -35,13 +35,13 @@ from wrist_force import WristForce
 RATE, IDLE = 20, 10
 """Actions in a second [Hz], and those that do nothing after a reset: LIBERO's evaluation."""
 OPEN = 0.08
-"""Between the fingers of the open hand [m]."""
+"""Opening of the open hand [m]."""
 QUANTUM = 0.25
-"""What one action changes of the command of the hand, -1 (open) to 1 (closed): 25 physics steps of 0.01 each (PandaGripper)."""
+"""Change of the hand's command by one action, -1 (open) to 1 (closed): 25 physics steps of 0.01 each (PandaGripper)."""
 SHUT = 0.0019
-"""Between fingers that have closed on nothing when they have hardly moved for half a second [m]: they creep from 2.1 to 1 mm in 1 s."""
+"""Opening below which fingers that have hardly moved for half a second have closed on nothing [m]: they creep from 2.1 to 1 mm in 1 s."""
 CREEP = 0.002
-"""Of their way to an opening that fingers still have when they have hardly moved for half a second [m]: they were seen 1.5 mm before it."""
+"""Rest of the way to an opening that fingers have left after they hardly moved for half a second [m]: at most 1.5 mm were seen."""
 PIXELS = 256
 HAND = "gripper0_right_gripper"
 

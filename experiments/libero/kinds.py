@@ -69,7 +69,7 @@ def write_kind(kind: str, fixture: bool, folder: Path) -> None:
 
 
 def main() -> None:
-    """Write all of them, and say which have no model."""
+    """Write the files of all kinds, and say which have no model."""
     out = Path(sys.argv[1])
     ups = {kind: up for up, some in UP.items() for kind in some}
     for kind, fixture in named_kinds().items():

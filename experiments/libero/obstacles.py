@@ -20,7 +20,7 @@ LEVELS = {"1": "I", "2": "II"}
 ALLOWED = {
     ("numpy.core.multiarray", "_reconstruct"), ("numpy", "ndarray"), ("numpy", "dtype"), ("_codecs", "encode"),
 }  # fmt: skip
-"""What pickles of arrays are made of."""
+"""Classes that pickles of arrays consist of."""
 MOVED = 1e-3
 """The obstacle was avoided if the sum over axes of how far it is from where it was never exceeded this [m]."""
 
@@ -71,7 +71,7 @@ def _register(folder: Path) -> None:
 
 
 class Obstacles:
-    """Obstacles of an episode: the one that is there, and those that are far away."""
+    """Obstacles of an episode: the one that is present, and those that are far away."""
 
     def __init__(self, env: Any) -> None:
         names = [n for n in env.objects_dict if "obstacle" in type(env.get_object(n)).__name__.lower()]
@@ -82,11 +82,11 @@ class Obstacles:
         self.worst = 0.0
 
     def see(self, env: Any) -> None:
-        """Measure how far they are from where they were."""
+        """Measure how far the obstacles are from where they were."""
         off = [np.abs(env.sim.data.body_xpos[env.obj_body_id[n]] - p).sum() for n, p in self.start.items()]
         self.worst = max([self.worst, *map(float, off)])
 
     @property
     def avoided(self) -> bool:
-        """Whether none was moved so far."""
+        """Whether no obstacle was moved so far."""
         return self.worst <= MOVED

@@ -23,18 +23,18 @@ from cramlite_plugins.robots.parallel_gripper import Jaws, actuation_elements, f
 
 FLANGE, SITE = 0.1065, 0.097
 KEPT = 0.1
-"""From each joint's stops [rad]: at rest joints were seen as far as 0.05 rad from what POSTURE lets expect (1 % of 855 rests), and on their
-way farther. With joint 7 at 2.85 rad one was stuck at that one's stop, 13 mm from its tool pose."""
+"""Distance kept from each joint's stops [rad]: at rest joints were seen as far as 0.05 rad from what POSTURE lets expect (1 % of 855
+rests), and on their way farther. With joint 7 at 2.85 rad one was stuck at that one's stop, 13 mm from its tool pose."""
 STOPS = (
     (-2.8973, 2.8973), (-1.7628, 1.7628), (-2.8973, 2.8973), (-3.0718, -0.0698),
     (-2.8973, 2.8973), (-0.0175, 3.7525), (-2.8973, 2.8973),
 )  # fmt: skip
 LIMITS = tuple((low + KEPT, high - KEPT) for low, high in STOPS)
 POSTURE = (0.0, -0.161, 0.0, -2.445, 0.0, 2.227, 0.785)
-"""Where LIBERO's robot begins, but for 0.02 rad, and what OSC_POSE pulls the joints to: MountedPanda's init_qpos."""
+"""Joint positions at which LIBERO's robot begins, within 0.02 rad, and to which OSC_POSE pulls the joints: MountedPanda's init_qpos."""
 ROTORS = tuple(5.0 / k for k in range(1, 8))
-"""Inertia of its motors [kg m2], ten times the links' own at most joints: armature of robosuite 1.4, models/robots/robot_model.py. Of 855
-rests of drawn problems 90 % had joints within 0.03 rad of the posture so expected, without it within 0.12 rad."""
+"""Inertia of the Panda's motors [kg m2], ten times the links' own at most joints: armature of robosuite 1.4, models/robots/robot_model.py.
+Of 855 rests of drawn problems 90 % had joints within 0.03 rad of the posture so expected, without it within 0.12 rad."""
 CONDITIONING = 0.08
 """Kept from stretched postures and other singularities: the controller treats position and rotation of the tool apart, and comes
 through the stretched elbow out on its other side, where it is stuck against its stop. Of the freeze's 83 programs 12 came
@@ -99,11 +99,11 @@ CIRCLES = (
         ("z", (0.0603, 0.0563, -0.0277), 0.0049), ("z", (0.06, 0.0588, -0.0181), 0.0045),
     ),
 )  # fmt: skip
-"""Whose hulls are base and links: axis, centre, radius [m], sides; in the frames of robosuite's bodies, of the last link from the flange.
-MuJoCo collides the convex hulls of robosuite's meshes, meshes/link0.stl to link7.stl, the same files in 1.4 and 1.5.2; these were fitted
-about them: no corner of a mesh is outside by more than 0.11 mm (base, 5, 6 and 7: 0.4 mm), and none of theirs is farther from it than 4.4
-(links 1, 2), 5.6 (3, 4), 1.9 (5), 1.7 (6), 1.6 (7) and 2.0 mm (base). LIBERO's robot collides all but link 7, that of 1.5.2 this one, too:
-a shape that stuck out by 9.5 mm let no hand lead a nut by its handle down beside its peg."""
+"""Circles whose hulls are base and links: axis, centre, radius [m], sides; in the frames of robosuite's bodies, of the last link from the
+flange. MuJoCo collides the convex hulls of robosuite's meshes, meshes/link0.stl to link7.stl, the same files in 1.4 and 1.5.2; these were
+fitted about them: no corner of a mesh is outside by more than 0.11 mm (base, 5, 6 and 7: 0.4 mm), and none of theirs is farther from it
+than 4.4 (links 1, 2), 5.6 (3, 4), 1.9 (5), 1.7 (6), 1.6 (7) and 2.0 mm (base). LIBERO's robot collides all but link 7, that of 1.5.2 this
+one, too: a shape that stuck out by 9.5 mm let no hand lead a nut by its handle down beside its peg."""
 HULLS = tuple(Hull(tuple(Circle(*c) for c in circles)) for circles in CIRCLES)
 LINKS = tuple(replace(link, shape=(hull,)) for link, hull in zip(FR3_LINKS, HULLS[1:], strict=True))
 FINGER = tuple(
@@ -121,12 +121,13 @@ JAWS = Jaws(
     centre=0.10, force=20.0, nose=(0.015, 0.0048, 0.0005), corners=FINGER,
 )  # fmt: skip
 SPEED = 0.2
-"""Of the pads towards each other [m/s]: PandaGripper moves the command of its fingers by 10 mm of opening an action at 20 Hz."""
+"""Speed of the pads towards each other [m/s]: PandaGripper moves the command of its fingers by 10 mm of opening an action at 20 Hz."""
 PAD = (0.016, 0.020)
-"""What grasps take pads for [m]: a pad and the finger's face beyond it, up to 0.8 mm beyond the tips, which so stay off tables. With 16 mm
-they were planned 1.2 mm short of the tips, and a plate that lies flat had a finger pressed onto the table beside it, with 21 N."""
+"""Size of a pad in the planning of grasps [m]: the pad and the finger's face beyond it, up to 0.8 mm beyond the tips, which
+so stay off tables. With 16 mm grasps were planned 1.2 mm short of the tips, and a plate that lies flat had a finger pressed onto the table
+beside it, with 21 N."""
 MASS = 0.52
-"""Of the hand and its fingers [kg]."""
+"""Mass of the hand and its fingers [kg]."""
 SLICES = ((0.0, 0.022, 0.0316, 0.104), (0.022, 0.044, 0.0276, 0.1028), (0.044, 0.057, 0.0221, 0.1013), (0.057, HEIGHT, 0.0189, 0.1003))
 """The hand from the flange on: from where to where, half thickness and half width there [m]. Outline of the hull of robosuite's mesh,
 meshes/panda_gripper/hand.stl, which gets thinner towards the fingers."""

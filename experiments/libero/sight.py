@@ -24,13 +24,13 @@ from cramlite_plugins.perception.values import Box
 from cramlite_plugins.simulation.camera.noise import Noise, noisy_colour, noisy_depth
 
 NOISE = Noise(disparity=0.029)
-"""Of depth: 1.5 mm at 1 m, growing with the square; holes, edges, shadows and steps as of any stereo camera."""
+"""Noise of depth: 1.5 mm at 1 m, growing with the square; holes, edges, shadows and steps as of any stereo camera."""
 CALIBRATION = (0.002, math.radians(0.3))
 """Standard deviation of the camera's place along each axis [m], and of its turn about each [rad]."""
 REACH = ((0.15, 1.05), (-0.75, 0.75))
-"""Where things are looked for: x and y before the robot's base [m]."""
+"""Bounds within which things are looked for: x and y before the robot's base [m]."""
 DEEP, HIGH = 0.05, 0.60
-"""So far below and above the table things are looked for [m]."""
+"""Depth below the table, and height above it, to which things are looked for [m]."""
 BIN, THICK, LEVEL = 0.004, 0.012, 0.9
 """Bin of heights [m], how far points of the table lie from the commonest height, and the least share of the vertical in its normal."""
 

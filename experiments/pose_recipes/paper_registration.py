@@ -38,7 +38,7 @@ class Fit(Value, eq=False):
 
 @hookimpl
 def experts() -> Iterable[Expert]:
-    """Its cost is of one model at 640 x 480 (tests/benchmarks/perception_pose.py)."""
+    """Declare the expert; its cost is of one model at 640 x 480 (tests/benchmarks/perception_pose.py)."""
     about = "principal axes and 12 ICPs, as in the paper"
     return [
         Expert("paper_registration", about, NEEDED, ("hypotheses",), by_paper, "object", cost_ms=900.0, parameters=FITTING)

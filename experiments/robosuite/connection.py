@@ -16,7 +16,7 @@ ENVIRONMENT = JudgeEnvironment(
     "robosuite", "~/.local/share/cramlite/robosuite", "CRAMLITE_ROBOSUITE", "1 GB and a minute or two", "robosuite==1.5.2 mujoco==3.3.0"
 )
 ROBOTS = {"panda": ("libero_panda", 7), "ur5e": ("robosuite_ur5e", 6)}
-"""What ends the names of suites: the robot's type here, and how many joints its arm has."""
+"""End of a suite's name -> the robot's type in cramlite, and the number of joints of its arm."""
 
 
 class Robosuite(JudgeProcess):

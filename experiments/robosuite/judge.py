@@ -30,7 +30,7 @@ from wrist_force import WristForce
 RATE = 20
 """Actions in a second [Hz]: robosuite's default."""
 SETTLED, LONGEST = 0.001, 200
-"""After a reset things fall onto their table: idle actions until nothing moves faster than this [m/s or rad/s], at most so many.
+"""Speed below which things have settled after a reset [m/s or rad/s], and the largest number of idle actions until then.
 PickPlaceCan parks the products that it does not ask for 10 m up and aside, from where they fall to the floor."""
 WALL = 0.02
 """Thickness of the walls of robosuite's bins [m]."""
@@ -61,7 +61,7 @@ TASKS = {
     "can": Task("PickPlaceCan", ("Can_main in bin2/can_compartment",), compartment="can"),
     "door": Task("Door", ("Door_door open",), MappingProxyType({"use_latch": False})),
 }
-"""What suites' names begin with."""
+"""Beginning of a suite's name -> its task."""
 
 
 PADS = "gripper0_right_{}_fingerpad_collision"
@@ -170,7 +170,7 @@ class Judge:
         } | self.feel()  # fmt: skip
 
     def step(self, delta: list[float], opening: float, grip: float) -> dict[str, Any]:
-        """Take an action; what a hand presses with, its command being a position, is what that is ahead of its fingers."""
+        """Take an action; a hand that is commanded by position presses by how far its command is ahead of its fingers."""
         robot = self.robot
         opening = max(opening, self._opening() - grip * robot.give) if robot.give else opening
         most = self.env.robots[0].part_controllers["right"].output_max
@@ -203,7 +203,7 @@ class Judge:
         }  # fmt: skip
 
     def _opening(self) -> float:
-        """Between the pads [m]: of slides by their joints, of a linkage by where its pads, which are 2 mm thick, are."""
+        """Distance between the pads [m]: of slides by their joints, of a linkage by where its pads, which are 2 mm thick, are."""
         sim, gripper = self.env.sim, self.env.robots[0].gripper["right"]
         if len(gripper.joints) == 2:
             return float(sum(abs(sim.data.get_joint_qpos(j)) for j in gripper.joints))

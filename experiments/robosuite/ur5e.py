@@ -28,10 +28,10 @@ JAWS = Jaws(
     centre=0.12, force=50.0,
 )  # fmt: skip
 POSTURE = (-0.47, -1.735, 2.48, -2.275, -1.59, -1.991)
-"""Where robosuite's resets put the arm, but for noise [rad]: models/robots/manipulators/ur5e_robot.py. Its controller leads the tool, so
-that the arm keeps shoulder, elbow and wrist on the sides where they are here."""
+"""Joint positions to which robosuite's resets bring the arm, but for noise [rad]: models/robots/manipulators/ur5e_robot.py. Its controller
+leads the tool, so that the arm keeps shoulder, elbow and wrist on the sides where they are here."""
 MASS = 0.158
-"""Of the hand and its fingers [kg]."""
+"""Mass of the hand and its fingers [kg]."""
 HAND = Gripper(
     type="robosuite_robotiq_85", opening=(CLOSED, OPEN), pad=JAWS.pad[:2], depth=TCP - PALM, mass=MASS,
     tcp=Pose((0.0, 0.0, TCP)), force=(20.0, 60.0), speed=(0.02, 0.15),

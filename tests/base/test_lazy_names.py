@@ -23,7 +23,7 @@ __getattr__, __dir__ = names.load, names.known
 
 @pytest.fixture
 def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
-    """A package of one public name, which had another one."""
+    """A package of one public name, which had another name before."""
     folder = tmp_path / "renamed_names"
     folder.mkdir()
     (folder / "__init__.py").write_text(SOURCE, encoding="utf-8")

@@ -1,4 +1,4 @@
-"""What is free goes back to the system, and what is in use stays."""
+"""Memory that a computation no longer needs goes back to the system, and memory in use stays."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Work that takes long ends when its caller wants that, and says what it is."""
+"""Long work ends when its caller wants that, and says what it is doing."""
 
 from __future__ import annotations
 

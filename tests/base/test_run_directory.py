@@ -1,4 +1,4 @@
-"""Run directories: whole files, one run each, and what is broken is said."""
+"""Run directories: whole files, one directory for each run, and a message for what is broken."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The stopwatch: stages are told apart, also where one lies inside another."""
+"""The stopwatch: times of stages are kept apart, also where one stage lies inside another."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""How soon work ends once somebody cancels it: at seeded random moments of three scenarios, in the terminal, Python, ``serve`` and MCP.
+"""Time until work ends after somebody cancels it: at seeded random moments of three scenarios, in the terminal, Python,
+``serve`` and MCP.
 
     CRAMLITE_TWINS=2 python tests/benchmarks/cancelling.py [--moments 50 --seed 0 --faces terminal,python,serve,mcp]
 
@@ -42,7 +43,7 @@ had ended before."""
 
 
 def asked_times(name: str) -> list[float]:
-    """When a search that nobody cancels asks whether to go on [s from its first line]."""
+    """Times at which a search that nobody cancels asks whether to go on [s from its first line]."""
     times: list[float] = []
 
     def stop() -> bool:

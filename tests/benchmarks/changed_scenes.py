@@ -56,7 +56,7 @@ def _changes() -> Any:
 
 
 def families(*, end: bool) -> Families:
-    """Return all cases of LIBERO-MAX by the family of their change, of one part."""
+    """Return all cases of one part of LIBERO-MAX, by the family of their change."""
     found = defaultdict[str, list[tuple[Episode, str]]](list)
     for kind, name in itertools.product(("", "intent_"), SUITES):
         suite = f"libero_max_{kind}{name}{'_end' if end else ''}"
@@ -103,7 +103,7 @@ Results = Mapping[Episode, EpisodeResult]
 
 
 def numbers(groups: Families, scenes: Iterable[Episode], results: Results) -> list[Number]:
-    """Print the table, and return what a figure has of it: rates by family, changed and control, of what was played.
+    """Print the table, and return the numbers of a figure: rates of played cases by family, changed and control.
 
     Episodes whose judge died count in no rate.
     """
@@ -144,7 +144,7 @@ def _family(name: str, pairs: Sequence[tuple[EpisodeResult, EpisodeResult | None
 
 
 def _noticing(results: Sequence[EpisodeResult]) -> list[Number]:
-    """How long it took to notice and to think, and what was noticed without a cause."""
+    """Return the times that noticing and thinking took, and what was noticed without a cause."""
     still = [r for r in results if "max" in r.suite and r.state == CONTROL and r.attempt]
     alarms = sum(bool(r.attempt.notices) for r in still if r.attempt)
     found = [rate("controls in which something was noticed", alarms, len(still))] if still else []

@@ -97,7 +97,7 @@ def _picture(world: World, camera: Pose, seed: int, *, noise: bool) -> tuple[Vie
 
 
 class Row(Value):
-    """One query: whether the first answer is the right thing, its pose's error, and the CPU time [s]."""
+    """One query: whether the first answer is the right thing, the error of its pose, and the CPU time [s]."""
 
     seed: int
     query: str

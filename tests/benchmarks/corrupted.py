@@ -26,7 +26,7 @@ HERE = Path(__file__).parent
 
 
 def names(options: argparse.Namespace) -> list[str]:
-    """Cases to be judged: each base as it is, and its edited programs."""
+    """Names of the cases to be judged: each base program unchanged, and its edited programs."""
     asked = fixed() if options.fixed else tuple(cases(RULES[options.rules], options.seed))
     of_base = (c for c in asked if not options.base or c.base in options.base)
     chosen = distinct((c for c in of_base if not options.rule or c.rule.name in options.rule), options.work)

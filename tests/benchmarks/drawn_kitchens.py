@@ -37,7 +37,7 @@ TWINS = 8
 
 
 def draw(engine: Engine, seed: int, folder: Path) -> dict[str, Any]:
-    """Draw the kitchen of a seed into a folder; gives what there is to say of it."""
+    """Draw the kitchen of a seed into a folder, and return the line to print about it."""
     told: Counter[str] = Counter()
     kitchen, goal = drawn_kitchen(engine, seed, told)
     folder.mkdir(parents=True, exist_ok=True)

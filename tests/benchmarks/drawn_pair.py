@@ -29,7 +29,7 @@ Pair = tuple[EpisodeResult, EpisodeResult]
 
 
 def experiment_for(checkout: Path) -> str:
-    """Return the experiment's file for a checkout that does not know the suite: all paths in it are those of the checkout."""
+    """Return the experiment's file for a checkout that does not know the suite: all its paths are those of the checkout."""
     folder = checkout.resolve() / "experiments" / "libero"
     found = yaml.safe_load((folder / "experiment.yaml").read_text(encoding="utf-8"))
     here = yaml.safe_load((LIBERO / "experiment.yaml").read_text(encoding="utf-8"))
@@ -60,12 +60,12 @@ def paired(old: Mapping[int, EpisodeResult], new: Mapping[int, EpisodeResult]) -
 
 
 def _same(one: EpisodeResult, other: EpisodeResult) -> bool:
-    """By what the judge called the task: the digest of its files, and its goal."""
+    """Return the key by which equal tasks are found: the digest of the judge's files, and the goal."""
     return one.name == other.name
 
 
 def kind_of(result: EpisodeResult) -> str:
-    """Return the kind of a problem's goal, as its name has it: "1a2b3c4d In + Open: put ..."."""
+    """Return the kind of a problem's goal, from its name: "1a2b3c4d In + Open: put ..."."""
     return result.name.partition(" ")[2].partition(":")[0]
 
 
@@ -77,7 +77,7 @@ def chance(only_old: int, only_new: int) -> float:
 
 
 def numbers(pairs: Iterable[Pair]) -> list[Number]:
-    """Print the table, and return what a figure has of it."""
+    """Print the table, and return the numbers of a figure."""
     kept = [p for p in pairs if not any(r.apart for r in p)]
     found = list[Number]()
     kinds = sorted({kind_of(new) for _, new in kept})

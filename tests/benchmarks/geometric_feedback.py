@@ -83,7 +83,8 @@ def told(engine: Engine, count: int) -> tuple[int, int]:
 
 
 def plain(engine: Engine, count: int) -> tuple[int, int]:
-    """Return the questions, and the task sequences, of putting sets of the others aside until it comes off."""
+    """Return the questions, and the task sequences, of a search that puts sets of other things aside until the thing comes
+    off."""
     questions = 0
     for tries, aside in enumerate(subsets(count), 1):
         tasks = [f"  - {{task: PickAndPlace, Locatum: other_{k}, Relatum: floor}}" for k in aside]
@@ -102,7 +103,7 @@ def subsets(count: int) -> Iterator[tuple[int, ...]]:
 
 
 def between(count: int, tasks: str) -> Scenario:
-    """Return the scenario with so many others; with tasks in the place of the goal where they are given."""
+    """Return the scenario with a number of other things; with tasks in the place of the goal where they are given."""
     others = [f"  - {{name: other_{k}, model: block, at: {{position: [{x}, {y}, 31 mm]}}}}" for k, (x, y) in enumerate(PLACES[:count])]
     text = WORLD.replace("goal: [prize on tray]", tasks) if tasks else WORLD
     with tempfile.TemporaryDirectory() as folder:

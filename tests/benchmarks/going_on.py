@@ -1,4 +1,4 @@
-"""How executions go on when something goes wrong: faults that are drawn before a run, with the same run without them beside it.
+"""Recovery of executions from faults: each fault is drawn before a run, and the same run is made without it.
 
 ``python tests/benchmarks/going_on.py [--first N] [--count N]`` prints a JSON line a run. A fault can be mended, by this rule that was
 written before the first run, unless its thing is gone, the task is cancelled, or the fingers stay wider than the thing: then the arm must
@@ -100,7 +100,7 @@ def drawn(kind: str, scene: str, rng: np.random.Generator) -> str:
 
 
 def episode(number: int) -> dict[str, Any]:
-    """One run, with its fault."""
+    """One execution with its fault."""
     rng = np.random.default_rng([number, 2023])
     kind = KINDS[number % len(KINDS)]
     scene = str(rng.choice(sorted(s for s in SCENES if kind != "added" or s != "two")))

@@ -21,7 +21,7 @@ MASS = (0.05, 0.6)  # [kg]
 
 
 def thing(seed: int) -> Thing:
-    """The object of a seed, and the same for ever: kinds follow one another."""
+    """The object of a seed, always the same one: kinds follow one another."""
     kind, rng = KINDS[seed % len(KINDS)], np.random.default_rng(seed)
     made = MAKERS[kind](rng, float(rng.uniform(*MASS)))
     yaw = Pose.from_rotvec((0.5, 0.0, 0.0), (0, 0, float(rng.uniform(-math.pi, math.pi))))
@@ -73,7 +73,8 @@ def _cross(rng: Rng, mass: float) -> Thing:
 
 
 def _meshed(shape: Callable[[Rng], Any], lie: bool) -> Callable[[Rng, float], Thing]:
-    """A maker for a mesh, through a file as a user would; ``lie``: in one of its three likeliest poses at rest."""
+    """A function that makes an object from a mesh, through a file as a user would; ``lie``: in one of its three likeliest
+    poses at rest."""
 
     def maker(rng: Rng, mass: float) -> Thing:
         mesh = shape(rng)

@@ -1,4 +1,4 @@
-"""How long interpretation takes: 100, 1,000 and 10,000 actions against all shipped rules, and what others need.
+"""Time of interpretation: 100, 1,000 and 10,000 actions against all shipped rules, and the same in clingo and SWI-Prolog.
 
 Run with ``python tests/benchmarks/interpretation.py [ACTIONS ...] [--compare N] [--out growth.png]``. Facts and
 rules are loaded before the clock starts. To reach: 1,000 actions in 0.3 s, linear growth, 5 times as fast as
@@ -114,7 +114,7 @@ def least(runs: list[Callable[[], tuple[float, Matches]]]) -> tuple[float, Match
 
 
 def from_timeline(sample: Episode, rules: RuleBook, taxonomy: Taxonomy) -> tuple[float, Matches]:
-    """Phases, predicates (with all measuring) and rules; what is counted is what Prolog does, and the measuring."""
+    """Time of phases, predicates (with all measuring) and rules; for Prolog its own work and the measuring."""
     begin = time.process_time()
     with paused_collector():  # as ``interpret`` does
         timeline = Timeline(sample, taxonomy)
@@ -123,7 +123,7 @@ def from_timeline(sample: Episode, rules: RuleBook, taxonomy: Taxonomy) -> tuple
 
 
 def from_rows(timeline: Timeline, columns: list[Phases], rules: RuleBook) -> tuple[float, Matches]:
-    """Rules only: what the predicates say is known from a run before, what rules follow from it is not."""
+    """Time of the rules only: the values of predicates are known from a run before."""
     tree = DecisionTree(rules, timeline)
     tree.solve_all(columns)
     tree = DecisionTree(rules, timeline)

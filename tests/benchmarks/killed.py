@@ -1,4 +1,4 @@
-"""What becomes of an execution whose executor, program or controller is killed by SIGKILL, at moments spread over it.
+"""Outcomes of executions whose executor, program or controller is killed by SIGKILL, at moments spread over the run.
 
     python tests/benchmarks/killed.py [--moments 10]
 

@@ -43,7 +43,7 @@ def sibling_refused(engine: Engine, path: Path, seed: int, seconds: int) -> str:
 
 
 def solved(engine: Engine, path: Path, seed: int, seconds: int) -> str:
-    """Empty where a program is proven and, with a real world, succeeds there; else why not."""
+    """Return "" where a program is proven and, with a real world, succeeds there; else the reason."""
     scenario = read_scenario(path)
     try:
         setting = engine.setting(scenario, seed=seed, twins=0)

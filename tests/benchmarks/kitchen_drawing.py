@@ -229,7 +229,8 @@ class Rules:
         return bool(problem.wanted.met(problem.facts))
 
     def by_hand(self, goal: Sequence[Literal]) -> bool:
-        """Return whether a goal holds once things and joints were set so and left alone; what takes no part is not there."""
+        """Return whether a goal holds once things and joints were set so and left alone; things that take no part are not
+        there."""
         named = {n for p in goal for n in p[1:]}
         things = tuple(t for t in self.setting.world.things if t.name not in self.kitchen.extents or t.name in named)
         for opened in self._drawers(goal):
@@ -239,7 +240,7 @@ class Rules:
         return False
 
     def _drawers(self, goal: Sequence[Literal]) -> list[float | None]:
-        """How far the drawer is open: as the goal says, else as it is, or opened."""
+        """Length by which the drawer is open: that of the goal, else the present one, or that of an open drawer."""
         said = [SHUT if p[0] == "close" else OPENED for p in goal if p[0] in ("open", "close")]
         return [said[0]] if said else [None, OPENED]
 
@@ -256,7 +257,7 @@ class Rules:
         return all(self.holds(p, world) for p in goal)
 
     def _put(self, literal: Literal, attitude: str | None, world: World) -> World | None:
-        """The world with a thing where it shall be; None where no pose was found in which it stays."""
+        """The world with a thing at its goal; None where no pose was found in which it stays."""
         compiled, tried = compile_world(world, {}), 0
         data = compiled.data()
         for pose in self._poses(literal, attitude, world):
@@ -301,7 +302,7 @@ class Rules:
 
 
 def _with_drawer(world: World, opened: float | None) -> World:
-    """The world with its drawer open by so much; None for as it is."""
+    """The world with its drawer open by a length; unchanged for None."""
     joint = next((t.joint for t in world.things if t.name == "drawer"), None)
     if opened is None or joint is None:
         return world
@@ -332,7 +333,7 @@ def _settled(world: World) -> World:
 
 
 def _seen(thing: Thing, pose: Pose) -> Thing:
-    """A thing as it was seen in the end; one whose joint went into its stop, as solvers let it, stays where it was."""
+    """A thing as it was seen in the end; one whose joint went into its stop, as solvers let it, keeps its old position."""
     if thing.joint is None:
         return thing.moved_to(pose) if thing.mass else thing
     moved = thing.moved_to(pose)

@@ -69,7 +69,7 @@ class Asked:
 
 
 def scored(task: str, rule: Rule, learned: Learned, asked: Asked) -> tuple[int, int, int, Counter[str]]:
-    """Stretches that were rightly and wrongly recognised, those that were missed, and which they were."""
+    """Numbers of stretches that were rightly and wrongly recognised, of those that were missed, and those stretches."""
     right = wrong = missed = 0
     which = Counter[str]()
     for (shown_task, one, done), span, found in zip(asked.of, asked.tables.spans, asked.fillings(learned), strict=True):
@@ -100,7 +100,7 @@ def _hidden(rule: Rule, span: Span) -> bool:
 
 
 def examples_of(task: str, shown: Sequence[Shown], wrong: Shown | None, rules: Sequence[Rule], engine: Engine) -> list[Example]:
-    """Examples as a teacher marks them: when the person did what they were told; the last one may be another task's."""
+    """Examples that a teacher marks: demonstrations in which the person did the task; the last one may be another task's."""
     marked = []
     for one in shown:
         done = next(d for d in one.done if d.task == task)
@@ -112,7 +112,7 @@ def examples_of(task: str, shown: Sequence[Shown], wrong: Shown | None, rules: S
 
 
 class Outcome(Value):
-    """What was learned of one task, and how it was scored.
+    """What was learned of one task, and its scores.
 
     Args:
         right, false, missed: stretches, as ``scored`` counts them; of a task that was not learned all that were done are missed.
@@ -145,7 +145,7 @@ class Outcome(Value):
 
 
 class Lesson:
-    """All that is shown to the learner, and all that it is then asked about, with one set of options."""
+    """All that is shown to the learner, and all questions about it afterwards, with one set of options."""
 
     def __init__(self, options: argparse.Namespace) -> None:
         self.engine, self.options = Engine(), options

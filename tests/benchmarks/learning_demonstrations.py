@@ -67,7 +67,7 @@ class Done(Value):
 
 
 class Shown(Value):
-    """Demonstration with what the person did in it; ``failure`` says what did not come about."""
+    """Demonstration with the true actions of the person; ``failure`` names an action that failed."""
 
     name: str
     episode: Episode
@@ -90,7 +90,7 @@ def shown(engine: Engine, scenario: str, seed: int, cache: Path) -> Shown:
 
 
 class _timed:
-    """While it lasts, scripts of the engine's plugins write down when they began and ended."""
+    """Let scripts of the engine's plugins write down their begin and end while the context lasts."""
 
     def __init__(self, engine: Engine, done: list[Done]) -> None:
         self.knowledge, self.done = engine.knowledge, done

@@ -33,7 +33,7 @@ START = 4.0
 
 @dataclass(frozen=True)
 class TrialTimes:
-    """CPU times of a trial [s]: what it does by itself before its twins and after them, and each of its twins."""
+    """CPU times of a trial [s]: its own before its twins and after them, and that of each of its twins."""
 
     before: float
     twin: float
@@ -51,7 +51,8 @@ OVERHEAD = 0.007
 
 
 def simulated(trials: int, workers: int, times: TrialTimes, overhead: float) -> float:
-    """Wall time of trials on workers [s]: a trial for each place that becomes free, one after another through the scheduler."""
+    """Simulated wall time of trials on workers [s]: a trial for each place that becomes free, one after another through the
+    scheduler."""
     free = [START] * workers  # when each place is free
     scheduler = 0.0
     for _ in range(trials):

@@ -45,7 +45,7 @@ Spans = dict[str, tuple[float, float]]
 
 
 def spans(candidate: Candidate) -> Spans:
-    """When the code of each task ran: its first and its last sample."""
+    """Spans in which the code of each task ran: their first and last samples."""
     rollout, code = candidate.rollout, candidate.code
     assert rollout is not None and code is not None
     found: Spans = {}
@@ -76,7 +76,7 @@ def with_cuts(episode: Episode, when: Spans) -> Episode:
 
 
 def within(engine: Engine, episode: Episode, span: tuple[float, float]) -> Iterator[Interpreted]:
-    """The actions that overlap a span, and what follows it within the padding of the rules."""
+    """The actions that overlap a span, and those that follow it within the padding of the rules."""
     for action in engine.interpret(episode).actions:
         if action.start < span[1] + PADDING and action.end > span[0]:
             yield action

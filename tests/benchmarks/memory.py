@@ -1,4 +1,4 @@
-"""Memory that a process has after one scenario after another was resolved in it.
+"""Memory of a process after it resolved one scenario after another.
 
     python tests/benchmarks/memory.py SCENARIO... [--plugin FILE] [--expansions 40] [--figure memory --seen yes]
 
@@ -39,7 +39,7 @@ def resident() -> float:
 
 
 def resolved(file: Path, plugin: Path | None, expansions: int) -> str:
-    """Resolve a scenario with a small budget, in an engine of its own, and say how it ended."""
+    """Resolve a scenario with a small budget, in an engine of its own, and return the outcome."""
     spec = yaml.safe_load(file.read_text(encoding="utf-8"))
     spec["budget"] = {**spec.get("budget", {}), "expansions": expansions, "proofs": 1}
     engine = Engine.with_plugins(replace(INSTALLED, files=() if plugin is None else (plugin,)))
@@ -71,7 +71,7 @@ def measured(files: Sequence[Path], plugin: Path | None, expansions: int, kept: 
 
 
 def main() -> None:
-    """Resolve them all in two processes, one after the other, and tell the memory after each."""
+    """Resolve all scenarios in two processes, one after the other, and print the memory after each."""
     options = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     options.add_argument("scenarios", type=Path, nargs="+")
     options.add_argument("--plugin", type=Path)

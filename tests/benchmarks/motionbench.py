@@ -57,7 +57,7 @@ class Query:
 
 @dataclass(frozen=True)
 class Result:
-    """An answer: the path, CPU seconds of it, and the smallest distance on its way by Coal [m]."""
+    """Answer of a planner: the path, its CPU seconds, and the smallest distance along it by Coal [m]."""
 
     path: Path | None
     seconds: float
@@ -94,7 +94,8 @@ def query(name: str, scene_: Mapping[str, Any], request: Mapping[str, Any], robo
 
 
 def joints(named: Mapping[str, float], robot: Robot) -> Joints:
-    """Return a joint position of the set as one of the robot, the hand turned; one from a file may count from other zeros."""
+    """Return a joint position of the problem set as one of the robot, the hand turned; joint positions of files may count
+    from other zeros."""
     *first, last = (float(named[f"{j}_joint"]) for j in robot.joints)
     return tuple(q + h - ours for q, h, ours in zip((*first, last - HAND), robot.home, UR5.home, strict=True))
 

@@ -66,7 +66,7 @@ class _Changed(SourceFileLoader):
 
 
 class _Finder:
-    """Finder of one module, whose text is another."""
+    """Finder of one module that gives it another text."""
 
     def __init__(self, name: str, path: Path, text: str) -> None:
         self.name, self.path, self.text = name, path, text
@@ -78,7 +78,7 @@ class _Finder:
 
 
 class _Bare(ast.NodeTransformer):
-    """Remove what no run depends on: annotations, what is imported for them, assertions, and numbers of texts for people."""
+    """Remove code that no run depends on: annotations, imports for them, assertions, and numbers of texts for people."""
 
     def visit_If(self, node: ast.If) -> ast.AST:
         return ast.Pass() if "TYPE_CHECKING" in ast.dump(node.test) else self.generic_visit(node)
@@ -109,7 +109,7 @@ class _Bare(ast.NodeTransformer):
 
 
 def mutants(path: Path) -> Iterator[str]:
-    """The texts of a module, each with one change that can matter when it runs."""
+    """The texts of a module with one change each that can matter when it runs."""
     from cosmic_ray.mutating import mutate_code
     from cosmic_ray.plugins import get_operator
 
@@ -145,7 +145,8 @@ def _sides(lines: Iterator[str]) -> tuple[list[str], list[str]]:
 
 
 def survives(name: str, path: Path, changed: str, entry: dict[str, Any], patience: float = 600.0) -> bool:
-    """Whether the tests of a module pass with another text of it in so many seconds: in a process that begins where this one is."""
+    """Whether the tests of a module pass with another text of it within a number of seconds: in a process that begins where
+    this one is."""
     child = os.fork()
     if not child:
         os._exit(_tested(name, path, changed, entry))
@@ -179,7 +180,7 @@ def _forget(modules: list[str]) -> None:
 
 
 def surviving(module: str, entry: dict[str, Any], by_hand_alone: bool, again: str | None) -> Iterator[str]:
-    """The differences of the mutants of a module that its tests let pass, and how many there were on the terminal."""
+    """The differences of the mutants of a module that its tests let pass; print their number."""
     name = module.removeprefix("plugins/").removesuffix(".py").replace("/", ".")
     path, count, lived, start = ROOT / module, 0, 0, time.monotonic()
     text = path.read_text()
@@ -200,13 +201,13 @@ def surviving(module: str, entry: dict[str, Any], by_hand_alone: bool, again: st
 
 
 def stale(module: str, equivalent: Mapping[str, str]) -> list[str]:
-    """Equivalents of a module whose line before is no longer in it."""
+    """Mutants listed as equivalent whose line is no longer in the module."""
     text = " ".join(line.strip() for line in (ROOT / module).read_text().splitlines())
     return [what for what in equivalent if what.split("  ->  ")[0] not in text]
 
 
 def main() -> int:
-    """Print what survives of each module, without what is known to be equivalent."""
+    """Print the mutants of each module that survive its tests, without those that are known to be equivalent."""
     parser = argparse.ArgumentParser(description="Change judges one operator at a time, and run their tests.")
     parser.add_argument("words", nargs="*", help="modules whose name contains one of these; all without")
     parser.add_argument("--by-hand", action="store_true", help="only the changes that are written in mutants.yaml")

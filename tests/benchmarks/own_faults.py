@@ -73,15 +73,15 @@ TUBE = 0.05
 
 
 def unmendable(kind: str, scene: str, phase: str, fault: Fault) -> bool:
-    """Whether one arm cannot mend a fault: what is gone or cancelled, fingers that stay wider than what is held, a drawer that takes more
-    than the arm may pull, and what spills."""
+    """Whether one arm cannot mend a fault: a thing is gone or its task cancelled, fingers stay wider than their thing, a
+    drawer takes more than the arm may pull, or contents spill."""
     spills = scene == "pouring" and (kind == "fallen" or (kind in ("grasp_lost", "slip") and phase == "held"))
     cancelled = kind == "asked" and not fault.goal
     return kind in ("removed", "closes_short") or (kind == "drawer_sticks" and fault.most > 50) or cancelled or spills
 
 
 class Proven:
-    """Scenario that was proven, with what its program does when."""
+    """Scenario with its proven program and the times of its steps."""
 
     def __init__(self, scene: str, seed: int) -> None:
         self.scene, self.seed, self.engine = scene, seed, Engine()
@@ -159,6 +159,8 @@ class Drawn:
         if self.kind in ("grasp_lost", "slip"):
             self.phase = "held"
         moments = self.proven.moments(self.phase)
+        if self.kind in ("moved", "removed", "fallen"):  # what is on a joint stays
+            moments = [m for m in moments if self.proven.world.thing(m[1]).joint is None]
         self.sample, self.thing = moments[int(self.rng.integers(len(moments)))]
         self.when = self.proven.at(self.sample)
         self.world = self.proven.world
@@ -198,7 +200,7 @@ class Drawn:
         return f"moved: {self.thing}, by: [{off[0]}, {off[1]}, 0], {self.rng.choice([near, self.when])}"
 
     def _carried(self, thing: Thing) -> bool:
-        """Whether the middle of a thing is over what carries it, 20 mm from its edges."""
+        """Whether the middle of a thing is over its support, 20 mm from the edges of that."""
         x, y, _ = thing.pose.position
         low = min(b[0][2] for b in boxes(thing))
         for other in self.world.things:
@@ -306,7 +308,7 @@ def still(done: Sequence[Stretch]) -> bool:
 
 
 def told(of: Proven, ran: tuple[Watched, list[Stretch], str]) -> dict[str, Any]:
-    """What came of a run, whatever its fault."""
+    """Outcome of a run, whatever its fault."""
     going, done, why = ran
     notices = [s.notice for s in done if s.notice]
     peaks = [float(s.round.rollout.contact_force().max()) for s in done]
@@ -320,7 +322,7 @@ def told(of: Proven, ran: tuple[Watched, list[Stretch], str]) -> dict[str, Any]:
 
 
 def episode(number: int) -> dict[str, Any]:
-    """One run, with its fault."""
+    """One execution with its fault."""
     began, drawn = time.process_time(), Drawn(number)
     of, ready = drawn.proven, time.process_time()
     ran = run(of, drawn.world, number)

@@ -1,4 +1,5 @@
-"""6D poses of products on hangers from one noisy depth image: ours, the paper's recipe, one ICP, Open3D and small_gicp.
+"""6D poses of products on hangers from one noisy depth image: cramlite's method, the paper's recipe, one ICP, Open3D and
+small_gicp.
 
 The views are those of pose_views.py; every method is given the same ones, the same masks and the same prior (upright).
 Right: under 5 degrees and 5 mm, of symmetric poses the nearest. CPU time is that of one core, model preparation left out
@@ -67,7 +68,7 @@ class Outcome:
 
 
 def run(method: Callable[..., list[PoseHypothesis]], sample: pose_views.Sample) -> Outcome:
-    """One method on one view."""
+    """Result of one method on one view."""
     model = pose_views.model_of(sample.product)
     begin = time.process_time()
     found = method(sample.view, sample.mask, model, UPRIGHT)

@@ -1,4 +1,4 @@
-"""How long planning and proof of scenarios take beside what MuJoCo takes for the same scene in the same run.
+"""CPU time of planning and proof of scenarios, beside that of MuJoCo for the same scene in the same run.
 
     python tests/benchmarks/planned_scenes.py SCENARIO... [--plugin experiments/libero/panda.py]
 
@@ -53,7 +53,7 @@ def measured(path: Path, plugins: Sequence[Path]) -> Figures:
 
 
 def loop_ratio(solution: Solution) -> float:
-    """What the run of a program costs beside ``mj_step`` alone over the same commands; the quickest of three of each."""
+    """Time of a program's run as a multiple of ``mj_step`` alone over the same commands; the quickest of three of each."""
     world, text = solution.setting.world, solution.code
     closed_loop.ROBOTS[solution.setting.robot.type] = solution.setting.robot
     kept = closed_loop.commands(text, world)

@@ -54,7 +54,7 @@ class Result:
 
 
 def solve(task: Problem, seed: int) -> Result:
-    """One problem, its path checked by Coal."""
+    """Solve one problem; Coal checks its path."""
     scene = task.scene
     scene.checks[0], before = 0, time.process_time()
     goals = inverse(scene.robot, task.goal, seed=task.start)
@@ -125,7 +125,7 @@ def peer(tasks: Sequence[Peer], folder: File) -> list[dict[str, Any]]:
 
 
 def line(name: str, milliseconds: Sequence[float], durations: Sequence[float], distances: Sequence[float]) -> list[Number]:
-    """One row of the comparison; its numbers."""
+    """Print one row of the comparison; return its numbers."""
     half, most = np.quantile(milliseconds, (0.5, 0.95))
     print(
         f"{name}: solved {len(durations)} of {len(milliseconds)}; complete {half:.0f} ms median, {most:.0f} ms p95; "

@@ -25,7 +25,7 @@ SHAPES = {2: "sphere", 5: "cylinder", 6: "box"}  # mjtGeom
 
 @dataclass(frozen=True)
 class Problem:
-    """From a joint position to a tool pose; every other one carries a box. ``known`` is a free goal."""
+    """Problem: a start position of the joints, and a goal pose of the tool; every second one carries a box. ``known`` is a free goal."""
 
     scene: PlanningScene
     start: Joints
@@ -34,7 +34,7 @@ class Problem:
 
 
 def problem(number: int, seed: int) -> Problem:
-    """One problem; both of its ends have a free inverse solution by construction."""
+    """One problem; its start and its goal have a free inverse solution by construction."""
     rng = np.random.default_rng((seed, number))
     things = shelf(rng)
     carried = box("carried", (0.02, 0.02, 0.03), (0.4, -0.4, 0.02), 0.2)

@@ -49,7 +49,7 @@ GAP = 0.012
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of one thing: kind right, errors [m], [rad], and whether its print is the right way round."""
+    """Outcome for one thing: whether its kind is right, its errors [m], [rad], and whether its print is the right way round."""
 
     kind: str
     right: bool

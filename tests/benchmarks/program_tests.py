@@ -1,4 +1,4 @@
-"""What tests of robot programs cost: a suite around one cell, and the plugin beside a suite that does not use it.
+"""Costs of tests of robot programs: a suite around one cell, and the plugin beside a suite that does not use it.
 
     python tests/benchmarks/program_tests.py [--tests 100] [--runs 20]
 
@@ -54,7 +54,7 @@ def suite(folder: Path, count: int) -> None:
 
 
 def at_start(folder: Path, runs: int) -> tuple[float, float]:
-    """What pytest takes for one empty test, with the plugin and without [ms]."""
+    """Time of pytest for one empty test, with the plugin and without [ms]."""
     (folder / "test_else.py").write_text("def test_else():\n    pass\n", encoding="utf-8")
     pairs = [(cpu_time(folder, *PLUGIN), cpu_time(folder)) for _ in range(runs)]
     with_it, without = (1000 * min(times) for times in zip(*pairs, strict=True))

@@ -1,4 +1,4 @@
-"""What a proof costs, against another version in the same run: CPU time of `cramlite resolve` with its twins.
+"""CPU time of a proof, against another version in the same run: of `cramlite resolve` with its twins.
 
     python tests/benchmarks/proof_cost.py CHECKOUT [SCENARIO ...] [--runs 3] [--seed 0]
 
@@ -29,7 +29,7 @@ Times = dict[tuple[str, Path], list[float]]
 
 
 def cpu_time(checkout: Path, scenario: str, seed: int) -> float:
-    """User and system time of one proof and what it starts [s]."""
+    """User and system time of one proof and its child processes [s]."""
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     with TemporaryDirectory() as out:
         command = [".venv/bin/cramlite", "resolve", scenario, "--seed", str(seed), "--no-report", "--out", out]

@@ -1,4 +1,4 @@
-"""What doubts cost: the time of a nominal proof, and of one with twins, of a shipped scenario.
+"""Costs of twins: the time of a nominal proof of a shipped scenario, and of one with twins.
 
     python tests/benchmarks/proof_under_doubt.py fetch_from_hanger --twins 8
 
@@ -22,7 +22,7 @@ from cramlite.model.error_model import NO_ERRORS
 
 
 def spent() -> float:
-    """CPU seconds of this process, and of all that it waited for."""
+    """CPU seconds of this process, and of all its ended children."""
     own = (resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
     return sum(u.ru_utime + u.ru_stime for u in own)
 

@@ -25,7 +25,7 @@ from cramlite.base.wilson import wilson_interval
 
 
 def resolved(engine: Engine, recording: Path, seed: int, kind: str) -> tuple[str, str]:
-    """The tasks of the first proven program with what they are about, "" for none; and all reasons of the search."""
+    """The tasks of the first proven program with their roles, "" for none; and all reasons of the search."""
     trace = Trace()
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "own.yaml"

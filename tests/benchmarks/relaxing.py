@@ -1,4 +1,4 @@
-"""What would have to change: scenarios that nothing solves, drawn by a seed, and the changes that ``resolve --relax`` proposes for them.
+"""Proposals of ``resolve --relax`` for scenarios without a solution, which are drawn by a seed.
 
 ``python tests/benchmarks/relaxing.py [--first N] [--count N]``. A thing is out of reach. Each proposal is checked by a scenario that
 is written anew with the change in it, and resolved; and by one with 20 mm less, which must not be solved.

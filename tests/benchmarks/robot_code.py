@@ -30,7 +30,7 @@ TOKENS = ("def", "thread", "end", "if", "while", "(", ")", "[", "]", "p[", ":", 
 
 
 def sources() -> list[str]:
-    """Programs of one function each with those that it calls, of our own text: 30 to 120 lines."""
+    """Programs of one function each with the functions that it calls, of cramlite's own text: 30 to 120 lines."""
     heads = [m for text in (FUNCTIONS, SEARCH, FLOW) for m in re.findall(r"^(?:def|thread) .*?^end$", text, re.M | re.S)]
     every = {re.match(r"\w+ (\w+)", h)[1]: h for h in heads}  # type: ignore[index]
     globals_ = [m for text in (FUNCTIONS, SEARCH, FLOW) for m in re.findall(r"^global .*$", text, re.M)]
@@ -38,7 +38,7 @@ def sources() -> list[str]:
 
 
 def _needed(name: str, every: dict[str, str]) -> list[str]:
-    """A function, and those that it calls, before it."""
+    """A function, and before it the functions that it calls."""
     found, waiting = {name: every[name]}, [name]
     while waiting:
         for other in re.findall(r"\b(\w+)\(", every[waiting.pop()]):

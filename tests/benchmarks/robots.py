@@ -49,7 +49,7 @@ ours; ``--menagerie`` names the folder of its models."""
 
 
 def ran(out: Path, *arguments: str) -> tuple[int, float]:
-    """One command as a process of its own: its exit code and its CPU time [s]; what it prints goes to a file."""
+    """Run one command as a process of its own; return its exit code and its CPU time [s]. Its output goes to a file."""
     with out.open("wb") as said:
         process = subprocess.Popen([sys.executable, "-m", "cramlite", *arguments], stdout=said, stderr=said)
         _, status, used = os.wait4(process.pid, 0)
@@ -93,7 +93,7 @@ def one(scenario: str, robot: str, seed: int, out: Path, menagerie: Path | None)
 
 
 def report(rows: Sequence[Row]) -> list[Number]:
-    """One line a pair; its numbers."""
+    """Print one line for each pair; return their numbers."""
     numbers = []
     for scenario, robot in product(NAMES, (*ROBOTS, *FILES)):
         own = [r for r in rows if (r["scenario"], r["robot"]) == (scenario, robot)]

@@ -1,4 +1,4 @@
-"""What retries and searches are worth: one program, and the same one without any, in the same perturbed twins.
+"""Gain of retries and searches: one program, and the same one without any, in the same perturbed twins.
 
 ``python tests/benchmarks/robust_programs.py --twins 20 --hook 4``: resolves hang_onto_hanger (or takes ``--run``, its run directory),
 writes the text twice, with and without every search (SpiralSearch) and every attempt but the first (Fallback), and runs both in each

@@ -46,7 +46,7 @@ def run_one(checkout: Path, out: Path, name: str, seed: int) -> None:
 
 
 def read(out: Path, name: str, new_fields: set[str], renamed: list[tuple[str, str]]) -> dict[str, Any]:
-    """What is compared of one run."""
+    """Outputs of one run that are compared."""
     folder = out / name
     found: dict[str, Any] = {"exit code": (out / f"{name}.log" / "rc").read_text().strip()}
     for file in sorted(folder.glob("program.*")):

@@ -1,4 +1,5 @@
-"""Grasps of all loose things of scenes: how many, how long it takes, and whether what the first one picks up stays in the hand.
+"""Grasps of all loose things of scenes: their number, the time of the search, and whether a thing stays in the hand after
+the first one.
 
     python tests/benchmarks/scene_grasps.py --plugin experiments/libero/panda.py libero/*/scenario.yaml
 
@@ -42,7 +43,7 @@ GRAVITY = 9.81
 
 
 class Row(Value):
-    """What was found for one thing."""
+    """Findings for one thing."""
 
     name: str
     parts: int
@@ -59,7 +60,7 @@ class Row(Value):
 
 
 def ask(setting: Setting, engine: Engine, thing: Thing) -> tuple[Grounding | None, list[Refused]]:
-    """The first grasp that is reached, and what was refused before it."""
+    """The first grasp that the arm reaches, and what was refused before it."""
     mount = setting.world.robots[0]
     belief = initial_belief(setting.world, mount.name, *setting.robot.start(mount))
     context = Context(setting.robot, mount, {"it": thing.name}, engine.knowledge.taxonomy)
@@ -154,7 +155,7 @@ class _Run:
 
 
 def siblings(setting: Setting, engine: Engine, thing: Thing) -> list[str]:
-    """What is said of a thing that is too heavy, and of one that is too slippery; "" where it is not refused."""
+    """The reason for a thing that is too heavy, and for one that is too slippery; "" where it is not refused."""
     gripper, mount = setting.robot.gripper, setting.world.robots[0]
     context = Context(setting.robot, mount, {}, engine.knowledge.taxonomy)
     heavy = replace(thing, mass=20 * 2 * gripper.force[1] / (MARGIN * GRAVITY))

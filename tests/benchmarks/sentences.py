@@ -1,4 +1,5 @@
-"""How many sentences of LIBERO's tasks are understood as exactly the goal of their problem file, in the scene of their first state.
+"""Share of sentences of LIBERO's tasks that are understood as exactly the goal of their problem file, in the scene of their
+first state.
 
     python tests/benchmarks/sentences.py --kept FOLDER [--tasks odd|even|all] [--environment DIR] [--suites libero_90 ...]
 
@@ -53,7 +54,7 @@ class Task(Value):
 
 
 def task_of(judge: Libero, engine: Engine, suite: str, number: int, kept: Path) -> Task:
-    """A task as the judge has it, or as it was kept."""
+    """A task as the judge gives it, or as it was stored."""
     path = kept / f"{suite}_{number}.json"
     if path.is_file():
         return json.decode(path.read_bytes(), type=Task)

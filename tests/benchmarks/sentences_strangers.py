@@ -42,7 +42,7 @@ SENTENCES = Path(__file__).with_suffix(".yaml")
 
 
 def plain(goals: Iterable[str], scene: SymbolicWorld) -> set[str]:
-    """Goals of names, with one word for on and in, and one for off and not on."""
+    """Goals with names only, with one word for on and in, and one for off and not on."""
     return {g for goal in goals for g in _named(goal.replace(" in ", " on "), scene)}
 
 
@@ -68,7 +68,7 @@ def read(sentence: str, scene: SymbolicWorld, engine: Engine) -> tuple[list[str]
 
 
 def right(entry: dict[str, Any], goals: list[str] | None, scene: SymbolicWorld) -> bool:
-    """Whether a sentence was understood as it was meant, or refused as it had to be."""
+    """Whether a sentence was understood as its author means it, or refused as it had to be."""
     if "refused" in entry or goals is None:
         return "refused" in entry and goals is None
     return any(plain(goals, scene) == plain(meant, scene) for meant in (entry["goal"], *entry.get("also", ())))

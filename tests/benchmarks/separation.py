@@ -32,7 +32,7 @@ Results = Sequence[DemonstrationResult]
 
 
 def read(run: Path) -> tuple[str, Results]:
-    """What was run, and what came of it."""
+    """Settings of a run, and its results."""
     data = json.loads((run / "tables.json").read_text())
     key = data["run"]
     name = f"{key['experiment']}, {key['set']}" + ", short" * key["short"] + (f", without {key['without']}" if key["without"] else "")

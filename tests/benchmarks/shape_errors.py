@@ -1,4 +1,4 @@
-"""What errors of size, centre of mass and lean add to twins: the same programs in the same twins, with these three and without.
+"""Effects of errors of size, centre of mass and lean on twins: the same programs in the same twins, with these three and without.
 
     python tests/benchmarks/shape_errors.py [SCENARIO ...] [--twins 9] [--seed 0]
 

@@ -1,4 +1,4 @@
-"""What a command costs before it does anything: CPU time of whole processes, against ``python -c pass`` in the same run.
+"""Cost of a command's start: CPU time of whole processes, against ``python -c pass`` in the same run.
 
     python tests/benchmarks/start_up.py [--runs 5]
 
@@ -41,7 +41,7 @@ COMMANDS = {
 
 
 def cpu_time(arguments: Sequence[str]) -> float:
-    """User and system time of a Python process and what it starts [s]."""
+    """User and system time of a Python process and its child processes [s]."""
     kept = {k: v for k, v in os.environ.items() if k != "PYTHONDONTWRITEBYTECODE"}
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     subprocess.run([sys.executable, *arguments], cwd=ROOT, env=kept, stdout=subprocess.DEVNULL, check=True)

@@ -66,7 +66,8 @@ def _project() -> dict:  # type: ignore[type-arg]
 
 
 def closure(wanted: Iterable[str], system: str) -> dict[str, SpecifierSet]:
-    """All that some requirements need on a system, with the versions asked for; what the packages here say they require."""
+    """All packages that some requirements need on a system, with the versions asked for, by the metadata of the packages
+    installed here."""
     needed: dict[str, SpecifierSet] = {}
     todo, done = [r for r in map(Requirement, wanted) if _applies(r.marker, system, set())], set()
     while todo:
@@ -81,7 +82,7 @@ def closure(wanted: Iterable[str], system: str) -> dict[str, SpecifierSet]:
 
 
 def _requires(name: str) -> list[Requirement]:
-    """What a package says that it requires; nothing of one that is not installed here."""
+    """Requirements that a package states; none for a package that is not installed here."""
     try:
         return [Requirement(text) for text in metadata.requires(name) or ()]
     except metadata.PackageNotFoundError:
@@ -158,7 +159,7 @@ def cell(pythons: list[str]) -> str:
 
 
 def table(found: dict[str, dict[str, list[str]] | None], needs: dict[str, set[str]], extras: set[str]) -> list[str]:
-    """The lines of the table, of what stands in the way, and of what is for every system."""
+    """The lines of the table, of packages that stand in the way, and of wheels that are for every system."""
     lines = [f"| package | {' | '.join(SYSTEMS)} |", f"|---{'|---' * len(SYSTEMS)}|"]
     for name, by in sorted(found.items()):
         if by is not None:

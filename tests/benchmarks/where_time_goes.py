@@ -36,7 +36,7 @@ def once(name: str, engine: Engine, seed: int) -> Stages:
 
 
 def in_this_process(name: str, seed: int) -> dict[str, Stages]:
-    """Resolve a scenario twice in one engine; return the stages of both."""
+    """Resolve a scenario twice in one engine; return the times of stages of both."""
     engine = Engine()
     start = time.process_time()
     return {"first": {"start": start, **once(name, engine, seed)}, "again": once(name, engine, seed)}

@@ -74,7 +74,7 @@ SPOILED = {
     "budget": ((ROBOT, f"budget: {{expansion: 3}}\n{ROBOT}"), ":10", "did you mean 'expansions'"),
     "empty budget": ((ROBOT, f"budget: {{expansions: 0}}\n{ROBOT}"), ":10", "at least 1"),
     "two starts": ((ROBOT, f"designator: ParkingArms\n{ROBOT}"), "exactly one of", "tasks and designator"),
-    "nothing to choose from": (("{thing: hook, ", "{thing: hook, with: {length: []}, "), "nothing is in it, and 1 at least should be"),
+    "nothing to choose from": (("{thing: hook, ", "{thing: hook, with: {length: []}, "), "it has no entries, and needs at least 1"),
     "episode path": (("tasks:\n", "demonstration: nowhere\nignored:\n"), "'ignored'"),
 }
 

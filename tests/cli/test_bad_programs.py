@@ -127,7 +127,7 @@ def test_one_that_waits_for_ever_is_ended_by_the_next() -> None:
     ],
 )
 def test_a_python_program_that_never_talks_to_the_robot_is_ended_too(body: str, outcome: str, said: str) -> None:
-    """What marks it as one for ur_rtde is its import, which is in a text here."""
+    """A Python program is known to be one for ur_rtde by its import, which is in a text here."""
     text = f'"""from rtde_control import RTDEControlInterface"""\n{body}'
     if can_run():
         pytest.skip(can_run())

@@ -125,7 +125,7 @@ def test_a_scenario_has_a_task(tmp_path: Path, tasks: str, code: int) -> None:
 
 
 def shown(folder: Path, old: str = "", new: str = "") -> Path:
-    """fetch_from_hanger with its demonstration beside it, changed in one place."""
+    """The scenario fetch_from_hanger with its demonstration beside it, changed in one place."""
     text = (ROOT / "scenarios" / "fetch_from_hanger.yaml").read_text()
     assert old in text
     path = folder / "mine.yaml"

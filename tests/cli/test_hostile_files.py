@@ -1,4 +1,5 @@
-"""Files of strangers through the command line: one paragraph that names the file, exit code 2, little memory, nothing else opened."""
+"""Files of strangers through the command line: one paragraph that names the file, exit code 2, little memory, no other file
+opened."""
 
 from __future__ import annotations
 
@@ -22,7 +23,7 @@ pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="has neither pip
 
 
 def refused(run: Run, name: str, *words: object) -> Ran:
-    """Run a command that must refuse, with a limit to its memory, and look at what it opens."""
+    """Run a command that must refuse, with a limit to its memory, and look at the files that it opens."""
     import resource
 
     taken = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize() if Path("/proc/self/statm").exists() else 0

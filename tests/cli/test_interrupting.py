@@ -21,7 +21,7 @@ SOON = 30.0
 
 
 def interrupted(run: Path, scenario: str, number: signal.Signals, when: str = "program 1: ") -> tuple[int, str]:
-    """Exit code and what was said of a resolution that gets a signal at a line of progress; when its first program begins to run."""
+    """Exit code and output of a resolution that gets a signal at a line of progress: when its first program begins to run."""
     with subprocess.Popen([*COMMAND, scenario, "--out", run], stderr=subprocess.PIPE, text=True) as process:
         assert process.stderr is not None
         before = next(line for line in process.stderr if when in line)

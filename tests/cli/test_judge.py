@@ -1,4 +1,4 @@
-"""``cramlite judge`` and ``cramlite execute --plan``: any text is judged, also one that somebody has edited."""
+"""``cramlite judge`` and ``cramlite execute --plan``: any program text is judged, also one that somebody has edited."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def shelf(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def edited(shelf: Path, tmp_path: Path) -> Callable[..., Path]:
-    """The run's program with text replaced, or without the lines from one that has some words up to one that has others."""
+    """The run's program with text replaced, or without the lines from one with some words up to one with others."""
 
     def write(*changes: tuple[str, str], without: tuple[str, str] | None = None) -> Path:
         text = (shelf / "program.script").read_text()

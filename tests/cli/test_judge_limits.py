@@ -1,4 +1,5 @@
-"""``cramlite judge`` of a text whose thing is fragile: what it bears, and what it weighs, come from the run directory or the scenario."""
+"""``cramlite judge`` of a text whose thing is fragile: its largest force and its weight come from the run directory or the
+scenario."""
 
 from __future__ import annotations
 

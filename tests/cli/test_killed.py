@@ -1,4 +1,4 @@
-"""Parts of an execution are killed by SIGKILL: the arm halts, the program says why it ends, and what was recorded can be read."""
+"""Parts of an execution are killed by SIGKILL: the arm halts, the program says why it ends, and the recording can be read."""
 
 from __future__ import annotations
 

@@ -90,7 +90,7 @@ class Proven:
         return str(call(self.server, "resolve", scenario="mine.yaml").structured_content["run"])
 
     def refused(self, tool: str, **arguments: Any) -> str:
-        """What the server says against a call; nothing was executed by it."""
+        """The server's objection to a call; the call executed nothing."""
         before = self.executed
         answer = call(self.server, tool, **arguments)
         assert answer.is_error, told(answer)
@@ -164,7 +164,7 @@ def test_what_there_is_can_be_asked(proven: Proven) -> None:
 
 @pytest.mark.heavy
 def test_a_goal_is_proven_in_the_world_of_a_scenario_and_runs(proven: Proven) -> None:
-    """The world is that of a scenario that grasps something else; the goal has a run of its own, and may be run."""
+    """The world is that of a scenario that grasps something else; the goal has a run of its own, which can be executed."""
     (proven.folder / "table.yaml").write_text(TABLE)
     own = call(proven.server, "resolve", scenario="table.yaml").structured_content["run"]
     asked = call(proven.server, "resolve", scenario="table.yaml", goal=["tin on box"])
@@ -316,7 +316,7 @@ def test_another_world_is_not_moved_in(proven: Proven) -> None:
 
 
 def test_what_another_process_wrote_does_not_move(proven: Proven) -> None:
-    """Its files may say anything; a copy under another name, too, is no proof."""
+    """Files of another process may say anything; a copy of a run under another name, too, is no proof."""
     shutil.copytree(proven.place, proven.folder / "runs" / "copy", dirs_exist_ok=True)
     assert "since this server started" in proven.refused("run", run="copy")
     other = make_server(Engine(), ClientFiles(proven.folder, proven.folder / "runs"))
@@ -437,7 +437,7 @@ async def cancelled_and_answered(client: Client) -> None:
 
 
 async def ended_within_its_run(runs: Path) -> bool:
-    """Whether the trace of the one run says that it was stopped before its program was proven. It is written when the run ends, and
+    """Whether the trace of the first run says that it was stopped before its program was proven. It is written when the run ends, and
     nobody waits for that."""
     while not (traces := list(runs.glob("*/trace.json"))):
         await anyio.sleep(0.05)

@@ -1,4 +1,4 @@
-"""``cramlite preflight``: what a program reaches is measured, and what exceeds a limit is said."""
+"""``cramlite preflight``: the speeds and forces of a program are measured, and each one beyond a limit is named."""
 
 from __future__ import annotations
 

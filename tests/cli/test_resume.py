@@ -1,4 +1,4 @@
-"""A run that was stopped goes on where it stopped; a finished one is not done again."""
+"""A stopped run goes on where it stopped; a finished one is not done again."""
 
 from __future__ import annotations
 

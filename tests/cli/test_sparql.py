@@ -96,7 +96,7 @@ def test_the_command_compares_with_soma(
     text: str | None, code: int, words: str, tmp_path: Path, tmp_path_factory: pytest.TempPathFactory,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:  # fmt: skip
-    """As users call it: on the shipped ontologies (no file named) or on one of theirs."""
+    """The command is used as by its users: on the shipped ontologies (no file named) or on one of theirs."""
     files = [] if text is None else [str(own(tmp_path, text))]
     monkeypatch.setenv("CRAMLITE_CACHE", str(tmp_path_factory.getbasetemp() / "originals"))  # read once for all cases
     done = cramlite("ontology", "check", *files, "--against", ORIGINALS)

@@ -1,4 +1,4 @@
-"""The printed tree: what is in the program stands at the margin, what was given up says why, nothing is said twice."""
+"""The printed trace: choices of the program stand at the margin, rejected ones have their reasons, nothing is said twice."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ JOINTS = "0:(2.8298859542073376, -1.2396636140368194)"
 
 
 def _choose(trace: Trace, parent: int, name: str, key: str, reason: str = "", cost: float = 0.0) -> tuple[int, int]:
-    """A question and its first answer; their numbers."""
+    """Numbers of a question and of its first answer."""
     asked = trace.add(parent, name, name, "asked", "engine", "", kind="location")
     return asked, trace.add(asked, name, key, "chosen", "plug", reason or f"{key}: it fits", cost, kind="location")
 

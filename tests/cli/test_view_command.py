@@ -1,4 +1,4 @@
-"""The interactive viewer: the real library serves a real run, and its slider moves what is seen."""
+"""The interactive viewer: the real library serves a real run, and its slider moves the bodies."""
 
 from __future__ import annotations
 

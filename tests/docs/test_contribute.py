@@ -14,14 +14,14 @@ PLACE = re.compile(r"`([\w./-]+[/.][\w./-]*)`(?: \(((?:`[^`]+`(?:, )?)+)\))?")
 
 
 def rows(text: str) -> list[tuple[str, list[tuple[str, tuple[str, ...]]]]]:
-    """The changes of the table, each with its places: a path, and the names that are to be found there."""
+    """The changes of the table, each with its places: a path, and the names to be found there."""
     table = text.partition("## To change X, open Y")[2].partition("\n## ")[0]
     lines = [line.strip("| ").partition(" | ") for line in table.splitlines() if line.startswith("| ")][1:]
     return [(change, [(m[1], tuple(re.findall(r"`([^`]+)`", m[2] or ""))) for m in PLACE.finditer(rest)]) for change, _, rest in lines]
 
 
 def wrong(path: str, names: tuple[str, ...], root: Path = ROOT) -> list[str]:
-    """What a place of the table says that is not so."""
+    """The error in a place of the table: a path or a name that does not exist."""
     there = root / path
     if not there.exists() or path.endswith("/") != there.is_dir():
         return [f"there is no '{path}'"]

@@ -1,4 +1,4 @@
-"""The pages of dependencies and platforms say what pyproject.toml says, and sizes as they are here."""
+"""The pages of dependencies and platforms agree with pyproject.toml, and with the sizes of the packages here."""
 
 from __future__ import annotations
 
@@ -97,7 +97,7 @@ def test_licences_that_are_not_permissive_are_named() -> None:
 
 
 def _licence(name: str) -> str:
-    """What a package's metadata say about its licence, without the text of the licence itself."""
+    """The licence in a package's metadata, without the text of the licence."""
     said = metadata.metadata(name)
     terms = [*(said.get_all("License-Expression") or ()), *(text[:60] for text in said.get_all("License") or ())]
     return " ".join([*terms, *(c for c in said.get_all("Classifier") or () if c.startswith("License"))])

@@ -107,7 +107,7 @@ def test_a_page_runs(
 
 
 def run(block: Block, space: dict[str, Any], where: str, capfd: pytest.CaptureFixture[str]) -> str:
-    """Run one block; what it printed."""
+    """Run one block; return its output."""
     capfd.readouterr()
     if block.language == "bash":
         lines = block.text.replace("\\\n", " ").splitlines()
@@ -186,7 +186,7 @@ def test_links_lead_somewhere(page: Path) -> None:
 
 
 def text_of(name: str) -> str:
-    """The text of a page of the reference and of those in the folder of its name."""
+    """The text of a page of the reference and of the pages in the folder of its name."""
     return "\n".join(p.read_text() for p in (REFERENCE / f"{name}.md", *sorted((REFERENCE / name).glob("*.md"))))
 
 

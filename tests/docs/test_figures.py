@@ -1,4 +1,4 @@
-"""Figures are files that say what was measured; the page is made from them, marks what is old, and the README quotes nothing old."""
+"""Figures are files with measurements; the page is made from them, marks old ones, and the README quotes none of those."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ FILES = sorted((ROOT / "docs" / "figures").glob("*.yaml"))
 BENCHMARKS = ROOT / "tests" / "benchmarks"
 DECISIONS = ROOT / "docs" / "explanation" / "decisions"
 NO_MEASUREMENT = {
-    "figure", "flying_gripper", "grasp_objects", "kitchen_drawing", "learning_demonstrations", "planning_peer", "planning_problems",
-    "pose_views", "same_outputs", "wheels",
+    "figure", "flying_gripper", "grasp_objects", "kitchen_drawing", "learning_demonstrations", "motion_demonstrations", "planning_peer",
+    "planning_problems", "pose_views", "same_outputs", "wheels",
 }  # fmt: skip
 """Modules beside the benchmarks: what these share, a comparison of two checkouts, and a page of wheels."""
 OVER_SEEDS = "from seeds import"
@@ -166,7 +166,7 @@ def test_the_axis_holds_the_largest_number(most: float, top: float) -> None:
 
 
 def stale(text: str, age: Callable[[str], int | None] = SITE.age) -> list[str]:
-    """Rates of a page outside code that are no link to a figure that has them, or to one that is old."""
+    """Rates of a page outside code that link to no figure that has them, or to an old one."""
     wrong = []
     plain = re.sub(r"^```.*?^```$", "", text, flags=re.MULTILINE | re.DOTALL)
     quoted = re.compile(r"\[(\d+) of (\d+)[^\]]*\]\(docs/figures/(\w+)\.yaml\)")

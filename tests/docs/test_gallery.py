@@ -1,4 +1,4 @@
-"""The gallery shows every shipped scenario, as its file has it now; every picture is there, and none too many."""
+"""The gallery shows every shipped scenario as its file is now; no picture is missing or too many."""
 
 from __future__ import annotations
 

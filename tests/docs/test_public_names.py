@@ -38,7 +38,7 @@ def _fields(value: type) -> tuple[str, ...]:
 
 
 def _undocumented(value: Any) -> list[str]:
-    """What has no docstring of its own: the thing, or a public method, field or property that it defines itself."""
+    """Names without a docstring of their own: the class or function, or a public method, field or property that it defines."""
     found = [] if _own_doc(value) else [value.__name__]
     if not inspect.isclass(value):
         return found

@@ -1,4 +1,4 @@
-"""The documentation as a site, opened as files: it is searched, asks nobody for anything, and shows its code whole."""
+"""The documentation as a site of files: its search works, it loads nothing from elsewhere, and it shows its code whole."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A validator that a scenario lets advise only refuses nothing, and what it objects to is told all the same."""
+"""A validator in advisory mode refuses nothing, and its findings are printed all the same."""
 
 from __future__ import annotations
 

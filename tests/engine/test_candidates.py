@@ -1,4 +1,4 @@
-"""Candidate task sequences with their attempts: what ``resolve`` and the experiment are built on."""
+"""Candidate task sequences with their attempts, on which ``resolve`` and the experiment are built."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def test_candidates_are_the_readings_that_agree_with_themselves() -> None:
 
 
 def test_where_every_reading_contradicts_itself_the_trace_says_so() -> None:
-    """One action by which the thing leaves the peg and is let go, where no task does both."""
+    """Every reading contradicts itself: in one action the thing leaves the peg and is let go of, which no task does together."""
     scenario, trace = read_scenario(find_scenario("fetch_from_hanger")), Trace()
     reading = ENGINE.read(scenario)
     found, episode = reading.interpretation, reading.episode
@@ -67,7 +67,7 @@ def test_planning_and_proof_are_timed_apart() -> None:
 
 @pytest.fixture(scope="module")
 def touched(tmp_path_factory: pytest.TempPathFactory) -> Episode:
-    """A person who touched the basket before drawing back; the robot drops what it holds from above it."""
+    """A person touched the basket before drawing back; the robot drops its payload from above it."""
     scenario = read_scenario(find_scenario("fetch_from_hanger"))
     return record_episode(scenario, ENGINE, seed=1007, out=tmp_path_factory.mktemp("touched") / "shown").episode
 

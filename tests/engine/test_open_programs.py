@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from cramlite import Engine, NoSolution, Trace, UserError, read_scenario
+from cramlite.cli.resolve import _say_notes
 from cramlite.engine.going_on import GoingOn, Stretch
 
 SCENE = """scenario: open_program
@@ -63,6 +64,17 @@ def test_without_others_it_ends_there_and_says_why(tmp_path: Path) -> None:
     said = r"came to its end\. The arm stands still: what comes then cannot be done as things are\.(.|\n)*soma:Cup"
     with pytest.raises(NoSolution, match=said):
         ran(tmp_path, "", "")
+
+
+@pytest.mark.parametrize(("then", "said"), [(True, ["an open program: what is proven now ends before 1 stage of 'then'"]), (False, [])])
+def test_resolve_says_that_more_is_to_come(tmp_path: Path, capsys: pytest.CaptureFixture[str], then: bool, said: list[str]) -> None:
+    path, text = tmp_path / "open.yaml", SCENE.replace("FAULTS\n", "").replace("ELSE\n", "")
+    path.write_text(text if then else text.replace(text[text.index("then:") : text.index("objects:")], ""))
+    scenario = read_scenario(path)
+    _say_notes(scenario, engine().setting(scenario, twins=0), engine())
+    lines = [line for line in capsys.readouterr().err.splitlines() if "open program" in line]
+    assert [line.removeprefix("cramlite: ").partition(", which")[0] for line in lines] == said
+    assert all(f"'cramlite execute PROGRAM --replan {path}'" in line for line in lines)
 
 
 def test_a_stage_is_a_scenario_whose_errors_have_its_lines(tmp_path: Path) -> None:

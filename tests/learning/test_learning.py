@@ -166,6 +166,27 @@ def test_examples_in_which_other_things_begin_and_end_are_told_apart() -> None:
         learn_task("shelving", shown, ENGINE.knowledge)
 
 
+def test_examples_in_which_something_moves_another_way_are_told_apart() -> None:
+    pushed, carried = episode("tasks/pushing", 1), episode("tasks/transporting", 1)
+    held = next(e for e in carried.events if e.type == "cram:GraspState")
+    shown = [(pushed, None, None), (carried, held.start + 0.1, None)]
+    with pytest.raises(UserError, match=r"contradictory: pushing.* shows .*Pushing.*; transporting.* shows .*"):
+        learn_task("shelving", shown, ENGINE.knowledge)
+
+
+def test_examples_of_one_task_with_another_beside_it_are_alike() -> None:
+    shown = [(episode("tasks/pushing", seed), None, None) for seed in (1, 2)]
+    assert learn_task("shelving", shown, ENGINE.knowledge).rule
+
+
+def test_recordings_of_one_name_are_told_apart() -> None:
+    one, other = episode("tasks/grasping", 1), episode("tasks/grasping", 2)
+    assert one.name == other.name
+    proposal = learn_task("shelving", [(one, None, None)], ENGINE.knowledge, known=[other])
+    assert {e.span.timeline.episode.name for e in proposal.learned.examples} == {one.name}
+    assert all(k.span.timeline.episode.name == f"{one.name} (2)" for k in proposal.learned.others)
+
+
 def test_a_change_in_common_beside_others_is_learned() -> None:
     lifted = episode("tasks/picking_up", 1, "Grasping block, PickingUp block floor")
     shown = [(episode("tasks/grasping", 1), None, None), (lifted, None, None)]

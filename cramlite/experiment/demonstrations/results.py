@@ -48,7 +48,7 @@ class Program(Value):
 
     @property
     def passed(self) -> bool:
-        """True if simulation lets it pass: the proof accepted it, and it reached the goal there."""
+        """True if the proof accepted the program, and its simulation reached the goal."""
         return self.accepted and self.reached
 
     @property
@@ -84,7 +84,7 @@ class CandidateResult(Value):
 
     @property
     def succeeded(self) -> bool:
-        """True if its program succeeded in the execution at the smallest scale."""
+        """True if the candidate's program succeeded in the execution at the smallest scale of errors."""
         return bool(self.executed) and self.executed[0]
 
 

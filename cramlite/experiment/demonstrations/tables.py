@@ -152,7 +152,7 @@ def tables(results: Sequence[DemonstrationResult], published: PublishedSpec | No
 
 
 def _published(spec: PublishedSpec | None, objects: Sequence[str]) -> Mapping[str, Mapping[str, tuple[int, int]]]:
-    """Object -> column -> (hits, of how many)."""
+    """Published counts: object -> column -> (hits, trials)."""
     if spec is None:
         return {}
     found = {}

@@ -141,7 +141,7 @@ def _reason(made: list[Program], best: Program | None, entries: Iterable[Entry])
 
 
 def _telling(said: list[Entry]) -> list[Entry]:
-    """The two attempts that came furthest down the plan, for the last obstacle of each."""
+    """Last two decisions of the gravest kind: failures before refusals, refusals before all others."""
     for outcomes in (("impossible", "fault", "capped"), ("refused",)):
         if found := [e for e in said if e.outcome in outcomes]:
             return found[-2:]

@@ -28,7 +28,8 @@ if TYPE_CHECKING:
 ROUNDS = 6
 """Programs of an attempt, the first one included."""
 ANOTHER = Limits(place=0.03, lean=0.4, width=math.inf, push=math.inf, slower=3.0, later=4.0)
-"""Of runs in another simulator than that of the proof: what is grasped settles otherwise there, fingers creep, forces differ."""
+"""Limits of deviations for runs in another simulator than the one of the proof: in it grasped things settle otherwise,
+fingers creep, forces differ."""
 STOPS = {"halted": Deviation.REFUSED, "protective stop": Deviation.STOPPED}
 """Outcome -> its description, of runs that did not come to their end."""
 PERSON = "a protective stop waits for a person, and an episode has none"

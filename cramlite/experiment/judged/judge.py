@@ -25,11 +25,11 @@ class Judgement(Protocol):
 
     @property
     def success(self) -> bool:
-        """Whether its goal holds now."""
+        """Whether the episode's goal holds now."""
 
     @property
     def first(self) -> int | None:
-        """Action after which it held for the first time, from 1; None for never."""
+        """Number of the action after which the goal first held, from 1; None if it never did."""
 
     @property
     def steps(self) -> int:
@@ -37,7 +37,7 @@ class Judgement(Protocol):
 
     @property
     def avoided(self) -> bool | None:
-        """Whether the obstacles that must not move did not; None in tasks without one."""
+        """Whether obstacles that must not move stood still; None in tasks without one."""
 
     @property
     def changed(self) -> int | None:

@@ -61,7 +61,7 @@ def difference(found: Difference) -> str:
 
 
 def watched(found: Watched) -> str:
-    """Return the rates of watched suites, if time stands still and if it passes while a program is looked for, in a sentence."""
+    """Return a sentence with the rates of watched suites, if time stands still during the search and if it passes."""
     return (
         f"Watched suites, true at rest: {found.still.text} if simulated time stands still while the rest is resolved; "
         f"{found.passing.text} if it passes, by CPU time."
@@ -88,7 +88,7 @@ def failures(tables: EpisodeTables) -> list[str]:
 
 
 def times(seconds: dict[str, Spread]) -> list[list[str]]:
-    """Return a row for each time."""
+    """Return a table row for each kind of duration: median, 95 % quantile, longest, count."""
     return [[n, f"{s.median:.1f}", f"{s.most:.1f}", f"{s.longest:.1f}", str(s.count)] for n, s in seconds.items()]
 
 

@@ -8,7 +8,7 @@ from ...base.value import Value
 from ...model.readings import Notice
 
 JUDGE_DIED = "judge died"
-"""How an attempt ended whose judge's process died or hung meanwhile, and the class of such episodes."""
+"""Outcome of an attempt during which the judge's process died or hung, and the class of such episodes."""
 
 
 class Attempt(Value, kw_only=True):
@@ -88,7 +88,7 @@ class EpisodeResult(Value, kw_only=True):
 
     @property
     def apart(self) -> bool:
-        """Whether it counts in no rate: the judge's process died while the robot moved."""
+        """Whether the episode counts in no rate, since the judge's process died while the robot moved."""
         return self.attempt is not None and self.attempt.outcome == JUDGE_DIED
 
     def first(self, *, unlimited: bool = False) -> bool:
@@ -100,7 +100,8 @@ class EpisodeResult(Value, kw_only=True):
         return self.first(unlimited=unlimited) and self.attempt is not None and self.attempt.rest
 
     def rest_while_time_passes(self) -> bool:
-        """Return whether it is true at rest, and was within the budget if time passes while it thinks: nothing else happens meanwhile."""
+        """Return whether the goal holds at rest, and held within the budget if time passes during the search and nothing
+        else happens."""
         first = self.attempt.first if self.attempt else None
         return self.rest() and first is not None and self.attempt is not None and first + self.attempt.waited <= self.budget
 

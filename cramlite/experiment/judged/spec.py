@@ -28,7 +28,7 @@ class SuiteSpec(Spec):
 
 
 class FailureSpec(Spec):
-    """Class of failures: those whose reason a pattern is found in, asked in the order of the file."""
+    """Class of failures: those whose reason matches a pattern; classes are tried in the order of the file."""
 
     kind: str
     reason: str
@@ -86,7 +86,7 @@ class Episode(Value):
 
     @property
     def name(self) -> str:
-        """Name of its folder."""
+        """Name of the episode's folder."""
         return f"{self.suite}-{self.task}-{self.state}"
 
     @staticmethod

@@ -81,7 +81,8 @@ class Difference(Value):
 
 
 class Watched(Value):
-    """Episodes of watched suites, true at rest within the budget: if simulated time stands still while it thinks, and if it passes."""
+    """Rates of watched suites, true at rest within the budget: if simulated time stands still during the search, and if it
+    passes."""
 
     still: Rate
     passing: Rate
@@ -149,7 +150,7 @@ def _watched(results: Episodes) -> Watched | None:
 
 
 def rate(episodes: Iterable[EpisodeResult], hit: Callable[[EpisodeResult], bool]) -> Rate:
-    """Return the share of the episodes for which something is true."""
+    """Return the share of the episodes that meet a condition."""
     hits = [hit(r) for r in episodes]
     return Rate(sum(hits), len(hits))
 

@@ -35,7 +35,7 @@ SCALE = 0.01
 WORST = 5.0
 """Reprojection error [pixel] of pictures and poses that do not belong to each other: boards are found to .1 to .5 pixel."""
 STRAY = 3.0
-"""Times the median reprojection error: a picture beyond it was taken while something moved."""
+"""Multiple of the median reprojection error beyond which a picture counts as taken while something moved."""
 
 
 class Station(Value, eq=False):
@@ -172,7 +172,7 @@ def _matrix(k: Intrinsics) -> Floats:
 
 
 def _guess(stations: Sequence[Station], mount: str, intrinsics: Intrinsics) -> tuple[Pose, Pose]:
-    """Camera and board, in the frames of ``Calibration``."""
+    """First guess of the poses of camera and board, in the frames of ``Calibration``."""
     cv2, seen = opencv(), [_seen(s, intrinsics) for s in stations]
     flanges = [s.flange if mount == "flange" else s.flange.inverse() for s in stations]
     turn, shift = cv2.calibrateHandEye(
@@ -195,7 +195,8 @@ class _Problem(Value, eq=False, dict=True):
     scaled: bool = False
 
     def residuals(self, camera: Pose, board: Pose, x: Floats) -> Floats:
-        """Errors of all corners, (N, 2) [pixel]; ``x``: motions of camera and board in their own frames, then the rest."""
+        """Errors of all corners, (N, 2) [pixel]; ``x``: motions of camera and board in their own frames, then the open
+        intrinsics."""
         k = x[12:16] if self.open else np.zeros(4)
         scale = math.exp(x[-1]) if self.scaled else 1.0
         eyes, corners, pixels, at = self._arrays

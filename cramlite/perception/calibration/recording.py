@@ -31,7 +31,7 @@ LEAST = 6
 """Pictures with a board: three make a pose of the camera, as many again error bars."""
 MOST_PICTURES = 500
 MOST_BYTES = 2**26
-"""Of one picture: 40 megapixels without compression are less."""
+"""Largest size of a picture [bytes]: 40 megapixels without compression are less."""
 NAMED = 4
 """Pictures that a refusal names."""
 POSE_COLUMNS = ("x", "y", "z", "qw", "qx", "qy", "qz")

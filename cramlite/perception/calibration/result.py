@@ -111,7 +111,8 @@ def _camera(mount: str, pose: Pose, intrinsics: Intrinsics) -> dict[str, Any]:
 
 
 def correction_file(scenario: Scenario, view: View, offset: CameraOffset) -> dict[str, Any]:
-    """Return the same keys for a scenario's camera that fixtures moved; without one, for a fixed camera where the view was taken."""
+    """Return the keys of a calibration file for a camera that fixtures moved: the scenario's, else one fixed where the view
+    was taken."""
     from ...scenario.worlds import camera_of
 
     before, base = camera_of(scenario), scenario.spec.robot.at.pose()
@@ -131,7 +132,7 @@ def correction_file(scenario: Scenario, view: View, offset: CameraOffset) -> dic
 
 
 def write_calibration(path: Any, keys: Mapping[str, Any]) -> None:
-    """Write the file.
+    """Write a calibration's file.
 
     Raises:
         UserError: it exists and is no such file, or it cannot be written.

@@ -1,4 +1,4 @@
-"""Putting things by hand: whether the judge can hold a goal at all, when bodies and joints are set so and left alone.
+"""Goals made true by hand: whether the judge accepts a goal at all, if bodies and joints are set for it and left alone.
 
 The arm takes no part: it neither moves nor collides. Nor do things that the goal does not name; they are out of the scene. It runs in the
 judge's environment.
@@ -18,15 +18,15 @@ from world import World, joint_value
 ROUNDS = 3
 """Orders of the poses that are tried: from the target's middle outwards, then by chance."""
 POSES, FREE = 900, 8
-"""Poses that are tried for a thing in a round, and those of them, free of contact, that physics is asked about."""
+"""Number of poses that are tried for a thing in a round, and of those free of contact that are simulated."""
 SETTLE, END = 0.4, 1.5
-"""What a thing is left alone after it is put, and all of them in the end [s]."""
+"""Time for which a thing is left alone after it is put, and all things in the end [s]."""
 DEEP = 0.0005
-"""Depth of contact that a pose may have which is free of it [m]."""
+"""Depth of contact up to which a pose counts as free of contact [m]."""
 HEIGHTS = (0.002, 0.006, 0.01, 0.015, 0.02, 0.03, 0.05, 0.1)
-"""Above the target, or its floor, things are let go, from low to high [m]."""
+"""Heights above the target, or its floor, at which things are let go of, from low to high [m]."""
 FAR = 20.0
-"""Where things stay that take no part [m]."""
+"""Distance at which things stay that take no part [m]."""
 
 
 class Hand:
@@ -47,7 +47,7 @@ class Hand:
         self.arm = [j for j in range(model.njnt) if int(model.jnt_bodyid[j]) in self.robot]
 
     def can(self, goal: Sequence[Literal]) -> bool:
-        """Return whether the judge holds a goal that was made true by hand."""
+        """Return whether the judge accepts a goal that was made true by hand."""
         model, geoms = self.world.model, self._robot_geoms()
         kept = model.geom_contype[geoms].copy(), model.geom_conaffinity[geoms].copy()
         model.geom_contype[geoms] = model.geom_conaffinity[geoms] = 0
@@ -128,7 +128,7 @@ class Hand:
         return (low, high) if literal[0] == "in" else (np.array([*low[:2], high[2]]), high)
 
     def _faces(self, thing: str) -> list[Any]:
-        """Attitudes: as it stands at first, and on its other sides."""
+        """Attitudes of a thing: as at the start, and on its other sides."""
         now = self.world.data.body(self.world.root(thing)).xquat.copy()
         turns = [_about(0, 0.0), _about(0, np.pi / 2), _about(0, -np.pi / 2), _about(1, np.pi / 2), _about(1, -np.pi / 2), _about(0, np.pi)]
         return [_product(turn, now) for turn in turns]

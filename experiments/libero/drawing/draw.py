@@ -77,7 +77,7 @@ def vary(problem: Problem, rng: Any) -> tuple[Problem, dict[str, Any]]:
 
 
 def in_state(made: Problem, rng: Any, told: Counter[str]) -> tuple[tuple[Literal, ...], Any]:
-    """Draw a state, and a goal in it; none where there is no state at rest, or no goal after so many."""
+    """Draw a state, and a goal in it; none without a state at rest, or without a goal after a number of tries."""
     parts, seed = int(rng.integers(1, 4)), int(rng.integers(2**31))
     with TemporaryDirectory() as folder:
         path = Path(folder) / TEXT
@@ -121,7 +121,8 @@ def targets(world: World) -> dict[str, tuple[str, str]]:
 
 
 def _put(world: World, name: str) -> str:
-    """Whether things are put on or in a region of a thing: as in the 130 problem files; of one that none of them mentions by its model."""
+    """Whether things are put on or in a region: as in the 130 problem files, or by the region's model where none of them
+    mentions it."""
     contains = bool(world.joints(name)) or name.endswith("contain_region")
     return predicates_of_sites().get(name_of_kind(world.problem, name), "in" if contains else "on")
 

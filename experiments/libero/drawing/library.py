@@ -18,7 +18,7 @@ from libero.libero.envs.objects import OBJECTS_DICT
 from variants import Problem, kinds
 
 SUITES = ("libero_spatial", "libero_object", "libero_goal", "libero_10", "libero_90")
-"""Of the 130 tasks."""
+"""Suites of the 130 tasks."""
 SCENE = re.compile(r"(.*_SCENE\d+)_")
 
 
@@ -78,7 +78,7 @@ def predicates_of_sites() -> dict[str, str]:
 
 @lru_cache(maxsize=1)
 def library() -> tuple[str, ...]:
-    """Return the kinds of things that problem files of the package carry about, as far as their models are there."""
+    """Return the kinds of things that the package's problem files move, as far as their models are there."""
     folder = Path(get_libero_path("bddl_files"))
     text = (path.read_text(encoding="utf-8") for path in sorted(folder.glob("*/*.bddl")))
     named = {kind for t in text for part in re.findall(r"\(:objects(.*?)\)", t, re.DOTALL) for kind in re.findall(r"-\s+(\S+)", part)}

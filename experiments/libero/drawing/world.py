@@ -1,4 +1,4 @@
-"""The judge's simulator while a problem is drawn: a state is drawn in it, and asked.
+"""Judge's simulator while a problem is drawn: it draws a state, and answers questions about it.
 
 It runs in the judge's environment.
 """
@@ -19,7 +19,7 @@ IDLE, REST = 10, 20
 STILL = 0.005
 """The most that a thing that is at rest moves in that time [m]."""
 MARGIN = 0.01
-"""Of a joint's range: what is nearer to a state of the joint is in it."""
+"""Share of a joint's range within which a joint position counts as a state of the joint."""
 
 
 class World:
@@ -93,7 +93,7 @@ class World:
         return bool(self.env.env._eval_predicate(list(literal)))
 
     def holds_nearly(self, literal: Literal) -> bool:
-        """Return whether it holds, or but for a hundredth of the joint's range."""
+        """Return whether a part of a goal holds, or misses by at most a hundredth of the joint's range."""
         if literal[0] in PLACES or self.holds(literal):
             return self.holds(literal)
         return any(self._nearly(literal, sign) for sign in (1, -1))
@@ -158,7 +158,7 @@ class World:
         return found
 
     def corners(self, thing: str) -> Any:
-        """Return those corners in the world [m]."""
+        """Return the corners of the boxes about a thing's colliding geoms, in the world [m]."""
         return np.concatenate([self._box(g) for g in self.geoms(thing)])
 
     def _box(self, geom: int) -> Any:
@@ -168,7 +168,7 @@ class World:
         return (aabb[:3] + signs * aabb[3:]) @ self.data.geom_xmat[geom].reshape(3, 3).T + self.data.geom_xpos[geom]
 
     def close(self) -> None:
-        """Let go of it."""
+        """Close the simulator."""
         self.env.close()
 
 

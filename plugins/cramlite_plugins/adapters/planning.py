@@ -27,7 +27,7 @@ from cramlite import (
 from cramlite.model import Value
 
 Planner = Callable[[PddlText], "str | None"]
-"""From a planning problem in PDDL to a plan, one action a line; None where there is none."""
+"""Function that solves a planning problem in PDDL: it returns the plan, one action a line, or None where there is none."""
 
 
 class Planned(Value):

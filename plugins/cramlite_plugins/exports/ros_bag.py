@@ -23,7 +23,7 @@ WORLD = "world"
 PICTURES = 1.0
 """Pictures a second."""
 QUALITY = 80
-"""Of JPEG."""
+"""Quality of JPEG pictures, on Pillow's scale."""
 INFO = 20
 """Level of a message in rcl_interfaces/Log that is for information."""
 OWN_TYPES = {

@@ -26,7 +26,7 @@ from ..simulation.typed_program.machine import load_program
 PATIENCE = 60.0
 """A judge that does not answer within this time hangs [s]; a reset builds a scene and may take six times as long."""
 REST = 1.0
-"""After this time without an action things are at rest [s]."""
+"""Time without an action after which things are at rest [s]."""
 
 
 class Check(Value):
@@ -65,7 +65,7 @@ class JudgeEnvironment(Value):
     packages: str
 
     def python(self, folder: Path | None) -> str:
-        """Return its interpreter.
+        """Return the environment's interpreter.
 
         Args:
             folder: where it is, if not in its usual place.
@@ -131,7 +131,7 @@ class JudgeProcess:
         return self.ask({"ask": "scene"}, self.patience)
 
     def check(self) -> Check:
-        """Return the judgement, as it is by now."""
+        """Return the judgement at this moment."""
         said = self.ask({"ask": "check"}, self.patience)
         try:
             return convert(said, Check)
@@ -139,7 +139,7 @@ class JudgeProcess:
             raise self.lines.wrong(f"answered 'check' with what is no judgement: {error}") from None
 
     def picture(self) -> bytes:
-        """Return the picture of its first camera, as PNG; empty without a working camera."""
+        """Return the picture of the process's first camera, as PNG; empty without a working camera."""
         try:
             shown: dict[str, Any] = next(iter(self.ask({"ask": "cameras"}, self.patience).values()), {})
             return base64.b64decode(shown["png"], validate=True)

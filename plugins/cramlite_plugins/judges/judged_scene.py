@@ -1,4 +1,4 @@
-"""The scene that a judge's simulator shows as a scenario: a world from its file, in its state, with the robot where it stands."""
+"""Scene of a judge's simulator as a scenario: the world from its file, in its present state, with the robot at its place."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ SEARCH = {"proofs": 4, "expansions": 300}
 """Work that an episode's search may take over one task sequence: less than usual (8 and 3000), so that a refusal takes some ten seconds;
 all of it is counted, so that an episode has the same program on any machine."""
 NOISE = "30 mm"
-"""Of poses that are read while a judge moves things: as far as they may be from the proof before it is noticed. It may move a thing into
+"""Noise of poses that are read while a judge moves things: smaller differences from the proof are not noticed. It may move a thing into
 another, where it stays: a basket's wall was 15 mm inside a box, at rest."""
 SEQUENCES = 3
 """Task sequences for each part of its goal, usually 12 in all: each part may have things in its way, which a sequence finds out."""

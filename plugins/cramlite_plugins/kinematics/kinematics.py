@@ -38,11 +38,11 @@ SETTLING, SETTLED, FURTHEST = 40, 1e-3, 0.15
 BEYOND = -0.5
 """Cosine of a turn beyond which it is computed as a quaternion, in three times the time."""
 ASTRAY = 0.05
-"""How far a joint of a led arm may be from where it settles [rad]: in LIBERO's judge the worst of 100 rests was."""
+"""Largest distance of a joint of a led arm from where it settles [rad]: in LIBERO's judge the worst of 100 rests was."""
 LEADING = (0.1, 0.4)
-"""Between poses on the way of a tool that is led [m, rad]."""
+"""Step between poses on the path of a tool that is led [m, rad]."""
 STEPS = (0.48, 0.06)
-"""Between the values at which the last of seven joints is locked [rad]: the second where nothing is found with the first."""
+"""Steps between the values at which the last of seven joints is locked [rad]: the second one where the first one finds no solution."""
 
 
 def table(robot: Robot) -> Table:
@@ -220,7 +220,7 @@ def inverse(robot: Robot, target: Pose, *, seed: Sequence[float] | None = None) 
 
 @lru_cache(maxsize=4096)
 def held_posture(robot: Robot, target: Pose) -> Joints | None:
-    """Solve inverse kinematics as the controller of an arm does that leads its tool, and holds ``Robot.posture`` beside.
+    """Solve inverse kinematics as the controller of a tool-led arm does, which keeps near ``Robot.posture`` in the null space.
 
     The posture task acts in the dynamically consistent null space of the tool's (Khatib, IEEE J-RA 1987), so the arm comes to rest
     where no self-motion n has a share of what is left: n^T M (posture - q) = 0. Limits are not checked.
@@ -349,7 +349,7 @@ def why_no_inverse(robot: Robot, target: Pose) -> str:
     if short := reach_shortfall(robot, target):
         return short
     if robot.posture is not None and (q := held_posture(robot, target)) and (outside := out_of_limits(robot, q)):
-        return f"led there by its tool, {outside}"
+        return f"with the tool led there, {outside}"
     found = inverse(replace(robot, conditioning=0.0), target) if robot.conditioning else ()
     if not found:
         return "no inverse solution: the wrist cannot be turned that way there"

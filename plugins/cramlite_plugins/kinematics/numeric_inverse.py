@@ -148,7 +148,7 @@ def _farthest(dh: Table, q: Sequence[float], j: int, limits: tuple[float, float]
 
 
 def _distance(dh: Table, q: Sequence[float]) -> float:
-    """From the origin of joint 2 to the root of the last axis."""
+    """Distance from the origin of joint 2 to the root of the last axis [m]."""
     from ..robots.dh_arm import forward
 
     return float(np.linalg.norm(forward(dh[1:-1], tuple(q[1:-1])).position))

@@ -14,12 +14,12 @@ from .kinematics import forward
 from .timing import leading
 
 CHORD = 0.05
-"""Between places at which the tool is looked at, of the leading axis [rad]."""
+"""Turn of the leading axis between two looks at the tool [rad]."""
 KEPT = 0.9
 """Share of the limit that motions are planned with: the tool was measured at most 3 % faster than this bound says, over 66 programs,
 and 5 % with an arm at 2.5 times the usual pace."""
 DIGIT = 1e-3
-"""Of speeds of a leading axis that are lowered [rad/s]."""
+"""Digit to which lowered speeds of a leading axis are rounded [rad/s]."""
 
 
 def tool_way(robot: Robot, path: Sequence[Sequence[float]]) -> float:

@@ -80,7 +80,7 @@ class Pinches(Value):
 
     @property
     def width(self) -> Floats:
-        """Between the contacts (n,) [m]; -inf where there are none."""
+        """Distance between the contacts (n,) [m]; -inf where there are none."""
         return self.high - self.low
 
 
@@ -129,9 +129,10 @@ def clear(shape: Body, hands: Hands, openings: Floats, gripper: Gripper) -> NDAr
 
 
 def caught(shape: Body, hands: Hands, widths: Floats, gripper: Gripper) -> NDArray[np.bool_]:
-    """Check in which hands (n,) a pad is below some of the shape, across a gap, by its very face (widths (n,) apart [m]).
+    """Check for which hands (n,), pads at widths (n,) apart [m], a part of the shape is over a pad across a gap, right at
+    its face.
 
-    What is let go in the air there falls onto the pad while that is still beside it, and comes along with a hand that withdraws.
+    A thing that is released there in the air falls onto the pad, and comes along with the hand as it withdraws.
     """
     inside, found = np.minimum(FACE, widths / 4), np.zeros(len(widths), bool)
     for side, across in itertools.product((0.5, -0.5), (-0.4, 0.0, 0.4)):
@@ -173,9 +174,10 @@ def _palm(gripper: Gripper) -> tuple[Floats, Floats]:
 
 
 def shallow(pose: Pose, near: float, far: float, gripper: Gripper) -> Pose | None:
-    """Draw a TCP pose back until the pads end before the far side of a geom; None where they do already.
+    """Draw a TCP pose back until the pads overlap a geom by twice ``most`` only (a thin geom by ``THIN`` of its thickness).
 
-    A thin thing that lies on a table is gripped so.
+    So a rim above a floor, or a flat box, is gripped. None if the pose is as far back already; else the contacts'
+    distance before the TCP as well.
 
     Args:
         near, far: of the geom along the approach, from the TCP [m].
@@ -188,8 +190,8 @@ def shallow(pose: Pose, near: float, far: float, gripper: Gripper) -> Pose | Non
 def by_tips(
     pose: Pose, near: float, far: float, gripper: Gripper, corner: float = 0.0, most: float = TIPS
 ) -> tuple[Pose, float] | None:
-    """Pose drawn back until the pads overlap a geom by twice ``most`` (of a thin geom by ``THIN`` of its
-    thickness), with the contacts' distance before it; None if it is as far back already. So a rim above a
+    """Draw a TCP pose back until the pads overlap a geom by twice ``most`` only, so that a rim above a floor, or a flat box,
+    is gripped. So a rim above a
     floor, or a flat box, is gripped.
 
     Args:

@@ -1,4 +1,4 @@
-"""Grasps of a thing where it is: its grips, either way round, in the order in which the first one tried should do.
+"""Grasps of a thing where it is: its grips, either way round, ordered so that the first one tried is likely to do.
 
 Those with room for the whole hand, there, before and when it lifts, which leave its holes open, come first; those of a hand that leans
 come after all others, and those by the ends of the pads after these. Among these decide the
@@ -179,15 +179,12 @@ def _in_order(
     others |= room.in_a_hole(hands, most)  # when it opens around what is threaded
     kinds = (1, 0, 2) if goes_in_tilted(thing.name, belief, context) else (0, 1, 2)
     shut_out = ~comes_in(thing, belief, context, hands, openings, ~own & ~others)
-    return [
-        (cost, replace(grasp, tight=blocked))
-        for out, late, blocked in itertools.product((False, True), kinds, (False, True))
-        for cost, grasp in varied(
-            f
-            for f, no, it, stays_out in zip(found, others, own, shut_out, strict=True)
-            if stays_out == out and no == blocked and f[1].late == late and not it
-        )
-    ]
+    alike: dict[tuple[bool, int, bool], list[tuple[float, Grip, Grasp]]] = {}
+    for f, no, it, stays_out in zip(found, others.tolist(), own.tolist(), shut_out.tolist(), strict=True):
+        if not it:
+            alike.setdefault((stays_out, f[1].late, no), []).append(f)
+    order = itertools.product((False, True), kinds, (False, True))
+    return [(cost, replace(grasp, tight=key[-1])) for key in order for cost, grasp in varied(alike.get(key, ()))]
 
 
 def _loads(grips: Sequence[Grip], thing: Thing, belief: Belief, context: Context) -> Floats:

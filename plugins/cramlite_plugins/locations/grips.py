@@ -30,16 +30,19 @@ WIDE = 0.03  # and so much wider if it can be: a hand that is 10 mm off does not
 ENOUGH = 0.015  # with more than this a hand is hardly ever off by half of it [m]
 LEAST_SLACK = 0.004  # a thing that leaves less than this does not go between the pads of a known pose [m]
 PARALLEL = math.radians(1)
-"""Of contact normals: faces that lean no more are parallel, and need no friction to stay between the pads."""
+"""Angle between contact normals up to which faces count as parallel, and need no friction to stay between the pads."""
 MARGIN = 0.004  # pads end this far inside a face's edge [m]
 AGAIN = 0.008  # [m]
 CAUGHT = 0.02  # more than the way round, another turn about the approach, and a further one of one likeness together [m]
 MANY = 3  # parts of a thing beyond which equal grasps on them count once
 SHIFTS = (0.0, 0.5, 1.0, -0.5, -1.0)  # along a face, as fractions of what the pads leave
 LEAN = math.radians(30)
-"""How far a hand leans about the line between its pads, where it has no room over a box, or where the wrist would be too far away."""
+"""Lean of a hand about the line between its pads, where it has no room over a box, or where the wrist would be too far away."""
+BARE = 0.05
+"""Cost of a pad that nothing covers [m]: a carton's ridge, 7 mm high, slipped out of pads that it covered by a ninth, and not out of
+others 18 mm beside its centre of mass that it covered whole."""
 PER_LEAN = 0.06
-"""Cost of a radian of that [m]."""
+"""Cost of a radian of lean [m]."""
 
 
 T = TypeVar("T")
@@ -81,15 +84,15 @@ class Grip(Value):
 
     @property
     def cost(self) -> float:
-        """Return the cost [m]: the lever; a pad that is hardly covered, a slanted contact, fingers close to the thing on their way, or
-        a pad that the thing catches on when it is let go, count as some lever more."""
-        narrow = 0.03 * max(0.0, 0.6 - self.coverage) + 0.3 * max(0.0, ENOUGH - self.slack)
+        """Return the cost [m]: the lever, and surcharges for a pad that is hardly covered, a slanted contact, fingers that
+        pass close to the thing, and a pad that the thing catches on at its release."""
+        narrow = BARE * max(0.0, 0.6 - self.coverage) + 0.3 * max(0.0, ENOUGH - self.slack)
         hooked = CAUGHT if self.caught else 0.0
         return self.lever + narrow + hooked + 0.02 * self.slant + PER_LEAN * abs(self.lean)
 
     @property
     def likeness(self) -> tuple[float, ...]:
-        """Grasps of one likeness hold or fail together: by the same part of the pads, from the same height, as wide."""
+        """Key of similar grasps, which hold or fail together: by the same part of the pads, from the same height, as wide."""
         down = float(self.pose.rotate((0.0, 0.0, 1.0))[2])
         return (round(self.ahead, 3), round(2 * down), round(self.width / 0.005), round(self.lever / 0.010))
 
@@ -115,8 +118,7 @@ def _ranked(
 
 
 def varied(grips: Iterable[tuple[float, Grip, T]]) -> list[tuple[float, T]]:
-    """Return items with a cost and a grip, best first, each further one of one likeness as if its lever were
-    ``AGAIN`` longer."""
+    """Return the items of grips by rising cost, where each repetition of a likeness counts as a lever longer by ``AGAIN``."""
     seen: dict[tuple[float, ...], int] = {}
     keyed = []
     for k, (cost, grip, what) in enumerate(sorted(grips, key=lambda x: (round(x[0], 4), x[1].name))):

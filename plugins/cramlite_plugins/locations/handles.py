@@ -37,10 +37,12 @@ OPENED = (0.95, 0.9)
 BEGUN = (0.4, 0.3, 0.25, 0.2, 0.175, 0.15)
 """Shares that a door is drawn ajar to by its handle, to be pushed on from inside: as far as the arm comes. Of 2.1 rad the least is 0.3 rad,
 75 mm at a handle 0.25 m from the hinge: closed fingers 32 mm thick still get in behind it."""
+CLOSER = (0.35, 0.5, 0.65, 0.75)
+"""Shares that a door is led to by its handle, to be pushed shut from there: as far as the arm comes."""
 PUSHED_ON = (*OPENED, 0.85, 0.8)
 """Shares of the range to push on to: as far as the arm comes, and at least as far as by the handle."""
 PRESSED = math.radians(2.0)
-"""How far a hand turns on with a knob that is at its stop [rad]: streamed arms come to rest within 0.02 rad. Knobs of 1 kg m2 that were not
+"""Turn of the hand beyond the stop of a knob [rad]: streamed arms come to rest within 0.02 rad. Knobs of 1 kg m2 that were not
 pressed there sprang back from it by 3 mrad, and glided on by 2 mrad once they were let go of."""
 TURNED = (0.97, 0.6, 0.4)
 """Shares that a knob is turned on to: as far as the wrist turns; from a fifth on it counts as on."""
@@ -126,7 +128,8 @@ def joint_way(location: Location, belief: Belief, context: Context) -> Iterator[
         raise Unresolvable(f"'{entity}' must have a joint, and the hand nothing else", causes(location, context), blocking=())
     now = held_pose(belief, context) if held else belief.pose(thing.name)
     pressed = PRESSED if location.relation != "opened" and asked(location, JointWay).turned else 0.0
-    for k, share in enumerate(_shares(location, thing.joint, now.inverse() * tcp(belief, context), held)):
+    there = (joint_value(belief, thing.name, belief.base() * now) - thing.joint.lower) / (thing.joint.upper - thing.joint.lower)
+    for k, share in enumerate(_shares(location, thing.joint, now.inverse() * tcp(belief, context), held, there)):
         led = _led(thing, thing.joint, belief, context, now, share, pressed, 0.1 * k)
         yield _driving(led, thing, now, belief, context) if asked(location, JointWay).drives else led
 
@@ -144,14 +147,16 @@ def _driving(led: Grounding, thing: Thing, now: Pose, belief: Belief, context: C
     return replace(led, value=replace(place, carried=replace(place.carried, driven_m=found)), reason=said)
 
 
-def _shares(location: Location, joint: Joint, hand: Pose, held: bool) -> tuple[float, ...]:
-    """Motion of a thing by a hand at a pose in its frame, as shares of its joint's range, best first; a pushed
-    thing goes on to its stop."""
+def _shares(location: Location, joint: Joint, hand: Pose, held: bool, there: float) -> tuple[float, ...]:
+    """Motion of a thing by a hand at a pose in its frame, from a share of its joint's range to others, best first; a
+    pushed thing goes on to its stop."""
     said = asked(location, JointWay)
     if said.share:
         return (said.share,)
-    if location.relation == "opened" and said.ajar:
-        return tuple(share for share in BEGUN if share < said.ajar) or (said.ajar / 2,)
+    if said.ajar:
+        opens = location.relation == "opened"
+        most, begun = (said.ajar, BEGUN) if opens else (min(said.ajar, there), CLOSER)
+        return tuple(share for share in begun if share < most) or (most / 2,)
     if location.relation == "opened" and joint.kind == "hinge" and not held:
         return PUSHED_ON
     if location.relation == "opened":

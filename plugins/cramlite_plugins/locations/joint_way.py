@@ -24,9 +24,10 @@ OVER = 0.002  # what a thing stands on it is while it is driven along: resting c
 
 
 def met_on_its_way(thing: Thing, value: float, goal: float, belief: Belief, context: Context) -> Refused | None:
-    """Return the first obstacle, and all, of a thing and its payload while its joint goes from a value to a
-    goal [m, rad]; None if its way is free, or something touches it already, since planned paths then judge
-    better."""
+    """Return the first obstacle, and all, of a thing and its payload on the joint's way from a value to a goal [m, rad].
+
+    None if the way is free, or if something touches the thing already, since planned paths then judge better.
+    """
     assert thing.joint is not None
     met = _met(thing, value, goal, belief, context)
     if not met:

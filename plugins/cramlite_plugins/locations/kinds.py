@@ -12,7 +12,20 @@ from collections.abc import Iterable, Mapping
 from cramlite.model import Belief, Location, Stand, Value
 from cramlite.plugin import Context, Grounding, LocationKind, Refused, hookimpl
 
-from .parameters import Along, Back, Begun, Handle, InnerSide, JointWay, PushedThing, Sight, Tilting, Up, Where
+from .parameters import (
+    Along,
+    Back,
+    Begun,
+    Followed,
+    Handle,
+    InnerSide,
+    JointWay,
+    PushedThing,
+    Sight,
+    Tilting,
+    Up,
+    Where,
+)
 
 Groundings = Iterable[Grounding | Refused]
 
@@ -37,71 +50,78 @@ KINDS: Mapping[str, LocationKind] = {
         LocationKind("home", "The robot's home position.", Lazy("places", "home")),
         LocationKind("retreat", "Back along the tool, or up, from where the hand is.", Lazy("places", "retreat"), parameters=Back),
         LocationKind(
-            "lift", "Straight up from where the hand is; last, aside as well; what swings in the hand hangs there.",
+            "lift", "Straight up from where the hand is; last, aside as well; a payload that swings in the hand hangs there.",
             Lazy("places", "lift"), parameters=Up,
         ),
         LocationKind("slide", "A straight path from where the hand is.", Lazy("places", "slide"), "a surface", Along),
         LocationKind(
-            "grasp", "The hand around it, fingers open; last, across a slanted rim, where the place says how it swings as it is lifted.",
+            "grasp", "The open hand around the thing; last, across a slanted rim, with the swing of the thing as it is lifted.",
             Lazy("grasps", "grasps"), THING,
         ),
         LocationKind(
-            "in", "The payload in its opening, or above it; ``via`` leads in what leans, or what comes through an open side.",
+            "in", "The payload in the opening, or above it; ``via`` leads in a payload that leans or comes through an open side.",
             Lazy("placing.driver", "placements"), "a thing with a cavity", Where,
         ),
         LocationKind(
-            "toppled", "The payload's foot in its opening, where it topples; ``path`` leads back from under it.",
+            "toppled", "The payload's foot in the opening, where the payload topples; ``path`` leads the hand back from under it.",
             Lazy("placing.driver", "placements"), "a thing with a cavity", Where,
         ),
         LocationKind(
-            "on", "The payload over or on it, under a roof through an open side; what hangs from a rim is laid down on a path about its "
-            "far side.", Lazy("placing.driver", "onto"), "a thing with a surface", Where,
+            "on", "The payload over or on the thing, under a roof through an open side; a hanging plate is laid down on a path about "
+            "its far side.", Lazy("placing.driver", "onto"), "a thing with a surface", Where,
         ),
         LocationKind(
-            "pushed_in", "Fingers 100 mm behind it; the path ends where they have brought it to where it should lie.",
+            "pushed_in", "Fingers 100 mm behind the thing; the path ends where the thing is at its believed place.",
             Lazy("pushing.back_in", "pushed_in"), "a thing that tipped over", Begun,
         ),
-        LocationKind("off", "Level back, until closed fingers are before it.", Lazy("pushing.farther_in", "off"), "a thing under a roof"),
         LocationKind(
-            "deeper", "Straight inwards, until it is out of the way of what a later task closes.", Lazy("pushing.farther_in", "deeper"),
+            "off", "Level back, until closed fingers are before the thing.", Lazy("pushing.farther_in", "off"), "a thing under a roof"
+        ),
+        LocationKind(
+            "deeper", "Straight inwards, until the thing is out of the way of a later closing task.", Lazy("pushing.farther_in", "deeper"),
             "a thing under a roof",
         ),
         LocationKind("extract", "A path along the peg, over its tip.", Lazy("pegs", "extract"), "a peg"),
         LocationKind(
             "insert", "Before the tip; the path leads to the tip, past its bend, along the peg, and down.", Lazy("pegs", "insert"), "a peg"
         ),
-        LocationKind("push", "Closed fingers beside one of its faces.", Lazy("pushing.straight", "beside"), THING),
+        LocationKind("push", "Closed fingers beside one of the faces.", Lazy("pushing.straight", "beside"), THING),
         LocationKind("pushed", "Straight on from where the fingers are.", Lazy("pushing.straight", "beyond"), THING, Along),
-        LocationKind("behind", "Fingers behind it, or in it.", Lazy("pushing.straight", "behind"), FLAT, PushedThing),
+        LocationKind("behind", "Fingers behind the thing, or in it.", Lazy("pushing.straight", "behind"), FLAT, PushedThing),
         LocationKind(
-            "pushed_to", "A path on which it comes to its region, or aside.", Lazy("pushing.straight", "pushed_to"), FLAT, PushedThing
+            "pushed_to", "A path on which the thing comes to its region, or aside.", Lazy("pushing.straight", "pushed_to"), FLAT,
+            PushedThing,
         ),
-        LocationKind("near", "At rest beside or above it, clear of all else.", Lazy("near", "near_thing"), THING),
-        LocationKind("touch", "The fingers' tips above its middle.", Lazy("touch", "touch"), "a thing with a surface"),
+        LocationKind("near", "At rest beside or above the thing, clear of all others.", Lazy("near", "near_thing"), THING),
+        LocationKind("touch", "The fingers' tips above the middle of the surface.", Lazy("touch", "touch"), "a thing with a surface"),
         LocationKind(
-            "handle", "The hand around its handle, straight or tilted about the bar, as wide open as what is beside it lets.",
+            "handle", "The hand around the handle, straight or tilted about the bar, as wide open as obstacles allow.",
             Lazy("handles", "handle_grasps"), JOINTED, Handle,
         ),
-        LocationKind("opened", "A path with its joint, held or pushed, open.", Lazy("handles", "joint_way"), JOINTED, JointWay),
-        LocationKind("closed", "A path with its joint, held or pushed, all but shut.", Lazy("handles", "joint_way"), JOINTED, JointWay),
-        LocationKind("stop", "A path with its joint on to its stop.", Lazy("handles", "joint_way"), JOINTED, JointWay),
+        LocationKind("opened", "A path along the joint, held or pushed, open.", Lazy("handles", "joint_way"), JOINTED, JointWay),
+        LocationKind("closed", "A path along the joint, held or pushed, all but shut.", Lazy("handles", "joint_way"), JOINTED, JointWay),
+        LocationKind("stop", "A path along the joint, on to its stop.", Lazy("handles", "joint_way"), JOINTED, JointWay),
         LocationKind(
-            "front", "Closed fingers before its front or over its upper edge, where the arm can follow it until it is shut.",
+            "front", "Closed fingers before the front or over its upper edge, where the arm can follow until it is shut.",
             Lazy("pushing.along_joint", "before_front"), JOINTED,
         ),
         LocationKind(
-            "inner_side", "Closed fingers behind it, over its upper edge, where the arm can follow it until it is so far open.",
+            "inner_side", "Closed fingers behind the door, over its upper edge, where the arm can follow until it is open enough.",
             Lazy("pushing.along_joint", "behind_door"), "a door that stands ajar", InnerSide,
         ),
         LocationKind(
-            "atop", "Closed fingers over the bar of its handle, pointing down.", Lazy("pushing.along_joint", "atop_handle"),
+            "atop", "Closed fingers over the bar of the handle, pointing down.", Lazy("pushing.along_joint", "atop_handle"),
             "a drawer with a handle", Handle,
         ),
         LocationKind(
-            "pour", "The payload's lip over it; the path tilts the payload.", Lazy("pour", "pour"), "a vessel", Tilting
+            "pour", "The payload's lip over the vessel; the path tilts the payload.", Lazy("pour", "pour"), "a vessel", Tilting
         ),
-        LocationKind("stand", "The robot itself near it, so that the arm reaches it.", Lazy("stands", "stands"), THING, gives=Stand),
-        LocationKind("view", "The camera on the flange sees it.", Lazy("viewpoints", "views"), THING, Sight),
+        LocationKind(
+            "shown_path", "The payload's foot on a path that was shown; ``path`` leads along it, of a closed one a round.",
+            Lazy("shown_paths", "followed"), THING, Followed,
+        ),
+        LocationKind("stand", "The robot itself near the thing, so that the arm reaches it.", Lazy("stands", "stands"), THING, gives=Stand),
+        LocationKind("view", "The camera on the flange sees the thing.", Lazy("viewpoints", "views"), THING, Sight),
     )
 }  # fmt: skip
 

@@ -25,7 +25,7 @@ def closes(name: str, put: str, context: Context) -> bool:
 
 
 def goes_on(put: str, context: Context) -> bool:
-    """Check whether the first of the later tasks about other things than the payload opens nothing, which would need more room."""
+    """Check whether the first later task about things other than the payload opens nothing, which would need more room."""
     others = (task for task in context.later if task.things and put not in task.things)
     return any(not context.taxonomy.is_a(task.action.task, OPENING) for task in itertools.islice(others, 1))
 

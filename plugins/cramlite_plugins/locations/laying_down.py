@@ -1,5 +1,5 @@
-"""Laying down a thing that hangs from the fingers at its rim: its far side touches first, and the hand leads
-the near one down about it.
+"""Laying down of a thing that hangs from the fingers at its rim: the far side touches first, and the hand leads the near
+side down about it.
 
 The hand keeps its attitude, in which it took hold of the thing where that lay: as its far side is held up by what it is put onto, the thing
 turns back between the pads as it swung when it was lifted.
@@ -13,18 +13,19 @@ from collections.abc import Callable, Iterator, Sequence
 import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import Belief, Floats, Location, Pose, Swing, Thing
+from cramlite.model import Belief, Floats, Location, Pose, Swing, Thing, thing_of
 from cramlite.plugin import Context, Grounding, Refused
 
 from ..motion_planning.reach import bound, collision_free_ik, make_scene, shift
 from ..shapes.bounds import corners
+from ..shapes.nesting import room_under
 
 PART = math.radians(10.0)  # of the turn on each line: the chord of an arc of 0.13 m is then 0.5 mm from it
 OVER = 0.001  # the surface its lowest point is led along [m]
 ABOVE = 0.03  # the first contact the way begins [m]
 LEFT = 0.008
-"""Of the hand's way down when it lets go [m]: pads creep down a rim that becomes flat, 7 mm before the hand is as
-low as where it took hold, and would then press the near side down and the far one up."""
+"""Rest of the hand's way down when it lets go [m]: pads creep down a rim that becomes flat, 7 mm before the hand is as low
+as where it took hold, and would then press the near side down and the far one up."""
 EDGE = 0.0005  # points that are no higher than this over the lowest one touch as well [m]
 
 Spots = Callable[[Location, Belief, Context], Iterator[Grounding | Refused]]
@@ -37,7 +38,7 @@ def laid_down(location: Location, belief: Belief, context: Context, spots: Spots
         spots: placements of what is held fast.
     """
     assert belief.held is not None and belief.held.swing is not None
-    lying = replace(belief, held=replace(belief.held, tcp_to_thing=belief.held.swing.start, swing=None))
+    lying = replace(belief, held=replace(belief.held, tcp_to_thing=belief.held.swing.start))
     for answer in spots(location, lying, context):
         yield answer if isinstance(answer, Refused) else _led(answer, location, belief, context)
 
@@ -48,12 +49,14 @@ def _led(answer: Grounding, location: Location, belief: Belief, context: Context
     assert held is not None and held.swing is not None
     lies = shift(place.pose, (0.0, 0.0, OVER - place.release.height_m))
     thing = belief.world.thing(held.thing)
-    share, hand = released(*rolled(thing, lies, held.swing))
+    onto = bound(context, location.of)
+    below = belief.thing(onto), belief.pose(thing_of(onto))
+    share, hand = released(*rolled(thing, lies, held.swing, below))
     swing = held.swing.part(share, 1.0)
     settles = (hand * swing.start).inverse() * lies * held.swing.start * place.release.settles
-    shares, way = rolled(thing, hand, swing)
+    shares, way = rolled(thing, hand, swing, below)
     before, seed = shift(way[0], (0.0, 0.0, ABOVE)), belief.joints
-    for share, hand, touch in ((1.0, before, ()), *((s, h, (bound(context, location.of),)) for s, h in zip(shares, way, strict=True))):
+    for share, hand, touch in ((1.0, before, ()), *((s, h, (onto,)) for s, h in zip(shares, way, strict=True))):
         there = replace(belief, held=replace(held, tcp_to_thing=swing.at(share)))
         scene = make_scene(there, context, touch, clearance=0.0, hand=False)
         found = collision_free_ik(scene, context, hand, seed)
@@ -80,11 +83,13 @@ def released(shares: list[float], hands: list[Pose]) -> tuple[float, Pose]:
     return share, Pose((x, y, z), hands[-1].quaternion)
 
 
-def rolled(thing: Thing, lies: Pose, swing: Swing) -> tuple[list[float], list[Pose]]:
-    """Return shares of a swing, from 1 to 0, and the TCP poses at which the thing rolls on its final level.
+def rolled(thing: Thing, lies: Pose, swing: Swing, below: tuple[Thing, Pose] | None = None) -> tuple[list[float], list[Pose]]:
+    """Return shares of a swing, from 1 to 0, and the TCP poses at which the thing rolls on its final level, or on
+    what rises over that, such as the rim of a plate below.
 
     Args:
         lies: the TCP there.
+        below: what it is put onto, and its pose.
     """
     count = max(1, math.ceil(_angle(swing) / PART))
     shares, hands, now = [0.0], [lies], lies * swing.start
@@ -93,13 +98,15 @@ def rolled(thing: Thing, lies: Pose, swing: Swing) -> tuple[list[float], list[Po
         at = swing.at(k / count)
         turned = Pose((0.0, 0.0, 0.0), (Pose((0.0, 0.0, 0.0), lies.quaternion) * at).quaternion)
         now = _resting(thing, turned, now, floor)
+        over = max(0.0, -room_under(thing, now, *below)) if below else 0.0
+        now = shift(now, (0.0, 0.0, over))
         shares.append(k / count)
         hands.append(now * at.inverse())
     return shares[::-1], hands[::-1]
 
 
 def _resting(thing: Thing, turned: Pose, before: Pose, floor: float) -> Pose:
-    """Pose turned so, with the touching point where it was before."""
+    """Pose with another orientation, its touching point where it was before."""
     points: Floats = corners(thing, turned)
     low = points[:, 2].min()
     edge = points[:, 2] < low + EDGE

@@ -16,7 +16,8 @@ from ..shapes.bounds import support
 from .reached import Arm, Candidate, Leg, reached
 
 GAPS = (0.03, 0.06)
-"""Between the two bodies [m]: more than paths keep, and with half of most things that fit a hand less than ``NEAR``."""
+"""Gaps between two things that are near one another [m]: more than paths keep, and with half of most things that fit a hand
+less than ``NEAR``."""
 TURNS = (0.0, 45.0, -45.0, 90.0, -90.0)  # of the hand about the vertical, from facing it [deg]
 PER_TURN = 0.1  # cost of a radian of turn, as in placing
 PER_METRE = 1.0  # cost of the way there: the nearest place that is near is near enough
@@ -30,7 +31,7 @@ def near_thing(location: Location, belief: Belief, context: Context) -> Iterator
     options = []
     for side, name, point, gap in _around(entity, there, hand * to_body, belief):
         if gap >= NEAR:
-            reason = f"its middle would be {1000 * gap:.0f} mm away, and near is {1000 * NEAR:.0f} mm"
+            reason = f"the middle would be {1000 * gap:.0f} mm away, and near is {1000 * NEAR:.0f} mm"
             yield Refused(name, reason, numbers={"gap_m": gap, "limit_m": NEAR}, blocking=())
             continue
         facing = math.atan2(point[1], point[0]) - math.atan2(hand.position[1], hand.position[0])

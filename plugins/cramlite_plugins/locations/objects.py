@@ -100,7 +100,7 @@ def _meets(thing: Thing, kinds: tuple[str, ...], wanted: Object, context: Contex
 
 
 def _classed(entity: str, own: str, wanted: Object, belief: Belief, context: Context, *, part: bool) -> Grounding | Refused:
-    """By class, or as a substitute that has all that is needed."""
+    """Match of an entity by its class, or as a substitute that has all that is needed."""
     if wanted.entity:
         return Grounding(entity, f"'{entity}' is asked for by name")
     types = _classes(wanted, belief, context)

@@ -6,7 +6,7 @@ from typing import Literal, TypeVar
 
 import msgspec
 
-from cramlite.model import Location, Value, Vector3
+from cramlite.model import Location, ShownPath, Value, Vector3
 
 
 class Where(Value):
@@ -155,6 +155,16 @@ class Sight(Value):
     """
 
     around: tuple[str, ...] = ()
+
+
+class Followed(Value):
+    """Path that is followed.
+
+    Args:
+        path: of the payload's foot, about the reference object.
+    """
+
+    path: ShownPath
 
 
 P = TypeVar("P", bound=Value)

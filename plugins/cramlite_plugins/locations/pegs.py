@@ -87,7 +87,8 @@ def extract(location: Location, belief: Belief, context: Context) -> Iterator[Gr
 
 
 def insert(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
-    """The hole before the tip, in all ways round; then at the tip, past its bend, deep, let down.
+    """Generate the path of a hole onto its peg: before the tip, in all ways round; then at the tip, past its bend, deep, and
+    let down.
 
     The path's corners are the last four; ``fit`` has the radial play and the way to push from tip to deep.
     """

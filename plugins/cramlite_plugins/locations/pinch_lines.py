@@ -55,7 +55,7 @@ def lines(
 
 
 def _cell(point: Floats, way: Floats) -> tuple[float, ...]:
-    """Equal for points in the same cube of ``CELL`` whose lines are turned alike, either way round."""
+    """Key that is equal for points in the same cube of ``CELL`` whose lines are turned alike, either way round."""
     sign = -1.0 if tuple(np.round(way, 1)) < (0.0, 0.0, 0.0) else 1.0
     return (*np.round(point / CELL).tolist(), *(sign * np.round(5 * way)).tolist())
 

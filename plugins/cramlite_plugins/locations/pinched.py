@@ -25,7 +25,7 @@ def pinches(thing: Thing, belief: Belief, context: Context) -> list[RimPinch]:
 
 
 def places(found: list[RimPinch], thing: Thing, arm: Arm) -> Iterator[Grounding | Refused]:
-    """Yield those that the arm reaches, and from which it can lift the thing."""
+    """Yield the pinches that the arm reaches, and from which it can lift the thing."""
     return reached((_candidate(pinch, thing.name, arm) for pinch in found), arm)
 
 

@@ -21,7 +21,7 @@ from ..motion_planning.planning_scene import PlanningScene
 from ..motion_planning.reach import collision_free_ik, make_scene, shift
 
 SCENES = 24
-"""Of an arm that are kept: grasps of about the same width follow one another."""
+"""Planning scenes of an arm that are kept: grasps of about the same width follow one another."""
 IN_ORDER = 0.1
 """Cost of each candidate that comes before, where a candidate says none."""
 
@@ -119,8 +119,8 @@ class Arm:
         return leg.refused(there) if isinstance(there, Refused) else there
 
     def _hand_met(self, leg: Leg) -> Refused | None:
-        """Obstacles of the hand there, wherever the arm is: asked first of arms whose inverse kinematics has
-        no closed form, which takes a hundred times as long."""
+        """Obstacles of the hand at a leg, wherever the arm is: asked first of arms whose inverse kinematics has no closed
+        form, which takes a hundred times as long."""
         robot = self.context.robot
         if len(robot.joints) < 7 or reach_shortfall(robot, leg.pose):
             return None

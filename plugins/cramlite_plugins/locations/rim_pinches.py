@@ -24,9 +24,10 @@ from ..shapes.bounds import centre_of_mass
 from ..shapes.convex import hull_planes
 
 SLOPES = math.radians(8.0), math.radians(50.0)
-"""Of a rim, from level: what is flatter gives the tips nothing to turn it by, and what is steeper is gripped as a wall."""
+"""Slopes of a rim, from level, that are pinched: what is flatter gives the tips nothing to turn it by, and what is steeper is gripped as a
+wall."""
 LEANS = (math.radians(15.0), math.radians(12.0))
-"""Of the hand, outwards: at 20 deg the outer corner of a Panda's finger is in the table, at 10 deg every third pinch slides off."""
+"""Outward leans of the hand: at 20 deg the outer corner of a Panda's finger is in the table, at 10 deg every third pinch slides off."""
 THICKEST = 0.012  # largest thickness of a rim [m]: half of open fingers' room on both sides
 SHORTEST, LONGEST = 0.015, 0.06  # along the slope [m]: pads need something to lie on
 DEEPER = 0.003  # than the slope's upper face in its middle the tips go [m]: of those 3 mm above it a third was lost
@@ -68,7 +69,7 @@ class Rim(Value):
 
     @property
     def edge(self) -> Floats:
-        """The lower corner of its outer end."""
+        """Lower corner of the rim's outer end."""
         return self.middle + self.half * self.up - self.thick / 2 * self.normal
 
 
@@ -137,8 +138,8 @@ def _pinch(rim: Rim, lean: float, side: float, pose: Pose, gripper: Gripper) -> 
 
 
 def _centred(rim: Rim, at: Pose, pose: Pose, tips: float) -> tuple[Rim, Pose]:
-    """The rim and the thing once both fingers touch: one pushes the edge inwards until the tips of the other meet the slope, which are so
-    far ahead of the TCP [m]."""
+    """Rim and thing once both fingers touch: one has pushed the edge inwards until the other's tips, a distance ahead of the
+    TCP [m], meet the slope."""
     hand, out = at.inverse(), _level(rim.up)
     edge, face = hand.apply(rim.edge), hand.apply(rim.middle + rim.thick / 2 * rim.normal)
     up, inwards = hand.rotate(rim.up), -hand.rotate(out)

@@ -116,7 +116,7 @@ def _checked(
 
 
 def _gap(stand: Pose, thing: str, there: Belief, context: Context) -> float:
-    """From the platform's outline to a thing's [m]."""
+    """Distance from the platform's outline to a thing's [m]."""
     assert context.robot.platform is not None
     length, width, _ = context.robot.platform.size
     low, high = _box(there, thing)

@@ -54,7 +54,7 @@ def _candidate(
     assert context.camera is not None
     optical = _optical(eye, points.mean(axis=0))
     if not _in_view(context.camera.intrinsics, optical, points):
-        return Refused(name, "not all of it would be in view", 1)
+        return Refused(name, "not all of the thing would be in view", 1)
     if reason := _hidden(eye, around, belief):
         return Refused(name, reason, 2)
     tool = optical * context.camera.pose.inverse() * context.robot.gripper.tcp
@@ -129,8 +129,8 @@ def _hidden(eye: Floats, around: Sequence[str], belief: Belief) -> str:
 
 
 def _seen_of(belief: Belief, entity: str) -> Floats:
-    """Points of a thing that should be seen, base frame: those in view of a peg; else the middle of the box
-    around it and its corners, drawn in by a tenth."""
+    """Points of a thing that should be seen, base frame: those of a peg that are in view; else the middle of the box around
+    the thing and its corners, drawn in by a tenth."""
     thing = belief.thing(entity)
     if thing.feature("vrps:Peg") is not None or _cavity(thing):
         return np.array(_points(belief, entity))

@@ -249,7 +249,7 @@ def _outside(place: Vector3, start: Vector3, goal: Vector3) -> bool:
 
 
 def _places(cell: Cell, came: Mapping[Cell, Cell], place: Callable[[Cell], Vector3]) -> list[Vector3]:
-    """From the beginning to a cell."""
+    """Places of the way from the start to a cell."""
     found = [place(cell)]
     while came[cell] != cell:
         cell = came[cell]

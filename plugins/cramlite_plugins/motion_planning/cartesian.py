@@ -44,7 +44,7 @@ if TYPE_CHECKING:
     from .planning_scene import PlanningScene
 
 HAND = "effector"
-"""What parts of the hand are called in collisions: "effector/left"."""
+"""Names of parts of the hand in collisions: "effector/left"."""
 SAME = 0.001, 0.01  # a pose is reached already within this [m, rad]
 COARSE = 0.025, 0.1  # steps of the quick look whether a line can follow [m, rad]; the line itself is checked finely
 

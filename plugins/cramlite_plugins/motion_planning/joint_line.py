@@ -18,7 +18,7 @@ PROBED = 0.05  # largest joint difference [rad] between two places at which a li
 
 
 class Rates(Value):
-    """Bounds of the approach of each two geoms (geoms, geoms) over a whole line, and of any at most [m]."""
+    """Bounds of the approach of each two geoms (geoms, geoms) over a whole line, and the largest of them [m]."""
 
     between: Floats
     most: float

@@ -34,10 +34,10 @@ FARTHER = 2.0
 """A straight line that takes so many times as long as one to a nearer goal would, were it free, is compared with ways around what is
 there: with an arm that turns over where a peg is beside the straight way."""
 MARGINS = (2.0, math.pi, 2 * math.pi)
-"""How far beyond start and goals each round samples [rad]. In 6,000 samples 3 of 16 queries in cages were solved within 1 rad and 16
-within pi; two cages took half of the samples within 2 rad, and were hardly ever solved within 2 pi."""
+"""Margins around start and goals within which each round samples [rad]. In 6,000 samples 3 of 16 queries in cages were solved within 1 rad
+and 16 within pi; two cages took half of the samples within 2 rad, and were hardly ever solved within 2 pi."""
 AROUND, MENDED = 1.0, 100
-"""How far beyond the ends of a line that is blocked between two probes a way around it is looked for [rad], and with how many samples."""
+"""Margin around the ends of a blocked part of a line within which a way around is sampled [rad], and the number of samples."""
 AGAIN = 20  # attempts to shorten a path that such ways were put into
 AWAY, AWAYS = 0.05, 500
 """Length of a short way [rad, largest joint difference], and in how many directions one is looked for. Where none is free no tree can

@@ -17,9 +17,10 @@ from .inflated import Inflated, inflated
 from .pairs import Movers, movers
 
 MODELS = 16
-"""That are kept: one for each thing in the hand at each grasp, and the empty hand; of a scene of 200 hulls some 2 MB each."""
+"""Planning models that are kept: one for each thing in the hand at each grasp, and one for the empty hand; for a scene of
+200 hulls some 2 MB each."""
 LEVELS = 4
-"""Inflated copies of each."""
+"""Inflated copies of each planning model that are kept."""
 
 
 def planning_model(world: World, robots: Mapping[str, Robot], carried: Mapping[str, Carried]) -> Compiled:

@@ -258,7 +258,7 @@ class PlanningScene(Value):
         return self._near(level)
 
     def _place(self, q: Position) -> None:
-        """Put the arm somewhere."""
+        """Put the arm at a joint position in the model's data."""
         address = self.index.joints[0]
         self.data.qpos[address : address + len(q)] = q
         mujoco.mj_kinematics(self.compiled.model, self.data)
@@ -269,7 +269,7 @@ class PlanningScene(Value):
         return self._measured(level.near(self.data))
 
     def _measured(self, near: Iterable[tuple[int, int]]) -> Iterator[tuple[int, int, float]]:
-        """Those of some pairs that may not touch, with their distance.
+        """Given pairs that may not touch, with their distance.
 
         Each is measured when it is asked for: the first one that is too close ends most checks of blocked positions.
         """

@@ -226,7 +226,8 @@ def _zero(motion: Motion, belief: Belief, context: Context) -> Groundings:
 
 
 def _blind(motion: Motion, robot: str) -> Unresolvable:
-    """That a robot feels nothing: no grasp, place or path changes it, only another way to do the tasks that ask for the motion."""
+    """Refusal since a robot feels nothing: no grasp, place or path changes that, only another way to do the tasks that ask
+    for the motion."""
     task = task_of(motion.name)
     remedy = Remedy(
         "sensor",
@@ -331,6 +332,6 @@ def force_extract(motion: Motion, belief: Belief, context: Context) -> Grounding
 
 
 def _towards(axis: tuple[float, float, float]) -> Pose:
-    """z along an axis, x as far up as it can be."""
+    """Frame with z along an axis, and x as far up as it can be."""
     upright = abs(axis[2]) > 0.9
     return Pose.from_axes((0, 0, 0), axis, (1.0, 0.0, 0.0) if upright else (0.0, 0.0, 1.0))

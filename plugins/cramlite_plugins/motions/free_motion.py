@@ -49,8 +49,12 @@ def _transfer(motion: Motion, belief: Belief, context: Context) -> Groundings:
     scene = make_scene(belief, context)
     goals, attempt, (speed, acceleration) = _goals(motion, place, belief, context, scene), 0, _pace(motion, context)
     if not place.reorients and (upright := load(belief, context)) is not None:
-        yield from carried(motion, place, belief, context, upright, scene, goals, (speed, acceleration))
-        return
+        try:
+            yield from carried(motion, place, belief, context, upright, scene, goals, (speed, acceleration))
+            return
+        except Unresolvable:
+            if belief.held is None or belief.held.swing is None:
+                raise  # what hangs in the hand leans anyway, and carries nothing
     again = list[Any]()
     while goals or again:
         goals, again = (goals, again) if goals else (again, [])

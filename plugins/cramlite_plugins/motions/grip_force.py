@@ -26,7 +26,7 @@ GRAVITY = 9.81
 MARGIN = 2.5
 """Friction may be half of what is believed, and mass a fifth more: 1.2 / 0.5 = 2.4."""
 ACCELERATION = 1.2
-"""Of the tool [m/s2]: URScript's default, and 1.4 rad/s2 of a leading axis at 0.85 m; straight lines take 0.5."""
+"""Acceleration of the tool [m/s2]: URScript's default, and 1.4 rad/s2 of a leading axis at 0.85 m; straight lines take 0.5."""
 
 
 class GripLoad(Value):
@@ -49,7 +49,7 @@ class GripLoad(Value):
 
     @property
     def friction(self) -> float:
-        """Coefficient of the pair."""
+        """Friction coefficient of pads and thing."""
         return pair_friction(self.pads, self.surface)
 
     @property

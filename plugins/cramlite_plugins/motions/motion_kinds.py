@@ -125,6 +125,13 @@ KINDS: Mapping[str, MotionKind] = {
             words={"to": Tilt},
         ),
         MotionKind(
+            "trace", "MoveJoints", "at the last corner of the place's path, after as many rounds as the place says",
+            (
+                Parameter("speed_m_s", 0.1, "as straight lines: under half of URScript's default 0.25"),
+                Parameter("acceleration_rad_s2", 1.4, "of the leading axis: URScript's default"),
+            ),
+        ),
+        MotionKind(
             "swing", "MoveLinear", "at the place, where it hangs; or at the last corner of the place's path, where it lies",
             (
                 Parameter("speed_m_s", 0.05, "a plate of 0.13 m then turns at 25 mm/s in the hand; above 30 it would count as slipping"),

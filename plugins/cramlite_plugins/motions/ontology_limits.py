@@ -26,7 +26,7 @@ LIMITS = {
 MASS = "cram:minimumMass"
 
 Knowing = Context | Candidate
-"""What has the taxonomy that limits are looked up in: a motion that is planned, or a program that is judged."""
+"""Object whose taxonomy limits are looked up in: a motion that is planned, or a program that is judged."""
 
 
 class Known(Value):
@@ -57,8 +57,8 @@ def known(class_: str, property_: str, context: Knowing, of: str = "") -> Known 
 
 
 def classes(thing: Thing, context: Knowing) -> Iterator[str]:
-    """Yield the class of a thing, and the classes that its mass makes it one of; a joint carries its thing, so
-    that has no mass here."""
+    """Yield the class of a thing, and classes that follow from its mass; a thing on a joint counts without mass, since the
+    joint carries it."""
     yield thing.type
     if thing.joint is not None:
         return

@@ -25,7 +25,8 @@ def resolve_motion(motion: Motion, belief: Belief, context: Context) -> Answers:
 
 
 def _swing(motion: Motion, belief: Belief, context: Context) -> Iterator[Grounding]:
-    """To the place ("hangs"), the whole turn in one line; or along its path ("lies"), an even part of it on each line."""
+    """Swing to the place ("hangs"), the whole turn in one line; or along its path ("lies"), an even part of the turn on each
+    line."""
     held = belief.held
     assert held is not None and held.swing is not None, f"motion '{motion.name}' needs something that swings in the hand"
     place, hangs = place_of(motion, context), word(motion, "to", Hang) is Hang.HANGS
@@ -34,7 +35,7 @@ def _swing(motion: Motion, belief: Belief, context: Context) -> Iterator[Groundi
     steps, now = list[MoveLinear](), belief
     speed, acceleration = value(motion, "speed_m_s"), value(motion, "acceleration_m_s2")
     for target, (first, last) in zip(targets, pairwise(np.linspace(*shares, len(targets) + 1).tolist()), strict=True):
-        points = _line(motion, now, swing.at(first), target, context)
+        points = _line(motion, now, swing.at(min(first, last)), target, context)
         turn = swing.part(first, last)
         steps.append(MoveLinear(target, speed, acceleration, points[-1], turn, origin=motion.name, comment=motion.reason))
         now = now.moved(points[-1])
@@ -47,7 +48,7 @@ def _swing(motion: Motion, belief: Belief, context: Context) -> Iterator[Groundi
 
 
 def _raised(target: Pose, belief: Belief, context: Context) -> Sequence[Pose]:
-    """Poses on the line up to a target: its near side rises from the start, its far side last of all."""
+    """Poses of a thing on the line up to a target: the near side rises from the start, the far side last of all."""
     from ..motion_planning.cartesian import interpolate
     from ..motion_planning.reach import tcp
 
@@ -56,7 +57,7 @@ def _raised(target: Pose, belief: Belief, context: Context) -> Sequence[Pose]:
 
 
 def _line(motion: Motion, belief: Belief, tcp_to_thing: Pose, target: Pose, context: Context) -> Sequence[tuple[float, ...]]:
-    """A straight line with the thing in the hand as it is at its beginning."""
+    """A straight line with the thing in the hand as flat as it is on it: its far side is then as low as what holds it up."""
     from ..motion_planning.cartesian import plan_straight_line
     from ..motion_planning.reach import make_scene, touched
 

@@ -29,7 +29,7 @@ class DeclaredFeature(Spec):
     size: dict[str, Length] = Field({})
 
     def feature(self) -> Feature:
-        """Convert it to the model's feature.
+        """Convert the declared feature to one of the model.
 
         Raises:
             ValueError: the axis is zero, or up is along it.

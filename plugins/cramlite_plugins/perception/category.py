@@ -85,7 +85,7 @@ def _chroma_of(view: Any, mask: Any) -> Floats:
 
 
 def _model_chroma(model: Thing) -> Floats:
-    """Chroma of its largest geom."""
+    """Chroma of a model's largest geom."""
     import numpy as np
 
     largest = max(model.geoms, key=lambda g: math.prod(sorted(g.size)[-2:]))
@@ -94,7 +94,7 @@ def _model_chroma(model: Thing) -> Floats:
 
 
 def _lengths(model: Thing) -> list[float]:
-    """Sorted extents of the box around its geoms [m]."""
+    """Sorted extents of the box around a model's geoms [m]."""
     from ..shapes.bounds import extents
 
     return sorted(extents(model.geoms))

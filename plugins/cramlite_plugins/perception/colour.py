@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 HUES = (("red", 12), ("orange", 38), ("yellow", 68), ("green", 165), ("cyan", 195), ("blue", 255), ("purple", 295),
         ("pink", 345), ("red", 360))  # fmt: skip
-"""Where each hue ends [deg]: the eleven basic colour terms of Berlin and Kay (1969) on the HSV circle, and cyan."""
+"""Upper end of each hue [deg]: the eleven basic colour terms of Berlin and Kay (1969) on the HSV circle, and cyan."""
 GREYS = (("black", 0.20), ("grey", 0.80), ("white", 1.01))
 WORDS = ("red", "orange", "yellow", "green", "cyan", "blue", "purple", "pink", "brown", "black", "grey", "white")
 

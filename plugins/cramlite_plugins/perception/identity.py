@@ -12,8 +12,8 @@ UNLIKELY = 1e6
 
 
 def instances(inputs: Inputs) -> Mapping[str, Any]:
-    """Match objects with those of an earlier frame; an unmatched one gets a new name: its class and a number, or its model and a number
-    where several known models are of its class.
+    """Match objects with those of an earlier frame; an unmatched one gets a new name: its class and a number, or its model
+    and a number if several known models share its class.
 
     Solves the assignment problem of least total distance (Kuhn, 1955) among pairs of one class that are near enough.
     """

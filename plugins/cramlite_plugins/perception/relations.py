@@ -66,7 +66,7 @@ def _hangs(local: Floats, points: Floats, thing: Thing, peg: Any, parameters: Ma
 
 
 def _stands(local: Floats, size: Mapping[str, float], gap: float) -> bool:
-    """Whether its lowest points are at the surface, within its edges."""
+    """Whether an object's lowest points are at a surface, within its edges."""
     import numpy as np
 
     low = float(np.percentile(local[:, 2], 2))

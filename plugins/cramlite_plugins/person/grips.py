@@ -44,7 +44,7 @@ class PersonGrip(Value):
 
     @property
     def opening(self) -> float:
-        """Return the opening of the fingers that go around it [m]."""
+        """Return the opening with which the fingers go around the thing [m]."""
         return min(self.width + 2 * MARGIN, OPENING)
 
 

@@ -16,11 +16,11 @@ from .goal_phrases import let_go
 from .phase_poses import pose_of, things
 
 UPRIGHT = math.radians(10.0)
-"""From the vertical: what stands is within 1 deg of it, and a can that leans on another is not."""
+"""Largest angle of an upright thing from the vertical: a thing that stands is within 1 deg, and a can that leans on another is not."""
 FACES = math.radians(15.0)
-"""From the way to what is faced, seen from above: a hand that lets go turns things by some degrees."""
+"""Largest angle between a front and the direction to the faced thing, seen from above: a hand that lets go turns things by some degrees."""
 OVER = 0.005
-"""Between two origins, seen from above, up to which one is over the other and faces it with no side [m]."""
+"""Distance between two origins, seen from above, up to which one thing is over the other and faces it with no side [m]."""
 
 
 def all_predicates() -> tuple[Predicate, ...]:
@@ -74,7 +74,7 @@ def _front(phase: Phase, name: str) -> Floats:
 
 
 def _stands_up(scene: SymbolicWorld, thing: str, attitude: str) -> GoalCondition:
-    """Reached by putting it down so."""
+    """Goal that a thing stands upright or upside down, reached by putting it down so."""
     _movable(scene, thing, attitude)
     name = "stands_" + attitude.replace(" ", "_")
     holds = (thing,) in set(_standing(scene, {"upright": 1.0, "upside down": -1.0}[attitude]))
@@ -84,7 +84,7 @@ def _stands_up(scene: SymbolicWorld, thing: str, attitude: str) -> GoalCondition
 
 
 def _faces(scene: SymbolicWorld, thing: str, other: str) -> GoalCondition:
-    """Reached by putting it down so."""
+    """Goal that a thing faces another one, reached by putting it down so."""
     _movable(scene, thing, "put down so that it faces anything")
     if thing == other:
         raise UserError(f"'{thing}' cannot face itself.")

@@ -24,11 +24,11 @@ def in_cavity(point: tuple[float, float, float], size: Mapping[str, float]) -> b
 
 
 def in_extent(type_: str, size: Mapping[str, float], point: Floats) -> bool:
-    """Check whether a point, in the frame of a cavity or of a surface, is in the one or over the other; an area that says no height has
-    none."""
+    """Check whether a point, in the frame of a cavity or of a surface, is in the one or over the other; an area
+    that says no height has none, and one that says no lowest begins at its face."""
     x, y, z = map(float, point)
     if type_ == CAVITY:
         return in_cavity((x, y, z), size)
     wide, deep = (size.get(name, 0.0) / 2 for name in ("width", "depth"))
     beside = math.hypot(x, y) > size["radius"] if "radius" in size else abs(x) > wide or abs(y) > deep
-    return not beside and -SUNK <= z <= size.get("height", math.inf)
+    return not beside and size.get("lowest", -SUNK) <= z <= size.get("height", math.inf)

@@ -25,19 +25,19 @@ from . import goal_phrases
 from .extents import CAVITY, PEG, SURFACE, in_cavity
 
 HAND = "soma:Gripper"
-"""What the hand that acts is."""
+"""Class of the acting hand."""
 CLOSED = 0.1
 """Share of a joint's range below which a thing is closed at the start."""
 DEFAULT_DOF = 1.0
-"""What a contact constrains if nothing is said: a plane stops motion in one direction."""
+"""Degrees of freedom that a contact constrains if nothing is stated: a plane stops motion in one direction."""
 ON, IN, AT = "supports", "in_or_above", "touches"
 """The relations that say where a thing is: what carries it, what it is over, and the peg that it touches."""
 FLAT = 0.25
 """Height of what is flat, as a share of its shorter side: a plate has 0.13, a carton that lies 0.4 and more."""
 LIFTED = 0.002
-"""What is in the hand and further above a surface has been lifted off it [m]."""
+"""Distance of a thing in the hand above a surface from which it has been lifted off [m]."""
 STANDS_WITHIN = 0.005
-"""Between a thing's lowest point and the top of what it stands on [m]."""
+"""Largest gap between a thing's lowest point and the top of its support [m]."""
 
 
 def is_effector(_scene: SymbolicWorld, entity: str) -> bool:
@@ -147,8 +147,8 @@ def _stacked(thing: Thing, scene: SymbolicWorld, boxes: list[tuple[str, Floats, 
     height, owner = resting_height(thing, thing.pose, [(b, b.pose) for b in below])
     if abs(low[2] - height) < STANDS_WITHIN:
         return owner
-    if _stands(thing, float(low[2]), scene):
-        return None
+    if (off := _off_furniture(thing, float(low[2]), scene)) < STANDS_WITHIN:
+        return _leans_on(thing, below, off - LIFTED)
     upright = stood_up(thing, thing.pose) is thing.pose
     return _leans_on(thing, [b for b in below if _is_over(thing, b)] if upright else below)
 
@@ -159,10 +159,10 @@ def _stood_on(thing: Thing, scene: SymbolicWorld) -> str | None:
     return owner if abs(lowest(thing, thing.pose) + thing.pose.position[2] - height) < LIFTED else None
 
 
-def _leans_on(thing: Thing, below: list[Thing]) -> str | None:
-    """Support of a thing that stands on no surface: the nearest below it, if as good as touched."""
+def _leans_on(thing: Thing, below: list[Thing], within: float = STANDS_WITHIN) -> str | None:
+    """Support of a thing that stands on no surface: the nearest below it, if as good as touched, within a distance [m]."""
     found = min(((abs(room_under(thing, thing.pose, b, b.pose)), b.name) for b in below), default=(math.inf, ""))
-    return found[1] if found[0] < STANDS_WITHIN else None
+    return found[1] if found[0] < within else None
 
 
 def _is_over(thing: Thing, other: Thing) -> bool:
@@ -171,10 +171,10 @@ def _is_over(thing: Thing, other: Thing) -> bool:
     return bool(outline.covers(shapely.Point(thing.pose.apply(centre_of_mass(thing))[:2])))
 
 
-def _stands(thing: Thing, low: float, scene: SymbolicWorld) -> bool:
-    """Whether the lowest point of a thing is on a surface of furniture."""
+def _off_furniture(thing: Thing, low: float, scene: SymbolicWorld) -> float:
+    """Height of the lowest point of a thing over a surface of furniture [m]."""
     fixed = [(t, t.pose) for t in scene.world.things if not t.movable and t.joint is None]
-    return abs(low - resting_height(thing, thing.pose, fixed)[0]) < STANDS_WITHIN
+    return abs(low - resting_height(thing, thing.pose, fixed)[0])
 
 
 def _hanger(thing: Thing, scene: SymbolicWorld) -> str | None:
@@ -219,7 +219,7 @@ def _joints(scene: SymbolicWorld) -> Iterator[tuple[Thing, float]]:
 
 
 def _two_in_hand(_scene: SymbolicWorld, fact: Fact, other: Fact) -> bool:
-    """A hand holds one thing."""
+    """Whether two facts say that one hand holds two things."""
     return fact[0] == other[0] and fact[1] == other[1] and fact[2] != other[2]
 
 
@@ -265,9 +265,9 @@ TOUCHES = Fluent(
     symmetric=True, of_wholes=True, by_moving=True, implies_when_carried=("supports",), contrary=_two_places,
     initial=_touching,
 )  # fmt: skip
-"""What is brought to touch something while it is in the hand is supported by it."""
+"""Relation of touching: a thing that is brought to touch something while it is in the hand is supported by that."""
 COLLIDES = Fluent(denial=(("touches", EFFECTOR, None),))
-"""That nothing collides means that the hand touches nothing."""
+"""Relation of colliding: that nothing collides means that the hand touches nothing."""
 CONTAINS = Fluent(
     of_contents=True, initial=_holding, phrases=goal_phrases.POURED
 )

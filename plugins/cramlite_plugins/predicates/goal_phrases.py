@@ -28,7 +28,7 @@ OPEN = 0.2
 EXACT = 0.05
 """Share of a joint's range by which what was opened by an amount may be off: 10 mm of a drawer's 200."""
 CONTROL = "cram:Control"
-"""What can be turned on and off."""
+"""Class of things that can be turned on and off."""
 SHIFTS = 0.005
 """Margin inside the allowed distance of things put beside one another [m]: a released thing shifts by a few
 millimetres."""
@@ -36,7 +36,7 @@ STANDS = ("is", "hangs", "stands", "lies")
 
 
 def let_go(thing: str) -> frozenset[Pattern]:
-    """Nobody holds it, and the hand has left it."""
+    """Return the patterns that may not hold of a released thing: a grasp of it, and contact with the hand."""
     return frozenset({("grasps", None, thing), ("touches", EFFECTOR, thing)})
 
 
@@ -54,7 +54,7 @@ def _on(scene: SymbolicWorld, thing: str, place: str) -> GoalCondition:
 
 
 def _amid(scene: SymbolicWorld, thing: str, place: str, amount: str) -> GoalCondition:
-    """On a whole thing, with the origins of the two no farther apart than that, seen from above."""
+    """Goal of a thing on a whole other one, their origins at most a distance apart, seen from above."""
     if place != thing_of(place):
         raise UserError(f"'on ... within' is said of a whole thing: '{thing_of(place)}'.")
     most = _quantity(amount, "length")
@@ -81,7 +81,8 @@ def _off(scene: SymbolicWorld, thing: str, place: str) -> GoalCondition:
 
 
 def _in(scene: SymbolicWorld, thing: str, place: str) -> GoalCondition:
-    """Over a place is in it for planning; of a container a run must show that it is inside."""
+    """Goal of a thing in a place: for planning it is enough to be over it; of a container a run must show that the thing is
+    inside."""
     if place != thing_of(place):
         return _at_region(scene, thing, place)
     on_peg = scene.world.thing(place).feature(PEG) is not None
@@ -147,7 +148,7 @@ def _turned(scene: SymbolicWorld, thing: str, on: bool) -> GoalCondition:
 
 
 def _loose(thing: Thing) -> bool:
-    """Whether it can be carried."""
+    """Whether a thing can be carried."""
     return thing.movable and thing.joint is None
 
 

@@ -36,7 +36,7 @@ class Pair(Value):
 
     @property
     def least(self) -> Entry:
-        """Refused that came nearest to being none; it is the one that is drawn."""
+        """Refusal with the least overlap, which is the one that is drawn."""
         return self.entries[0]
 
     @property

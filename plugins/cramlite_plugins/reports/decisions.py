@@ -46,7 +46,7 @@ class Decision(Value):
 
     @property
     def task(self) -> bool:
-        """Whether it is a task of the plan, or a rule for such."""
+        """Whether the decision is about a task of the plan, or about a rule for tasks."""
         return of_plan(self.asked)
 
 

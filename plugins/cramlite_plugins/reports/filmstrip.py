@@ -27,7 +27,7 @@ QUALITY = 80
 FRAMES = 24
 """Pictures of a run that moves."""
 FRAME, LAST = 160, 1600
-"""How long each of them is shown, and the last one [ms]: a run in some four seconds."""
+"""Time for which each picture is shown, and the last one [ms]: a run in some four seconds."""
 MOVING = 60
 """WebP quality of pictures that move: about 3 kB each, as little changes between them."""
 

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from cramlite.plugin import Code
 
 COMMENTS = ("#", "//", ";")
-"""How a line of comment begins in the languages of robots."""
+"""Beginnings of comment lines in the languages of robots."""
 
 
 def targets(done: Finished) -> frozenset[str]:

@@ -51,8 +51,8 @@ class Bar(Value):
 
 
 class CandidateRow(Value):
-    """Candidate as the page shows it; ``miss`` is the refusal that came nearest to a proof, ``anchors`` are the numbers of the
-    decisions that links lead to: of a designator that several rounds asked about, the last."""
+    """Candidate as the page shows it; ``miss`` is its refusal nearest to a proof, ``anchors`` are the numbers of decisions
+    that links lead to, the last one of each designator."""
 
     attempt: CandidateDecisions
     title: str

@@ -28,7 +28,7 @@ POSES = 150_000
 """Poses on a page at most, over all ticks and bodies: 2.8 MB."""
 LEAST = 0.01  # a smaller share of the contacts is not named
 BODIES = 40
-"""Of an arm, a hand and the things that move, more or less; grains come on top."""
+"""Number of bodies of an arm, a hand and the moving things, about; each grain is one more."""
 
 
 @hookimpl

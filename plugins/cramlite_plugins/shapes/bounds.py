@@ -23,7 +23,7 @@ FLAT_FACED = frozenset({"box", "convex"})
 """Shapes that are the hulls of their corners."""
 
 _CORNERS = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], dtype=float)
-"""Of the box whose half side lengths are 1."""
+"""Corners of the box whose half side lengths are 1."""
 
 
 def support(thing: Thing, pose: Pose, way: ArrayLike) -> float:

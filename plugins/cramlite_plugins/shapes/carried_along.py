@@ -37,8 +37,8 @@ def carried_along(belief: Belief, name: str) -> dict[str, Estimate]:
 
 
 def pushed_along(belief: Belief, place: Place) -> Belief:
-    """Return a belief in which the thing of a place and its contents have moved straight to it, as far as the
-    place says."""
+    """Return a belief in which a place's thing, with its contents, has moved straight towards the place, as far as the place
+    says."""
     if place.carried is None or not place.carried.pushed_m:
         return belief
     return gone_along(belief, place.thing, place.carried.pushed_m * np.asarray(place.approach))

@@ -20,7 +20,7 @@ from .convex import hull_planes
 CELLS = 72
 """Along the longer side of a grid."""
 DEEP, WIDE = 0.01, 0.015
-"""What is less deep or wide is no cavity [m]."""
+"""Least depth and width of a cavity [m]."""
 ROUND = 32
 """Sides of a prism that stands for a cylinder."""
 

@@ -9,7 +9,8 @@ import numpy as np
 from cramlite.model import Belief, Feature, Filling, Floats, Rollout, Thing
 
 SHARE, SPILLED = 0.9, 0.1
-"""Of the contents: what has to arrive when they are poured, and what may be lost beside; measured, see Pouring."""
+"""Shares of the contents: the least one that has to arrive when they are poured, and the largest one that may be lost
+beside; measured, see Pouring."""
 PACKED = 0.55
 """Loosely packed balls fill this share of a space (Onoda and Liniger, Random loose packings of uniform spheres and the
 dilatancy onset, Physical Review Letters 64, 1990)."""

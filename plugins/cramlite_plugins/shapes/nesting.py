@@ -23,12 +23,12 @@ from .surfaces import Surface
 STEP = 0.0015
 """Side of a cell [m]."""
 CELLS = 8
-"""How far beside it may be put to get lower."""
+"""Number of cells by which a thing may be put farther aside to get lower."""
 LOWER = 1e-4
-"""What gets lower by less stays [m]."""
+"""Least gain of height for which a thing is put farther aside [m]."""
 SETTLES = 0.004
-"""What is so near when they first meet will touch [m]: a bowl of 100 mm that meets another on one side leans over by 2 deg, until it does
-on the other. Bowls made of boxes fit into one another no better."""
+"""Distance at the first contact within which further parts come to touch as the thing settles [m]: a bowl of 100 mm that meets another on
+one side leans over by 2 deg, until it does on the other. Bowls made of boxes fit into one another no better."""
 OVERTURNED = Pose.from_rotvec((0, 0, 0), (math.pi, 0, 0))
 
 

@@ -15,7 +15,8 @@ STANDING = math.cos(math.radians(20.0))  # lean below which a peg stands: a thre
 
 
 def play(hole: Feature, peg: Feature) -> float:
-    """Return the radial play of a hole on a peg [m], side along side if both are square; negative if it does not go over it."""
+    """Return the radial play of a hole on a peg [m], side along side if both are square; negative if the hole does not go
+    over the peg."""
     if aligned(hole, peg):
         return (hole.size["width"] - peg.size["width"]) / 2
     round_it = peg.size["width"] / math.sqrt(2) if "width" in peg.size else peg.size["radius"]

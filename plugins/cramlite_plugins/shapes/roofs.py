@@ -74,7 +74,7 @@ def open_sides(thing: Thing, pose: Pose, surface: Surface, height: float) -> lis
 
 
 def _edge(surface: Surface, way: Floats) -> float:
-    """From the middle of a surface to the end of the box around its area, along one of its axes [m]."""
+    """Distance from the middle of a surface to the end of the box around its area, along one of its axes [m]."""
     low, high = np.reshape(surface.area.bounds, (2, 2))
     x, y = surface.pose.inverse().rotate(way)[:2].tolist()
     return float((abs(x), abs(y)) @ (high - low) / 2)

@@ -171,7 +171,7 @@ def _folder() -> Path:
 
 
 def _keep(path: Path, data: bytes) -> None:
-    """Written whole or not at all, so that another process never reads half of it."""
+    """Keep data in a file, written whole or not at all, so that another process never reads half of it."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.NamedTemporaryFile(dir=path.parent, delete=False) as file:

@@ -16,7 +16,7 @@ MOST = 60_000
 NEAR = 4
 """Points whose triangles are looked at: where triangles are smaller than ``FINDER``, the nearest point may be the neighbour's."""
 TURNED = 0.005
-"""How far apart triangles count whose normals differ by 1 rad [m]: it tells both sides of an edge, and of a thin wall."""
+"""Distance that a difference of 1 rad between normals of triangles counts for [m]: it tells both sides of an edge, and of a thin wall."""
 
 
 class Skin(Value, eq=False, dict=True):

@@ -24,7 +24,7 @@ from .itself import Itself
 FLAT = 0.002
 """Faces of one surface lie in one plane within this, and this near to its lowest point a thing touches what is under it [m]."""
 LEVEL = math.atan(0.2) / 2
-"""What leans more is no surface: wood on wood slides at 11.3 deg (a friction of .2), and half of that is left. A plate whose floor is made
+"""Largest lean of a surface: wood on wood slides at 11.3 deg (a friction of .2), and half of that is left. A plate whose floor is made
 of boxes that lean by 1.5 deg, and that lies on a box at 3.7 deg, has one."""
 EDGE = 0.005
 """Least distance of a centre of mass from its support's border [m]."""
@@ -131,7 +131,7 @@ def _height(surface: Surface, up: Vector3) -> float:
 
 
 def _frame(points: Floats, up: Vector3) -> Pose:
-    """On a face; x as near to the thing's own x as it can be."""
+    """Frame on a face; its x is as near to the thing's own x as it can be."""
     middle = points.mean(axis=0)
     normal = np.linalg.svd(points - middle)[2][2]
     normal = normal if normal @ np.asarray(up) > 0 else -normal

@@ -20,7 +20,7 @@ from .model.sleep import SLEEP
 AWAY = -50.0
 """Height at which waits what is not there [m]: below anything."""
 OVER = 2e-3
-"""How far above where it lay a thing that fell over is put down [m]."""
+"""Height above its resting place at which a thing that fell over is put down [m]."""
 READINGS = frozenset({FaultKind.FROZEN, FaultKind.LOST})
 ORDERS = frozenset({FaultKind.GOAL, FaultKind.CANCELLED})
 

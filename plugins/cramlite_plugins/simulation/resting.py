@@ -24,20 +24,21 @@ from .model.compile import Compiled, compile_world, unstable
 from .model.index import Data
 
 FRICTION = 0.2
-"""At most: wood on wood slides at 11 deg, as in ``shapes.surfaces``. A bottle on a board of 31 deg stays with a friction of .95."""
+"""Largest friction that is relied on: wood on wood slides at 11 deg, as in ``shapes.surfaces``. A bottle on a board of 31 deg stays with a
+friction of .95."""
 SECONDS, LOOK = 2.0, 0.1
-"""How long a thing may take to come to rest, and how often it is looked at [s]."""
+"""Longest time that a thing may take to come to rest, and the time between two looks at it [s]."""
 STILL = 0.02, 0.2
-"""What moves and turns no faster is at rest [m/s, rad/s]..."""
+"""Largest speed and rate of turn of a thing at rest [m/s, rad/s]."""
 LOOKS = 4
-"""...as often as it is looked at, one time after the other: what falls over from an edge begins slowly."""
+"""Number of looks in a row at which a thing is slow enough before it is at rest: a fall over an edge begins slowly."""
 ASIDE = 0.005
-"""How far beside its place a thing may be let go of [m]: a streamed arm is up to 5 mm off its path."""
+"""Error of the place at which a thing is let go of [m]: a streamed arm is up to 5 mm off its path."""
 LEANING = math.radians(3.0)
 """Lean of a thing at its release from beside its place: one that only stands on an edge, as no hand could put it,
 falls over."""
 AGAIN = 0.015, math.radians(15.0)
-"""What comes to rest within this of a pose has come to the same one [m, rad]."""
+"""Largest difference between two rest poses that count as the same [m, rad]."""
 STEP = 0.003  # in which a thing is let down until it touches [m]
 
 

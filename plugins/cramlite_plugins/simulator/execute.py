@@ -22,6 +22,7 @@ from ..simulation.controller.halted import Halted
 from ..simulation.controller.protective_stop import ProtectiveStop, Safety
 from ..simulation.faults import FaultsToCome, Killed
 from ..simulation.model.compile import Compiled, compile_world, misbuild, unstable
+from ..simulation.model.no_slip import NoSlip
 from ..simulation.recording.recorder import Peaks, Recorder
 from ..simulation.typed_program.machine import ProgramMachine, load_program
 from ..ur_controller.functions import Functions
@@ -34,7 +35,7 @@ SETTLE = 2.0
 STOPPED = 0.5
 """Time that a watched arm takes to brake [s], before the decision how to continue."""
 PATIENCE = 5.0
-"""So long an arm that was stopped waits for readings [s]."""
+"""Time for which a stopped arm waits for readings [s]."""
 BEFORE = 0.5  # the world settles for this long before the program starts [s]
 
 
@@ -112,7 +113,7 @@ class _Runner(Protocol):
     def finished(self) -> bool: ...
     def cycle(self) -> None: ...
     def remember(self) -> None:
-        """Once a cycle, when the arm has moved."""
+        """Record a control cycle, once the arm has moved."""
         ...
 
     def close(self) -> None: ...
@@ -166,6 +167,7 @@ class _Run:
         if self.holds is not None:
             self.controller.gripper.grip(self.holds.force)
         self.controller.let_sleep()
+        self.no_slip = NoSlip(compiled, mount)
         self.poses = PoseServer(compiled, self.data, base, seed)
         self.machine: _Runner | None = None
         self.compiled, self.read_at = compiled, 0.0
@@ -174,12 +176,13 @@ class _Run:
         self.peaks = Peaks(self.recorder.period)
 
     def start(self) -> None:
-        """Recording begins, at time 0."""
+        """Begin the recording, at time 0."""
         self.data.time = 0.0
         self.observe(0)
 
     def observe(self, line: int) -> None:
-        """Record."""
+        """Look at what is carried, and record a sample if one is due."""
+        self.no_slip.look(self.data)
         self.peaks.see(self.data.time, self.controller)
         self.recorder.observe(self.data, line)
 

@@ -28,7 +28,7 @@ class ByHandle(TaskType):
     stroke: ClassVar[str]
     """Name of the motion along the joint."""
     rest_s: ClassVar[float] = 0.0
-    """How long the hand stands still at the joint's goal before it lets go [s]."""
+    """Time for which the hand stands still at the joint's goal before it lets go [s]."""
 
     @abstractmethod
     def way(self, action: Action) -> Location:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from msgspec.structs import replace
+
 from cramlite.model import Action, Belief, ExpectedContact, ExpectedGrip, Fingers, Location, Motion, Stage
 from cramlite.plugin import Decomposition, Parameter, TaskType, hookimpl
 
@@ -13,13 +15,14 @@ from ..task_kit.preconditions import empty_hand
 TOUCH = {"speed_m_s": 0.012, "free_m_s": 0.1, "force_n": 3.0, "beyond_m": 0.01, "expect": ExpectedContact.ANY}
 """Fingers meet the front slowly: what is hit sets off with a jolt. Through the air they come as fast as things are lifted."""
 PRESS = {"beyond_m": 0.05, "expect": ExpectedContact.ANY}
-"""Until it is shut: a compliant push that a door's damping held back ended 13 mm before its place, and pressing 20 mm on left it open."""
+"""Push beyond the goal until the joint is shut: a compliant push that a door's damping held back ended 13 mm before its place, and
+pressing 20 mm on left it open."""
 
 
 class Closing(ByHandle):
     task = "soma:Closing"
     aliases = ("Close", "CloseContainer")
-    summary = "close a drawer or a door: push its front, or hold it by its handle"
+    summary = "close a drawer or a door: push its front, hold it by its handle, or one after the other"
     parameters = (
         SPEED, *FORCES, Parameter("press_n", 10.0, "twice what damping of 50 N s/m takes at 0.1 m/s: more is the stop, or what jams")
     )  # fmt: skip
@@ -29,6 +32,16 @@ class Closing(ByHandle):
         yield self._by_its_front(action, belief)
         for held in super().decompose(action, belief):
             yield Decomposition(held.steps, held.reason, 1.0)
+        thing = belief.thing(action.roles["Patient"].entity or action.roles["Patient"].name)
+        if thing.joint is not None and thing.joint.kind == "hinge":
+            yield self._led_then_pushed(action, belief)
+
+    def _led_then_pushed(self, action: Action, belief: Belief) -> Decomposition:
+        """Way of closing a door that turns farther than the wrist does: the hand takes it at another place on its way."""
+        begun = Location(action.inside("begun"), "closed", action.roles["Patient"].name, {"ajar": 1.0})
+        led = self.led_by_handle(replace(action, name=action.inside("led")), begun)
+        steps = (*led, *self._by_its_front(action, belief).steps)
+        return Decomposition(steps, "lead it by its handle as far as the arm comes, then push its front, to the stop", 2.0)
 
     def _by_its_front(self, action: Action, belief: Belief) -> Decomposition:
         empty_hand(belief)

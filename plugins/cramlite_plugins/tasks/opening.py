@@ -19,7 +19,7 @@ LESS = (0.85, 0.8)
 DRIVES = "drives"
 """Parameter of the locations of a way on which what a drawer meets goes along."""
 TOUCH = {"speed_m_s": 0.01, "free_m_s": 0.1, "force_n": 3.0, "beyond_m": 0.03}
-"""As things are put down: through the air as fast as they are lifted, the last 15 mm slowly."""
+"""Guarded motion onto a handle, as things are put down: through the air as fast as they are lifted, the last 15 mm slowly."""
 
 
 class Opening(ByHandle):

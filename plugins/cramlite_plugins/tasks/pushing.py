@@ -14,22 +14,22 @@ from ..shapes.bounds import height
 from ..shapes.carried_along import CAME_ALONG
 
 APART = 0.6
-"""Between open fingers, as a share of the thing's width: two that touch it keep it from turning away."""
+"""Opening of open fingers, as a share of the thing's width: two fingers that touch the thing keep it from turning away."""
 PRESSED = 0.6
 """Friction of a thing [N] from which two open fingers that push it look as if they held it: it presses on each with more than 0.3 N,
 and lasting 0.6 N count as a grip (episodes/detection/grasped.py). Closed fingers push that."""
 GRAVITY = 9.81
 DOWN = {"speed_m_s": 0.02, "free_m_s": 0.1, "force_n": 2.0, "beyond_m": 0.01}
-"""To the floor of a thing."""
+"""Guarded motion of the fingers down to the floor of a thing."""
 LOW = 0.03
 """Height of things that closed fingers slide over as they feel from the side, since they keep half of it above
 the support [m]."""
 OUT_OF_THE_WAY = 0.1
-"""How far a low thing goes that nobody wants anywhere [m]."""
+"""Distance by which a low thing in the way is pushed aside where no place for it is asked [m]."""
 LOST = 2.0
-"""How long fingers in a thing may go without pressing on it [s]: at its rim they take it along all the same."""
+"""Time for which fingers in a thing may move without pressing on it [s]: at its rim they take it along all the same."""
 SLIPS = 0.005
-"""Of a thing on the fingers that push it to a region [m]."""
+"""Slip of a thing on the fingers that push it to a region [m]."""
 
 
 class Pushing(TaskType):

@@ -40,7 +40,8 @@ NAMES = (
     "is_steady", "sleep", "sync", "get_steptime", "textmsg", "popup", "halt",
 )  # fmt: skip
 BLENDING = frozenset(("movej", "movep", "textmsg", "popup"))
-"""What may stand between two blended motions: all else asks the arm or the world, or moves it, and waits for the motion's end."""
+"""Calls that may stand between two blended motions: all others ask the arm or the world, or move the arm, and wait for the
+motion's end."""
 
 
 def known_functions() -> Library:

@@ -15,7 +15,7 @@ from .urscript.values import ScriptError, real, show
 KINDS: dict[str, Callable[[Any], Any]] = {"integer": int, "float": float, "boolean": bool}
 OUTPUTS, TOOL = 18, 16
 FIRST = {"": 0, "standard_": 0, "configurable_": 8, "tool_": TOOL}
-"""Where the digital outputs of each kind begin among all of them (RTDE Guide, "actual_digital_output_bits")."""
+"""First index of each kind of digital outputs among all of them (RTDE Guide, "actual_digital_output_bits")."""
 _FIELDS = {"integer": "int", "float": "double", "boolean": "bit"}
 
 

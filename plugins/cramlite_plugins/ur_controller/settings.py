@@ -115,7 +115,7 @@ class Settings:
         return bool(((q >= self.arm.watch.limits[0]) & (q <= self.arm.watch.limits[1])).all())
 
     def get_target_waypoint(self) -> PoseValue:
-        """Refuse: it is not modelled."""
+        """Refuse: the function is not modelled."""
         raise ScriptError("get_target_waypoint is not modelled here: keep the target in a variable")
 
     # Force mode and contact

@@ -124,7 +124,7 @@ class Streaming:
         yield from self._wait(motion, wait)
 
     def servoc(self, pose: Any, a: Any = 1.2, v: Any = 0.25, r: Any = 0) -> None:
-        """Refuse: it is not modelled."""
+        """Refuse: the function is not modelled."""
         raise ScriptError("servoc is not modelled here: use servoj or movel")
 
     def _hold_on(self, motion: JointSpeed, t: Any, ramp: float) -> Wait:

@@ -74,7 +74,7 @@ def more_room(worst: Bump) -> Remedy:
 
 
 def bumps(candidate: Candidate) -> Iterator[Bump]:
-    """Touches that are an objection, each sample of each."""
+    """Touches that are objections, one for each sample."""
     rollout, brush = candidate.rollout, candidate.limits.brush
     assert rollout is not None
     contacts = _Contacts(candidate, rollout)
@@ -191,7 +191,7 @@ class _Contacts:
         return bool(self.times[k] - self.last.get(pair, -math.inf) <= GAP)
 
     def note(self, k: int, pair: Pair) -> None:
-        """Remember two that touch, and may."""
+        """Remember two bodies that touch, and may."""
         self.last[pair] = float(self.times[k])
         taken = self.held[k]
         if taken and (k == 0 or self.held[k - 1] != taken):

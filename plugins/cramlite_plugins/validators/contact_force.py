@@ -89,8 +89,8 @@ def _steps(candidate: Candidate) -> Mapping[str, list[AnyStep]]:
 
 
 def guard_forces(candidate: Candidate) -> list[TaskForce | None]:
-    """Return for each sample the contact force that the running guarded motion leads to, by its threshold; None
-    without one, and at its first samples, which have peaks of the code before."""
+    """Return for each sample the contact force to which the running guarded motion leads, by its threshold; None without
+    one, and at its first samples, which have peaks of the code before."""
     guards: dict[str, TaskForce] = {}
     for step in walk(candidate.program.steps):
         if isinstance(step, MoveUntilContact):

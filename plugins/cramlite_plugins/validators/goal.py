@@ -1,4 +1,4 @@
-"""Was the goal reached? Each literal of it is asked of the run's end, by the predicates that rules ask demonstrations."""
+"""Validator of the goal: each literal is evaluated at the run's end, by the predicates that rules use on demonstrations."""
 
 from __future__ import annotations
 
@@ -30,10 +30,11 @@ if TYPE_CHECKING:
 LASTS = 0.5
 """A literal holds all through the last so many seconds of a run [s]: what falls past a place is over it for less."""
 STILL = 0.02
-"""What a literal is about gets about by no more than this in that time [m]: what hangs on a peg may swing by 40 mm/s
+"""Largest way of the things of a literal in that time [m]: what hangs on a peg may swing by 40 mm/s
 (``postconditions.SWING``), and what rolls or falls is faster."""
 NEAR = 0.2
-"""Up to this far is beside, from middle to middle seen from above [m]: ``where: {within}`` of a task says the same."""
+"""Largest distance of things that are beside one another, from middle to middle seen from above [m]: ``where: {within}`` of a task says
+the same."""
 ASIDE = 0.01
 """And what is left of a thing is so by at least this [m]: half of what places are chosen by, the rest may go in letting go."""
 SURE = 0.001

@@ -16,12 +16,13 @@ from .lasting import lasting
 from .task_times import task_at
 
 TELLING = 1.0
-"""The arm is told so long after pads closed on a thing, or opened, at the latest [s]: gripper and program take 0.1 to 0.4 s."""
+"""Longest time from when pads closed on a thing, or opened, until the arm is told [s]: gripper and program take 0.1 to 0.4 s."""
 SHARE, LEAST = 0.1, 0.1
-"""What is told may be off by this share, or by so many [kg], if that is more: half of what masses are in doubt by (``ErrorModel``); a third
+"""Largest error of the payload that an arm is told, as a share of it, or in [kg], whichever is more: half the doubt about
+masses (``ErrorModel``); a third
 of the 3 N by which a guarded motion knows a contact."""
 ALONG = 0.03
-"""What is carried in or on a thing shifts in its frame by less than this [m]."""
+"""Largest shift of contents, or of things on another, in the frame of their carrier [m]."""
 
 
 class Hanging(NamedTuple):
@@ -127,7 +128,7 @@ def _shift(rollout: Rollout, grip: Grip, name: str) -> float:
 
 
 def _stands(touches: Iterable[Touch], carried: set[str]) -> bool:
-    """Whether something beside the hand touches the payload."""
+    """Whether something other than the hand touches the payload."""
     pairs = ({HAND if thing_of(one) == "effector" else thing_of(one) for one in (t.a, t.b)} for t in touches)
     return any(pair & carried and pair - carried - {HAND} for pair in pairs)
 

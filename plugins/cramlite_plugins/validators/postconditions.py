@@ -26,7 +26,7 @@ from .stance import near_tip, wrongly_rests
 from .task_times import Span, span
 
 if TYPE_CHECKING:
-    from cramlite.plugin import Clause, Phase, PhaseName, Rule, Timeline
+    from cramlite.plugin import Clause, Not, Phase, PhaseName, Rule, Timeline
 
 GRAVITY = 9.81
 NO_STEPS = "its program has no steps"
@@ -138,7 +138,8 @@ class TaskRules(Value):
     and left no trace in the run, or of one of whose steps no code is left, was not done, whatever holds afterwards. One that needed no
     steps (the gripper is open already) is judged by what it asks for afterwards, and the finding says so; where no code
     came before, nothing was done at all, and all its conditions count: an arm that stood at the park state all along has
-    not been parked.
+    not been parked. What a task is to end may have ended before: fingers that close may lift a thing off what it leans on. It is still
+    asked for that the thing is in the hand then, and that nothing else had it last.
     """
 
     name: str = "task_rules"
@@ -164,7 +165,7 @@ class TaskRules(Value):
 
 
 def _already(candidate: Candidate, action: Action) -> str:
-    """Part of the action before that did the same with the same things; empty without one. Its effect cannot be
+    """Part of the previous action that did the same with the same things; empty without one. Its effect cannot be
     asked for twice."""
     names = [a.name for a in candidate.actions]
     if action.name not in names[1:]:
@@ -180,7 +181,7 @@ def _fillers(action: Action) -> dict[str, str | None]:
 
 
 def _in_order(candidate: Candidate) -> Iterator[tuple[Action, Span | None, float]]:
-    """Actions and their parts, with when their code ran, and until when the code of the actions before them did [s]."""
+    """Actions and their parts, with the time span of their code, and the end of the code of the actions before them [s]."""
     assert candidate.rollout is not None
     now = float(candidate.rollout.times[0])
     for action in candidate.actions:
@@ -202,7 +203,7 @@ def no_trace(candidate: Candidate, task: str, ran: Span | None) -> str:
 
 
 Way = Mapping["PhaseName", "Phase"]
-"""What holds before, while and after a task's code ran."""
+"""Name of a phase -> the facts that hold before, while or after a task's code runs."""
 
 
 def _ways(timeline: Timeline, start: float, end: float) -> Iterator[Way]:
@@ -313,10 +314,36 @@ def _unmet(clauses: Iterable[Clause], action: Action, rule: Rule, phases: Mappin
     ]
     for clause in clauses:
         found = [f for b in bindings for f in clause.condition.solve(phases[clause.phase], b)]
+        found = found or [b for end in _ends(rule, clause) for b in bindings if _has_ended(clause, end, phases["pre"], b)]
         if not found:
             return clause, bindings
         bindings = found
     return None
+
+
+def _ends(rule: Rule, clause: Clause) -> list[Not]:
+    """Effects of a task that end what one of its preconditions asks for. Who finds that ended already, such as the support of what closing
+    fingers lifted off, has nothing to end; what has left the hand is lost instead."""
+    from cramlite.plugin import Compare, Not, atoms
+
+    if clause.phase != "pre" or isinstance(clause.condition, Not | Compare):
+        return []
+    (own, *others) = atoms(clause.condition)
+    if others or own.predicate.fluent.in_hand:
+        return []
+    anyone = [{getattr(t, "name", t), "_"} for t in own.terms]
+    after = [c.condition for c in rule.written_order if c.phase == "post"]
+    denied = [(c, a) for c in after if isinstance(c, Not) for a in atoms(c) if a.predicate is own.predicate]
+    return [c for c, a in denied if all(getattr(t, "name", t) in which for t, which in zip(a.terms, anyone, strict=True))]
+
+
+def _has_ended(clause: Clause, end: Not, now: Phase, binding: dict[str, Any]) -> bool:
+    """Whether nothing of what a task ends holds any more, and what it asks for before was the last of that."""
+    before = [now.timeline.instant(cut) for cut in reversed(now.timeline.cuts) if cut < now.start]
+    ended = [next(end.solve(then, binding), None) is not None for then in (now, *before)]
+    if False not in ended or not ended[0]:
+        return False
+    return next(clause.condition.solve((now, *before)[ended.index(False)], binding), None) is not None
 
 
 def _binds(clause: Clause) -> bool:

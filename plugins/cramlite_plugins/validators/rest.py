@@ -12,7 +12,7 @@ GRAVITY = 9.81
 CARRIES = 0.5  # what bears this share of a thing's weight carries it along: a drawer its contents, a tray its cups
 REST = 0.01  # a thing at rest moves slower than this over the last half second [m/s]
 SWING = 0.04
-"""What hangs on a peg may swing by this [m/s], its hole at rest: a pendulum on a peg has nothing to brake it.
+"""Largest speed of a thing that hangs on a peg at rest [m/s]: a pendulum on a peg has nothing to brake it.
 
 Source: a body whose centre is d below the peg and swings by +-A gains h = A^2 / (2 d) of height at its turning points
 (pendulum, small angles), and comes off only if it rises by the r of the peg's bent tip. Its period
@@ -21,11 +21,11 @@ second shows nearly the whole 2 A: 0.04 m/s are A = 10 mm, h = 0.7 mm, an eighth
 letting go, 3.7 mm after 12 s and 2.8 mm after 19 s; the hole moved by 0.5 mm in all that time.
 """
 TURN = REST / 0.1
-"""And turns slower than this over the last half second [rad/s]: a point 0.1 m from its axis is then slower than ``REST``, too.
-Measured: what had been dropped into a basket turned by less than 0.001 rad/s when its run ended."""
+"""Rate of turn below which a thing is at rest over the last half second [rad/s]: a point 0.1 m from its axis is then slower than ``REST``,
+too. Measured: what had been dropped into a basket turned by less than 0.001 rad/s when its run ended."""
 SWING_TURN = SWING / 0.05
-"""What hangs on a peg may turn by this [rad/s]: what ``SWING`` makes of a body that swings 50 mm below its peg; the products here hang
-60 to 70 mm below it. Measured: 0.01 to 0.03."""
+"""Largest rate of turn of a thing that hangs on a peg [rad/s]: that of ``SWING`` for a body that swings 50 mm below its peg; the products
+here hang 60 to 70 mm below it. Measured: 0.01 to 0.03."""
 
 
 def at_the_end(rollout: Rollout, name: str) -> Thing:

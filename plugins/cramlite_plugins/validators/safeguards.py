@@ -27,21 +27,21 @@ POSE = re.compile(r"global \w+ = p?\[")
 SETTING = re.compile(r"(?:global )?(\w+) = ")
 LIMIT = re.compile(r"global force_limit = ([\d.]+)")
 EXPECTED = re.compile(r'"(object|none|contact)".*"([^"]+)"\)')
-"""What a call of the fingers or of a guarded motion expects, and the step that it names."""
+"""Text of a call of the fingers or of a guarded motion: what it expects, and the step that it names."""
 
 CALL = re.compile(r"(\w+)\(")
 IDLE = {"sleep", "sync", "textmsg"}
 """Calls that only wait or speak."""
 
 WATCHED = ("force", "slip", "time")
-"""What a monitor may watch: fields of ``Monitor``."""
+"""Fields of ``Monitor``: each a quantity that a monitor may watch."""
 
 LEFT_ON = ("force_mode", "freedrive_mode", "teach_mode")
 """States of a controller in which the arm gives way; ``end_`` before the name is the call that ends one."""
 
 
 Asked = Mapping[str, set[str]]
-"""By step, what its calls expect, or what they are."""
+"""Name of a step -> what its calls expect, or which calls they are."""
 
 
 class Safeguards(Value):

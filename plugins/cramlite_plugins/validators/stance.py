@@ -17,7 +17,7 @@ from ..shapes.surfaces import footprint
 
 LID = "soma:Lid"
 ALONE = 0.9
-"""What bears this share of a thing's weight supports it alone: contact forces chatter by some per cent."""
+"""Share of a thing's weight from which one support bears it alone: contact forces chatter by some per cent."""
 GRAVITY = 9.81
 
 GAP = 0.002

@@ -1,4 +1,5 @@
-"""Where steps end that feel: guarded motions, searches, insertions and extractions, against the ranges that their plan gives them."""
+"""Ends of steps that feel contact: guarded motions, searches, insertions and extractions, against the ranges that their plan
+gives them."""
 
 from __future__ import annotations
 
@@ -24,9 +25,10 @@ from .contact_force import SPREAD, touched_at
 from .grips import held_at
 
 SHARE = 0.4
-"""Of its way an insertion or extraction covers at least: what hangs may hang on the outer half of its peg."""
+"""Least share of its way that an insertion or extraction covers: a thing may hang on the outer half of its peg."""
 OFF = 0.01
-"""A hand is by so much elsewhere than it was told to be [m]: one that moves lags by up to 5 mm, and an arm's own errors are below 1 mm."""
+"""Distance from its command from which a hand is elsewhere [m]: a moving hand lags by up to 5 mm, and an arm's own errors are below 1
+mm."""
 GAVE_WAY = 0.5
 """Share of its advance after which a search has found what it looks for: a sample may miss the last millimetre."""
 RIM = 1.8

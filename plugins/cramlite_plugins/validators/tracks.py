@@ -21,15 +21,16 @@ from .swings import declared
 from .task_times import inner_tasks, origins
 
 DROP = 0.03
-"""What is let go of falls by at most so much more than its place says, and than falling over takes [m]: poses are believed to 2 mm, a
-guarded motion ends within 20 mm, and one thing stands on others."""
+"""Largest fall of a released thing beyond the height of its place, and beyond what falling over takes [m]: poses are
+believed to 2 mm, a guarded motion ends within 20 mm, and one thing stands on others."""
 SETTLES = 3.0
-"""And comes to rest within so long [s]: a block that topples off an edge takes 0.5 s, a can that rolls in a bowl 2 s."""
+"""Longest time in which a released thing comes to rest [s]: a block that topples off an edge takes 0.5 s, a can that rolls in a bowl 2
+s."""
 SLIDES = 0.015
-"""A payload moves by at most so much along what it touches, in a task that does not slide it [m]: fingers that close centre what
-is believed to be some millimetres off, and lifts begin aslant."""
+"""Largest way of a payload along a surface that it touches, in a task that does not slide it [m]: closing fingers centre a
+thing whose believed pose is off by some millimetres, and lifts begin aslant."""
 BACK = 0.01
-"""What a task moves along comes back by at most so much before the task ends [m]."""
+"""Largest way back of a thing that a task moves along, before the task ends [m]."""
 RANGE = 0.1
 """Share of a joint's range by which leaving fingers may push a handle."""
 
@@ -185,8 +186,8 @@ def _carried(rollout: Rollout, found: Iterable[ExplainedGrip], rows: range) -> s
 
 
 def _ways(rollout: Rollout, name: str, rows: range) -> tuple[Floats, float, str]:
-    """Distance of a thing from its first sample, the distance that it may come back, and their unit; of its
-    joint, if it has one."""
+    """Distance of a thing from its first sample, the distance that it may come back, and their unit; along its joint, if it
+    has one."""
     joint = rollout.world.thing(name).joint
     if joint is None or name not in rollout.values:
         track = rollout.poses[name][rows, :3]

@@ -1,4 +1,4 @@
-"""Cases of the corpus: each rule on each base that it takes, some times, with numbers drawn from one seed."""
+"""Cases of the corpus: each rule on each base program that it takes, some times, with numbers drawn from one seed."""
 
 from __future__ import annotations
 

@@ -67,7 +67,8 @@ def _before_the_end(ready: Ready) -> list[float]:
 
 
 def differs(seen: Seen) -> str:
-    """Say what ended elsewhere than in the program as it was: the held thing, a joint, the hand; or what fell or was pressed."""
+    """Say what ended elsewhere than in the unchanged program: the grasped thing, a joint, the hand; or what fell or was
+    pressed."""
     run, base, held = seen.run, seen.ready.run, seen.base.held
     if any(abs(tracks.value(run, joint) - tracks.value(base, joint)) > 0.02 for joint in run.values):
         return "the joint ended elsewhere"

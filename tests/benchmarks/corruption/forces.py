@@ -38,7 +38,7 @@ def _too_strong(seen: Seen) -> str:
 
 
 def pressed_down(seen: Seen) -> str:
-    """Say how hard the hand pressed on what it did not hold, if with 15 N or more."""
+    """Say how hard the hand pressed on things that it had not grasped, if with 15 N or more."""
     loose = ~tracks.held(seen.run, seen.base.held)
     force = (tracks.press(seen.run, "effector", seen.base.held) * loose)[
         tracks.release(seen.run, seen.base.held) + 1 :

@@ -27,13 +27,13 @@ def turned_hand(turn: float, speed: float = 1.0) -> list[str]:
 
 
 def _tipped(ready: Ready, draw: Random) -> str:
-    """After the lift the vessel is turned over what it stood on, and back."""
+    """Turn the vessel over after the lift, above the place where it stood, and turn it back."""
     turn = draw.choice((-1, 1)) * draw.uniform(2.2, 2.8)
     return ready.script.after("PickingUp/lift", excursion(turned_hand(turn))).text
 
 
 def _turned_back(ready: Ready, draw: Random) -> str:
-    """The hand follows its way back before it lets go."""
+    """Move the hand back along its path before it lets go."""
     script = ready.script
     step = next(o for o in script.origins() if o.endswith(("/pull", "/turn")))
     code = list(script.code(step))

@@ -1,4 +1,4 @@
-"""Class N: what is handled is pressed, rubbed, let go of or shoved, often with an end as it should be."""
+"""Class N: grasped things are pressed, rubbed, let go of or shoved, often with the end of the unchanged program."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def _thread_opens(ready: Ready, draw: Random) -> str:
 
 
 def _placed_twice(ready: Ready, draw: Random) -> str:
-    """What stands in its place is taken up and put back where it was."""
+    """Take the thing up again from its place, and put it back there."""
     at, high = ready.release, draw.uniform(0.03, 0.1)
     up = go(at, 0.1), fingers(SHUT, USUAL_GRIP), go(above(at, high), 0.1)
     down = go(above(at, 0.001), 0.05), fingers(WIDE), go(above(at, 0.12), 0.1)
@@ -64,14 +64,14 @@ def _placed_twice(ready: Ready, draw: Random) -> str:
 
 
 def _gripped_again(ready: Ready, draw: Random) -> str:
-    """What stands in its place is gripped once more, and not moved."""
+    """Grip the thing once more in its place, without moving it."""
     at = ready.release
     lines = go(at, 0.1), fingers(SHUT, USUAL_GRIP), wait(0.4), fingers(WIDE), go(above(at, 0.12), 0.1)
     return ready.script.after("Retracting/back", lines).text
 
 
 def _shoved_after(ready: Ready, draw: Random) -> str:
-    """Closed fingers shove what stands in its place by 20 to 40 mm."""
+    """Shove the thing in its place by 20 to 40 mm with closed fingers."""
     at = tracks.end(ready.run, ready.base.held)
     far = draw.uniform(0.02, 0.04)
     start, end = ([at[0] - x, at[1], at[2]] for x in (0.1, 0.045 - far))
@@ -79,7 +79,7 @@ def _shoved_after(ready: Ready, draw: Random) -> str:
 
 
 def _rubbed(ready: Ready, draw: Random) -> str:
-    """What rests on its place, still held, is rubbed to and fro."""
+    """Rub the held thing to and fro on its place."""
     at = ready.release
     far = draw.uniform(0.015, 0.022) if "stack" in ready.base.is_a else draw.uniform(0.03, 0.05)
     lines = go(aside(at, far, 0), 0.05), go(aside(at, -far, 0), 0.05), go(at, 0.05)
@@ -94,7 +94,7 @@ def _dragged_out(ready: Ready, draw: Random) -> str:
 
 
 def _touched_down(ready: Ready, draw: Random) -> str:
-    """On its way what is held is pressed on the floor, and lifted again."""
+    """Press the held thing on the floor on its way, and lift it again."""
     grasp = ready.grasp
     spot = [FREE_SPOT[0], FREE_SPOT[1] + draw.uniform(-0.04, 0.02), *grasp[2:]]
     down = f'  move_until_contact([0.0, 0.0, -1.0], 0.06, 0.02, {draw.uniform(12, 25):.1f}, 15.0, "any", "press")'
@@ -102,7 +102,7 @@ def _touched_down(ready: Ready, draw: Random) -> str:
 
 
 def _on_stranger(ready: Ready, draw: Random) -> str:
-    """On its way what is held is set on the stranger, and lifted again."""
+    """Set the held thing on the stranger on its way, and lift it again."""
     at, held = ready.rest(ready.base.stranger), ready.rest(ready.base.held)
     top = [at[0], at[1], 2 * at[2] + ready.grasp[2] + 0.03, *ready.grasp[3:]]
     down = f'  move_until_contact([0.0, 0.0, -1.0], 0.08, 0.02, {draw.uniform(5, 12):.1f}, 15.0, "any", "press")'
@@ -153,7 +153,7 @@ def _hard(seen: Seen) -> str:
 
 
 def _slipped(seen: Seen) -> str:
-    """Say how far it moved in the hand between its first grip and its release."""
+    """Say how far the thing moved in the hand between its first grip and its release."""
     held = tracks.held(seen.run, seen.base.held).nonzero()[0]
     gap = (seen.run.poses[seen.base.held] - seen.run.poses["effector"])[held, 2]
     slip = float(abs(gap - gap[0]).max()) if held.size else 0.0
@@ -161,7 +161,7 @@ def _slipped(seen: Seen) -> str:
 
 
 def _rubbed_along(seen: Seen) -> str:
-    """Say how far it was led along its place while it pressed on it."""
+    """Say how far the thing was led along its place while it pressed on that."""
     on = tracks.press(seen.run, seen.base.held, seen.base.place) > 0.5
     way = seen.run.poses[seen.base.held][on, :2]
     far = float((way.max(axis=0) - way.min(axis=0)).max()) if on.any() else 0.0

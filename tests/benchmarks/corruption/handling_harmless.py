@@ -1,4 +1,4 @@
-"""Harmless edits that resemble those of handling and protections: the same comes of them."""
+"""Harmless edits that resemble those of handling and protections: the run has the same result."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Harmless edits: the text is another one, and the same comes of it. Each oracle says what went wrong, "" for nothing."""
+"""Harmless edits: the text changes, the result of the run does not. Each oracle says what went wrong, "" for nothing."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ ALL = "shelf stack fragile lid drawer basket fetch hang shake push slide door kn
 
 
 def _comment_moved(ready: Ready, draw: Random) -> str:
-    """A step's comment goes one to three lines down, within its task."""
+    """Move a step's comment one to three lines down, within its task."""
     script = ready.script
     places = [
         k
@@ -37,7 +37,7 @@ def _room(script: Script, k: int) -> int:
 
 
 def _reworded(ready: Ready, draw: Random) -> str:
-    """What a step's comment says behind its name is written anew."""
+    """Write the text behind a step's name in its comment anew."""
     script = ready.script
     k = draw.choice([k for k, line in enumerate(script.lines) if STEP.match(line)])
     return script.spliced(

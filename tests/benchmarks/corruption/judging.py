@@ -1,4 +1,4 @@
-"""Judges asked about cases: one engine's knowledge for each process, and one line of JSON for each program, so that a run can go on."""
+"""Judging of cases: one engine for each process, and one line of JSON for each program, so that a run can go on."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ class Answer(Value):
 
     @property
     def counts(self) -> bool:
-        """Whether it is what the rule means: a program that ran to its end and did harm, or none if it should do none."""
+        """Whether a case does as its rule means: its program ran to the end and did harm, or no harm where it should do none."""
         return not self.error and not self.halted and bool(self.oracle) != (self.group == "H")
 
 
@@ -76,7 +76,7 @@ def judged(base: Ready, text: str) -> JudgedRun:
 
 
 def answer(case: Case, work: Path) -> Answer:
-    """Edit, run and judge one program; what breaks is told in the answer."""
+    """Edit, run and judge one program; the answer tells of an exception."""
     told = Answer(case.name, case.rule.group, case.base, case.rule.sealed)
     start = time.process_time()
     try:
@@ -129,7 +129,7 @@ def _known(log: Path) -> dict[str, Answer]:
 
 
 def distinct(chosen: Iterable[Case], work: Path) -> list[Case]:
-    """Leave out programs whose text another one has; bases are resolved here, one after the other."""
+    """Leave out programs with the same text as another one; bases are resolved here, one after the other."""
     found: dict[tuple[str, str], Case] = {}
     for case in chosen:
         found.setdefault((case.base, case.text(_ready(case.base, work))), case)

@@ -1,4 +1,5 @@
-"""Rules of the latest set: sequences, waypoints and openings that change what a program does, and harmless ones that resemble them.
+"""Rules of the latest set: sequences, waypoints and openings that change the effect of a program, and harmless ones that
+resemble them.
 
 They were written and committed before any judge was asked, from the tasks' meaning alone.
 """
@@ -27,7 +28,7 @@ TOOL_SPEED = 1.5
 
 
 def _retreat_slanted(ready: Ready, draw: Random) -> str:
-    """The hand leaves sideways and hardly upwards, so that a finger takes along what it let go of."""
+    """Move the hand away sideways and hardly upwards, so that a finger takes the released thing along."""
     axis = tracks.closing_axis(ready.run, tracks.release(ready.run, ready.base.held))
     far, side = draw.uniform(0.07, 0.1), draw.choice((-1, 1))
     out = aside(above(ready.release, draw.uniform(0.01, 0.02)), side * far * axis[0], side * far * axis[1])
@@ -62,7 +63,7 @@ def _push_askew(ready: Ready, draw: Random) -> str:
 
 
 def _hand_full(ready: Ready, draw: Random) -> str:
-    """The tin is gripped and lifted first, and the same hand then opens the drawer."""
+    """Grip and lift the tin first, and open the drawer with the same hand then."""
     script = ready.script
     opening, grip, lift = (script.lines[script.section(n)] for n in (1, 2, 3))
     place = slice(script.section(1).start, script.section(3).stop)
@@ -72,7 +73,7 @@ def _hand_full(ready: Ready, draw: Random) -> str:
 
 
 def _opened_again(ready: Ready, draw: Random) -> str:
-    """At last the shut drawer is opened once more, as it was at first, by a part of its way or all of it."""
+    """Open the shut drawer once more at last, by a part of its way or all of it."""
     script = ready.script
     part = draw.uniform(0.4, 1.0)
     at, end = (script.numbers(script.variables(f"opening_1_{n}_pose")[0]) for n in ("approach", "pull"))
@@ -86,7 +87,7 @@ def _opened_again(ready: Ready, draw: Random) -> str:
 
 
 def _opens_against(ready: Ready, draw: Random) -> str:
-    """Closed fingers come down beside what no task names, and their opening shoves it."""
+    """Bring closed fingers down beside a thing that no task names, and shove it by opening them."""
     at = aside(ready.rest(ready.base.stranger), 0.0, -draw.uniform(0.045, 0.05))
     lines = fingers(SHUT), go(above(at, 0.15)), go(at, 0.1), fingers(0), wait(0.3), go(above(at, 0.15), 0.1)
     return at_some_time(ready, draw, lines)
@@ -99,7 +100,7 @@ def _pressed_to_stop(ready: Ready, draw: Random) -> str:
 
 
 def _pressed_on_stranger(ready: Ready, draw: Random) -> str:
-    """What is held is pressed down upon what no task names, and goes on to its place."""
+    """Press the held thing down on a thing that no task names, on the way to its place."""
     over = above(ready.rest(ready.base.stranger), draw.uniform(0.13, 0.15))
     force = draw.uniform(8, 15)
     down = f'  move_until_contact([0.0, 0.0, -1.0], 0.100, 0.02, {force:.1f}, 15.0, "any", "press")'
@@ -135,7 +136,7 @@ def _quicker(ready: Ready, draw: Random) -> str:
 
 
 def _opens_beside(ready: Ready, draw: Random) -> str:
-    """The fingers come down beside what no task names and open where they do not reach it."""
+    """Bring the fingers down beside a thing that no task names, and open them where they do not reach it."""
     at = aside(ready.rest(ready.base.stranger), 0.0, -draw.uniform(0.11, 0.13))
     lines = fingers(SHUT), go(above(at, 0.15)), go(at, 0.1), fingers(0), wait(0.3), go(above(at, 0.15), 0.1)
     return at_some_time(ready, draw, lines)
@@ -147,7 +148,7 @@ def _pressed_less(ready: Ready, draw: Random) -> str:
 
 
 def _after_release(seen: Seen) -> str:
-    """Say how far it went after it was first let go of, if that is far, or that it fell over."""
+    """Say how far the thing went after its first release, if that is far, or that it fell over."""
     last = tracks.release(seen.ready.run, seen.base.held)
     way = tracks.way(seen.run, seen.base.held)[last - tracks.SETTLED + 5 :]
     far = float(np.linalg.norm(way - way[0], axis=1).max())
@@ -182,7 +183,7 @@ def _stranger_pressed(seen: Seen) -> str:
 
 
 def _hit_by_finger(seen: Seen) -> str:
-    """Say with which force the hand met it before it held it."""
+    """Say with which force the hand hit the thing before it held it."""
     held = int(tracks.held(seen.run, seen.base.held).argmax()) or len(seen.run.times)
     force = float(tracks.press(seen.run, "effector", seen.base.held)[: max(held - 10, 1)].max())
     return f"'{seen.base.held}' was hit with {force:.0f} N" if force > 15 else ""

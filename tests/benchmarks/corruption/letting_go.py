@@ -1,4 +1,4 @@
-"""Class B: what is let go of, or about to be gripped, is dragged, turned, tipped or shoved by fingers that stand around it."""
+"""Class B: things before a grip or after a release are dragged, turned, tipped or shoved by fingers that stand around them."""
 
 from __future__ import annotations
 
@@ -33,14 +33,14 @@ def _when(draw: Random) -> str:
 
 
 def _dragged(ready: Ready, draw: Random) -> str:
-    """The hand goes aside, and back in half of the cases, so that one finger takes the thing along."""
+    """Move the hand aside, and back in half of the cases, so that one finger takes the thing along."""
     at, far = ready.release, GAP + draw.uniform(0.02, 0.04)
     out = go(aside(at, *_across(ready, far * draw.choice((-1, 1)))), draw.uniform(0.05, 0.15))
     return ready.script.after(_when(draw), [out, go(at, 0.1)] if draw.random() < 0.5 else [out]).text
 
 
 def _turned(ready: Ready, draw: Random) -> str:
-    """The fingers come nearer, and the hand turns about the vertical, so that they turn the thing."""
+    """Bring the fingers nearer and turn the hand about the vertical, so that they turn the thing."""
     at = ready.release
     angle = draw.choice((-1, 1)) * draw.uniform(0.9, 1.2)
     steps = [go(leaning(at, angle * k / 4, (0, 0, 1)), 0.1) for k in range(1, 5)]
@@ -67,7 +67,7 @@ def _opened_moving(ready: Ready, draw: Random) -> str:
 
 
 def _dragged_first(ready: Ready, draw: Random) -> str:
-    """Open fingers take the thing along before they close on it, and it is lifted from there."""
+    """Take the thing along with open fingers before they close on it, and lift it from there."""
     at, far = ready.grasp, GAP + draw.uniform(0.025, 0.045)
     axis = tracks.closing_axis(ready.run, int(tracks.held(ready.run, ready.base.held).argmax()))
     there = aside(at, *(far * draw.choice((-1, 1)) * n for n in axis[:2]))
@@ -78,14 +78,14 @@ def _dragged_first(ready: Ready, draw: Random) -> str:
 
 
 def _leaves_flat(ready: Ready, draw: Random) -> str:
-    """The hand leaves level, along what it held, and rises beside it."""
+    """Move the hand away level, along the released thing, and up beside it."""
     at, (x, y) = ready.release, _across(ready, draw.choice((-1, 1)) * draw.uniform(0.1, 0.12))
     out = aside(at, -y, x)
     return ready.script.within("Retracting/back", [go(out, 0.1), go(above(out, 0.1), 0.1)]).text
 
 
 def _stirs(ready: Ready, draw: Random) -> str:
-    """The open hand moves to and fro, as far as the fingers stay off what they let go of."""
+    """Move the open hand to and fro, as far as the fingers stay off the released thing."""
     at: Pose = ready.release
     far = draw.uniform(0.004, 0.008)
     steps = [go(aside(at, *_across(ready, d)), 0.05) for d in (far, -far)]
@@ -94,7 +94,7 @@ def _stirs(ready: Ready, draw: Random) -> str:
 
 
 def _nudged(ready: Ready, draw: Random) -> str:
-    """A finger shifts what it let go of by about two millimetres."""
+    """Shift the released thing with a finger by about two millimetres."""
     at, far = ready.release, GAP + draw.uniform(0.001, 0.003)
     lines = [go(aside(at, *_across(ready, far * draw.choice((-1, 1)))), 0.03), go(at, 0.05)]
     return ready.script.after("Releasing/payload", lines).text
@@ -111,7 +111,7 @@ def _spun(seen: Seen) -> str:
 
 
 def _shifted(seen: Seen) -> str:
-    """Say how far the fingers brought it that had let go of it, where it stays or comes back."""
+    """Say how far the fingers moved the thing after its release, where it stays or comes back."""
     way = tracks.way(seen.run, seen.base.held)[tracks.release(seen.ready.run, seen.base.held) - tracks.SETTLED + 5 :]
     far = float(((way - way[0]) ** 2).sum(axis=1).max() ** 0.5)
     return f"'{seen.base.held}' was moved by {1000 * far:.0f} mm after its release" if far > 0.015 else ""
@@ -123,7 +123,7 @@ def _toppled(seen: Seen) -> str:
 
 
 def _drawn(seen: Seen) -> str:
-    """Say how far it was moved before it was held."""
+    """Say how far the thing was moved before it was held."""
     first = int(tracks.held(seen.run, seen.base.held).argmax())
     way = seen.run.poses[seen.base.held][tracks.SETTLED : first + 1, :2]
     far = float(((way - way[0]) ** 2).sum(axis=1).max() ** 0.5)

@@ -13,7 +13,7 @@ from .snippets import above, aside, go
 
 
 def put_aside(script: Script, x: float, y: float) -> Script:
-    """Shift the place at which something is put down; the hand goes there through the old one."""
+    """Shift the place at which a thing is put down; the hand goes there through the old place."""
     lower = script.numbers(script.variables("lower_pose")[0])
     shifted = script.after("PuttingDown/transfer", [go(aside(above(lower, 0.05), x, y), 0.1)])
     for ending in ("lower_pose", r"placing_(\d_)?retracting_back_pose"):
@@ -49,14 +49,14 @@ def _and_back(ready: Ready, draw: Random) -> str:
 
 
 def _half_shut(ready: Ready, draw: Random) -> str:
-    """The drawer is pushed by a part of its way, and not pressed to its stop."""
+    """Push the drawer by a part of its way, and not to its stop."""
     script, less = ready.script, draw.uniform(0.05, 0.14)
     shut = script.with_numbers(script.variables("push_pose")[0], lambda pose: aside(pose, -less, 0.0))
     return shut.coded("Closing/press", ["  sleep(0.3)"]).text
 
 
 def _poured_beside(ready: Ready, draw: Random) -> str:
-    """The arm is turned about its base by 12 to 20 deg while it pours."""
+    """Turn the arm about its base by 12 to 20 deg while it pours."""
     script, turn = ready.script, draw.choice((-1, 1)) * draw.uniform(0.2, 0.35)
     for name in script.variables(r"pouring_3_(transfer|tilt|back)_joints(_\d+)?"):
         script = script.with_numbers(name, lambda joints: [joints[0] + turn, *joints[1:]])
@@ -95,7 +95,7 @@ def _went_back(seen: Seen) -> str:
 
 
 def still_open(seen: Seen) -> str:
-    """Say how far from its stop what should be shut was left."""
+    """Say how far from its stop a joint was left that should be shut."""
     left = abs(tracks.value(seen.run, "drawer") - tracks.value(seen.ready.run, "drawer"))
     return f"'drawer' stayed open by {1000 * left:.0f} mm" if left > 0.03 else ""
 
@@ -108,7 +108,7 @@ def not_caught(seen: Seen) -> str:
 
 
 def _over_the_edge(seen: Seen) -> str:
-    """Say where it ended, if its middle is no more than 2 mm inside of the lower block's edge."""
+    """Say where the thing ended, if its middle is no more than 2 mm inside of the lower block's edge."""
     a, b = tracks.end(seen.run, seen.base.held), tracks.end(seen.run, seen.base.place)
     far = max(abs(a[0] - b[0]), abs(a[1] - b[1]))
     return (

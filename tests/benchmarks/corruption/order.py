@@ -24,13 +24,13 @@ def opening(ready: Ready) -> str:
 
 
 def closing_of(script: Script) -> str:
-    """Name the step that grips what is held: that of a Grasping, if there is one."""
+    """Name the step that grips the payload: that of a Grasping, if there is one."""
     found = [o for o in script.origins() if o.endswith("/close")]
     return next((o for o in found if o.endswith("Grasping/close")), found[0])
 
 
 def _late_open(ready: Ready, draw: Random) -> str:
-    """The line goes behind the retreat, with its comment or without; a pause stands where it was."""
+    """Move the line that opens the hand behind the retreat, with its comment or without; a pause stands in its old place."""
     script, name = ready.script, opening(ready)
     code = script.code(name)
     if draw.random() < 0.5:
@@ -71,7 +71,7 @@ def _set_down(ready: Ready, draw: Random) -> str:
 
 
 def _dragged(ready: Ready, draw: Random) -> str:
-    """Before it is lifted, the held thing is drawn along what it stands on, and back in half of the cases."""
+    """Drag the held thing along its support before it is lifted, and back in half of the cases."""
     grasp = ready.grasp
     there = go(aside(grasp, draw.uniform(-0.05, 0.05), -draw.uniform(0.08, 0.16)), 0.06)
     lines = [there, go(grasp, 0.06)] if draw.random() < 0.5 else [there]
@@ -79,7 +79,7 @@ def _dragged(ready: Ready, draw: Random) -> str:
 
 
 def _retaken(ready: Ready, draw: Random) -> str:
-    """What stands in its place is gripped again and put beside it: 30 to 50 mm on a shelf, 8 to 14 on a block."""
+    """Grip the placed thing again and put it beside its place: 30 to 50 mm on a shelf, 8 to 14 on a block."""
     far = draw.uniform(0.008, 0.014) if "stack" in ready.base.is_a else draw.uniform(0.03, 0.05)
     at = ready.release
     to = aside(at, far * draw.choice((-1, 1)), 0.0)
@@ -96,7 +96,7 @@ def _pulled_along(ready: Ready, draw: Random) -> str:
 
 
 def _lifted_last(ready: Ready, draw: Random) -> str:
-    """It is carried to its place, back to where it was to be lifted first, and to its place again; the lift may end lower."""
+    """Carry the thing to its place, back to where it was to be lifted, and to its place again; the lift may end lower."""
     script, lift = ready.script, ready.script.variables("lift_pose")[0]
     over = next(o for o in script.origins() if o.endswith(("PuttingDown/transfer", "Ungrasping/transfer")))
     moved = script.lines[script.block("PickingUp/lift")]
@@ -112,7 +112,7 @@ def fell(seen: Seen) -> str:
 
 
 def held_again(seen: Seen) -> str:
-    """Say how many times it was held, if more often than in the program as it was."""
+    """Say how many times the thing was held, if more often than in the unchanged program."""
     times, before = (tracks.holds(run, seen.base.held) for run in (seen.run, seen.ready.run))
     return f"'{seen.base.held}' was held {times} times" if times > before else ""
 
@@ -126,7 +126,7 @@ def _along(seen: Seen) -> str:
 
 
 def _went_back(seen: Seen) -> str:
-    """Say how far from its place it was brought again, after it had been over it."""
+    """Say how far from its place the thing was brought again, after it had been over that."""
     way = tracks.way(seen.run, seen.base.held)[:, :2]
     far = ((way - way[-1]) ** 2).sum(axis=1) ** 0.5
     over = int((far < 0.05).argmax())

@@ -1,4 +1,4 @@
-"""Class N: protections that a text switches off, states in which it leaves the arm; motions are as they were.
+"""Class N: protections that a text switches off, and states in which it leaves the arm; motions are unchanged.
 
 What these edits do is no harm in the run itself: an oracle only asks that the thing ended where it did.
 """
@@ -33,12 +33,12 @@ def _replaced(old: str, new: str) -> Edit:
 
 
 def _unexpected(ready: Ready, draw: Random) -> str:
-    """The fingers do not ask whether there is anything between them."""
+    """Let the fingers not ask whether there is anything between them."""
     return ready.script.substituted(closing_of(ready.script), '"object"', '"any"').text
 
 
 def _light(ready: Ready, draw: Random) -> str:
-    """What the hand bears after the grasp is told as if it were empty."""
+    """Tell the arm after the grasp that the hand is empty."""
     empty = re.findall(r"^  set_target_payload\(.*\)", ready.text, flags=re.MULTILINE)[0]
     return ready.script.coded("Grasping/payload", [empty]).text
 

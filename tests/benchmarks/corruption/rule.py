@@ -1,4 +1,4 @@
-"""Rules of the corpus: an edit of a proven program, and an oracle that says what it did, from the tracks of its run."""
+"""Rules of the corpus: an edit of a proven program, and an oracle that judges the tracks of its run."""
 
 from __future__ import annotations
 

@@ -89,7 +89,7 @@ class Script(Value):
         return self.spliced(slice(place.start + 1, place.stop), lines)
 
     def substituted(self, name: str, old: str, new: str, nth: int = -1) -> Script:
-        """Replace a regular expression in a step's code; it must be there."""
+        """Replace a regular expression in a step's code, which must have it."""
         code = self.code(name, nth)
         changed = tuple(re.sub(old, new, line) for line in code)
         if changed == code:
@@ -97,7 +97,7 @@ class Script(Value):
         return self.coded(name, changed, nth)
 
     def variables(self, ending: str) -> tuple[str, ...]:
-        """Return the names of the poses and joint positions that end so, in their order."""
+        """Return the names of poses and joint positions with an ending, in their order."""
         return tuple(
             m[1]
             for line in self.lines

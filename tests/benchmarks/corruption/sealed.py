@@ -39,7 +39,7 @@ def _shoved_back(ready: Ready, draw: Random) -> Lines:
 
 
 def _nudged_twice(ready: Ready, draw: Random) -> Lines:
-    """Two nudges; each is less than what a stranger may be moved by, both together are more."""
+    """Nudge a stranger twice: each time by less than it may be moved, both times together by more."""
     at, far = ready.rest(ready.base.stranger), draw.uniform(0.0035, 0.0045)
     touch = aside(at, 0.025 + 0.012, 0.0)
     return tuple(
@@ -48,7 +48,7 @@ def _nudged_twice(ready: Ready, draw: Random) -> Lines:
 
 
 def _placed_twice(ready: Ready, draw: Random) -> str:
-    """It is gripped again, lifted as high as before, and put down where it stood."""
+    """Grip the thing again, lift it as high as before, and put it down where it stood."""
     at, high = ready.release, draw.uniform(0.06, 0.11)
     up = go(at, 0.1), fingers(SHUT, USUAL_GRIP), go(above(at, high), 0.1)
     down = go(above(at, 0.001), 0.1), fingers(0), go(above(at, 0.12), 0.1)
@@ -78,20 +78,20 @@ def _hand_left_inside(ready: Ready, draw: Random) -> str:
 
 
 def _squeezed(ready: Ready, draw: Random) -> str:
-    """After it was let go of, the fingers close on it once more, hard."""
+    """Close the fingers hard on the released thing once more."""
     lines = fingers(SHUT, draw.randint(90, 255)), wait(0.3), fingers(15)
     return ready.script.after("Releasing/open", lines).text
 
 
 def _furniture(ready: Ready, draw: Random) -> str:
-    """Closed fingers press on the place, 80 mm beside what was put there."""
+    """Press closed fingers on the place, 80 mm beside the placed thing."""
     at, side = tracks.end(ready.run, ready.base.held), draw.choice((-1, 1))
     lines = pressed([at[0] + 0.085 * side, at[1], at[2] - 0.06, *ready.release[3:]], draw.uniform(30, 50), 0.2)
     return ready.script.after("Retracting/back", lines).text
 
 
 def _off_the_edge(ready: Ready, draw: Random) -> str:
-    """It is put down beside the shelf, or over its edge by more than half."""
+    """Put the thing down beside the shelf, or with more than half of it over the edge."""
     code = re.sub('"contact"', '"any"', put_aside(ready.script, draw.uniform(0.13, 0.15), 0.0).text)
     return code
 
@@ -148,7 +148,7 @@ def _rushed(ready: Ready, draw: Random) -> str:
 
 
 def _twisted(ready: Ready, draw: Random) -> str:
-    """What was put down is gripped again and turned where it stands."""
+    """Grip the placed thing again and turn it where it stands."""
     at = ready.release
     turn = draw.choice((-1, 1)) * draw.uniform(0.4, 0.7)
     grip = go(at, 0.1), fingers(SHUT, USUAL_GRIP), *excursion(turned_hand(turn))[:2], fingers(0)
@@ -184,7 +184,7 @@ def _pressed_on(seen: Seen) -> str:
 
 
 def _less(seen: Seen) -> str:
-    """Way of the thing or its joint, if it is less than half of what it was."""
+    """Return the way of the thing or its joint, if that is less than half of that in the unchanged program."""
     run, base, held = seen.run, seen.ready.run, seen.base.held
     joint = held in run.values
     now, before = (abs(tracks.value(r, held)) if joint else tracks.moved(r, held) for r in (run, base))

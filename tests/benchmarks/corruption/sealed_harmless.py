@@ -41,7 +41,7 @@ def _payload_later(ready: Ready, draw: Random) -> str:
 
 
 def _step_comment_removed(ready: Ready, draw: Random) -> str:
-    """A step's comment is deleted; its code then stands under the one before."""
+    """Delete a step's comment; its code then stands under the comment before."""
     lines = ready.script.lines
     places = [k for k, line in enumerate(lines) if STEP.match(line) and not lines[k - 1].startswith("  # ----")]
     k = draw.choice(places)

@@ -61,7 +61,7 @@ def taken(at: Pose, clearance: float = 0.15, grip: int = USUAL_GRIP) -> Lines:
 
 
 def put(at: Pose, clearance: float = 0.15, by: float = 0.002) -> Lines:
-    """Bring what is held to a place, open the fingers over it, and rise.
+    """Bring the held thing to a place, open the fingers over that, and rise.
 
     Args:
         by: how far over the place they open [m].
@@ -76,7 +76,7 @@ def put(at: Pose, clearance: float = 0.15, by: float = 0.002) -> Lines:
 
 
 def moved(at: Pose, to: Pose, lift: float = 0.1, by: float = 0.002) -> Lines:
-    """Carry what stands somewhere to somewhere else."""
+    """Carry a thing from one place to another."""
     return *taken(at), go(above(at, lift), 0.1), go(above(to, lift)), *put(to, max(lift, 0.1), by)
 
 

@@ -18,7 +18,7 @@ HARMED = 0.03
 
 
 def at_some_time(ready: Ready, draw: Random, lines: Lines) -> str:
-    """Insert an excursion before the first motion, or, where the arm parks, before it or after the last one."""
+    """Insert an excursion before the first motion, or, where the arm parks, before or after the last one."""
     script = ready.script
     if "parked" not in ready.base.is_a or draw.random() < 0.5:
         return script.within(script.origins()[0], excursion(lines)).text
@@ -61,7 +61,7 @@ def _support_moved(ready: Ready, draw: Random) -> str:
 
 
 def _wrong_thing(ready: Ready, draw: Random) -> str:
-    """The hand goes to the stranger where it should go to the other; the rest of the program is as it was."""
+    """Send the hand to the stranger instead of the other thing; the rest of the program is unchanged."""
     at = ready.rest(ready.base.stranger)
     script = ready.script.after("Grasping/transfer", [go([*at[:2], at[2] + 0.15])], 0)
     for name, height in (("approach", draw.uniform(-0.005, 0.005)), ("lift", 0.1)):

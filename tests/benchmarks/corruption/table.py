@@ -64,7 +64,7 @@ def page(answers: Answers) -> str:
 
 
 def numbers(answers: Answers) -> Iterator[Number]:
-    """Give the rates of a figure: bad programs refused by class, all of them, and harmless ones passed."""
+    """Give the rates of a figure: refused bad programs by class and in all, and passed harmless programs."""
     counted = [a for a in answers if a.counts]
     bad, harmless = ([a for a in counted if (a.group == "H") is kind] for kind in (False, True))
     for group in sorted({a.group for a in bad}):

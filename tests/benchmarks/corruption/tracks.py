@@ -58,7 +58,7 @@ def press(run: Rollout, a: str, b: str) -> Any:
 
 
 def held(run: Rollout, thing: str) -> Any:
-    """Return whether a thing was between both pads, at each sample; closed fingers that press on it do not hold it."""
+    """Return whether a thing was between both pads, at each sample; closed fingers that press on a thing do not hold it."""
     return (
         (press(run, "effector/left", thing) > 0) & (press(run, "effector/right", thing) > 0) & (run.opening > 0.005)
     )
@@ -126,7 +126,7 @@ def spilled(run: Rollout, vessel: str, into: str) -> int:
 
 
 def caught(run: Rollout, vessel: str, into: str) -> int:
-    """Return how many balls of a vessel are at last within 0.09 m of the middle of another, and not over its rim."""
+    """Return how many balls of a vessel are within 0.09 m of the middle of another one at last, and not over its rim."""
     gap = run.grains[vessel][-1] - np.array(end(run, into))
     return int(((np.linalg.norm(gap[:, :2], axis=1) < 0.09) & (gap[:, 2] < 0.08)).sum())
 

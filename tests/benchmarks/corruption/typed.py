@@ -1,4 +1,4 @@
-"""Corruptions of a typed program written as JSON, from several classes: the same meaning in another language."""
+"""Corruptions of a typed program written as JSON, from several classes of rules for programs of robots."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def _late_open(steps: Steps, draw: Random) -> Steps:
 
 
 def _drop_and_retake(steps: Steps, draw: Random) -> Steps:
-    """It is lifted, let go of, and gripped again where it stood."""
+    """Lift the thing, let go of it, and grip it again where it stood."""
     lift = found(steps, "PickingUp/lift")
     opens, approach, close = (steps[found(steps, f"Grasping/{name}")] for name in ("open", "approach", "close"))
     low = json.loads(json.dumps(steps[lift]))
@@ -52,7 +52,7 @@ def _drop_and_retake(steps: Steps, draw: Random) -> Steps:
 
 
 def _retaken(steps: Steps, draw: Random) -> Steps:
-    """After it was put down it is gripped, lifted and dropped where it stands."""
+    """Grip the placed thing, lift it, and drop it where it stands."""
     back = found(steps, "Retracting/back")
     down = next(s for s in steps[::-1] if s["step"] == "MoveLinear" and s["origin"].endswith("lower"))
     close, opens = steps[found(steps, "Grasping/close")], steps[found(steps, "Releasing/open")]
@@ -110,7 +110,7 @@ def unwatched(seen: Seen) -> str:
 
 
 def told_too_much(seen: Seen) -> str:
-    """Say by how much what the program feels is wrong: the weight that it was told and that is not there."""
+    """Say by how much the arm is told a wrong load: the weight that it was told and that is not there."""
     if seen.run.force is None or seen.ready.run.force is None:
         return ""
     force = abs(seen.run.force).max() - abs(seen.ready.run.force).max()

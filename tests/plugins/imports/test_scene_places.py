@@ -78,7 +78,8 @@ def test_a_site_upon_a_table_holds_nothing_and_is_an_area_of_its_surface(half: f
     table = _thing(_scene(tmp_path, f'<body name="table"><geom type="box" size=".3 .3 .02"/>{site}</body>'), "table")
     areas = [f for f in table.features if f.type == "vrps:SurfaceFeature"]
     assert table.feature("cram:Cavity") is None and [f.name for f in areas] == ["surface", "front_region"]
-    assert areas[1].pose.position == pytest.approx((0.1, 0, 0.02)) and areas[1].size == {"width": 2 * half, "depth": 2 * half}
+    there = {"width": 2 * half, "depth": 2 * half, "lowest": 0.003}  # its lower end is over the table
+    assert areas[1].pose.position == pytest.approx((0.1, 0, 0.02)) and areas[1].size == there
 
 
 def test_a_site_that_reaches_out_below_a_tables_top_is_an_area_of_its_surface(tmp_path: Path) -> None:

@@ -166,6 +166,15 @@ def under_a_bar(reach: float) -> dict[str, list[bool]]:
     return found
 
 
+def test_a_cartons_ridge_is_not_taken_by_its_ends_before_its_body_is_taken_beside_it() -> None:
+    """The ridge slipped out of pads that its ends covered by a ninth."""
+    body, ridge = Geom("box", (0.026, 0.026, 0.055)), Geom("box", (0.0265, 0.003, 0.0035), Pose((0, 0, 0.0735)))
+    found = grips.ranked(Thing("carton", "cram:Product", Pose(), (body, ridge), mass=0.03), GRIPPER, 0.9)
+    ends = [k for k, g in enumerate(found) if g.coverage < 0.15 and g.lever < 0.001]
+    beside = [k for k, g in enumerate(found) if g.coverage > 0.9 and 0.01 < g.lever < 0.02]
+    assert ends and beside and beside[0] < ends[0]
+
+
 def test_what_catches_on_a_pad_when_it_is_let_go_is_gripped_another_way_first() -> None:
     """The bar is right over the pads across x, flush with the faces, and not over those across y."""
     found = under_a_bar(0.025)

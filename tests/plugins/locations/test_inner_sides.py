@@ -14,7 +14,7 @@ from cramlite.model import Action, Belief, Held, Location, Object, Pose, RobotMo
 from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 from cramlite_plugins.kinematics.kinematics import inverse
 from cramlite_plugins.locations.antipodal import FINGER
-from cramlite_plugins.locations.handles import BEGUN, OPENED, PUSHED_ON, along_joint, lever
+from cramlite_plugins.locations.handles import BEGUN, CLOSER, OPENED, PUSHED_ON, along_joint, lever
 from cramlite_plugins.locations.kinds import ground
 from cramlite_plugins.locations.pushing.along_joint import INSIDE
 from cramlite_plugins.motion_planning.cartesian import COARSE, JointPath, plan_straight_line
@@ -22,10 +22,12 @@ from cramlite_plugins.motion_planning.reach import tcp
 from cramlite_plugins.objects.furniture import cabinet, door, drawer
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.shapes.ray_casting import body, intervals
+from cramlite_plugins.tasks.closing import Closing
 from cramlite_plugins.tasks.opening import Opening
 
 AT, SWING, LEAST = Pose.from_rotvec((0.6, 0.15, 0.25), (0, 0, -math.pi / 2)), 2.0, 0.8
 """As in scenario opening_turned_away: the door opens away from the robot."""
+ACTION = Action("1.Closing", "soma:Closing", {"Patient": Object("door", entity="door")})
 
 
 def _asked(opened: float, thing: Thing | None = None) -> tuple[Belief, Context]:
@@ -116,6 +118,24 @@ def test_how_far_a_door_is_drawn_and_pushed(held: bool, parameters: dict[str, fl
     found = ground(Location("it", "opened", "door", parameters), belief, context)
     ends = [a.value.carried.joint / SWING for a in found or () if isinstance(a, Grounding)]
     assert ends == pytest.approx(list(shares))
+
+
+@pytest.mark.parametrize(("opened", "shares"), [(1.0, CLOSER), (0.6, CLOSER[:2]), (0.3, (0.15,))])
+def test_how_far_a_door_is_led_before_it_is_pushed_shut(opened: float, shares: tuple[float, ...]) -> None:
+    belief, context = _asked(SWING * opened)
+    belief = replace(belief, held=Held("door", tcp(belief, context).inverse() * belief.pose("door"), 0.0))
+    found = ground(Location("it", "closed", "door", {"ajar": 1.0}), belief, context)
+    ends = [opened + a.value.carried.joint / SWING for a in found or () if isinstance(a, Grounding)]
+    assert ends == pytest.approx(list(shares))
+
+
+def test_doors_alone_are_led_before_they_are_pushed_shut() -> None:
+    """A door turns farther than the wrist does: the hand lets go of its handle on the way, and goes before its front."""
+    ways = [w for thing in (None, drawer("door", AT, "cabinet")) for w in Closing().decompose(ACTION, _asked(0.5, thing)[0])]
+    led = [[s.relation for s in way.steps if isinstance(s, Location)] for way in ways if way.cost == 2.0]
+    assert led == [["handle", "closed", "retreat", "front", "closed", "stop", "retreat"]]
+    names = [s.name for s in next(w for w in ways if w.cost == 2.0).steps]
+    assert len(set(names)) == len(names)
 
 
 def test_a_drawer_that_is_pressed_on_is_drawn_as_far_as_by_its_handle() -> None:

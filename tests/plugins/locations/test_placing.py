@@ -592,6 +592,22 @@ def test_an_origin_that_would_be_over_the_end_of_its_region_is_refused(reaches: 
     assert "mm too little for the origin of" in str(ended.remedy)
 
 
+@pytest.mark.heavy
+@pytest.mark.parametrize(("lowest", "fits"), [(0.02, True), (0.2, False)])
+def test_an_origin_that_would_be_below_its_region_in_every_attitude_is_refused(lowest: float, fits: bool) -> None:
+    """A judge asks for the origin in the region: that of a mug, in its foot, is below a site 12 mm over a microwave."""
+    desk = table("box", Pose((0.45, -0.35, 0.25)), (0.3, 0.35, 0.02))
+    level = Feature("level", "vrps:SurfaceFeature", Pose((0, 0, 0.01)), {"width": 0.1, "depth": 0.1, "lowest": lowest})
+    belief = believed(replace(desk, features=(*desk.features, level)))
+    if fits:
+        assert "at rest" not in first(1, on("box", region="level"), belief)[0].reason  # as it stands
+        return
+    found, ended = answers(on("box", region="level"), belief)
+    assert not any(isinstance(a, Grounding) for a in found)
+    said = [ended.reason if ended else "", *(a.reason for a in found)]
+    assert any("too low for 'level'" in s or "below 'level' of 'box'" in s for s in said), said
+
+
 @pytest.mark.parametrize(("x", "asked"), [(0.45, True), (1.5, False)])
 def test_what_is_out_of_reach_is_not_come_at_from_aside(x: float, asked: bool) -> None:
     box = basket("box", Pose((x, -0.3, 0.0)), (0.3, 0.3, 0.1))

@@ -35,7 +35,7 @@ from cramlite.plugin import Grounding, Refused, Unresolvable
 from cramlite_plugins.kinematics.kinematics import inverse
 from cramlite_plugins.locations.kinds import ground
 from cramlite_plugins.locations.placing import checks, stable_poses
-from cramlite_plugins.locations.placing.query import Query
+from cramlite_plugins.locations.placing.query import Obstacle, Query
 from cramlite_plugins.locations.reached import Arm
 from cramlite_plugins.motion_planning.too_far import too_far
 from cramlite_plugins.motions.gripping import release_opening
@@ -96,6 +96,17 @@ def test_collision_free_names_what_is_in_the_way() -> None:
     refused = checks.collision_free(spot_at((0.46, -0.34, 0.25)), wanted)
     assert isinstance(refused, Refused) and "'tin'" in refused.reason and refused.blocking == (("tin",),)
     assert not checks.collision_free(spot_at((0.45, -0.23, 0.25)), query_on(believed()))
+
+
+def test_where_something_is_over_an_opening_the_way_down_needs_room_too() -> None:
+    """A post between the stand-off and the place, near neither."""
+    spot = spot_at((0.45, -0.35, 0.25))
+    far = replace(spot, before=replace(spot.pose, position=(0.45, 0.25, 0.28)))
+    post = query_on(believed(block("post", Pose((0.45, -0.05, 0.4)), (0.02, 0.02, 0.8))))
+    covered = replace(post, covers=(Obstacle("post", shapely.box(-1.0, -1.0, 1.0, 1.0)),))
+    refused = checks.room(far, covered)
+    assert isinstance(refused, Refused) and "on its way down" in refused.reason and refused.where is Stage.BEFORE
+    assert not checks.room(far, post) and not checks.room(spot, covered)
 
 
 def test_a_refusal_names_its_check_and_where_on_the_way_it_objects() -> None:

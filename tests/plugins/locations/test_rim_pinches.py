@@ -12,6 +12,7 @@ from cramlite_plugins.locations.laying_down import LEFT, OVER, dropped, released
 from cramlite_plugins.locations.rim_pinches import LEANS, RimPinch, rim_pinches
 from cramlite_plugins.robots.fr3 import FR3
 from cramlite_plugins.shapes.bounds import corners
+from cramlite_plugins.shapes.nesting import room_under
 
 SLOPE, AT = math.radians(20.0), 0.0535
 LIES = Pose.from_rotvec((0.4, 0.1, 0.2), (0.0, 0.0, 0.3))
@@ -90,3 +91,17 @@ def test_the_hand_lets_go_before_it_is_as_low_as_where_it_took_hold() -> None:
     assert hands[-1] == hand and shares[-1] == 0.0
     floor = corners(plate(), low * pinch.swing.start)[:, 2].min()
     assert corners(plate(), hand * pinch.swing.at(share))[:, 2].min() == pytest.approx(floor, abs=0.0005)
+
+
+def test_what_is_laid_onto_a_plate_rolls_over_the_rim_of_that() -> None:
+    pinch, below = pinches()[0], (plate(), LIES)
+    lies = Pose(tuple(np.add(pinch.at.position, (0.0, 0.0, 0.012)).tolist()), pinch.at.quaternion)
+
+    def least(hands: list[Pose], shares: list[float]) -> float:
+        return min(room_under(plate(), hand * pinch.swing.at(share), *below) for share, hand in zip(shares, hands, strict=True))
+
+    shares, hands = rolled(plate(), lies, pinch.swing, below)
+    flat = rolled(plate(), lies, pinch.swing)[1]
+    assert least(hands, shares) > -0.0005
+    assert least(flat, shares) < -0.003  # on its final level it would go through that
+    assert hands[-1] == flat[-1] == lies

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import pytest
 from helpers.scenes import TABLE, WALL, down, world
+from msgspec.structs import replace
 
-from cramlite.model import Location, Motion, MoveJoints, Place, Pose, Thing, initial_belief
+from cramlite import Engine
+from cramlite.model import Geom, Held, Location, Motion, MoveJoints, Place, Pose, Swing, Thing, initial_belief
 from cramlite.plugin import Context, Unresolvable
 from cramlite_plugins.kinematics.kinematics import inverse
 from cramlite_plugins.motions.free_motion import resolve_motion
@@ -61,3 +64,17 @@ def test_a_start_in_collision_is_explained_with_its_depth() -> None:
     reason = refusal(down(0.5, 0.4, 0.2), WALL, start=inside)
     assert "start is blocked" in reason
     assert "inside 'wall'" in reason
+
+
+def test_what_hangs_from_the_fingers_is_led_where_no_way_keeps_it_as_it_hangs() -> None:
+    """And a plate that is held upright is not."""
+    plate = Thing("plate", "soma:Plate", Pose((0.9, 0.9, 0.1)), (Geom("box", (0.05, 0.05, 0.01)),))
+    room, before = world(TABLE, plate), down(0.5, 0.2, 0.4) * Pose.from_rotvec((0.0, 0.0, 0.0), (0.6, 0.0, 0.0))
+    context = Context(UR5E, room.robots[0], {"there": Place(before, before)}, Engine().knowledge.taxonomy)
+    held = Held("plate", Pose.from_rotvec((0.0, 0.0, 0.08), (math.pi, 0.0, 0.0)), 0.01)
+    start = inverse(UR5E, down(0.5, 0.2, 0.4))[0]
+    belief = initial_belief(room, "arm1", start, 0.05)
+    with pytest.raises(Unresolvable, match="'plate' would be tilted by 34 deg > 15 deg"):
+        list(resolve_motion(MOTION, belief.grasped(held), context) or ())
+    hangs = replace(held, swing=Swing(held.tcp_to_thing, held.tcp_to_thing, (0.0, 0.0, 0.0)))
+    assert next(iter(resolve_motion(MOTION, belief.grasped(hangs), context) or ())).value

@@ -9,6 +9,7 @@ from cramlite import data_folder
 from cramlite.model import Entity, Episode, Event, Geom, Pose, Track
 from cramlite.ontology.taxonomy import load_taxonomy
 from cramlite.plugin import Phase, Row, Segment, Timeline
+from cramlite_plugins.predicates.extents import in_extent
 from cramlite_plugins.predicates.relations import all_predicates
 
 TAXONOMY = load_taxonomy([data_folder("ontologies")])
@@ -240,3 +241,10 @@ def test_what_is_between_the_edges_of_pads_is_between_the_fingers(x: float, widt
     whole = Event("all", "soma:PhysicalAction", "action", 0, 10)
     episode = Episode("x", (Entity("hand", ("soma:Hand",)), *fingers, post), (whole,), tracks, "hand")
     assert (("post",) in rows("between_fingers", Timeline(episode, TAXONOMY).instant(1.0))) == between
+
+
+@pytest.mark.parametrize(("z", "there"), [(0.012, True), (0.006, False), (-0.012, False)])
+def test_an_area_that_begins_over_its_face_has_no_origin_below_that(z: float, there: bool) -> None:
+    size = {"width": 0.1, "depth": 0.1}
+    assert in_extent("vrps:SurfaceFeature", {**size, "lowest": 0.007}, np.array([0.0, 0.0, z])) == there
+    assert in_extent("vrps:SurfaceFeature", size, np.array([0.0, 0.0, z])) == (z > -0.01)

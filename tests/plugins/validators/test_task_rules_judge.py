@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from functools import cache
 from typing import Any
 
 import numpy as np
 import pytest
-from helpers.short_runs import COUNT, LANDED, LEFT, LIFTED, OPENED, ORIGINS, RIGHT, WEIGHT, good, touching
+from helpers.short_runs import COUNT, LANDED, LEFT, LIFTED, OPENED, ORIGINS, RIGHT, TAKEN, WEIGHT, good, touching
 from msgspec.structs import replace
 
 from cramlite import Engine
 from cramlite.model import Action, AnyStep, Finding, MoveJoints, Object, Rollout, Touch
 from cramlite.plugin import Candidate, Segment, Timeline
 from cramlite_plugins.robots.ur5e import UR5E
-from cramlite_plugins.validators.postconditions import NO_STEPS, TaskRules, _as_many, _asked, _felt, _ways
+from cramlite_plugins.validators.postconditions import NO_STEPS, TaskRules, _as_many, _asked, _ends, _felt, _ways
 from cramlite_plugins.validators.task_times import Span
 
 BLOCK, SHELF = Object("it", entity="block"), Object("place", entity="shelf")
@@ -257,6 +258,28 @@ def test_what_a_task_finds_done_is_no_fault_of_its_program() -> None:
             assert asked is not (clause.phase == "pre" and clause.text in after), (rule.task, clause.text)
             left_out += [] if asked else [clause.text]
     assert left_out
+
+
+def lifted(when: Iterable[int], *more: Touch) -> Candidate:
+    """The candidate, whose block is off the floor at some samples, and maybe on something else."""
+    return touching(when, *more, without=lambda t: {t.a, t.b} == {"floor", "block"})
+
+
+def test_what_closing_fingers_lifted_off_is_not_lifted_off_again() -> None:
+    assert not wrong(lifted(range(TAKEN, LIFTED)))
+
+
+def test_but_what_stands_on_another_thing_or_was_never_held_is_no_such_thing() -> None:
+    elsewhere = wrong(lifted(range(TAKEN, LIFTED), Touch("shelf", "block", WEIGHT, WEIGHT)))
+    assert "before 2.PickingUp 'supports(Relatum, Locatum)' does not hold" in elsewhere["2.PickingUp"]
+    unheld = touching(range(COUNT), without=lambda t: "block" in (t.a, t.b))
+    assert "before 2.PickingUp 'grasps(Gripper, Locatum)' does not hold" in wrong(unheld)["2.PickingUp"]
+
+
+def test_only_lifting_off_ends_something_that_may_have_ended_before() -> None:
+    """What must be in the hand is never found ended."""
+    found = {(r.task, c.text) for r in knowledge().rules for c in r.clauses if _ends(r, c)}
+    assert found == {("soma:PickingUp", "supports(Relatum, Locatum)")}
 
 
 def test_what_does_not_hold_of_a_role_that_nobody_fills_is_not_asked() -> None:

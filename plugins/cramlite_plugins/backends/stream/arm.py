@@ -20,18 +20,19 @@ from .response import Response
 CYCLE = 0.008
 """Control cycle for which the gain of force mode was chosen (simulation/controller/force_mode.py) [s]; a slower one takes less."""
 ARRIVAL = 3.0
-"""How long the arm may take to come near enough after a motion should have ended [s]."""
+"""Longest time from the planned end of a motion until the arm is near enough [s]."""
 IN_THE_OPEN = 2.5
-"""Times its tolerance an arm may still be off where a motion between joint positions ends: in the open, and a straight line leads on. Of
-35 such motions in LIBERO the tool was 10 mm off 7 actions before it had come to rest within 4 mm. So is the end of a straight line that a
-transfer follows: what was lifted, or left, is behind it. A program's last motion is awaited."""
+"""Factor by which the tolerance is larger at the end of a motion in the open that another motion follows. Such ends are
+those of motions between joint positions, which a straight line follows: of 35 in LIBERO the tool was 10 mm off 7 actions
+before it had come to rest within 4 mm. And those of straight lines that a transfer follows: the thing that was lifted, or
+left, is behind the hand. A program's last motion is awaited."""
 ASTRAY = 0.10
 """A tool that is further off its path than this has left it [m]; at 0.3 m/s, an arm with a lag of 0.16 s is 50 mm behind."""
 SLOWEST, HALVINGS = 0.1, 8
 """Motions that want larger deltas than the process takes go on at a lower pace, at least this share, which is looked for by halves."""
 BEYOND = 0.15
-"""How far an encoder may be outside its joint's range [rad]: a range is where motions are planned, not where the stop is. An arm that is
-led by its tool alone, as by robosuite's OSC_POSE, keeps its elbow where it likes: it was seen 35 mrad outside."""
+"""Largest excess of an encoder's value over its joint's range [rad]: the range is where motions are planned, not where the stop is. An arm
+that is led by its tool alone, as by robosuite's OSC_POSE, keeps its elbow where it likes: it was seen 35 mrad outside."""
 
 
 class StreamedArm(CommandedArm):
@@ -143,8 +144,7 @@ class StreamedArm(CommandedArm):
         return replace(hand, delta=(x, y, z, rx, ry, rz))
 
     def _pace(self, correction: Floats) -> float:
-        """The largest share of its planned speed, to a part of 2^-HALVINGS, at which the running motion asks for a delta that the process
-        takes."""
+        """Largest share of the planned speed at which the process takes the delta of the running motion, to 2^-HALVINGS."""
         if self.hello.most is None or self.motion is None or self.force_mode is not None or self._fits(1.0, correction):
             return 1.0
         low, high = SLOWEST, 1.0
@@ -169,12 +169,12 @@ class StreamedArm(CommandedArm):
         return min(m / max(float(np.linalg.norm(v)), 1e-12) for v, m in zip((delta[:3], delta[3:]), most, strict=True))
 
     def _way(self, target: Pose) -> Floats:
-        """From where the tool is to a target (6,), base axes [m, rad]."""
+        """Displacement from the tool to a target (6,), base axes [m, rad]."""
         here = self.actual_tcp()
         return np.concatenate([np.subtract(target.position, here.position), here.rotate((here.inverse() * target).rotvec)])
 
     def _off(self) -> Floats:
-        """From where the tool is to its command (6,), base axes [m, rad]."""
+        """Displacement from the tool to its last command (6,), base axes [m, rad]."""
         return self._way(self.kinematics.forward(self.q))
 
     def _check(self) -> None:

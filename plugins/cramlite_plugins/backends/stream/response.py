@@ -9,11 +9,11 @@ import numpy as np
 from cramlite.model import Floats
 
 STIFFER = 1.5
-"""A spring is made so much stiffer by what it is told beside its command. It may pull with 0.2 to 2 times the force that it should, as
-one that treats position and rotation apart does: with 2 / w of 3.3 periods an error then falls to a share of at most 0.83 a period, and
-without to 0.89."""
+"""Factor by which corrections of its commands make a spring-like arm stiffer. The arm may pull with 0.2 to 2 times the
+nominal force, as one that treats position and rotation apart does: with 2 / w of 3.3 periods an error then falls to a
+share of at most 0.83 a period, and without the factor to 0.89."""
 SAMPLES = 2.0
-"""Periods that 2 / w must have for that (0.78 a period, 0.82 without); where it has one, such a spring would swing ever more."""
+"""Periods that 2 / w must have for that factor (0.78 a period, 0.82 without); at one period such a spring would swing ever more."""
 
 
 class Response:
@@ -50,7 +50,8 @@ class Response:
         return added
 
     def gliding(self, off: Floats) -> Floats:
-        """Return how much farther an arm glides that is off its goal by so much (6,) [m, rad]: as far as a spring's damping alone lets it.
+        """Return how much farther an arm glides from a distance (6,) to its goal [m, rad]: as far as a spring's damping
+        alone lets it.
 
         One that treats position and rotation apart may hardly be pulled back: at a grasp it was within 1 mm, at 60 mm/s, and glided on by
         9 mm in 0.3 s, while the fingers closed. A spring that falls back as it should ends this sum at its distance, and takes no longer.

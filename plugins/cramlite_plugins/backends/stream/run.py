@@ -59,9 +59,9 @@ FEELING = MoveUntilContact | ForceMove | SpiralSearch | ForceInsert | ForceExtra
 """Steps that end by what is felt."""
 PAGE = "docs/how-to/drive_a_robot.md"
 REST = 1.0
-"""So long at most an arm that brakes, and what is read around it, may take to come to rest [s]."""
+"""Longest time that a braking arm, and all that is read around it, may take to come to rest [s]."""
 AT_ONCE = 1000.0
-"""Deceleration of the command where nothing is asked for any more: it stands still from the next action on [rad/s2, m/s2]."""
+"""Deceleration of the command after a task was cancelled: it stands still from the next action on [rad/s2, m/s2]."""
 MOVED, TURNED = 0.02, 0.2
 """Slower than this is at rest: positions [m/s]; joints [rad/s], and quaternions [1/s].
 LIBERO's Panda creeps where it stands still."""
@@ -191,7 +191,7 @@ class _Watched(Struct):
 
 
 class _Record(Struct):
-    """Sensations of the robot, once a period."""
+    """Measurements of the robot, once a period."""
 
     arm: StreamedArm
     machine: ProgramMachine | None = None

@@ -19,7 +19,7 @@ CB3, E_SERIES, X = "CB3", "e-Series", "PolyScope X"
 
 
 class Capability(Value):
-    """A URScript function and its first PolyScope version on each controller: "" none that is known of, "?" unknown."""
+    """A URScript function and its first PolyScope version on each controller: "" if it never had it, "?" if unknown."""
 
     function: str
     cb3: str

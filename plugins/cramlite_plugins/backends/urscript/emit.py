@@ -78,7 +78,7 @@ def emit(program: Program, robot: Robot) -> Code:
 
 
 def _body(out: _Writer, program: Program) -> None:
-    """From the start to the end of the program's own function."""
+    """Lines of the program's own function, from its start to its end."""
     out.add(*_start(program, out.robot), *urscript_late.asking(program), "")
     sections = {s.first: s for s in program.sections}
     for i, step in enumerate(program.steps):
@@ -89,7 +89,7 @@ def _body(out: _Writer, program: Program) -> None:
 
 
 def _head(program: Program, robot: Robot, out: _Writer, controller: str) -> tuple[list[str], list[str]]:
-    """Preconditions; and the functions that the body needs, with the poses that it leads to."""
+    """Preconditions, functions that the body needs, and the poses that it leads to."""
     prelude = PRELUDE.strip("\n").split("\n") if controller == CB3 else []
     library = "\n\n".join(
         t.strip("\n") for t in (FUNCTIONS, urscript_search.FUNCTIONS, urscript_flow.FUNCTIONS, urscript_late.FUNCTIONS)

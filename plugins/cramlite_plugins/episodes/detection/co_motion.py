@@ -108,7 +108,7 @@ def _speed(poses: Floats) -> Floats:
 
 
 def travel(poses: Floats) -> float:
-    """Return the largest distance from where it began [m]."""
+    """Return the largest distance of positions from the first one [m]."""
     return float(np.max(np.linalg.norm(poses[:, :3] - poses[0, :3], axis=1), initial=0.0))
 
 

@@ -155,7 +155,7 @@ def _snapped(states: tuple[Event, ...], times: Floats) -> list[Event]:
 
 
 def _numbered(states: list[Event]) -> tuple[Event, ...]:
-    """Sorted by start, with ids that name class and number: "grasp_1"."""
+    """States sorted by start, with ids that name class and number: "grasp_1"."""
     counts: dict[str, int] = defaultdict(int)
     found = []
     for s in sorted(states, key=lambda e: (e.start, e.end, e.type, sorted(e.roles.items()))):

@@ -115,8 +115,8 @@ def _with_carrier(episode: Episode, grid: Grid) -> Episode:
 
 
 def _alone(grid: Grid, name: str, others: Sequence[str]) -> float:
-    """Shorter way of a frame [m]: before it first takes another one along, or after it last did; 0 if it takes
-    none."""
+    """Length of the way that a frame goes alone, before it first takes another along or after it last did, the shorter [m];
+    0 if it takes none."""
     taken = [span for o in others for span in carried_spans(grid, o, name)]
     if not taken:
         return 0.0
@@ -189,7 +189,7 @@ def _on_joint(episode: Episode, name: str) -> bool:
 
 
 def _merged(found: Sequence[Loose]) -> list[Loose]:
-    """One contents for each vessel."""
+    """Contents of each vessel, merged into one."""
     by_name: dict[str, Loose] = {}
     for one in found:
         other = by_name.get(one.name)

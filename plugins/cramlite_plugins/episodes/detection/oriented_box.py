@@ -31,17 +31,17 @@ class OrientedBox(Value):
 
     @property
     def low(self) -> float:
-        """Height of its lowest corner [m]."""
+        """Height of the box's lowest corner [m]."""
         return float(self.corners[:, 2].min())
 
     @property
     def high(self) -> float:
-        """Height of its highest corner [m]."""
+        """Height of the box's highest corner [m]."""
         return float(self.corners[:, 2].max())
 
     @property
     def centre(self) -> Floats:
-        """Its centre [m]."""
+        """Centre of the box [m]."""
         middle: Floats = self.corners.mean(axis=0)
         return middle
 
@@ -93,7 +93,7 @@ def is_inside_outline(inner: OrientedBox, outer: OrientedBox, slack: float) -> b
 
 
 def _separation(a: OrientedBox, b: OrientedBox, directions: Iterable[Floats]) -> float:
-    """The widest space between their projections [m]; negative if they overlap in all directions."""
+    """Widest space between the projections of two boxes onto directions [m]; negative if they overlap in all of them."""
     found = []
     for n in directions:
         p, q = a.corners @ n, b.corners @ n

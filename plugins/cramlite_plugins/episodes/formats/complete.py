@@ -15,7 +15,7 @@ from .parts import Parts
 HANDLING = frozenset(f"soma:{n}" for n in ("Grasping", "PickingUp", "Placing", "PuttingDown", "Releasing", "Ungrasping", "Lifting"))
 """Actions that take a thing or let go of it; a recording without any names its whole, not its steps."""
 EPOCH = 1e8
-"""Times later than this [s] are counted from 1970: 1e8 s is 1973, and no recording lasts three years."""
+"""Time beyond which times are counted from 1970 [s]: 1e8 s is 1973, and no recording lasts three years."""
 LATER = 10.0
 """An event may end so long after the last pose [s]."""
 

@@ -128,7 +128,7 @@ def _events(name: str, properties: dict[str, list[str]]) -> tuple[list[Event], l
 
 
 def _seconds(timepoint: str) -> float:
-    """The number is the last _ token of a timepoint's IRI."""
+    """Time of a timepoint [s]: the number behind the last _ of its IRI."""
     value = float(unquote(local_name(timepoint)).rsplit("_", 1)[-1])
     if not math.isfinite(value):
         raise ValueError(f"time {value} is not finite")

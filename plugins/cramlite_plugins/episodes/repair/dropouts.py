@@ -107,7 +107,7 @@ def _hands(event: Event, episode: Episode) -> set[str]:
 
 
 def _pauses(group: list[Event]) -> Iterator[tuple[float, float]]:
-    """Intervals in which none of them holds, between two that do."""
+    """Intervals between states in which none of them holds."""
     end = float("inf")
     for event in sorted(group, key=lambda e: e.start):
         if event.start > end:
@@ -137,7 +137,7 @@ def _same(a: Pose, b: Pose) -> bool:
 
 
 def _travel(track: Track | None, start: float, end: float) -> float:
-    """The largest distance from where it began [m]."""
+    """Largest distance of a track from its first position [m]."""
     if track is None:
         return 0.0
     rows = track.poses[(track.times >= start) & (track.times <= end), :3]
@@ -145,7 +145,7 @@ def _travel(track: Track | None, start: float, end: float) -> float:
 
 
 def _without(absence: Dropout, episode: Episode) -> Episode:
-    """Continue the thing's states, drop the phantom's, and put its poses right."""
+    """Repair a dropout: continue the thing's states, drop those of its phantom, and correct its poses."""
     mine = [e for e in episode.of("state") if absence.thing in _wholes(e, episode)]
     start, end = absence.start - MARGIN, absence.end + MARGIN
     cut_short = _cut_short(absence, mine)

@@ -117,7 +117,7 @@ class _Acting:
         return str(replace(name, thing={mine: self.name, self.name: mine}.get(name.thing, name.thing)))
 
     def pieces(self, event: Event) -> Iterator[Event]:
-        """A state, cut where another hand begins to act, with the names of then."""
+        """State in pieces, cut where another hand begins to act, with the names that hands have in each piece."""
         cuts = [event.start, *(t for t in self.times if event.start < t < event.end), event.end]
         for start, end in pairwise(cuts):
             roles = {r: self.called(filler, start) for r, filler in event.roles.items()}
@@ -158,7 +158,7 @@ def _renamed(events: Sequence[Event]) -> list[Event]:
 
 
 def _tracks(episode: Episode, acting: _Acting) -> Iterator[tuple[str, Track]]:
-    """The tracks of hands and finger tips by the names of then."""
+    """Tracks of hands and finger tips, by the names that they have while a hand acts."""
     frames = [n for n in episode.tracks if thing_of(n) in acting.hands]
     begin, end = episode.span
     bounds = [begin, *acting.times, float(np.nextafter(end, np.inf))]

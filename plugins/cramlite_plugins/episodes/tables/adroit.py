@@ -31,7 +31,7 @@ GRIP = (0.15, -0.15, 0.0)
 EXACT = 0.01
 """[m] that the observed handle may be off the computed one: the positions that are observed are one step older than the joints."""
 MOST_BYTES = 100_000_000
-"""Of a recording: ten minutes have 20 MB."""
+"""Largest size of a recording [bytes]: ten minutes have 20 MB."""
 _COLUMNS = tuple(f"{{name}}.{part}" for part in ("x", "y", "z", "qw", "qx", "qy", "qz"))
 MAPPING = {
     "recording": "", "length": "m", "up": "z", "handedness": "right", "rotation": "wxyz",

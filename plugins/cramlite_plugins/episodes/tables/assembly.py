@@ -142,14 +142,15 @@ def _seen_from(track: Track, other: Track) -> Track:
 
 
 def _pulled(track: Track) -> Floats:
-    """Distance (N,) along the way to where it is farthest out [m]; a distance from a point would never be less than the noise."""
+    """Distance (N,) of a thing along its way to where it is farthest out [m]; a distance from a point would never be less
+    than the noise."""
     away = _smooth(track.poses[:, :3] - _smooth(track.poses[:, :3], track.times)[0], track.times)
     far = away[np.argmax(np.linalg.norm(away, axis=1))]
     return np.asarray(np.clip(away @ (far / max(float(np.linalg.norm(far)), 1e-9)), 0.0, None))
 
 
 def _turned(track: Track) -> Floats:
-    """Angle (N,) from where it is at first [rad]."""
+    """Angle (N,) of a thing from its first orientation [rad]."""
     first = track.poses[0, 3:]
     return _smooth(2 * np.arccos(np.clip(np.abs(track.poses[:, 3:] @ first), 0.0, 1.0))[:, None], track.times)[:, 0]
 

@@ -30,7 +30,7 @@ PRESETS: dict[str, tuple[str, str, str, str]] = {
     "optitrack": ("m", "y", "right", "xyzw"),
     "vicon": ("mm", "z", "right", "xyzw"),
 }
-"""What is usual: unit, the axis that points up, handedness, rotations. Unity's and Unreal's are those of their manuals."""
+"""Usual conventions: unit, the axis that points up, handedness, rotations. Unity's and Unreal's are those of their manuals."""
 LONGEST = 0.02
 """A quaternion's length may differ from 1 by this: one written with two digits does by up to 0.01."""
 

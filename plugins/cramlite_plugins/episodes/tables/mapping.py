@@ -30,7 +30,7 @@ class TimeSpec(Spec):
 
     @property
     def seconds(self) -> float:
-        """Unit [s]."""
+        """Length of the column's unit of time [s]."""
         return TIMES[self.unit]
 
     @model_validator(mode="after")

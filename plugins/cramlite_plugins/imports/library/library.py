@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from .mjcf_kind import Draft
 
 VERSION = 2
-"""Of what is written; another one makes a library's kinds anew."""
+"""Version of the files of a library; another version makes its kinds anew."""
 FILE = "library.yaml"
 
 
@@ -66,7 +66,7 @@ def add_models(folder: Path, library: Path, scale: float, density: float, up: st
 
 
 def _elsewhere(entry: Entry | None, path: Path) -> Path | None:
-    """Another file that there still is, of which the library has the kind of a name."""
+    """Another file that still exists, from which the library already has a kind of this name."""
     before = Path(str(entry.told.get("file", path))) if entry is not None else path
     return before if before.resolve() != path.resolve() and before.is_file() else None
 

@@ -23,7 +23,7 @@ FLANGES = re.compile(r"attachment|flange|tool0|right_hand|ee_?site|end_?effector
 TAKEN = ("base_link", "gripper", "left_finger", "right_finger")
 """Names of bodies of the base and of our grippers."""
 LONGEST = 3.0
-"""Of the distances between neighbouring joints, none is longer [m]: the largest arms in catalogues reach 5 m in all."""
+"""Longest distance between neighbouring joints [m]: the largest arms in catalogues reach 5 m in all."""
 
 
 class Chain(Value):

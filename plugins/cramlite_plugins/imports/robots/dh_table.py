@@ -71,7 +71,7 @@ def reach_of(table: Table, limits: tuple[tuple[float, float], ...]) -> float:
 
 
 def _first(point: Floats, z: Floats) -> Floats:
-    """Frame 0: on the first axis, level with the base's origin, x as the base has it as far as it can."""
+    """Frame 0: on the first axis, level with the base's origin, its x as near to the base's x as it can be."""
     z = z / np.linalg.norm(z)
     x = np.array([1.0, 0.0, 0.0]) if abs(z[0]) < 0.9 else np.array([0.0, 1.0, 0.0])
     return _frame(point - (point @ z) * z, x - (x @ z) * z, z)
@@ -94,7 +94,7 @@ def _next(frame: Floats, point: Floats, z: Floats) -> Floats:
 
 
 def _last(frame: Floats, flange: Pose) -> Floats:
-    """Frame n: on the last axis, level with the flange, x as the flange has it as far as it can."""
+    """Frame n: on the last axis, level with the flange, its x as near to the flange's x as it can be."""
     z, origin = frame[:3, 2], frame[:3, 3]
     x = flange.rotation[:, 0]
     x = x - (x @ z) * z

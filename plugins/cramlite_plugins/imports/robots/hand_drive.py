@@ -16,10 +16,10 @@ SLIDE = int(mujoco.mjtJoint.mjJNT_SLIDE)
 AFFINE = int(mujoco.mjtBias.mjBIAS_AFFINE)
 MOST = 2
 STIFF = {True: 40000.0, False: 100.0}
-"""Of a servo of ours on a slide [N/m], as our own grippers have (robots/parallel_gripper.py), and on a hinge [Nm/rad], as Menagerie's
-2F-85 has."""
+"""Stiffness of an added servo on a slide [N/m], as in our own grippers (robots/parallel_gripper.py), and on a hinge [Nm/rad], as
+Menagerie's 2F-85 has."""
 EFFORT = {True: 200.0, False: 5.0}
-"""Its force where none is stated yet [N, Nm]; the stated grip force replaces it."""
+"""Force of an added servo where none is stated yet [N, Nm]; the stated grip force replaces it."""
 ARMATURE = {True: 0.5, False: 0.005}
 """Reflected inertia of its motor [kg, kg m2], where the file has less, from the same sources."""
 

@@ -22,7 +22,7 @@ from .hand_spec import ROOT, hand_spec
 from .pads import Pads, find_pads
 
 SPEED = (0.010, 0.100)
-"""Of pads where nobody states it [m/s]: what a Franka Hand does; a 2F-85 does 0.02 to 0.15."""
+"""Speed of pads where nobody states one [m/s]: that of a Franka Hand; a 2F-85 does 0.02 to 0.15."""
 WEAKEST = 0.1
 """Lowest grip force as a share of the highest, unless stated."""
 TURNING = 4  # condim of contacts with torsional friction

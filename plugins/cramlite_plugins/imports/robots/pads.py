@@ -1,4 +1,4 @@
-"""The faces of a hand that grip: where they are, how large, how far apart, and from where things get between them."""
+"""Faces of a hand that grip: their places, sizes and distance, and the direction from which things come between them."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ def find_pads(where: Path, model: Any, states: Floats, pair: tuple[int, int], fi
 
 
 def _closing(first: Any, last: Any, a: int, b: int) -> Floats:
-    """Distance that both fingers have come nearer, from b to a."""
+    """Unit vector from geom b to geom a, along which the fingers come nearer to each other between two states."""
     way = (first.geom_xpos[a] - last.geom_xpos[a]) - (first.geom_xpos[b] - last.geom_xpos[b])
     return np.asarray(way / np.linalg.norm(way))
 

@@ -14,7 +14,7 @@ HINGE, SLIDE, BALL, FREE = (
     int(getattr(mujoco.mjtJoint, f"mjJNT_{kind}")) for kind in ("HINGE", "SLIDE", "BALL", "FREE")
 )
 CHAIN = 4
-"""So many joints in a row are an arm: doors with handles and microwaves have two, no furniture has more than three."""
+"""Number of joints in a row from which a chain is an arm: doors with handles and microwaves have two, no furniture has more than three."""
 GAP = 0.01
 """Parts of one piece of furniture are no farther apart than this [m]; they touch or are drawn with a gap of some millimetres."""
 DRIVEN = 3
@@ -75,7 +75,7 @@ def grouped(model: Any, data: Any) -> Grouped:
 
 
 def _kind(model: Any, body: int, carrier: str) -> tuple[Literal["fixed", "joint", "free"], str]:
-    """Kind of a body's motion, and the part of it that cannot be had."""
+    """Kind of a body's motion, and the part of its motion that is not supported."""
     types, name = [int(model.jnt_type[j]) for j in joints(model, body)], model.body(body).name
     if not types:
         said = f"'{name}' is a mocap body; it is fixed where it starts" if model.body_mocapid[body] >= 0 else ""

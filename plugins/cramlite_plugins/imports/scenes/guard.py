@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
+from functools import cached_property
 from pathlib import Path
 
 from msgspec import Struct, field
@@ -121,7 +122,7 @@ PACKAGES = ("package.xml", "__init__.py", ".git")
 """Names in the top folder of a ROS package, of a Python package such as a wheel of scenes, and of a repository."""
 
 
-class Roots(Struct):
+class Roots(Struct, dict=True):
     """Folders that a scene file may read: its own, those of the packages that it is in (``PACKAGES``), and stated ones.
 
     Args:
@@ -132,17 +133,17 @@ class Roots(Struct):
     path: Path
     stated: tuple[Path, ...] = ()
 
-    def folders(self) -> Iterator[Path]:
-        """List them, links resolved."""
-        yield from (self.path.parent.resolve(), self.path.resolve().parent)
+    @cached_property
+    def folders(self) -> tuple[Path, ...]:
+        """Folders, links resolved."""
         around = self.path.resolve().parents
-        for marker in PACKAGES:
-            yield from [folder for folder in around if (folder / marker).exists()][:1]
-        yield from (folder.resolve() for folder in self.stated)
+        packages = [folder for marker in PACKAGES for folder in [f for f in around if (f / marker).exists()][:1]]
+        return (self.path.parent.resolve(), self.path.resolve().parent, *packages, *(folder.resolve() for folder in self.stated))
 
     def check(self, where: str, file: Path) -> None:
         """Refuse a file that is in none of them, is no file, or is too large."""
-        if not any(file.resolve().is_relative_to(folder) for folder in self.folders()):
+        resolved = file.resolve()
+        if not any(resolved.is_relative_to(folder) for folder in self.folders):
             raise UserError(
                 f"{where}: '{file}' is outside of the scene's folder '{self.path.parent}', and of a package or repository around it. "
                 "A scene may name files in these only. "

@@ -13,11 +13,11 @@ from ...shapes.bounds import box_around
 
 NAMED = re.compile(r"handle|knob|pull(?!ey)|lever", re.IGNORECASE)
 OUT = 0.010
-"""What sticks out of a front by less has no room behind it for a finger [m]."""
+"""Least length by which a handle sticks out of its front [m]: with less there is no room behind it for a finger."""
 SHARE = 0.5
 """A handle has at most this share of the area of its front, seen from outside."""
 SLIM = 0.06
-"""What is thicker does not fit between fingers [m]."""
+"""Largest thickness of a handle [m]: a thicker one does not fit between fingers."""
 MIDDLE = 0.5
 """Part of a thing's width about its middle with a knob's hinge; a door's is at its edge."""
 

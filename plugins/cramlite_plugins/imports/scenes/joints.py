@@ -15,7 +15,8 @@ from cramlite.plugin import UserError
 from .bodies import SLIDE, Group, joints
 
 COMPACT = 0.95
-"""Where the box around a jointed thing and what it is mounted in has at most this share of its volume at the other end, it is closed."""
+"""Share of volume by which an end of a joint is the closed one: the box around the jointed thing and its mount has at most
+this share of its volume at the other end."""
 
 STARTS = 1e-3  # a joint may start so far outside of the range that is stated [m, rad]
 MODELLED = 0.1

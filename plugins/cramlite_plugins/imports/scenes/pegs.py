@@ -1,5 +1,5 @@
-"""Pegs of a scene and the holes for them: a slender post with a free end is a peg if something that can be moved has a hole that goes
-over it; any other post is furniture, and any other opening is none to thread by.
+"""Pegs of a scene and their holes: a slender post with a free end is a peg if a movable thing has a hole that goes over it;
+other posts are furniture, other openings no holes.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ LOWEST = -math.sin(math.radians(20.0))
 """Height of the unit vector to a peg's tip: from one that leads further down things slip off."""
 FLIPPED = Pose((0.0, 0.0, 0.0), (0.0, 1.0, 0.0, 0.0))
 BESIDE = 0.001
-"""From a post's side to the line along which what it stands in is looked for [m]."""
+"""Distance from a post's side to the line along which its surroundings are looked for [m]."""
 
 
 def with_pegs(made: Sequence[Made]) -> list[Made]:

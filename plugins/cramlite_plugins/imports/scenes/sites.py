@@ -127,13 +127,15 @@ def _hollow(thing: Thing, point: Floats) -> bool:
 
 
 def _upon(thing: Thing, pose: Pose, half: float, name: str, size: dict[str, float]) -> Feature | None:
-    """The area on the face below a site; None where there is none near."""
+    """The area on the face below a site, with the height of its lower end over that; None where there is none near."""
     above = half + UPON
     down = -np.asarray(pose.rotate((0.0, 0.0, 1.0)))
     met = [low for low, _, _ in rays.spans(rays.body(thing.geoms), np.asarray(pose.apply((0, 0, above))), down) if low >= 0]
     if not met or min(met) > 2 * above:
         return None
-    return Feature(name, "vrps:SurfaceFeature", pose * Pose((0.0, 0.0, above - min(met))), size)
+    over = min(met) - above
+    size = size | ({"lowest": round(over - half, 5)} if over > half else {})
+    return Feature(name, "vrps:SurfaceFeature", pose * Pose((0.0, 0.0, -over)), size)
 
 
 def _own_name(model: Any, site: int) -> str:

@@ -132,8 +132,8 @@ def _turns_in_place(thing: Thing) -> bool:
 
 
 def _surfaced(thing: Thing) -> tuple[Thing, str]:
-    """Thing with its cavity and large level faces, a movable one without any with its largest (a bottle's
-    cap); and in words."""
+    """Thing with its cavity and large level faces as features (of a movable one without any, its largest, a bottle's cap);
+    and these in words."""
     from ...shapes.cavities import cavity
     from ...shapes.surfaces import surfaces
 

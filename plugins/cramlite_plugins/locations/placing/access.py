@@ -34,7 +34,7 @@ DIRECTIONS, BESIDE = 1000, math.cos(math.radians(8.0))
 one in which all must be free: a gap of less than 30 mm at 0.1 m, such as around the front of a drawer, is no
 way out for a hand."""
 RISE = 0.12
-"""Of a way into an opening [m]: twice as deep as drawers of desks are."""
+"""Rise of a way into an opening [m]: twice as deep as drawers of desks are."""
 LOWS = (0.01, 0.02, 0.03)  # of its lowest point over the floor of a cavity at the end of one, which may be a little higher than stated [m]
 PITCH = 0.02  # between positions in an opening at which one is looked for [m]
 COVERS = 0.3  # over an opening what covers it is looked for [m]: as high as a thing is carried
@@ -96,8 +96,8 @@ def _directions() -> Floats:
 
 
 def over_floor(query: Query, turned: Pose, offset: tuple[float, float], over: float) -> Pose:
-    """Return the pose in the base frame of a thing, turned so, the middle of whose outline is over a position
-    of an opening and whose lowest point is so far over the floor [m]."""
+    """Return the pose in the base frame of a thing with a given orientation, its outline's middle over a position of an
+    opening, its lowest point at a height over the floor [m]."""
     points = corners(query.thing, Pose((0.0, 0.0, 0.0), turned.quaternion))
     low, high = points.min(axis=0), points.max(axis=0)
     x, y, z = query.target.pose.apply((*offset, over - query.depth))

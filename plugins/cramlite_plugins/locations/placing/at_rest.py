@@ -25,29 +25,26 @@ SIDES_DOWN = tuple(
 )
 """Turns of a thing by which each side of the box around it comes to face down."""
 SHARES = (0.0, 0.15, -0.15, 0.3, -0.3, 0.45, -0.45)
-"""Of the length and of the width of what is below, from its middle: where a thing is let go of."""
+"""Positions above a support at which a thing is let go of, from its middle, as shares of its length and width."""
 DROPS = 80
-"""That a query looks at, of some 30 ms each."""
+"""Simulated drops of a query at most, some 30 ms each."""
 LARGE = 0.5
-"""Share of an outline that is level: what has as much is a table or a shelf rather than a rack."""
+"""Share of an outline that is level in a table or a shelf, and not in a rack."""
 SURE = 0.002
-"""Of an origin at rest from each side of its region [m]: contacts give way by some 0.5 mm, one simulator's by
+"""Distance of an origin at rest from each side of its region [m]: contacts give way by some 0.5 mm, one simulator's by
 more than another's."""
 LEANS = (16.0, 20.0, 24.0, 12.0)  # from upright [deg]
 PITCH = 0.002  # between positions across a cavity [m]
 ASTRAY = 0.003
-"""How far beside its place what is let go may be [m]: 4 mm is where an arm has arrived, and it is nearer than
-that mostly."""
+"""Error of the place at which a thing is let go of [m]: an arm has arrived within 4 mm, and mostly is nearer."""
 LEANING_DROPS = 60
 """Positions and attitudes that are let go of: up to ten times each, of some 10 ms."""
 NEAR_FLOOR = 0.03
-"""How high its lowest point may be over the floor where it is let go of [m]: what would lie on the walls is
-higher."""
+"""Largest height of a thing's lowest point over the floor at its release [m]: a thing that would lie on the walls is higher."""
 CLOSE = 0.001
-"""What is kept from the walls there [m]: it leans against them then."""
+"""Clearance from the walls at the release [m]: afterwards the thing leans against them."""
 PALM_UP = math.sin(math.radians(20.0))
-"""Of the hand's approach, upwards: with more of it the hand would be under what it holds, and in what that is
-put on."""
+"""Largest upward part of the hand's approach: with more the hand would be under its thing, and in the support."""
 
 
 def is_uneven(query: Query) -> bool:
@@ -114,11 +111,11 @@ def must_lean(query: Query, now: Pose) -> str:
 
     What counts is where its origin is, and that may be below its foot.
     """
-    if not query.depth or not query.where.region:
+    if not (query.depth or query.lowest) or not query.where.region:
         return ""
     below, (x, y, top) = query.whole, query.target.pose.position
     height, _ = resting_height(query.thing, Pose((x, y, top), now.quaternion), [(below, query.at)])
-    by = height + support(query.thing, Pose((0.0, 0.0, 0.0), now.quaternion), (0.0, 0.0, -1.0)) - top + query.depth
+    by = height + support(query.thing, Pose((0.0, 0.0, 0.0), now.quaternion), (0.0, 0.0, -1.0)) - top + query.depth - query.lowest
     if by >= 0 or not math.isfinite(by):
         return ""
     return f"its origin would be {-1000 * by:.0f} mm below '{query.where.region}' of '{below.name}', where it stands as it is turned"
@@ -177,7 +174,7 @@ def extent(query: Query, turned: Pose) -> tuple[Floats, Floats]:
 
 
 def _stands(query: Query, pose: Pose) -> bool:
-    """Whether its lowest point is near the floor."""
+    """Whether a payload's lowest point is near the floor."""
     lowest = float(corners(query.thing, query.target.pose.inverse() * pose)[:, 2].min())
     return lowest + query.depth <= NEAR_FLOOR
 

@@ -24,7 +24,7 @@ from ...shapes.standing_up import stood_up
 from ...shapes.surfaces import FLAT, footprint, inset, standing
 from ...simulation.resting import rests
 from ..reached import Leg
-from .query import Placement, Query
+from .query import PARTS, Placement, Query
 from .visibility import visible
 
 ASIDE = 0.02  # what is left of a thing is so by at least this [m]
@@ -33,9 +33,9 @@ SIDES: Mapping[str, tuple[int, float]] = {
 }  # fmt: skip
 """Axis of the robot's base and the sign of what lies on that side: x leads forwards, y to the left."""
 OFF_WALLS = 0.008
-"""Of an outline from the walls that it is let down between [m]: a streamed arm is up to 5 mm off its path."""
+"""Distance of an outline from the walls between which the thing is let down [m]: a streamed arm is up to 5 mm off its path."""
 WELL_IN = 0.008  # of an origin from the edge of its region [m]: a thing that is let go shifts by a few millimetres
-BELOW_TOP = 0.002  # of an origin at rest from the upper end of its region [m]: the judge of goals asks for half of that
+WITHIN = 0.002  # of an origin at rest from both ends of its region's height [m]: the judge of goals asks for half of that
 LEVEL = 45.0  # of closing or approach direction from level, up to which something falls out of a hand [deg]: friction of 1 holds on less
 STANDS = math.radians(3.0)  # what leans by no more has come to stand
 OFF_PATH = 0.004  # how far beside its place what is let go may be [m]: where an arm has arrived
@@ -67,7 +67,7 @@ def supported(placement: Placement, query: Query) -> str:
     if inside >= least or _sunk(placement, query):
         return ""
     if not math.isfinite(inside):
-        return f"nothing of '{query.entity}' would be under what it stands on"
+        return f"nothing of '{query.entity}' would be under the payload's foot"
     side = f"{-1000 * inside:.0f} mm beyond" if inside < 0 else f"only {1000 * inside:.0f} mm from"
     return f"its centre of mass would be {side} the edge of '{query.entity}'; {1000 * least:.0f} mm inside is needed"
 
@@ -84,7 +84,7 @@ def _sunk(placement: Placement, query: Query) -> bool:
 
 
 def clear(placement: Placement, query: Query) -> str | Refused:
-    """Check that its outline, seen from above, is apart from those of obstacles, as far up as they reach."""
+    """Check that the payload's outline, seen from above, is apart from those of obstacles, as far up as they reach."""
     there = query.target.pose.inverse() * placement.thing
     foot = -support(query.thing, there, (0.0, 0.0, -1.0))  # it may still be above where it will stand
     for found in query.obstacles:
@@ -112,7 +112,8 @@ def inside(placement: Placement, query: Query) -> str | Refused:
         (max(x - low, high - x1), high - low, x1 - x, "width"), (max(y - left, right - y1), right - left, y1 - y, "depth")
     )
     if out <= 0:
-        return f"{1e4 * float(outline.difference(query.target.area).area):.1f} cm2 of it would be beside the opening of '{query.entity}'"
+        beside = 1e4 * float(outline.difference(query.target.area).area)
+        return f"{beside:.1f} cm2 of the payload would be beside the opening of '{query.entity}'"
     said = f"{1000 * across:.0f} mm of it would stick out by {1000 * out:.0f} mm over the {1000 * room:.0f} mm {side} of '{query.entity}'"
     more = f"the opening of '{query.entity}' lacks {1000 * out:.0f} mm for '{query.thing.name}'"
     says = f"{more}: take a smaller thing, have it put down otherwise, or name another container"
@@ -141,8 +142,8 @@ def falls_in(placement: Placement, query: Query) -> str | Refused:
 
 
 def in_region(placement: Placement, query: Query) -> str | Refused:
-    """Check that its origin is over the wanted region, a little inside, since a released payload may shift,
-    and no higher than that reaches."""
+    """Check that the payload's origin is over the wanted region, a little inside, since a released payload may shift,
+    and in height between the region's ends."""
     return _region_missed(placement.thing, placement.height, query) if query.where.region else ""
 
 
@@ -155,7 +156,9 @@ def _region_missed(thing: Pose, height: float, query: Query) -> str | Refused:
         said = f"{-1000 * by:.0f} mm beside" if by < 0 else f"only {1000 * by:.0f} mm from the edge of"
         return f"its origin would be {said} '{region}'; {1000 * WELL_IN:.0f} mm inside is needed"
     feature = next(f for f in query.belief.thing(thing_of(query.entity)).features if f.name == region)
-    over = 0.0 if query.depth else z - height - feature.size.get("height", math.inf) + BELOW_TOP
+    if low := _too_low(query, z - height):
+        return low
+    over = 0.0 if query.depth else z - height - feature.size.get("height", math.inf) + WITHIN
     if over <= 0:
         return ""
     what, reaches = f"'{thing_of(query.entity)}/{region}'", f"reaches {1000 * feature.size['height']:.0f} mm above the face in it"
@@ -166,12 +169,21 @@ def _region_missed(thing: Pose, height: float, query: Query) -> str | Refused:
 
 
 def over_region(placement: Placement, query: Query) -> str:
-    """Check that its origin is over the wanted region, which may lean: a payload at rest by itself shifts no more."""
+    """Check that the payload's origin is over the wanted region, which may lean: a payload at rest by itself shifts no more."""
     resting = np.asarray(placement.thing.position) - (0.0, 0.0, placement.height)
-    at = shapely.Point(*query.target.pose.inverse().apply(resting)[:2])
+    x, y, z = map(float, query.target.pose.inverse().apply(resting))
+    if low := _too_low(query, z):
+        return low
+    at = shapely.Point(x, y)
     if not query.where.region or query.target.area.covers(at):
         return ""
     return f"its origin would be {1000 * query.target.area.distance(at):.0f} mm beside '{query.where.region}'"
+
+
+def _too_low(query: Query, z: float) -> str:
+    """Reason why an origin at a height over the face [m] would be below its region, which may begin over that; "" if it is not."""
+    low = query.lowest + WITHIN - z if query.lowest else 0.0
+    return f"its origin would be {1000 * low:.0f} mm too low for '{query.where.region}', as it is turned" if low > 0 else ""
 
 
 def near(placement: Placement, query: Query) -> str:
@@ -204,8 +216,15 @@ def let_in(placement: Placement, query: Query) -> str | Refused:
 
 
 def room(placement: Placement, query: Query) -> str | Refused:
-    """Check that hand and payload have room at the placement and on the way out, wherever the arm is."""
-    return _met(placement, query, True) or ""
+    """Check that hand and payload have room at the placement and on the way out, wherever the arm is; also between
+    its ends, where something is over the opening."""
+    no = _met(placement, query, True)
+    if no is not None or placement.led or not query.covers:
+        return no or ""
+    out, over = np.subtract(placement.before.position, placement.pose.position), query.arm.scene(clearance=0.0)
+    ways = (query.belief.base() * shift(placement.pose, part * out) for part in PARTS[1:-1])
+    no = next((no for way in ways if (no := over.met(way)) is not None), None)
+    return replace(no, reason=f"on its way down: {no.reason}", where=Stage.BEFORE) if no else ""
 
 
 def _met(placement: Placement, query: Query, hand: bool) -> Refused | None:
@@ -238,8 +257,8 @@ def reachable(placement: Placement, query: Query) -> str | Refused:
 
 
 def collision_free(placement: Placement, query: Query) -> str | Refused:
-    """Check that arm and payload are free of collision there and above it; on a way that leads aside or
-    turns, all along it."""
+    """Check that arm and payload are free of collision at the placement and above it; on a way that leads aside or turns,
+    all along it."""
     pose, before, back = placement.pose, placement.before, placement.back
     if placement.led:
         legs = [Leg(pose, along=(*reversed(placement.through), before), said="on its way out")]
@@ -272,8 +291,9 @@ def lowered(placement: Placement, query: Query) -> Pose:
 
 
 def hand_off(placement: Placement, query: Query) -> str | Refused:
-    """Check that the payload comes to rest on its uneven support before the hand meets the support."""
-    if not query.settles:
+    """Check that the payload comes to rest on its uneven support before the hand meets the support; what is laid
+    down is let go of higher, and its whole way is looked at."""
+    if not query.settles or query.held.swing is not None:
         return ""
     there = query.arm.at(query.let_down(lowered(placement, query)))
     return replace(there, reason=f"lowered {there.reason}") if isinstance(there, Refused) else ""
@@ -300,9 +320,18 @@ def _leaning(end: Pose | None, query: Query) -> str:
     return f"'{query.thing.name}' may come to lie otherwise than it stands when it is let go of"
 
 
+def at_rest(placement: Placement, query: Query) -> Placement:
+    """Return a placement of what is dropped, with its simulated rest, if any; as it is without room or out of reach."""
+    if room(placement, query) or not inverse(query.context.robot, placement.pose, seed=query.belief.joints):
+        return placement  # checks say so
+    return replace(placement, lies=next(rests(query.thing, placement.thing, query.around, query.at, OFF_PATH, there=True)))
+
+
 def dropped(placement: Placement, query: Query) -> str | Refused:
     """Check that a payload which is released in another pose than it stands in comes to rest at its place."""
-    return "" if placement.lies is None and room(placement, query) else _astray(placement.lies, query)
+    if placement.kind != "dropped" or (placement.lies is None and room(placement, query)):
+        return ""
+    return _astray(placement.lies, query)
 
 
 def _astray(end: Pose | None, query: Query) -> str | Refused:
@@ -329,14 +358,14 @@ SHAPES: Mapping[str, Mapping[str, Check]] = {
     "on": {"supported": supported, "clear": clear, "near": near, "beside": beside, "in its region": in_region, "let in": let_in},
     "in": {"inside": inside, "falls": falls, "near": near, "beside": beside, "in its region": in_region},
     "within": {"near": near, "beside": beside, "in its region": in_region, "let in": let_in},
-    "dropped": {"near": near, "beside": beside, "let in": let_in, "at rest": dropped},
+    "dropped": {"near": near, "beside": beside, "let in": let_in},
     "at rest": {"near": near, "beside": beside, "over its region": over_region},
     "toppled": {"lying there": lying_there, "near": near, "beside": beside},
 }
 """Asked of the payload and what is around it alone, by kind of stable pose; "at rest" on what is not level
 physics have said already what supports it."""
 REACHED: Mapping[str, Check] = {
-    "free to fall": falls_in, "collision-free": room, "reachable": reachable, "visible": visible,
+    "at rest": dropped, "free to fall": falls_in, "collision-free": room, "reachable": reachable, "visible": visible,
     "collision-free with the arm": collision_free, "free to open": room_to_open, "let down by the thing alone": hand_off,
     "at rest there": rests_there,
 }  # fmt: skip

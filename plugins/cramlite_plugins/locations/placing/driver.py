@@ -22,8 +22,8 @@ from .ways_out import WAYS, WayOut
 SAME = 1e-6  # stand-offs that are one [m]
 IN_ORDER = 0.1  # cost of each placement that comes before, on a way that has an end
 OUTLINE, ARM = 5, 20
-"""What a look at the shapes, and one at the arm, take of the samples of a query: so many states does a
-sampling planner check in the same time."""
+"""Samples of a query that a look at the shapes counts for, and a look at the arm: so many states a sampling planner checks
+in the same time."""
 CHECKS = {kind: {**shapes, **REACHED, **DEMANDS} for kind, shapes in SHAPES.items()}
 
 Answer = Grounding | Refused

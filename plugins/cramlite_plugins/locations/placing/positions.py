@@ -24,16 +24,16 @@ from .query import Query, lying_in
 Offset = tuple[float, float]
 """x and y in the frame of a surface [m]."""
 FIRST = 16
-"""How many positions the first round has; each further one has twice as many."""
+"""Number of positions in the first round; each further round has twice as many."""
 SMALL = 1e-6
-"""Of parts of an area that are smaller only the middle is tried [m2]."""
+"""Size of a part of an area below which only its middle is tried [m2]."""
 
 INSET = 0.12  # of what is nearest to a robot that drove, from the edge [m]
 ROUNDED = 0.0002  # twice what positions are rounded by [m]
 ALIKE = 0.002  # radii of discs that are as good as one another [m]
 TRIED = 32  # corners that are looked at, of a round opening evenly spaced ones
 AWAY = 0.1
-"""Between the payload that is put aside, and where it stood [m]: half a hand. Before something is opened it goes farther."""
+"""Distance of a payload that is put aside from its old place [m]: half a hand. Before something is opened it goes farther."""
 
 
 def positions_on(query: Query, now: Pose) -> Iterator[Offset]:

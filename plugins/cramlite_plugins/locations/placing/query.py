@@ -127,6 +127,11 @@ class Query(Value, dict=True):
         return self.where.region or EntityName.parse(self.entity).part
 
     @property
+    def lowest(self) -> float:
+        """Return the height over the face at which the region that is asked for begins [m]."""
+        return next((f.size.get("lowest", 0.0) for f in self.whole.features if f.name == self.region), 0.0)
+
+    @property
     def scene(self) -> PlanningScene:
         """Return the planning scene."""
         return self.arm.scene(clearance=self.clearance)

@@ -1,5 +1,5 @@
-"""Way out through an open side from under a roof, such as out of a microwave or off a level of a shelf, and where
-hand and payload have room there, whatever arm leads them."""
+"""Way out through an open side under a roof, such as out of a microwave or off a shelf's level, and the room of hand and
+payload there, whatever arm leads them."""
 
 from __future__ import annotations
 
@@ -8,13 +8,12 @@ from collections.abc import Iterator, Sequence
 from itertools import product
 
 import numpy as np
-from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from cramlite.model import Belief, Floats, Pose, Remedy, Thing, Value
 from cramlite.plugin import Context, Unresolvable
 
-from ...kinematics.kinematics import inverse, reach_gap, reach_shortfall
+from ...kinematics.kinematics import reach_gap, reach_shortfall
 from ...motion_planning.planning_scene import CLEARANCE
 from ...motion_planning.reach import shift, taken_at
 from ...shapes.bounds import box_around, centre_of_mass, corners, height, lowest, support
@@ -22,13 +21,12 @@ from ...shapes.box_overlaps import overlaps
 from ...shapes.roofs import has_a_roof, has_own_roof, open_sides, roof_over, roofed
 from ...shapes.standing_up import stood_up
 from ...shapes.surfaces import Surface, surfaces
-from ...simulation.resting import rests
 from ..antipodal import Hands
 from ..hand_room import HandRoom
 from ..later import brings
 from ..pushing.contacts import STEEP
 from ..reached import Arm
-from .checks import OFF_PATH, room
+from .checks import at_rest
 from .query import Groups, Placement, Query, openings
 from .stable_poses import TURNLESS, about_vertical, as_asked, carried_at, check_turn
 
@@ -83,8 +81,8 @@ class Floor(Value):
 
 
 def sideways(asked: list[Query]) -> Groups:
-    """Generate placements under an overhang: carried in level through an open side, the farthest in first; as
-    the payload stands, or held by a hand that points inwards, as it comes to rest from there.
+    """Generate placements under an overhang, carried in level through an open side, the farthest in first: as the payload
+    stands, or held by a hand that points inwards and released to come to rest.
 
     Those at which boxes about hand and payload have room come first; others, upright, only where there are none.
 
@@ -181,12 +179,11 @@ def _level(query: Query, floor: Floor, now: Pose, kind: str) -> Iterator[Placeme
     short, robot = reach_shortfall, query.context.robot
     near = [one for one in found if not short(robot, one.pose) and not short(robot, one.before)]
     for placement in near or found[:1]:
-        yield placement if kind != "dropped" else _let_go(placement, query)
+        yield placement if kind != "dropped" else at_rest(placement, query)
 
 
 def _of_each_step(rows: NDArray[np.intp], few: int) -> list[list[int]]:
-    """Of (spot, turn) in order the first of each step outwards: one of each payload that is released to come
-    to rest, which is simulated some ten times."""
+    """First (spot, turn) of each step outwards, since the rest of a payload at a spot is simulated some ten times."""
     steps = rows[:, 0] // (len(ASIDE) if few == 1 else len(ASIDE[:3]))
     before = np.arange(len(rows)) - np.searchsorted(steps, steps)
     found: list[list[int]] = rows[before < (MANY if few == 1 else 1)].tolist()
@@ -214,14 +211,6 @@ def _down(hand: Pose) -> float:
     """Angle of a hand below the level [deg]."""
     down = -float(hand.rotate((0.0, 0.0, 1.0))[2])
     return round(math.degrees(math.asin(max(-1.0, min(1.0, down)))), 3) + 0.0
-
-
-def _let_go(level: Placement, query: Query) -> Placement:
-    """Placement of a payload that is released otherwise than it stands, with its simulated rest, if any."""
-    if room(level, query) or not inverse(query.context.robot, level.pose, seed=query.belief.joints):
-        return level  # checks say so
-    ends = rests(query.thing, level.thing, query.around, query.at, OFF_PATH, there=True)
-    return replace(level, lies=next(ends))
 
 
 def _free(
@@ -273,8 +262,8 @@ def _free(
 def comes_in(
     thing: Thing, belief: Belief, context: Context, hands: Hands, openings: Floats, free: NDArray[np.bool_]
 ) -> NDArray[np.bool_]:
-    """Check at which free grasps (n) a thing, as it stands now, gets in under the overhang that a later task
-    brings it under; all of them without such a task.
+    """Check with which free grasps (n) a thing, as it stands now, gets under the overhang that a later task brings it to;
+    all of them without such a task.
 
     Later tasks are looked at only where there is a roof, so that what follows elsewhere holds whatever they are.
     A table's board near the floor is not meant by the table, off which a thing is picked up.

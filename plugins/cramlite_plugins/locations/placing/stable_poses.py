@@ -40,16 +40,16 @@ GOLDEN = 137.5077640500378  # of one further turn, another one everywhere: the g
 STRAIGHT = 0.99  # of the rectangle about an outline, of one that is that rectangle
 PER_PLACE, PER_TURN = 0.5, 0.1  # cost of each position that comes before, and of a radian of turn
 ONTO = ((0.02, 0.06), (0.01, 0.015))
-"""Lowest point above a surface from where a guarded motion goes on, and the stand-off above that [m]; the
-second where there is little room above."""
+"""Height of the lowest point above a surface at which a guarded motion begins, and the stand-off above that [m]; the second
+pair where there is little room above."""
 NESTED = ((0.02, 0.06), (0.035, 0.045))
-"""The same of what is let down between steep walls: 20 mm higher a bowl is 4 mm from the sides of one that
+"""The same heights for a thing that is let down between steep walls: 20 mm higher a bowl is 4 mm from the sides of one that
 holds it, and paths keep more."""
 OFF_FLOOR, RISE = 0.01, 0.03  # lowest point above a container's floor when let go, and steps up from there [m]
 ABOVE = 0.06  # stand-off above a rim [m]
 TURNLESS = 1e-6  # what is turned by less is as it was: rounding [rad]
 LET_GO = 0.004
-"""Over the 3 to 6 mm above where it first touches [m]: where it is let go of."""
+"""Height of the release [m] above the pose that is 3 to 6 mm over the first contact."""
 BEYOND = 0.01  # a centre of mass is beyond the edge that a thing topples over, at least [m]: the finger below it holds it up at first
 DEEPEST, STEP = 0.06, 0.005  # of the origin of what toppled in its region, and between positions [m]
 ACROSS = (0.0, 0.4, -0.4)  # positions across the way in, as shares of half of the room
@@ -97,6 +97,10 @@ def stable_poses(queries: list[Query], now: Pose) -> Iterator[Rest | Refused]:
             yield from _simulated(first, resting_poses(first, now), now, NESTED, none)
             queries = queries[1:]
         yield from _upright(queries, now)
+        return
+    if not first.depth:
+        none = f"{why}; nor would it be, let go of in any of {DROPS} ways"
+        yield from _simulated(replace(first, settles=True), resting_poses(first, now), now, ONTO, none)
         return
     close = replace(first, clearance=CLOSE)
     none = f"{why}; nor would it be, leaning against a wall"
@@ -246,8 +250,8 @@ def check_turn(query: Query, asked: Pose) -> None:
 
 
 def with_middle(level: list[Query]) -> list[Query]:
-    """Return surfaces; of a movable support with a shape around its largest surface, such as a plate's rim, the
-    middle first, and only it if it has room."""
+    """Return surfaces; of a movable support with a rim around its largest surface, such as a plate, that surface's middle
+    first, and only the middle if it has room."""
     first, thing = level[0], level[0].whole
     if thing.furniture or first.where.region or not any(o.name == thing.name for o in first.obstacles):
         return level

@@ -1,5 +1,5 @@
-"""Ways out of an opening that a payload does not get into as it is: tilted first, or with its foot alone,
-from where it topples."""
+"""Ways through an opening for a payload that does not fit in upright: tilted first, or with its foot alone, from where it
+topples."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ from .stable_poses import (
 )
 
 TILTS = (25.0, 30.0, 20.0)
-"""From upright [deg]: between handles and wall a bowl of 107 mm has more room the more it leans, and the hand
+"""Leans of a payload from upright [deg]: between handles and wall a bowl of 107 mm has more room the more it leans, and the hand
 at its rim less."""
 LEFT = 12.0
-"""Of that when it is let go of [deg]: upright, a hand that leans by 30 deg would be in the wall; from there a
-bowl stands up."""
+"""Lean that is left at the release [deg]: with an upright payload the hand that leans by 30 deg would be in the wall; from
+this lean a bowl stands up."""
 SHARES = (0.75, 1.0, 0.5)  # of its height that a way in leads aside, below what it comes in under
 INWARDS = (0.012, 0.006, 0.018, 0.0)  # from where it would stand as far out as it can [m]: farther in it is farther from the wall
 ACROSS = (0.0, 0.6, -0.6)  # of the room to each side, across the way that it leans
@@ -43,13 +43,14 @@ HEADINGS, FIRST = 24, 3
 straight down as it leans."""
 LEAST = 0.01  # from the middle of an opening to that of what covers it, by which it is on one side [m]
 LEANS = (55.0, 50.0, 45.0, 40.0, 35.0, 30.0)
-"""From upright [deg]: the more it leans, the farther in its foot can be and the less it falls; from 58 deg on
+"""Leans of a payload that topples in, from upright [deg]: the more it leans, the farther in its foot can be and the less it
+falls; from 58 deg on
 a Panda's hand that holds a book of 120 mm by its end is in the table."""
 KEPT = 0.008  # lowest point over what carries what topples, on the way in [m]: what paths keep, and a little more
 CLEAR = 0.03  # how far out from under the roof its foot is at the stand-off [m]
 BACK = 0.12
-"""How far the hand goes back the way it points [m]: from under what topples onto its lower finger, and takes
-that along a little, LIBERO's book by 48 mm, as its Panda's pads have a friction of 2."""
+"""Way of the hand back along its approach [m], out from under a thing that toppled onto its lower finger. The hand takes the
+thing along a little, LIBERO's book by 48 mm, as its Panda's pads have a friction of 2."""
 
 
 def tilted(asked: list[Query]) -> Groups:
@@ -162,8 +163,8 @@ def _met(query: Query, pose: Pose) -> bool:
 
 
 def toppling(asked: list[Query]) -> Groups:
-    """Generate placements under an overhang that is too low for the payload, such as of a book under a shelf:
-    its foot goes in, leaning out, and after its release it topples about that and lies there.
+    """Generate placements under an overhang that is too low for the payload, such as a book under a shelf: its foot goes in
+    while it leans out; released, it topples about the foot and lies there.
 
     The hand stays before the roof; what lies there sticks out.
 

@@ -18,7 +18,7 @@ SEEN = 0.5  # share of a thing that others may not hide
 
 
 def visible(placement: Placement, query: Query) -> str:
-    """Check that other things hide no more than half of it, and a camera looks its way."""
+    """Check that other things hide at most half of the payload, and that a camera looks its way."""
     asked = query.where.visible_from
     if asked is None:
         return ""

@@ -20,7 +20,7 @@ from ...motion_planning.reach import shift
 from ..from_aside import slants
 from ..parameters import Where
 from .access import COVERS, covered, goes_in_upright
-from .checks import SHAPES, first_objection
+from .checks import SHAPES, at_rest, first_objection
 from .positions import free_for, positions_on, radius
 from .query import Found, Groups, Placement, Query, covers, is_roofed, lying_in, standing_on
 from .sideways import sideways
@@ -80,6 +80,8 @@ def _from_above(rest: Rest) -> Iterator[Found]:
             name, thing, pose, shift(pose, (0.0, 0.0, above)), over, rest.kind, cost=rest.cost + PER_HEIGHT * k,
             reorients=rest.reorients, opens=query.settles,
         )  # fmt: skip
+        if query.depth and query.held.swing is not None:
+            straight = at_rest(replace(straight, kind="dropped"), query)
         yield query, straight
         if rest.kind == "in" and _may_be_there(straight, query):
             for side, way in slants(above):

@@ -81,7 +81,7 @@ def _pushing(
 
 
 def _nearer_first(fronts: Iterable[tuple[Pose, str]], now: Pose) -> Iterator[tuple[Pose, str]]:
-    """Hands before a front, of two in a row that are the same but for half a turn the one first that the hand has less far to turn to."""
+    """Hands before a front; of two in a row that differ by half a turn, the one first to which the hand has to turn less."""
     last: tuple[Pose, str] | None = None
     for found in fronts:
         if last is not None and math.isclose(_apart(last[0], found[0]), math.pi, abs_tol=1e-6):

@@ -23,7 +23,7 @@ from ...shapes.surfaces import resting_height
 
 STEP = 0.02  # of the lattice of places that a way is looked for on [m]
 SIDES = ((1, 0), (0, 1), (-1, 0), (0, -1), (1, 1), (-1, 1), (-1, -1), (1, -1))
-"""Of a place of the lattice, to its eight neighbours."""
+"""Steps from a place of the lattice to its eight neighbours."""
 ASIDE = (1, 2)  # steps of the lattice
 MOST = 1500  # places that are looked at: a square of 0.7 m
 SHOVED = 0.3  # extra length of a way around that is preferred to a movable obstacle being elsewhere by then [m]
@@ -33,9 +33,9 @@ LIFT, CLEAR = np.array([0.0, 0.0, 0.003]), 0.002  # while its way is checked, ab
 Point = tuple[float, float]
 Side = tuple[int, int]
 Met = Callable[[Point], Refused | None]
-"""What is met with a thing at a point of the base's x-y plane [m]."""
+"""Function that says what a thing would meet at a point of the base's x-y plane [m]; None where nothing."""
 Left = Callable[[Point], float]
-"""How far a point is from an area [m]; 0 in it."""
+"""Function that returns the distance of a point from an area [m]; 0 in it."""
 
 
 def way_around(start: Point, left: Left, met: Met, cleared: bool = False) -> list[Point] | Refused:
@@ -160,7 +160,7 @@ def on_a_shorter_way(start: Point, left: Left, alone: Met, hand: Met) -> Refused
 
 
 def _shortened(start: Point, corners: list[Point], met: Met) -> list[Point]:
-    """The same way without the corners that a straight way can leave out."""
+    """Way without the corners that a straight way can leave out."""
     found: list[Point] = []
     while corners:
         straight = [not any(map(met, _between(start, to))) for to in corners]

@@ -21,12 +21,13 @@ from .contacts import GAP, hands_behind
 from .straight import ABOVE, SPOT
 
 APART = 0.6
-"""Between the fingers, as a share of the thing's width: two that touch it keep it from turning away."""
+"""Opening of the fingers, as a share of the thing's width: two fingers that touch the thing keep it from turning away."""
 
 CAME_OUT = 0.1
-"""At most, of what was let go of [m]: with pads whose friction is 2 LIBERO's book came out by 48 mm."""
+"""Largest way by which a released thing came out with the hand [m]: with pads whose friction is 2 LIBERO's book came out by 48 mm."""
 FURTHER = 0.008
-"""Than where it is believed to be [m]: as it may have come to lie a little farther in, and the fingers are at it in the end."""
+"""Extra way of the fingers beyond the believed pose of the thing [m]: it may lie a little farther in, and the fingers are to
+touch it in the end."""
 AHEAD = 0.1  # of a thing, a point that gives the way [m]
 
 

@@ -22,18 +22,20 @@ GAP = 0.01  # from fingers to the thing behind which they are [m]
 ALMOST = 0.003  # from fingers to a face, where feeling begins [m]
 LOW = 1 / 3  # height of finger tips over the thing's support, as a share of its height: under a plate's rim, so that they meet it
 SHARES = (0.0, 0.35, 0.6)
-"""Of a region's half sides, towards the thing, from its middle: ends of the way; the rest is left for how far it slips."""
+"""Ends of the way, from the region's middle towards the thing, as shares of its half sides; the rest is left for the slip of
+the thing."""
 HALVES = (0.0, 180.0)
-"""Of the hand about the vertical [deg]: its fingers open across the way."""
+"""Turns of a hand about the vertical [deg] at which its fingers open across the way."""
 EIGHTHS = (0.0, 180.0, 90.0, 270.0, 45.0, 225.0, 135.0, 315.0)
-"""The same of closed fingers in a thing."""
+"""Turns of a hand about the vertical [deg] whose closed fingers are in a thing."""
 AMID = ((0.0, 0.0), (0.02, 0.0), (0.0, 0.02), (0.0, -0.02), (-0.02, 0.0))
-"""Positions of such hands from the thing's middle, ahead and to the left [m]: beside its obstacles."""
+"""Positions of closed fingers in a thing from its middle, ahead and to the left [m]: beside obstacles in it."""
 OVER, DEEP, PLAY = 0.0005, 0.006, 0.001  # finger tips in a thing, over its floor; the least that its rim stands up; before it [m]
 SPOTS = ((0.0, 0.0), (0.8, 0.0), (-0.8, 0.0), (0.0, 0.6), (0.8, 0.6), (-0.8, 0.6))
-"""On a front: at its handle, towards its edges, and higher."""
+"""Spots on a front: at its handle, towards its edges, and higher."""
 TILTS, TURNS = (0.0, -30.0, -45.0, -60.0), (90.0, -90.0, 0.0, 180.0)
-"""Of the hand before a front about the level line across it, from above, and about its own axis, its slim side up first [deg]."""
+"""Tilts of a hand before a front about the level line across the front, from above, and its turns about its own axis [deg]:
+first the slim side up."""
 FROM_ABOVE = ((0.55, 0.8), (0.8, 0.8), (0.3, 0.8), (0.0, 0.8)), (-70.0, -90.0), tuple(45.0 * k for k in range(8))
 AT_BAR = ((0.0, 0.6), (0.0, 0.75), *FROM_ABOVE[0]), FROM_ABOVE[1], (0.0, 90.0, 180.0, 270.0, 45.0, 135.0, 225.0, 315.0)
 """Spots, tilts and turns of a hand over the upper edge of a front, its fingers alone before it: last, for what turns so far that no hand
@@ -48,10 +50,10 @@ NEAR_HINGE = 0.5
 """A hand that is nearer to a hinge than this share of its handle's distance pushes with more than twice the force, and turns as much on
 half the way: it is tried last."""
 OFF, FIRM = 0.008, 0.002
-"""How far a hand may be from where it is planned on a front [m], and how much less far out it may then meet that: fingers that had a bar by
-the last 10 mm of it, which is round, slid over its end, and came 45 mm farther in."""
+"""Error of a hand across a front [m], and the largest way farther in at which it then still counts as meeting the front [m]:
+fingers at the last 10 mm of a bar, whose end is round, slid over that, and came 45 mm farther in."""
 DOWN = (-45.0, -35.0, -30.0)
-"""The same of a hand that presses on a bar from above."""
+"""Tilts of a hand that presses on a bar from above [deg]."""
 UPRIGHT = 0.9
 STEEP = 0.85  # downward part of the hand's approach beyond which it counts as pointing down
 UP = np.array([0.0, 0.0, 1.0])
@@ -106,7 +108,7 @@ def towards(pose: Pose, area: Feature, frame: Pose, share: float) -> Floats:
 
 
 def sides(area: Feature) -> list[float]:
-    """Of an area, or of the square in a round one [m]."""
+    """Sides of an area, or of the square in a round one [m]."""
     return [area.size["radius"] * math.sqrt(2)] * 2 if "radius" in area.size else [area.size["width"], area.size["depth"]]
 
 

@@ -28,8 +28,7 @@ BACK = 0.12  # distance that hands go back from a released payload, as elsewhere
 
 
 def off(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
-    """Generate the place so far level back that closed fingers are before the released thing, where that has
-    to go farther in."""
+    """Generate the place level back from a released thing that has to go farther in, with closed fingers before the thing."""
     entity, ahead = bound(context, location.of), _ahead(belief, context)
     way, here = _needed(entity, ahead, belief, context), tcp(belief, context)
     shut = make_scene(belief, context, (), context.robot.gripper.opening[0], LET_GO)

@@ -37,11 +37,11 @@ BEHIND = 0.05  # from a face to the fingers at the stand-off [m]
 ABOVE = 0.06  # over the place behind a thing at the stand-off [m]
 OVER_SUPPORT, UNDER_PALM = 0.015, 0.010  # finger tips above what carries the thing; the palm above the thing [m]
 INNER = 0.6
-"""Of a region's half sides, from its middle: where ways around something end."""
+"""Ends of ways around something, from the region's middle, as shares of its half sides."""
 FARTHER = (1.0, 0.7, 1.5)
-"""Times as far as asked that something is pushed aside: it may be in the way by more, and there may be less room."""
+"""Factors of the distance by which a thing is to be pushed aside: it may be farther in the way, and there may be less room."""
 DIRECTIONS = 16
-"""In which it is pushed aside."""
+"""Number of directions in which a thing is pushed aside."""
 SHORT = 1e-6  # [m]: no way at all
 SPOT = Feature("spot", "vrps:SurfaceFeature", size={"radius": 0.0})  # a region that is a point
 
@@ -131,8 +131,8 @@ def _to_region(thing: Thing, pose: Pose, location: Location, belief: Belief, con
 
 
 def _aside(thing: Thing, pose: Pose, location: Location, belief: Belief, context: Context) -> Iterator[Hand | Refused]:
-    """Hands that push a thing out of the way, one for each way without an obstacle, then another one for
-    each: first away from things of later tasks, last towards them."""
+    """Hands that push a thing out of the way: one for each free direction, then a second one for each; first away from
+    things of later tasks, last towards them."""
     (x, y, z), gripper, met = pose.position, context.robot.gripper, met_alone(belief, context, thing.name)
     found = list[Iterator[Hand]]()
     for farther, (cos, sin) in itertools.product(FARTHER, _directions(pose, belief, context)):

@@ -16,7 +16,7 @@ POINTS = 350
 GAIN = (0.3, 1.4)
 """Brightness of the picture relative to the print, at least and at most: shade, and a lamp."""
 SHADE = (0.8, 1.25)
-"""What folds and shadows make of a point's brightness, at least and at most."""
+"""Factors by which folds and shadows change a point's brightness, at least and at most."""
 EVEN = 0.03
 """Weight of an even light, as a share of the print's: what one side shows does not tell a lamp."""
 OFF = 0.16

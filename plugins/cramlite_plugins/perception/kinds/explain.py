@@ -41,14 +41,16 @@ def explained(inputs: Inputs) -> Mapping[str, Any]:
     from ..values import Segment
     from .agreement import Picture
     from .interpret import Scene, interpreted
+    from .joined import joined
 
     known: Sequence[Appearance] = inputs["appearances"]
     if not any(a.printed for a in known):
         raise Unresolvable("no known model has a print")
     view, cloud = inputs["view"], inputs["cloud"]
     front = cloud.mask & ~_surroundings(inputs, known)
-    scene = Scene(Picture.of(view), cloud.points, tuple(known), inputs.parameters, tuple(inputs["fixtures"]), inputs.get("robot"))
-    parts = interpreted(scene, front)
+    scene = Scene(Picture.of(view), cloud.points, tuple(known), inputs.parameters, front, tuple(inputs["fixtures"]),
+                  inputs.get("robot"))  # fmt: skip
+    parts = joined(scene, interpreted(scene))
     if not parts:
         raise Unresolvable(f"nothing stands out from the background: {int(front.sum())} pixels in front of it")
     segments = tuple(Segment(p.mask) for p in parts)
@@ -151,6 +153,9 @@ def experts() -> Iterable[Expert]:
         Parameter("again", 2, "rests of rests"),
         Parameter("candidates", 8, "of 32 kinds, by colour"),
         Parameter("alike", 0.35, "of the most alike model's likeness"),
+        Parameter("apart_m", 0.10, "what hides the middle of a thing is seldom wider"),
+        Parameter("covered", 0.15, "of a part's border; noise makes less of a thing that stands alone"),
+        Parameter("pieces", 4, "of a cluster that are read on their own: what two things on each other show"),
         Parameter("partly", 4, "of them where things may touch, for each part"),
         Parameter("models", 2, "registered in full; the coarse registration has ranked them"),
         Parameter("poses", 4, "of each model that are registered in full"),
@@ -167,7 +172,8 @@ def experts() -> Iterable[Expert]:
         Parameter("good", 0.45, "above it a cluster is one thing"),
         Parameter("bad", 0.35, "below it a model does not explain it"),
         Parameter("gain", 0.05, "by which several things must explain more than one"),
-        Parameter("within_m", 0.022, "shapes are drawn up to 20 mm into what they stand on; what is deeper inside of it cannot be there"),
+        Parameter("within_m", 0.022, "furniture is drawn up to 20 mm into what it stands on; what is deeper inside of it cannot be there"),
+        Parameter("loose_m", 0.012, "what can be moved lies on a thing, not in it: errors of both places, and of depth"),
         Parameter("within", 0.1, "of a model's surface that deep inside of furniture"),
         Parameter("robot_m", 0.05, "depth noise at a metre, links drawn simpler than they are"),
         Parameter("robot", 0.3, "of a model's surface that near to the robot's own"),

@@ -19,15 +19,16 @@ from ..pose.icp import PoseBatch, register
 from ..pose.model import Floats32, PoseModel
 from ..pose.outline import Outline, tolerance
 from ..pose.prior import Alignment, Prior
-from ..pose.score import ENOUGH, Scores, score_poses
+from ..pose.score import ENOUGH, SURFACE, Scores, score_poses
 from ..pose.starts import scene_clouds, slid, starts_for
 from ..segmentation.clean import voxel_components
 from .agreement import Picture, agreement, edged
 from .appearance import Appearance, histogram, likeness
+from .pieces import covered, given_back, middles, pieces
 
 ANY = Prior()
 STEP = 10
-"""Of turns about the vertical that are tried by their print [deg]: a letter of 10 mm on a can is 15 deg wide."""
+"""Step of the turns about the vertical that are compared by their print [deg]: a letter of 10 mm on a can is 15 deg wide."""
 
 
 class Reading(Value, eq=False):
@@ -48,7 +49,8 @@ class Reading(Value, eq=False):
 
     @property
     def score(self) -> float:
-        """Return how well it explains the part, 0 to 1; shape counts twice, since light and blur change colours."""
+        """Return how well the reading explains the part, 0 to 1; shape counts twice, since light and blur change colours, and the share
+        that is seen once."""
         return self.fit * self.fit * self.colour
 
 
@@ -65,28 +67,29 @@ class Part(Value, eq=False):
 
 
 class Scene(Value, eq=False):
-    """Input of interpretation: the picture, points (height, width, 3) in the world [m], appearances, limits, furniture, and the depth
-    (height, width) at which the robot would be seen, NaN beside it [m]."""
+    """Input of interpretation: the picture, points (height, width, 3) in the world [m], appearances, limits, what stands out from the
+    background, furniture, and the depth (height, width) at which the robot would be seen, NaN beside it [m]."""
 
     picture: Picture
     points: Floats
     appearances: tuple[Appearance, ...]
     limits: Mapping[str, float]
+    front: Mask
     fixtures: tuple[Thing, ...] = ()
     robot: Floats | None = None
 
 
-def interpreted(scene: Scene, front: Mask) -> list[Part]:
+def interpreted(scene: Scene) -> list[Part]:
     """Interpret what stands out from the background, cluster by cluster; what a model explains is taken out first."""
     parts: list[Part] = []
-    open_ = [(mask, 0) for mask in clusters(scene, front)]
+    open_ = [(mask, 0) for mask in clusters(scene, scene.front)]
     while open_:
         mask, depth = open_.pop(0)
         checkpoint()
         part = _whole_or_split(scene, mask)
         if part.score >= bad(part.mask, scene.limits) and depth < scene.limits["again"]:
             rest = clusters(scene, mask & ~part.mask)
-            open_ += [(m, depth + 1) for m in rest if _extent(scene, m) > scene.limits["least_m"]]
+            open_ += [(m, depth + 1) for m in rest if extent(scene, m) > scene.limits["least_m"]]
         parts.append(part)
     return parts
 
@@ -126,25 +129,30 @@ def _beside_edges(view: View) -> Mask:
     return np.asarray(high - low > 0.025 * np.where(np.isfinite(low), low, 1.0))
 
 
-def _extent(scene: Scene, mask: Mask) -> float:
+def extent(scene: Scene, mask: Mask) -> float:
+    """Return the longest side of a part's box along the world's axes [m]."""
     return float(np.ptp(scene.points[mask], axis=0).max())
 
 
 def _whole_or_split(scene: Scene, mask: Mask) -> Part:
-    """A cluster as one thing; as one of several that touch, where that explains its own part better."""
-    whole = read(scene, mask, _ranked(scene, mask))
-    if whole.score < scene.limits["good"] * rarity(mask, scene.limits) and int(mask.sum()) >= 3 * scene.limits["pixels"]:
-        least = max(scene.limits["good"], whole.score + scene.limits["gain"])
-        for number in (2, 3):
-            for found in sorted(_partial(scene, mask, number), key=lambda r: -r.score):
-                if found.score < least:
-                    break
-                if not _beside(scene, found):
-                    continue
-                part = _claimed(scene, Part(mask, (found,)))
+    """Cluster as one thing, or as one of several that touch where that explains its own part better."""
+    limits = scene.limits
+    whole, among = read(scene, mask, ranked(scene, mask)), pieces(scene.picture.view, mask, limits["pixels"])
+    if whole.score < limits["good"] * rarity(mask, limits) and int(mask.sum()) >= 3 * limits["pixels"]:
+        least = max(limits["good"], whole.score + limits["gain"])
+        for found in _ways(scene, mask, among):
+            parts = [claimed(scene, Part(mask, (r,)), among) for r in found if r.score >= least and _beside(scene, r)]
+            for part in sorted(parts, key=lambda p: -p.score * p.mask.sum()):
                 if _stands_out(scene, mask, part, whole.score):
                     return part
-    return _claimed(scene, whole)
+    return claimed(scene, whole, among)
+
+
+def _ways(scene: Scene, mask: Mask, among: Sequence[Mask]) -> Iterator[list[Reading]]:
+    """Readings of one of several things: of pieces, then of two and of three parts."""
+    if len(among) > 1:
+        yield [r for p in among[: int(scene.limits["pieces"])] for r in read(scene, p, ranked(scene, p)).readings]
+    yield from (list(_partial(scene, mask, number)) for number in (2, 3))
 
 
 def _stands_out(scene: Scene, mask: Mask, part: Part, whole: float) -> bool:
@@ -162,7 +170,7 @@ def _partial(scene: Scene, mask: Mask, number: int) -> Iterator[Reading]:
     The rest of the cluster does not count against them, and hides nothing.
     """
     whole = _seen(scene, mask)
-    for part in _split(scene, mask, number) if whole is not None else ():
+    for part in middles(scene.points, mask, number, scene.limits["pixels"]) if whole is not None else ():
         for a in _candidates(scene, part, partly=True)[: int(scene.limits["partly"])]:
             if whole is not None and (starts := _coarse(scene, part, a, _standing(a))) is not None:
                 yield _touching(scene, mask, whole, a, starts)
@@ -184,7 +192,13 @@ def _touching(scene: Scene, mask: Mask, whole: tuple[Floats32, Outline], appeara
 def _partly(model: PoseModel, whole: tuple[Floats32, Outline], poses: PoseBatch) -> Floats:
     """Scores of poses that need not explain all of a cluster."""
     scores = score_poses(model, *whole, poses, 200)
-    return np.asarray(scores.free**2 * np.minimum(1, scores.seen / ENOUGH), dtype=float)
+    return np.asarray(scores.free**2 * np.sqrt(np.minimum(1, scores.seen / ENOUGH)), dtype=float)
+
+
+def _scored(model: PoseModel, seen: tuple[Floats32, Outline], poses: PoseBatch, surface: int = SURFACE) -> Scores:
+    """Scores whose square has the share of the visible side that is seen once."""
+    scores = score_poses(model, *seen, poses, surface)
+    return replace(scores, score=scores.score / np.sqrt(np.clip(scores.seen / ENOUGH, 1e-3, 1.0)))
 
 
 def _posed(scene: Scene, starts: PoseBatch) -> list[PoseHypothesis]:
@@ -193,40 +207,28 @@ def _posed(scene: Scene, starts: PoseBatch) -> list[PoseHypothesis]:
     return hypotheses(scene.picture.view, starts, Scores(ones, ones, ones, ones, ones))
 
 
-def _split(scene: Scene, mask: Mask, number: int) -> list[Mask]:
-    """Parts of a cluster beside each other, about centres of their own in the horizontal plane (k-means; Lloyd, 1982); of two also one on
-    the other."""
-    from scipy.cluster.vq import kmeans2
-
-    points = scene.points[mask].astype(float)
-    found = []
-    for axes in (slice(0, 2), slice(2, 3)) if number == 2 else (slice(0, 2),):
-        own_points = points[:, axes]
-        centres, _ = kmeans2(own_points[:: max(1, len(points) // 1500)], number, minit="++", seed=0)
-        label = ((own_points[:, None] - centres[None]) ** 2).sum(axis=2).argmin(axis=1)
-        for k in range(number):
-            if int((label == k).sum()) >= scene.limits["pixels"]:
-                own = np.zeros(mask.shape, bool)
-                own[mask] = label == k
-                found.append(own)
-    return found
-
-
-def read(scene: Scene, mask: Mask, ranked: Sequence[Reading]) -> Part:
+def read(scene: Scene, mask: Mask, quick: Sequence[Reading]) -> Part:
     """Read a part by registering in full what coarse registration ranks first; in any attitude where none of its usual ones fits."""
     limits = scene.limits
     hopeless = limits["hopeless"] * rarity(mask, limits) ** 2
-    least = max(hopeless, limits["near"] * ranked[0].score) if ranked else 1.0
-    tried = [q.appearance for q in ranked[: int(limits["models"])] if q.score >= least]
+    least = max(hopeless, limits["near"] * quick[0].score) if quick else 1.0
+    tried = [q.appearance for q in quick[: int(limits["models"])] if q.score >= least]
     found = [r for a in tried for r in _full(scene, mask, a, _standing(a))]
-    if max((r.score for r in found), default=0.0) < bad(mask, limits):
-        any_way = [q for a in [r.appearance for r in ranked[:3]] if (q := _quick(scene, mask, a, ANY)) is not None]
+    if _most(found) < bad(mask, limits) and _covered(scene, mask):  # coarse ranks of a strip tell little
+        others = [q.appearance for q in quick[: 2 * int(limits["models"])] if q.appearance not in tried]
+        found += [r for a in others for r in _full(scene, mask, a, _standing(a))]
+    if _most(found) < bad(mask, limits):
+        any_way = [q for a in [r.appearance for r in quick[:3]] if (q := _quick(scene, mask, a, ANY)) is not None]
         first = max(any_way, key=lambda q: q.score, default=None)
         if first is not None and first.score >= hopeless:
             found += _full(scene, mask, first.appearance, ANY)
     full = {r.appearance.model.name for r in found}
-    found += [q for q in ranked if q.appearance.model.name not in full]
+    found += [q for q in quick if q.appearance.model.name not in full]
     return Part(mask, tuple(sorted((r for r in found if _beside(scene, r)), key=lambda r: -r.score)))
+
+
+def _most(readings: Sequence[Reading]) -> float:
+    return max((r.score for r in readings), default=0.0)
 
 
 def _beside(scene: Scene, reading: Reading) -> bool:
@@ -234,11 +236,12 @@ def _beside(scene: Scene, reading: Reading) -> bool:
     points = reading.pose.apply(reading.appearance.surface.points[::10])
     if scene.robot is not None and _on_robot(scene, points) > scene.limits["robot"]:
         return False
-    return all(float((depth_within(points, t) > scene.limits["within_m"]).mean()) < scene.limits["within"] for t in scene.fixtures)
+    most = scene.limits["within_m" if reading.appearance.model.mass is None else "loose_m"]
+    return all(float((depth_within(points, t) > most).mean()) < scene.limits["within"] for t in scene.fixtures)
 
 
-def _ranked(scene: Scene, mask: Mask) -> list[Reading]:
-    """The best coarse registration of each model whose colours and size allow a part, best first."""
+def ranked(scene: Scene, mask: Mask) -> list[Reading]:
+    """Return the best coarse registration of each model whose colours and size allow a part, best first."""
     quick = [q for a in _candidates(scene, mask) if (q := _quick(scene, mask, a, _standing(a))) is not None]
     return sorted(quick, key=lambda q: -q.score)
 
@@ -248,23 +251,28 @@ def _standing(appearance: Appearance) -> Prior:
 
 
 def _candidates(scene: Scene, mask: Mask, *, partly: bool = False) -> list[Appearance]:
-    """Models by likeness of colours and size, without those that are smaller than what is seen; by colours alone if that may be
-    part of one thing and part of another."""
+    """Models by likeness of colours and size, without those smaller than the visible part; by colours alone if the part may
+    show pieces of two things."""
     own = histogram(scene.picture.view.rgb[mask].astype(float))
     seen = extents(scene.points[mask])
-    lengths = np.sort([seen.height, seen.width, seen.depth])
-    alike = [(likeness(own, a) * (1.0 if partly else _sized(lengths, a, scene.limits)), a) for a in scene.appearances]
+    lengths, whole = np.sort([seen.height, seen.width, seen.depth]), not _covered(scene, mask)
+    alike = [(likeness(own, a) * (1.0 if partly else _sized(lengths, a, scene.limits, whole)), a) for a in scene.appearances]
     alike.sort(key=lambda p: (-p[0], p[1].model.name))
     least = scene.limits["alike"] * (alike[0][0] if alike else 0.0)
     return [a for share, a in alike[: int(scene.limits["candidates"])] if share >= least]
 
 
-def _sized(lengths: Floats, appearance: Appearance, limits: Mapping[str, float]) -> float:
-    """Likelihood of sorted extents of what is seen [m]; a part may be hidden, and a tilted thing's box is larger."""
+def _covered(scene: Scene, mask: Mask) -> bool:
+    return covered(scene.picture.view, mask, scene.front) > scene.limits["covered"]
+
+
+def _sized(lengths: Floats, appearance: Appearance, limits: Mapping[str, float], whole: bool) -> float:
+    """Likelihood of sorted extents of what is seen [m]; some of it may be hidden, any of what is not whole, and a tilted thing's box is
+    larger."""
     own = np.sort(appearance.surface.extents)
     if lengths[2] > appearance.surface.diameter + limits["larger_m"] or lengths[1] > math.hypot(own[1], own[2]) + limits["larger_m"]:
         return 0.0
-    missing = np.maximum(0.0, own - lengths)[1:] / limits["missing_m"]
+    missing = whole * np.maximum(0.0, own - lengths)[1:] / limits["missing_m"]
     excess = np.maximum(0.0, lengths - own) / limits["excess_m"]
     return math.exp(-float(missing @ missing + excess @ excess) / 2)
 
@@ -286,7 +294,9 @@ def _coarse(scene: Scene, mask: Mask, appearance: Appearance, prior: Prior) -> P
     reach = max(COARSE.reach[0], scene.limits["far"] * model.diameter)
     stage = replace(COARSE, reach=(reach, COARSE.reach[1]), iterations=(2 if large else 1) * COARSE.iterations)
     starts = register(model, seen[0], starts_for(view.camera, model, prior, seen[0]), stage, seen[1])
-    starts = best(model, *seen, allowed(view, prior, starts), int(scene.limits["yaws"]), 200)
+    starts = allowed(view, prior, starts)
+    starts = slid(model, seen[1], starts) if len(starts) and _covered(scene, mask) else starts
+    starts = best(model, *seen, starts, int(scene.limits["yaws"]), 200)
     return register(model, seen[0], starts, MIDDLE, seen[1]) if len(starts) else None
 
 
@@ -295,7 +305,7 @@ def _quick(scene: Scene, mask: Mask, appearance: Appearance, prior: Prior) -> Re
     starts, seen = _coarse(scene, mask, appearance, prior), _seen(scene, mask)
     if starts is None or seen is None:
         return None
-    scored = hypotheses(scene.picture.view, starts, score_poses(appearance.surface, *seen, starts, 300))
+    scored = hypotheses(scene.picture.view, starts, _scored(appearance.surface, seen, starts, 300))
     colours = agreement(scene.picture, mask, appearance, [h.pose for h in scored])
     found = [Reading(appearance, h.pose, h.score, float(c)) for h, c in zip(scored, colours, strict=True)]
     return max(found, key=lambda r: r.score)
@@ -310,7 +320,7 @@ def _full(scene: Scene, mask: Mask, appearance: Appearance, prior: Prior) -> lis
     starts = best(model, *seen, slid(model, seen[1], best(model, *seen, starts, kept, 300)), kept, 300)
     starts = allowed(view, prior, register(model, seen[0], starts, FINE, seen[1]))
     found = []
-    for h in distinct(model, hypotheses(view, starts, score_poses(model, *seen, starts))):
+    for h in distinct(model, hypotheses(view, starts, _scored(model, seen, starts))):
         found.append(_by_print(scene, mask, appearance, seen, h))
     return found
 
@@ -322,9 +332,9 @@ def _by_print(scene: Scene, mask: Mask, appearance: Appearance, seen: tuple[Floa
     colours = agreement(scene.picture, mask, appearance, poses)
     k = int((fits * fits * colours).argmax())
     again = register(model, seen[0], _batch(scene, [poses[k]]), FINE, seen[1])
-    refined = hypotheses(scene.picture.view, again, score_poses(model, *seen, again))
+    refined = hypotheses(scene.picture.view, again, _scored(model, seen, again))
     pose, fit, colour = poses[k], float(fits[k]), float(colours[k])
-    if k and refined and refined[0].score >= fit:
+    if refined and refined[0].score >= fit:
         pose, fit = refined[0].pose, refined[0].score
         colour = float(agreement(scene.picture, mask, appearance, [pose])[0])
     return Reading(appearance, pose, fit, colour, (*found.reasons, f"{100 * colour:.0f} % of its print agrees"))
@@ -341,13 +351,13 @@ def distinct(model: PoseModel, found: Sequence[PoseHypothesis]) -> list[PoseHypo
 
 
 def _turned(scene: Scene, seen: tuple[Floats32, Outline], model: PoseModel, pose: Pose) -> tuple[list[Pose], Floats]:
-    """A pose, and those turned from it by a symmetry or about the vertical that fit nearly as well, as of nearly round things;
-    and their scores."""
+    """A pose and its turns by a symmetry or about the vertical that fit nearly as well, as of nearly round things; with
+    their scores."""
     centre = pose.apply(model.centre)
     there, back = Pose(tuple(centre)), Pose(tuple(-centre))
     yaws = [there * Pose.from_rotvec((0, 0, 0), (0, 0, math.radians(a))) * back * pose for a in range(STEP, 360, STEP)]
     poses = [pose, *yaws, *(pose * s for s in model.symmetries[1:9])]
-    scores = score_poses(model, *seen, _batch(scene, poses), 300).score
+    scores = _scored(model, seen, _batch(scene, poses), 300).score
     kept = np.flatnonzero(scores >= scene.limits["as_well"] * scores[0])
     return [poses[k] for k in kept], np.asarray(scores[kept], dtype=float)
 
@@ -358,8 +368,8 @@ def _batch(scene: Scene, poses: Sequence[Pose]) -> PoseBatch:
     return PoseBatch(np.array([p.rotation for p in inverse], np.float32), np.array([p.position for p in inverse], np.float32))
 
 
-def _claimed(scene: Scene, part: Part) -> Part:
-    """A part with the pixels that its best reading explains; as it is without any."""
+def claimed(scene: Scene, part: Part, among: Sequence[Mask]) -> Part:
+    """Return a part with the pixels that its best reading explains, but those of pieces of others; as it is without any."""
     if not part.readings or part.score < bad(part.mask, scene.limits):
         return part
     first, mask, view = part.readings[0], part.mask, scene.picture.view
@@ -368,7 +378,7 @@ def _claimed(scene: Scene, part: Part) -> Part:
     away = np.linalg.norm(local - nearest, axis=1)
     own = np.zeros(mask.shape, bool)
     own[mask] = away < scene.limits["owns_m"] + tolerance(view.depth[mask])
-    return Part(own if own.any() else mask, part.readings)
+    return Part(given_back(own, among) if own.any() else mask, part.readings)
 
 
 def _on_robot(scene: Scene, points: Floats) -> float:

@@ -20,12 +20,12 @@ from ...simulation.camera.ray_tracer import cast
 from ...simulation.camera.skins import visual_model
 
 VERSION = 1
-"""Of how samples are made; another one makes those of every kind anew."""
+"""Version of the way samples are made; another version makes the samples of every kind anew."""
 SPACING = 0.003
 """Edge of the voxels of which each has one point [m]; two where both sides of a wall are in it."""
 MOST = 9000
 MOST_BYTES = 2_000_000
-"""Of a file of samples: nine numbers a point take 0.3 MB."""
+"""Largest size of a file of samples [bytes]: nine numbers a point take 0.3 MB."""
 RAYS = 110
 """Rays along each side of a view, at most."""
 AWAY = 3.0
@@ -127,7 +127,7 @@ def _folder() -> Path:
 
 
 def _keep(path: Path, made: Samples) -> None:
-    """Written whole or not at all; a folder that cannot be written makes them anew each time."""
+    """Keep samples in a file, written whole or not at all; without a writable folder they are made anew each time."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.NamedTemporaryFile(dir=path.parent, suffix=".npz", delete=False) as file:

@@ -30,7 +30,7 @@ SPACING = 0.0018
 """Mean distance of surface points [m]: a pixel at 0.7 m. Twice as dense changes no figure (tests/benchmarks)."""
 FEWEST, MOST = 1500, 9000
 MARGIN = 0.025
-"""How far around a model its nearest points are known [m]: what coarse registration starts from."""
+"""Distance around a model within which its nearest points are known [m]: coarse registration starts within it."""
 CELLS = 100
 """Grid cells along the longest side, at most; a cell has at least 2 mm."""
 EXACT = 2.5

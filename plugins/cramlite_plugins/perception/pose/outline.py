@@ -41,7 +41,7 @@ class Outline(Value, eq=False, dict=True):
 
     @cached_property
     def _nearest(self) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
-        """Row and column of the object's pixel nearest to each."""
+        """Row and column of the object's pixel that is nearest to each pixel."""
         rows, columns = ndimage.distance_transform_edt(~self.mask, return_distances=False, return_indices=True)
         return rows.astype(np.int32), columns.astype(np.int32)
 

@@ -30,7 +30,7 @@ class Prior(Value):
 
 
 UPRIGHT = Prior((Alignment(((0.0, 0.0, 1.0),), ((0.0, 0.0, 1.0),)),))
-"""What hangs or stands: the model's z axis points up, within 60 degrees before and 40 after (docs/explanation)."""
+"""Prior of things that hang or stand: the model's z axis points up, within 60 degrees before and 40 after (docs/explanation)."""
 
 
 def alignment_error(camera: Pose, turn: Floats32, alignment: Alignment) -> Floats:

@@ -91,7 +91,7 @@ def hierarchical(points: Points32, parameters: Mapping[str, float]) -> Labels:
 
 
 def _numbered(labels: Labels) -> Labels:
-    """The same clusters as 0, 1, 2, ...; -1 stays."""
+    """Clusters renumbered as 0, 1, 2, ...; -1 stays."""
     import numpy as np
 
     _, numbers = np.unique(labels, return_inverse=True)

@@ -55,7 +55,8 @@ def segments(inputs: Inputs) -> Mapping[str, Any]:
 
 
 def _front(cloud: Cloud, inverse: Inverse, planes: Sequence[Plane], limits: Mapping[str, float]) -> Mask:
-    """Pixels in front of all planes that bound what was measured, by more than noise; of a wide plane with much behind it, also those."""
+    """Pixels in front of the planes that bound the scene, by more than noise; of a wide plane with much behind it on both
+    sides."""
     import numpy as np
     from scipy import ndimage
 

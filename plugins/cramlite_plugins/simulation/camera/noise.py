@@ -49,7 +49,7 @@ EDGE = 0.012
 surface seen at 75 degrees from its normal just reaches at 385 pixels focal length."""
 
 NOTHING = 1e3
-"""Where nothing is hit, the depth that neighbours are compared with [m]: beyond any camera's range."""
+"""Depth of pixels whose ray hits nothing, for comparison with their neighbours [m]: beyond any camera's range."""
 
 
 def noisy_depth(depth: Points, cosine: Points, intrinsics: Intrinsics, noise: Noise, rng: Generator) -> Points:

@@ -1,4 +1,4 @@
-"""Centres of mass that are off: where a twin says that a thing's is not where its shape has it."""
+"""Centres of mass that a twin displaces from where the shapes of things have them."""
 
 from __future__ import annotations
 

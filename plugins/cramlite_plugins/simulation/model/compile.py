@@ -25,10 +25,11 @@ from .index import Data, Model, Owner, RobotIndex, ThingIndex, robot_index
 # ``unstable`` looks.
 mujoco.set_mju_user_warning(lambda _message: None)
 ASSETS = 200_000_000
-"""Of meshes and textures of files that MuJoCo keeps for the next compilation [bytes], 524 MB by itself; a scene of LIBERO has 170 MB."""
+"""Capacity for meshes and textures of files that MuJoCo keeps for the next compilation [bytes], 524 MB by default; a scene of LIBERO has
+170 MB."""
 mujoco.mj_setCacheCapacity(mujoco.mj_getCache(), ASSETS)
 APART = 0.3
-"""Between hands that wait [m]."""
+"""Distance between hands that wait [m]."""
 BAD = tuple(int(getattr(mujoco.mjtWarning, f"mjWARN_BAD{kind}")) for kind in ("QPOS", "QVEL", "QACC"))
 
 
@@ -166,7 +167,8 @@ def _described(
         if not planning:
             add_grains(spec, thing)
     if not planning:
-        add_pairs(spec, _stated(world), far_apart(world, robots))
+        filled = () if hands else [t.name for t in world.things if t.filling is not None]
+        add_pairs(spec, _stated(world), far_apart(world, robots), filled)
     return spec
 
 

@@ -17,15 +17,16 @@ from .index import Data
 from .world_doubts import DEEP, TOO_DEEP, overlaps
 
 STEP = 0.001
-"""Between distances that are tried [m]."""
+"""Step of the distances that are tried [m]."""
 WAYS: list[Floats] = [np.array(w) / np.linalg.norm(w) for w in itertools.product((0, 1, -1), repeat=3) if any(w)]
 """Directions that are tried: towards the faces, edges and corners of a cube."""
 
 
 FARTHER = 2.0
-"""Times as far as a thing may rest it may be let go of: a basket that is lifted off what its wall is in falls back around it."""
+"""Factor between the distance at which a thing may be let go of, and that at which it may rest: a basket that is lifted off what its wall
+is in falls back around it."""
 SETTLE = 1.0
-"""So long what was let go of at its free place falls, tips and slides until it is at rest [s]."""
+"""Time for which a thing that was let go of at its free place falls, tips and slides until it is at rest [s]."""
 
 
 MOVED = 0.001
@@ -77,7 +78,8 @@ def _wrong(compiled: Compiled, data: Data, deep: float) -> list[tuple[str, str, 
 def _rests(
     compiled: Compiled, data: Data, world: World, ways_out: list[tuple[str, str]], most: float, deep: float
 ) -> Iterator[_Rest]:
-    """Worlds at rest within a distance of their readings, of a thing that was let go of where it is free, the nearest of that first."""
+    """Worlds at rest after one thing was released at a free place, the nearest to its reading first; all things are near
+    their readings."""
     for step in range(1, round(FARTHER * most / STEP) + 1):
         checkpoint()
         for (name, other), way in itertools.product(ways_out, WAYS):
@@ -96,8 +98,8 @@ def _rests(
 
 
 def _at_rest(start: World, read: World, pair: tuple[str, str], deep: float) -> dict[str, Pose]:
-    """Poses of a thing, and of what is no longer where it was read, when all is at rest, what is held fixed; none where a pair is in
-    each other again."""
+    """Poses, once all is at rest, of the things that left their read poses, payloads fixed; none where the pair overlaps
+    again."""
     held = {m.holds.thing for m in start.robots if m.holds}
     things = tuple(replace(t, mass=None) if t.name in held else t for t in start.things)
     compiled = compile_world(replace(start, robots=(), things=things), {})

@@ -20,13 +20,13 @@ SLEEP = int(mujoco.mjtEnableBit.mjENBL_SLEEP)
 NEVER, ALLOWED = (int(getattr(mujoco.mjtSleepPolicy, f"mjSLEEP_{name}")) for name in ("NEVER", "ALLOWED"))
 MAY = int(mujoco.mjtSleepPolicy.mjSLEEP_AUTO_ALLOWED)  # MuJoCo's own answer for what no actuator moves
 SHAKES = 1e-3
-"""A thing that rests moves no faster at any moment [m/s]. A can that stands on a box shakes in place with up to 5e-4, by the rounding
+"""Largest speed of a resting thing at any moment [m/s]. A can that stands on a box shakes in place with up to 5e-4, by the rounding
 of contact normals, and stays within 5 um for as long as it stands (measured); a block or a bowl keeps 1e-6."""
 CREEPS = 2e-5
-"""Nor on the mean of any of ``WINDOWS`` [m/s]: what crept so for 100 s would be 2 mm away, less than half of how far a bystander may
-get by default."""
+"""Largest mean speed of a resting thing over each of ``WINDOWS`` [m/s]: what crept so for 100 s would be 2 mm away, less than half of how
+far a bystander may get by default."""
 WINDOWS = 0.05, 0.5
-"""Over which the mean is taken [s]: the shorter one lets most things sleep early, over the longer one what shakes gets nowhere."""
+"""Windows of mean speeds [s]: the shorter one lets most things sleep early, over the longer one a thing that shakes gets nowhere."""
 PERIOD = 0.024  # of the samples that means are taken of [s]: three control cycles
 
 

@@ -12,10 +12,10 @@ from cramlite.model import Floats, Pose, Solid
 from .index import Model
 
 EDGE, FEWEST, MOST = 0.013, 8, 28
-"""How long an edge of a round geom should be [m], and how many it has: the widest link of a UR5e gets 28."""
+"""Length of an edge of a round geom [m], and its least and largest number of edges: the widest link of a UR5e gets 28."""
 _CORNERS = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], dtype=float)
 _SIDES = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
-"""Of a box, each counter-clockwise seen from outside."""
+"""Sides of a box, each counter-clockwise seen from outside."""
 _BOX = np.array([t for a, b, c, d in _SIDES for t in ((a, b, c), (a, c, d))])
 
 

@@ -15,9 +15,9 @@ from .compile import Compiled, compile_world
 from .index import Data
 
 DEEP = 0.002
-"""Of an overlap [m]: shipped scenarios let things settle from above, none begins deeper inside another."""
+"""Depth from which an overlap is reported [m]: shipped scenarios let things settle from above, none begins deeper inside another."""
 TOO_DEEP = 0.005
-"""Of an overlap that no settling cures [m]: contacts would push the two apart at once, and nothing is then where it was said to be."""
+"""Depth of an overlap that no settling cures [m]: contacts would push the two things apart at once, away from their stated places."""
 FALL, WITHIN = 0.05, 0.15
 """A thing that falls so far [m] in so short a time [s] stands on nothing: free fall takes 0.101 s for it."""
 LOWER = 1 / 3

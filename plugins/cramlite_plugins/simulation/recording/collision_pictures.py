@@ -30,7 +30,7 @@ AZIMUTHS, ELEVATIONS = range(0, 360, 45), (20.0, 50.0)
 COARSE = (32, 24)
 """Size in which directions are compared [pixel]."""
 NEAREST, FARTHEST = 0.45, 0.9
-"""Of the camera from the place [m]."""
+"""Least and largest distance of the camera from the place [m]."""
 REACH = 1.0
 """Distance up to which the nearest points of the two bodies are looked for [m]."""
 LOCAL = 0.35

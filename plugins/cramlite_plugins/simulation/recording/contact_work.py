@@ -1,4 +1,4 @@
-"""Whom a simulation computes contacts for: its work grows with these, faster than their number."""
+"""Contacts that a simulation computes, by the things that have them: its work grows faster than their number."""
 
 from __future__ import annotations
 

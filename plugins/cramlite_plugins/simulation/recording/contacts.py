@@ -154,5 +154,5 @@ def _touches(points: list[tuple[Named, float, float, list[float]]]) -> tuple[Tou
 
 
 def _joined(some: tuple[Touch, ...], others: tuple[Touch, ...]) -> tuple[Touch, ...]:
-    """The touches of both, by name."""
+    """Touches of two lists, joined by name."""
     return tuple(sorted((*some, *others), key=lambda t: (t.a, t.b))) if some and others else some or others

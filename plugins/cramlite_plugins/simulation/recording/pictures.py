@@ -20,11 +20,11 @@ from ..model.triangles import body_name, solids
 from .recorder import effector_of
 
 NEAREST = 0.9
-"""Of a camera that is fitted to things [m]: the hand is seen around a small one, too."""
+"""Least distance of a camera that is fitted to things [m]: the hand is seen around a small one, too."""
 MARGIN = 0.15
 """Room around places of things, for the things themselves [m]."""
 WHOLE = 0.5
-"""Of a larger thing than this, by its radius, only the place is to be seen [m]: floors and tables."""
+"""Radius beyond which only the place of a thing is to be in the picture [m], not all of the thing: floors and tables are larger."""
 
 
 def picture(
@@ -108,7 +108,7 @@ def _tracks(rows: Floats, names: Mapping[str, int], shown: Mapping[str, str]) ->
 
 
 def _put(compiled: Compiled, data: Data, rollout: Rollout, sample: int) -> None:
-    """Everything where it was; needs kinematics afterwards."""
+    """Put every body where it was at a sample; kinematics must be computed afterwards."""
     index = effector_of(compiled, rollout.effector)
     for thing in rollout.world.things:
         if thing.movable:

@@ -252,8 +252,8 @@ def _ends(statement: Statement) -> bool:
 
 
 def _inside(body: Iterable[object], *, loops: bool) -> Iterator[object]:
-    """Statements, those under conditions included; of the loops among them all, or only returns: a ``break`` in there is
-    theirs."""
+    """Statements, those under conditions included; of inner loops all or only the returns, since a ``break`` there ends the
+    inner loop."""
     waiting = list(body)
     while waiting:
         node = waiting.pop()

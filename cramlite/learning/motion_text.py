@@ -1,0 +1,115 @@
+"""Text of a learned motion: its path, its parameters, its steps and its predicate, as the module of a package has them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from ..model.shown_path import ShownPath
+from .proposal import Proposal
+from .shown_rest import ShownRest
+
+PRESSED = (
+    ("press_n", "12.0", "what a block needs to keep its contact in simulation; a recording of poses says no force"),
+    ("slide_m_s", "0.02", "at 20 mm/s and less inertia does not look like contact"),
+    ("force_limit_n", "25.0", "as for other motions along a surface"),
+)
+"""Parameters of a motion that presses: name, default and source."""
+
+
+def motion_words(proposal: Proposal, name: str) -> Mapping[str, str]:
+    """Return the words of the module of a task that is done by a learned motion; none for others.
+
+    Args:
+        name: of the package.
+    """
+    if proposal.rest is not None:
+        return _rest_words(proposal.rest, name)
+    if proposal.moving is None:
+        return {}
+    motion, mover, about = proposal.moving
+    path = motion.path
+    speed = ("speed_m_s", f"{path.speed:g}", "the median of what was shown")
+    rows = PRESSED if path.touching else (speed,)
+    declared = "".join(f'\n        Parameter("{n}", {default}, "{source}"),' for n, default, source in rows)
+    return {
+        "constants": f"\nPATH = {path_text(path)}\n\"\"\"{said(proposal)}\"\"\"\n",
+        "parameters": f"\n    parameters = ({declared}\n    )" + ("" if path.touching else "\n    slides = False"),
+        "decompose": "\n".join(_steps(path, mover, about)),
+        "hooks": _hook(f'path_predicate("follows_{name}", PATH)'),
+    }
+
+
+def _rest_words(rest: ShownRest, name: str) -> Mapping[str, str]:
+    return {
+        "constants": f'\nLEAST_S = {rest.least_s:g}\n"""Shortest rest that counts [s]."""\n',
+        "parameters": f'\n    parameters = (Parameter("rest_s", {rest.duration_s:g}, "the median of what was shown"),)',
+        "hooks": _hook(f'rest_predicate("rests_{name}", LEAST_S)'),
+    }
+
+
+def _hook(made: str) -> str:
+    return f"\n\n@hookimpl\ndef predicates() -> Iterable[Predicate]:\n    return [{made}]\n"
+
+
+def said(proposal: Proposal) -> str:
+    """Return what is known of a proposal's motion, as a sentence; "" where known tasks alone explain it."""
+    if proposal.rest is not None:
+        return f"At the end the hand rests for {proposal.rest.duration_s:g} s."
+    if proposal.moving is None:
+        return ""
+    motion, mover, about = proposal.moving
+    path = motion.path
+    where = path.anchor.part.split(":")[-1] or "frame"
+    frame = f"in the frame of the {where} of {about}{', at its bottom' if path.anchor.deep else ''}"
+    often = f"gone round {' '.join(f'{c:g}' for c in motion.counts)} times" if path.closed else "gone along once"
+    unit = "; x and y in halves of its width" if path.anchor.scaled else ""
+    return f"Path of the foot of {mover} {frame}{unit}: {often}; the examples differ by {1000 * motion.spread:.1f} mm."
+
+
+def path_text(path: ShownPath) -> str:
+    """Return a path as an expression, one corner a line."""
+    points = "".join(f"\n        ({x:g}, {y:g}, {z:g})," for x, y, z in path.points)
+    a = path.anchor
+    return (
+        f"ShownPath(\n    points=({points}\n    ),\n"
+        f'    anchor=Anchor("{a.part}", deep={a.deep}, scaled={a.scaled}),\n'
+        f"    times={path.times}, least={path.least:g}, tolerance={path.tolerance:g}, closed={path.closed}, either={path.either},\n"
+        f"    touching={path.touching}, stand_off={path.stand_off:g}, speed={path.speed:g},\n)"
+    )
+
+
+def _steps(path: ShownPath, mover: str, about: str) -> list[str]:
+    """Lines of the decomposition: above the beginning, down, along, up."""
+    lines = [
+        f'moved, about = action.roles["{mover}"], action.roles["{about}"]',
+        "if belief.held is None or belief.held.thing != moved.entity:",
+        """    raise Unresolvable.because_of_earlier_tasks(f"'{moved.entity}' is not in the hand", (moved.name,))""",
+        'way = Location(action.inside("way"), "shown_path", about.name, {"path": PATH})',
+        'up = Location(action.inside("up"), "lift", None, {"height_m": PATH.stand_off})',
+        "yield Decomposition((",
+        "    way,",
+        '    Motion(action.inside("transfer"), "transfer", way, reason="above where it begins"),',
+        *(f"    {line}" for line in (_pressed() if path.touching else _free())),
+        "    up,",
+        '    Motion(action.inside("leave"), "linear", up, {"stage": Stage.POSE}, (about.name,), "clear of it"),',
+        '), "as it was shown")',
+    ]
+    return [f"        {line}" for line in lines]
+
+
+def _free() -> list[str]:
+    return [
+        'Motion(action.inside("enter"), "linear", way, {"stage": Stage.POSE}, reason="down to where it begins"),',
+        'Motion(action.inside("follow"), "trace", way, {"speed_m_s": self.parameter(action, "speed_m_s")}, reason="the path"),',
+    ]
+
+
+def _pressed() -> list[str]:
+    return [
+        'Motion(action.inside("tare"), "zero_sensor", reason="from here on, more is pressing"),',
+        'Motion(action.inside("enter"), "until_contact", way, {"free_m_s": 0.1}, (about.name,), "down until it touches"),',
+        'Motion(action.inside("follow"), "compliant_slide", way, {',
+        '    "press_n": self.parameter(action, "press_n"), "speed_m_s": self.parameter(action, "slide_m_s"),',
+        '    "force_limit_n": self.parameter(action, "force_limit_n"),',
+        '}, (about.name,), "the path"),',
+    ]

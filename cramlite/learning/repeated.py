@@ -1,0 +1,94 @@
+"""Repetition in a path: its periodic part, and the mean of its rounds."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..base.value import Value
+from ..model.geometry import Floats
+from ..model.shown_path import resampled
+
+SMOOTHED = 0.15
+"""[s] over which places are averaged, for tremor; a round of stirring takes 1 to 2 s."""
+STEP = 0.003
+"""Distance of places along a path [m]; where the hand keeps still there are none."""
+SHORTEST = 0.06
+"""Length of a round [m]: of a circle of 10 mm radius."""
+ALIKE = 0.2
+"""Distance of a place from that one round later, as a share of the round's extent: more than people's rounds differ."""
+ROUND = 48
+"""Places of a round, or of an open path."""
+
+
+class Rounds(Value, eq=False):
+    """Periodic part of a path.
+
+    Args:
+        mean: (ROUND, 3) places of the mean round [m].
+        count: of rounds.
+        rows: first and last place of it, in the places that were asked about.
+    """
+
+    mean: Floats
+    count: float
+    rows: tuple[int, int]
+
+
+def evenly(times: Floats, points: Floats) -> tuple[Floats, Floats]:
+    """Return times (M,) and places (M, 3) at even distances along a smoothed path."""
+    count = max(round(SMOOTHED / float(np.median(np.diff(times)))) | 1, 1) if len(times) > 2 else 1
+    padded = np.pad(points, ((count // 2, count // 2), (0, 0)), mode="edge")
+    smooth = np.stack([np.convolve(padded[:, k], np.ones(count) / count, mode="valid") for k in range(3)], axis=1)
+    kept = [0]
+    for k in range(1, len(smooth)):
+        if np.linalg.norm(smooth[k] - smooth[kept[-1]]) >= STEP:
+            kept.append(k)
+    line, at = smooth[kept], times[kept]
+    lengths = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
+    even = np.arange(0.0, lengths[-1] + 1e-9, STEP)
+    return np.interp(even, lengths, at), np.stack([np.interp(even, lengths, line[:, k]) for k in range(3)], axis=1)
+
+
+def rounds(points: Floats) -> Rounds | None:
+    """Return the longest periodic part of a path with two rounds at least; None where there is none.
+
+    Args:
+        points: (M, 3) at even distances ``STEP``.
+    """
+    found = [r for lag in range(round(SHORTEST / STEP), len(points) // 2 + 1) if (r := _alike(points, lag)) is not None]
+    if not found:
+        return None
+    longest = max(end - start for start, end, _, _ in found)
+    enough = [f for f in found if f[1] - f[0] >= 0.9 * longest]
+    shortest = min(lag for _, _, lag, _ in enough)
+    start, end, lag, _ = min((f for f in enough if f[2] <= 1.3 * shortest), key=lambda f: (f[3], f[2]))
+    count = (end - start) / lag
+    whole = int(count + 1e-9)
+    each = [resampled(points[start + k * lag : start + (k + 1) * lag + 1], ROUND + 1) for k in range(whole)]
+    mean = np.mean(each, axis=0)
+    closed = mean - np.linspace(0.0, 1.0, ROUND + 1)[:, None] * (mean[-1] - mean[0])
+    return Rounds(closed[:-1], count, (start, end - 1))
+
+
+def _alike(points: Floats, lag: int) -> tuple[int, int, int, float] | None:
+    """The longest part in which each place is again there one round later: first and last place, round, and mean distance [m]."""
+    apart = np.linalg.norm(points[lag:] - points[:-lag], axis=1)
+    extents = _extents(points, lag)[: len(apart)]
+    close = np.concatenate([[False], apart <= ALIKE * extents, [False]])
+    edges = np.flatnonzero(close[1:] != close[:-1])
+    runs = list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
+    if not runs:
+        return None
+    first, last = max(runs, key=lambda r: (r[1] - r[0], -r[0]))
+    if last - first < lag:
+        return None  # less than two rounds
+    return first, last + lag, lag, round(float(apart[first:last].mean()), 5)
+
+
+
+def _extents(points: Floats, lag: int) -> Floats:
+    """Largest side of the box around the round that begins at each place [m]."""
+    from scipy.ndimage import maximum_filter1d, minimum_filter1d
+
+    ahead = {"size": lag, "axis": 0, "mode": "nearest", "origin": -(lag // 2)}
+    return np.asarray((maximum_filter1d(points, **ahead) - minimum_filter1d(points, **ahead)).max(axis=1))

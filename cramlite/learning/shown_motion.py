@@ -1,0 +1,211 @@
+"""Motions that demonstrations share: a path of what is held about another thing, the one about which they differ least."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from itertools import permutations, product
+
+import numpy as np
+
+from ..base.value import Value, replace
+from ..interpretation.path_predicate import followed, gone_through, parts_of, related
+from ..model.geometry import Floats
+from ..model.shown_path import Anchor, ShownPath, length, resampled
+from .repeated import ROUND, evenly, rounds
+from .span import Span
+
+HELD = 0.9
+"""Share of the time that the hand has what it moves."""
+LONG = 0.06
+"""Least length of a path on a surface [m], as of a round."""
+BENT = 1.5
+"""Least length of a path on a surface, as a multiple of the way from its beginning to its end: no stroke is so long."""
+AGREED, WIDEST = 0.15, 0.25
+"""Largest spread of the examples, and largest distance that is on the path, as shares of its extent."""
+FINE = 0.002
+"""Difference of two spreads that counts [m]: twice a person's drift."""
+NEAR, SIGMAS = 0.01, 3.0
+"""Least distance that is on the path [m], and how many spreads are: 99.7 % of normal errors."""
+ENOUGH, WHOLE = 0.75, 0.85
+"""Share of the fewest rounds that were shown, and of an open path, from which it is this motion."""
+LEAST_UP = 0.03
+"""Least height from which a path is begun [m]."""
+EXACT = 0.002
+"""Distance of a path's corners from what was shown [m]."""
+
+
+class ShownMotion(Value, eq=False):
+    """Motion that all examples show.
+
+    Args:
+        path: mean of the examples.
+        fillers: of each example, what moved and about what.
+        spread: root mean square distance of the examples from the mean [m].
+        counts: how often each example went through the path.
+        bent: whether no straight stroke does it.
+    """
+
+    path: ShownPath
+    fillers: tuple[tuple[str, str], ...]
+    spread: float
+    counts: tuple[float, ...]
+    bent: bool
+
+    def apart_from(self, refused: Sequence[Span]) -> ShownMotion:
+        """Return the motion with a least count half way between the examples and spans in which it was not done, where these come near."""
+        found = (
+            gone_through(self.path, span.timeline.episode, one, other, (span.start, span.end))
+            for span in refused for one, other in permutations(span.things, 2)
+        )  # fmt: skip
+        most, fewest = max(found, default=0.0), min(self.counts)
+        least = max(self.path.least, round((most + fewest) / 2, 2)) if most < fewest else self.path.least
+        return replace(self, path=replace(self.path, least=least))
+
+
+class _Core(Value, eq=False):
+    """Part of one example that is the motion: places in the frame of the other thing."""
+
+    places: Floats
+    closed: bool
+    touching: bool
+    count: float
+    speed: float
+    up: float
+
+
+def shown_motion(spans: Sequence[Span]) -> ShownMotion | None:
+    """Return the motion that all examples share; None where they share none."""
+    found = [m for pairs in _casts(spans) if (m := _of_pairs(spans, pairs)) is not None]
+    return min(found, key=lambda f: f[0], default=(None, None))[1]
+
+
+def _casts(spans: Sequence[Span]) -> Iterator[tuple[tuple[str, str], ...]]:
+    """For each example what is moved and about what: the same names in all, else things of the same classes."""
+    each = [_pairs(span) for span in spans]
+    for pair in each[0]:
+        types = [spans[0].timeline.types(n)[:1] for n in pair]
+        options = [
+            [p for p in pairs if p == pair] or [p for p in pairs if [span.timeline.types(n)[:1] for n in p] == types]
+            for span, pairs in zip(spans[1:], each[1:], strict=True)
+        ]
+        yield from ((pair, *others) for others in product(*options))
+
+
+def _pairs(span: Span) -> list[tuple[str, str]]:
+    """What the hand has all along, with each other thing."""
+    episode, times = span.timeline.episode, np.linspace(span.start, span.end, 50)[:-1]
+    held = [n for n in span.things if span.effector and related(episode, span.effector, n, times).mean() >= HELD]
+    return [(one, other) for one in held for other in span.things if other != one]
+
+
+def _of_pairs(spans: Sequence[Span], pairs: tuple[tuple[str, str], ...]) -> tuple[tuple[float, ...], ShownMotion] | None:
+    cores = [_core(span, *pair) for span, pair in zip(spans, pairs, strict=True)]
+    known = [c for c in cores if c is not None]
+    if len(known) < len(cores) or len({(c.closed, c.touching) for c in known}) > 1:
+        return None
+    parts = [parts_of(span.timeline.episode, about) for span, (_, about) in zip(spans, pairs, strict=True)]
+    classes = [p[0] for p in parts[0]]
+    best: tuple[tuple[float, ...], ShownMotion] | None = None
+    for rank, anchor in enumerate(_anchors(dict.fromkeys(classes))):
+        frames = [anchor.frame(its) for its in parts]
+        if any(f is None for f in frames):
+            continue
+        metres = float(np.mean([f[1] for f in frames if f is not None]))
+        places = [_within(c.places, f) for c, f in zip(known, frames, strict=True) if f is not None]
+        mean, spread, either = _mean(places, known[0].closed, metres)
+        size = float(np.ptp(mean * np.array([metres, metres, 1.0]), axis=0).max())
+        if spread > AGREED * size:
+            continue
+        far = float(np.linalg.norm(np.mean([c.places.mean(axis=0) for c in known], axis=0)))
+        key = (round(spread / FINE), round(far, 3), float(rank))
+        if best is None or key < best[0]:
+            best = key, _motion(anchor, mean, spread, either, known, pairs, metres)
+    return best
+
+
+def _anchors(classes: Sequence[str] | dict[str, None]) -> Iterator[Anchor]:
+    """Frames in which a path may be told: of parts, at their bottom first, and of the thing."""
+    for scaled in (False, True):
+        yield from (Anchor(class_, deep, scaled) for class_ in classes for deep in (True, False))
+    yield Anchor()
+
+
+def _core(span: Span, mover: str, about: str) -> _Core | None:
+    """Periodic part of a path, or all of it that touches."""
+    episode = span.timeline.episode
+    found = followed(episode, mover, about, (span.start, span.end))
+    if found is None:
+        return None
+    times, places = evenly(*found)
+    touched = np.flatnonzero(related(episode, mover, about, times)) if len(times) > 2 else np.zeros(0, dtype=int)
+    touching = len(touched) > 1 and length(places[touched[0] : touched[-1] + 1]) >= LONG
+    first, last = (int(touched[0]), int(touched[-1])) if touching else (0, len(places) - 1)
+    part = places[first : last + 1]
+    periodic = rounds(part)
+    if periodic is None and not touching:
+        return None
+    begin, end = (first + r for r in periodic.rows) if periodic else (first, last)
+    up = min(float(places[: begin + 1, 2].max() - places[begin, 2]), float(places[end:, 2].max() - places[end, 2]))
+    speed = length(places[begin : end + 1]) / max(times[end] - times[begin], 1e-6)
+    if periodic is None:
+        return _Core(resampled(part, ROUND), False, True, 1.0, speed, up)
+    return _Core(periodic.mean, True, bool(touching), periodic.count, speed, up)
+
+
+def _within(places: Floats, frame: tuple) -> Floats:  # type: ignore[type-arg]
+    """Places in the frame of an anchor, x and y in its unit."""
+    pose, metres = frame
+    inside = (places - np.array(pose.position)) @ pose.rotation
+    return np.asarray(inside / (metres, metres, 1.0))
+
+
+def _mean(places: Sequence[Floats], closed: bool, metres: float) -> tuple[Floats, float, bool]:
+    """Mean of the examples' places, their spread about it [m], and whether some went round the other way."""
+    unit = np.array([metres, metres, 1.0])
+    aligned, reversed_ = [places[0]], [False]
+    for one in places[1:] if closed else ():
+        ways = [(np.roll(one[::way], k, axis=0), way < 0) for way in (1, -1) for k in range(len(one))]
+        near, turned = min(ways, key=lambda w: float((((w[0] - places[0]) * unit) ** 2).sum()))
+        aligned.append(near)
+        reversed_.append(turned)
+    aligned = aligned if closed else list(places)
+    mean = np.mean(aligned, axis=0)
+    spread = float(np.sqrt(np.mean([(((a - mean) * unit) ** 2).sum(axis=1) for a in aligned])))
+    return np.asarray(mean), spread, any(reversed_)
+
+
+def _motion(
+    anchor: Anchor, mean: Floats, spread: float, either: bool, cores: Sequence[_Core], pairs: tuple[tuple[str, str], ...], metres: float
+) -> ShownMotion:
+    unit = np.array([metres, metres, 1.0])
+    size = float(np.ptp(mean * unit, axis=0).max())
+    closed = cores[0].closed
+    corners = mean[::2] if closed else mean[_corners(mean * unit)]
+    counts = tuple(round(c.count, 2) for c in cores)
+    times = max(round(float(np.median(counts))), 1)
+    way = float(np.linalg.norm((mean[-1] - mean[0]) * unit))
+    points, least = (np.round(corners, 4) + 0.0).tolist(), round(ENOUGH * min(counts), 1) if closed else WHOLE
+    near, up = min(max(NEAR, SIGMAS * spread), WIDEST * size), max(min(c.up for c in cores), LEAST_UP)
+    path = ShownPath(
+        tuple((x, y, z) for x, y, z in points), anchor, times, least, round(near, 4), closed, either, cores[0].touching,
+        round(up, 3), round(float(np.median([c.speed for c in cores])), 3),
+    )  # fmt: skip
+    return ShownMotion(path, pairs, spread, counts, closed or length(mean * unit) >= BENT * way)
+
+
+def _corners(line: Floats) -> list[int]:
+    """Places that a line is told by, within ``EXACT`` (Douglas and Peucker 1973)."""
+    kept, open_ = {0, len(line) - 1}, [(0, len(line) - 1)]
+    while open_:
+        a, b = open_.pop()
+        if b - a < 2:
+            continue
+        way = line[b] - line[a]
+        share = np.clip((line[a + 1 : b] - line[a]) @ way / max(float(way @ way), 1e-12), 0.0, 1.0)
+        off = np.linalg.norm(line[a + 1 : b] - line[a] - share[:, None] * way, axis=1)
+        far = int(np.argmax(off))
+        if off[far] > EXACT:
+            middle = a + 1 + far
+            kept.add(middle)
+            open_ += [(a, middle), (middle, b)]
+    return sorted(kept)

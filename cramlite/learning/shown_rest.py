@@ -1,0 +1,40 @@
+"""Rests that demonstrations share: the hand keeps still until the end."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ..base.value import Value
+from ..interpretation.path_predicate import rests
+from .span import Span
+
+LEAST = 1.5
+"""Shortest rest that is meant [s]: people hesitate for up to 0.6 s, and recordings go on for a moment."""
+ENOUGH = 0.75
+"""Share of the shortest that was shown, from which it is the rest."""
+
+
+class ShownRest(Value):
+    """Rest at the end of all examples.
+
+    Args:
+        duration_s: the median of the examples.
+        least_s: from which it counts.
+    """
+
+    duration_s: float
+    least_s: float
+
+
+def shown_rest(spans: Sequence[Span]) -> ShownRest | None:
+    """Return the rest with which all examples end; None where one does not."""
+    times = []
+    for span in spans:
+        episode = span.timeline.episode
+        found = list(rests(episode, span.effector, (span.start, span.end))) if span.effector else []
+        times.append(found[-1][1] - found[-1][0] if found else 0.0)
+    if min(times, default=0.0) < LEAST:
+        return None
+    return ShownRest(round(float(np.median(times)), 1), round(ENOUGH * min(times), 1))

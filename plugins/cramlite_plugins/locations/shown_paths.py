@@ -1,0 +1,61 @@
+"""Places on a path that demonstrations showed: the payload's foot goes along it, about the reference object."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterator
+
+import numpy as np
+from msgspec.structs import replace
+
+from cramlite.model import Belief, Floats, Location, Place, Pose, ShownPath, foot
+from cramlite.plugin import Context, Grounding, Refused, Unresolvable
+
+from ..motion_planning.reach import bound, held_pose, reference_pose, shift, taken_at
+from .parameters import Followed, asked
+from .reached import Arm, Candidate, Leg, reached
+
+TURNS = (0.0, 45.0, -45.0, 90.0, -90.0, 135.0, -135.0, 180.0)
+"""Turns of the payload about the vertical from how it is held [deg]: a demonstration says none."""
+STARTS = 4
+"""Places of a closed path from which it is tried."""
+
+
+def followed(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
+    """Generate ways along a shown path; of a closed one a round, from several places on it and both ways round."""
+    path, entity = asked(location, Followed).path, bound(context, location.of)
+    now = held_pose(belief, context)
+    assert belief.held is not None
+    thing, about = belief.world.thing(belief.held.thing), belief.thing(entity)
+    frame = path.anchor.frame((f.type, f.pose, f.size) for f in about.features)
+    if frame is None:
+        raise Unresolvable(f"'{about.name}' has no {path.anchor.part}, about which the path was shown", (location.of or "",))
+    pose, hand, under = reference_pose(belief, location, context) * frame[0], belief.held.tcp_to_thing.inverse(), foot(thing.geoms)
+    touching = (about.name,) if path.touching else ()
+
+    def candidates() -> Iterator[Candidate]:
+        for degrees, (name, corners) in itertools.product(TURNS, ways(path)):
+            turned = Pose.from_rotvec((0, 0, 0), (0, 0, math.radians(degrees))) * Pose((0, 0, 0), now.quaternion)
+            below = np.asarray(turned.rotate(under))
+            places = [np.asarray(pose.apply((x * frame[1], y * frame[1], z))) - below for x, y, z in corners.tolist()]
+            way = tuple(Pose(tuple(p.tolist()), turned.quaternion) * hand for p in places)
+            before = shift(way[0], (0.0, 0.0, path.stand_off))
+            legs = (Leg(before, along=way[:1], touching=touching), Leg(way[0], touching, clearance=0.0, along=way[1:]))
+            place = Place(way[0], before, path=way[1:], approach=(0.0, 0.0, -1.0), thing=about.name, values={"rounds": float(path.times)})
+            yield Candidate(f"{name}, turned by {degrees:+.0f} deg", place, legs)
+
+    for answer in reached(candidates(), Arm(belief, context)):
+        yield replace(answer, because=taken_at(belief, context)) if isinstance(answer, Refused) else answer
+
+
+def ways(path: ShownPath) -> Iterator[tuple[str, Floats]]:
+    """Yield the ways through a path's corners, each with its name."""
+    corners = path.corners
+    if not path.closed:
+        yield "from its beginning to its end", corners
+        return
+    ring = corners[:-1]
+    for k, back in itertools.product(range(STARTS), (False, True) if path.either else (False,)):
+        begun = np.roll(ring[::-1] if back else ring, -(k * len(ring) // STARTS), axis=0)
+        yield f"a round {'back ' if back else ''}from {k} of {STARTS}", np.concatenate([begun, begun[:1]])

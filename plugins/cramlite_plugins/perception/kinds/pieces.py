@@ -1,0 +1,88 @@
+"""Pieces of a cluster, between steps and concave edges; a thing has one or several, and no two things share one."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy import ndimage
+
+from cramlite.model import Floats, Mask, View
+
+from ..pose.outline import tolerance
+from ..segmentation.concave import parted
+
+LIMITS = {
+    "step": 0.030, "bend": 0.008, "reach": 7, "smooth": 5, "border": 12, "grow": 30,
+    "core": 40,  # a strip of a carton that another thing hides
+}  # fmt: skip
+"""Those of ``concave_segments``, whose parameters say where they come from, but for the smallest piece."""
+OWN = 0.6
+"""A piece of which less is claimed, as a share of its pixels, belongs to another thing."""
+
+
+def pieces(view: View, mask: Mask, least: float) -> list[Mask]:
+    """Return the pieces of a mask with at least so many pixels, the largest first."""
+    rows, columns = np.flatnonzero(mask.any(1)), np.flatnonzero(mask.any(0))
+    area = slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1)
+    known = view.valid[area]
+    inverse = np.where(known, 1.0 / np.where(known, view.depth[area], 1.0), np.nan)
+    around = 2 * int(LIMITS["reach"])
+    labels = parted(np.pad(inverse, around, constant_values=np.nan), np.pad(mask[area] & known, around), LIMITS)
+    labels = labels[around:-around, around:-around]
+    sizes = np.bincount(labels.ravel())
+    found = []
+    for k in sorted(np.flatnonzero(sizes >= least), key=lambda k: -sizes[k]):
+        if k > 0:
+            piece = np.zeros(mask.shape, bool)
+            piece[area] = labels == k
+            found.append(piece)
+    return found
+
+
+def given_back(own: Mask, among: Sequence[Mask]) -> Mask:
+    """Return claimed pixels without those of pieces that mostly belong to another thing."""
+    kept = own.copy()
+    for piece in among:
+        if (own & piece).sum() < OWN * piece.sum():
+            kept &= ~piece
+    return kept if kept.any() else own
+
+
+RING = 4
+"""Pixels beside a part that are looked at: flying pixels are two or three wide."""
+
+
+def covered(view: View, mask: Mask, front: Mask) -> float:
+    """Return the share of a part's border at which something hides more of it: what stands out, too, and is not farther; or the
+    picture's border."""
+    rows, columns = np.flatnonzero(mask.any(1)), np.flatnonzero(mask.any(0))
+    area = tuple(slice(max(0, k[0] - RING), k[-1] + RING + 1) for k in (rows, columns))
+    own = mask[area]
+    ring = ndimage.binary_dilation(own, iterations=RING) & ~own
+    inner = ndimage.distance_transform_edt(~own, return_distances=False, return_indices=True)[:, ring]
+    depth = view.depth[area]
+    beside = depth[tuple(inner)]
+    hides = front[area][ring] & (depth[ring] < beside + tolerance(beside))
+    cut = sum(int(np.count_nonzero(e)) for e in (mask[0], mask[-1], mask[:, 0], mask[:, -1])) * RING
+    border = int(np.count_nonzero(ring)) + cut
+    return (int(np.count_nonzero(hides)) + cut) / max(1, border)
+
+
+def middles(where: Floats, mask: Mask, number: int, least: float) -> list[Mask]:
+    """Return parts of a cluster beside each other, about centres of their own in the horizontal plane (k-means; Lloyd, 1982); of
+    two also one on the other."""
+    from scipy.cluster.vq import kmeans2
+
+    points = where[mask].astype(float)
+    found = []
+    for axes in (slice(0, 2), slice(2, 3)) if number == 2 else (slice(0, 2),):
+        own_points = points[:, axes]
+        centres, _ = kmeans2(own_points[:: max(1, len(points) // 1500)], number, minit="++", seed=0)
+        label = ((own_points[:, None] - centres[None]) ** 2).sum(axis=2).argmin(axis=1)
+        for k in range(number):
+            if int((label == k).sum()) >= least:
+                own = np.zeros(mask.shape, bool)
+                own[mask] = label == k
+                found.append(own)
+    return found

@@ -1,0 +1,162 @@
+"""Motions learned from three recordings each, and done by two robots in worlds that nobody showed.
+
+Three people show a motion that no rule and no task knows (``motion_demonstrations.py``). The package that is learned from them recognises
+unseen people, and none of those who show it wrongly; with it, robots do the task in worlds of other seeds. A run counts if its program
+was proven and this file's own look at the poses says that the motion was done.
+
+    python tests/benchmarks/learned_motions.py [MOTION ...] [--first SEED] [--count N] [--robots ur5e fr3]
+"""
+
+from __future__ import annotations
+
+import argparse
+import tempfile
+import time
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+import numpy as np
+from figure import add_figure, rate, value, write
+from motion_demonstrations import LINES, TOLD, WORLDS, WRONG, shown
+
+from cramlite import Engine, Solution, Trace, read_scenario
+from cramlite.interpretation.timeline import Timeline
+from cramlite.learning.from_episodes import learn_task
+from cramlite.learning.learner import covers
+from cramlite.learning.package import write_package
+from cramlite.learning.proposal import Proposal
+from cramlite.learning.span import Span
+from cramlite.model import Episode, Pose, Thing
+
+TEACHERS = (1, 2, 3)
+BASES: Mapping[str, str] = {"ur5e": "", "fr3": ", at: {position: [0.05, 0, 0]}"}
+
+
+def places(episode: Episode, tool: Thing, about: Thing, part: Pose) -> np.ndarray:
+    """Places (N, 3) of the middle of a block's lower face in the frame of a part of another thing [m]."""
+    foot, found = tool.features[0].pose, []
+    for time_ in episode.tracks[tool.name].times:
+        frame = episode.pose_at(about.name, float(time_)) * part  # type: ignore[operator]
+        found.append((frame.inverse() * episode.pose_at(tool.name, float(time_)) * foot).position)  # type: ignore[operator]
+    return np.array(found)
+
+
+def stirred(episode: Episode, spoon: Thing, bowl: Thing) -> bool:
+    """Whether the spoon went round twice or more, lower than the rim and at least 15 mm from the middle."""
+    cavity = bowl.feature("cram:Cavity")
+    assert cavity is not None
+    at = places(episode, spoon, bowl, cavity.pose)
+    inside = at[(at[:, 2] < -0.01) & (np.hypot(at[:, 0], at[:, 1]) > 0.015)]
+    if len(inside) < 10:
+        return False
+    angles = np.unwrap(np.arctan2(inside[:, 1], inside[:, 0]))
+    return bool(abs(angles[-1] - angles[0]) > 2 * 2 * np.pi)
+
+
+def wiped(episode: Episode, sponge: Thing, board: Thing) -> bool:
+    """Whether the sponge came within 12 mm of each corner of the pattern, in order, less than 4 mm over the board all the way."""
+    at = places(episode, sponge, board, Pose())
+    corners, low, reached = [*LINES], at[:, 2] < 0.004, list[int]()
+    begin = 0
+    for corner in corners:
+        near = np.flatnonzero(low[begin:] & (np.linalg.norm(at[begin:, :2] - corner, axis=1) < 0.012))
+        if not len(near):
+            return False
+        begin += int(near[0])
+        reached.append(begin)
+    return bool(low[reached[0] : reached[-1]].mean() > 0.95)
+
+
+def weighed(episode: Episode, box: Thing, scale: Thing) -> bool:
+    """Whether the box stands on the scale at the end, within 2 mm, with the hand 50 mm away and still for 1.5 s or more."""
+    at = places(episode, box, scale, Pose())[-1]
+    hand = episode.tracks[episode.effector or ""]
+    last = hand.poses[hand.times >= hand.times[-1] - 1.5, :3]
+    away = float(np.linalg.norm(last[-1] - episode.tracks[box.name].poses[-1, :3]))
+    return bool(abs(at[2]) < 0.002 and np.abs(at[:2]).max() < 0.1 and away > 0.05 and np.ptp(last, axis=0).max() < 0.005)
+
+
+DONE: Mapping[str, Callable[[Episode, Thing, Thing], bool]] = {"stirring": stirred, "wiping_lines": wiped, "weighing": weighed}
+
+
+def taught(engine: Engine, motion: str, folder: Path) -> tuple[Proposal, Path, float]:
+    """What is learned of a motion, the module of its package, and the time of learning [s of CPU]."""
+    people = [shown(engine, motion, seed, folder) for seed in TEACHERS]
+    assert not any(p.failure for p in people), [p.failure for p in people]
+    begun = time.process_time()
+    proposal = learn_task(motion, [(p.episode, p.start, p.end) for p in people], engine.knowledge)
+    took = time.process_time() - begun
+    written = write_package(proposal, motion, folder / f"package_{motion}")
+    return proposal, next(p for p in written if p.name == "__init__.py"), took
+
+
+def recognised(engine: Engine, proposal: Proposal, motion: str, seeds: range, folder: Path) -> tuple[int, int, int, int]:
+    """Unseen people whose motion is recognised, of how many; and those who show it wrongly, likewise."""
+
+    def known(episode: Episode, start: float, end: float) -> bool:
+        span = Span(Timeline(episode, engine.knowledge.taxonomy), start, end)
+        return TOLD[motion] in covers(proposal.learned, span)
+
+    right = [shown(engine, motion, seed, folder) for seed in seeds]
+    wrong = [shown(engine, motion, seed, folder, {motion: script}) for script in WRONG[motion].values() for seed in seeds]
+    hits, false = ([known(p.episode, p.start, p.end) for p in people if not p.failure] for people in (right, wrong))
+    return sum(hits), len(hits), sum(false), len(false)
+
+
+def job(motion: str, robot: str, folder: Path) -> Path:
+    """Scenario in which a robot takes the tool and does what was learned."""
+    (tool, about), path = TOLD[motion], folder / f"{motion}_{robot}.yaml"
+    task = f"  - {{task: {''.join(p.title() for p in motion.split('_'))}, Patient: {tool}, Relatum: {about}}}\n"
+    text = WORLDS[motion].replace("robot: {type: ur5e}", f"{task}robot: {{type: {robot}{BASES[robot]}}}")
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def solved(engine: Engine, motion: str, robot: str, seed: int, folder: Path, trace: Trace) -> Solution | None:
+    """The first program with which a robot does what was learned in the world of a seed."""
+    scenario = read_scenario(job(motion, robot, folder))
+    return next(engine.resolve(scenario, setting=engine.setting(scenario, seed=seed, twins=0), seed=seed, trace=trace), None)
+
+
+def robot_does(engine: Engine, motion: str, robot: str, seed: int, folder: Path) -> bool:
+    """Whether a robot does what was learned in the world of a seed."""
+    trace = Trace()
+    solution = solved(engine, motion, robot, seed, folder, trace)
+    if solution is None:
+        print(motion, robot, seed, "no program:", "; ".join(e.reason for e in trace.entries)[-400:], flush=True)
+        return False
+    tool, about = (solution.candidate.world.thing(name) for name in TOLD[motion])
+    done = DONE[motion](solution.candidate.episode, tool, about)
+    print(motion, robot, seed, "done" if done else "proven, but not done", flush=True)
+    return done
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("motions", nargs="*", default=[*WORLDS])
+    parser.add_argument("--first", type=int, default=11)
+    parser.add_argument("--count", type=int, default=10)
+    parser.add_argument("--robots", nargs="+", default=[*BASES])
+    add_figure(parser)
+    arguments = parser.parse_args()
+    seeds, numbers, times = range(arguments.first, arguments.first + arguments.count), [], []
+    with tempfile.TemporaryDirectory() as name:
+        folder, engine = Path(name), Engine()
+        for motion in arguments.motions:
+            proposal, module, took = taught(engine, motion, folder)
+            times.append(took)
+            said = motion.replace("_", " ")
+            hits, of, false, wrong = recognised(engine, proposal, motion, seeds, folder)
+            numbers.append(rate(f"{said}: unseen people recognised", hits, of))
+            numbers.append(rate(f"{said}: other motions that are recognised", false, wrong))
+            robots = Engine(files=[module])
+            for robot in arguments.robots:
+                done = sum(robot_does(robots, motion, robot, seed, folder) for seed in seeds)
+                numbers.append(rate(f"{said}: worlds in which the {robot} does it", done, len(seeds)))
+    numbers.append(value("longest time of learning [s of CPU]", round(max(times), 1)))
+    write(arguments, numbers, seeds)
+    print(numbers)
+
+
+if __name__ == "__main__":
+    main()

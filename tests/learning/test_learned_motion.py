@@ -1,0 +1,262 @@
+"""Motions and rests are learned from people, recognised, and done by a robot; what is not the motion is neither."""
+
+from __future__ import annotations
+
+import importlib.util
+import tempfile
+from functools import cache, partial
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+from learned_motions import DONE, job, solved
+from motion_demonstrations import TOLD, WRONG, Shown_, shown, stir
+from msgspec.structs import replace
+
+from cramlite import Engine, Trace, read_scenario
+from cramlite.engine.line_origins import origins_of
+from cramlite.engine.proof import findings_of
+from cramlite.interpretation.path_predicate import gone_through, rests
+from cramlite.interpretation.timeline import Timeline
+from cramlite.learning.from_episodes import learn_task
+from cramlite.learning.learner import covers
+from cramlite.learning.package import page_text, write_package
+from cramlite.learning.proposal import Proposal
+from cramlite.learning.repeated import evenly, rounds
+from cramlite.learning.span import Span
+from cramlite.learning.trial import trials
+from cramlite.plugin import Candidate, UserError
+from cramlite.testing import check_plugin
+
+ENGINE = Engine()
+TASKS = [*TOLD]
+
+
+@cache
+def person(motion: str, seed: int, wrong: str = "") -> Shown_:
+    with tempfile.TemporaryDirectory() as folder:
+        scripts = {motion: WRONG[motion][wrong]} if wrong else None
+        found = shown(ENGINE, motion, seed, Path(folder), scripts)
+    assert not found.failure
+    return found
+
+
+@cache
+def learned(motion: str) -> Proposal:
+    return learn_task(motion, [(p.episode, p.start, p.end) for p in (person(motion, s) for s in (1, 2, 3))], ENGINE.knowledge)
+
+
+def read(motion: str, one: Shown_) -> bool:
+    span = Span(Timeline(one.episode, ENGINE.knowledge.taxonomy), one.start, one.end)
+    return TOLD[motion] in covers(learned(motion).learned, span)
+
+
+# The periodic part
+
+
+def test_rounds_are_found_between_a_way_in_and_a_way_out() -> None:
+    angles = np.linspace(0, 2 * np.pi * 3.5, 400)
+    ring = np.stack([0.04 * np.cos(angles), 0.04 * np.sin(angles), np.zeros(400)], axis=1)
+    way_in, out = np.linspace((0.3, 0.1, 0.1), ring[0], 100), np.linspace(ring[-1], (-0.1, 0.0, 0.2), 100)
+    points = np.concatenate([way_in, ring, out])
+    found = rounds(evenly(np.arange(len(points)) * 0.02, points)[1])
+    assert found is not None and found.count == pytest.approx(3.5, abs=0.25)
+    assert np.linalg.norm(found.mean[:, :2], axis=1) == pytest.approx(0.04, abs=0.006)
+
+
+def test_one_round_a_line_and_standing_still_are_not_periodic() -> None:
+    times, angles = np.arange(300) * 0.02, np.linspace(0, 2 * np.pi * 1.3, 300)
+    ring = np.stack([0.04 * np.cos(angles), 0.04 * np.sin(angles), np.zeros(300)], axis=1)
+    assert rounds(evenly(times, ring)[1]) is None
+    assert rounds(evenly(times, np.linspace((0, 0, 0), (0.4, 0.2, 0.1), 300))[1]) is None
+    still = np.random.default_rng(0).normal(0, 0.0005, (300, 3))
+    assert rounds(evenly(times, still)[1]) is None
+
+
+def test_a_rest_is_within_a_place() -> None:
+    one = person("weighing", 1)
+    found = list(rests(one.episode, one.episode.effector or "", (one.start, one.end)))
+    assert found[0][0] == pytest.approx(one.start, abs=0.03) and found[-1][1] == one.end
+    assert all(a[1] == b[0] for a, b in pairwise(found)), "one begins where the last one ended"
+    assert found[-1][1] - found[-1][0] == pytest.approx(2.5, abs=0.8)
+
+
+# The motion, its rule and its package
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize(("motion", "closed", "touching"), [("stirring", True, False), ("wiping_lines", False, True)])
+def test_a_motion_is_told_about_the_thing_about_which_people_agree(motion: str, closed: bool, touching: bool) -> None:
+    proposal = learned(motion)
+    assert proposal.moving is not None
+    shared = proposal.moving[0]
+    assert shared.fillers == (TOLD[motion],) * 3 and (shared.path.closed, shared.path.touching) == (closed, touching)
+    assert shared.spread < 0.006 and proposal.steps == ()
+    assert f"follows_{motion}(Patient, Relatum)" in proposal.rule["run"]
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("motion", TASKS)
+def test_unseen_people_are_recognised(motion: str) -> None:
+    assert all(read(motion, person(motion, seed)) for seed in (4, 5))
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize(("motion", "wrong"), [(m, w) for m in TASKS for w in WRONG[m]])
+def test_people_who_do_something_else_are_not(motion: str, wrong: str) -> None:
+    assert not read(motion, person(motion, 4, wrong))
+
+
+@pytest.mark.heavy
+def test_a_motion_is_no_other_motion() -> None:
+    moving = learned("stirring").moving
+    assert moving is not None
+    one = person("wiping_lines", 4)
+    assert gone_through(moving[0].path, one.episode, *TOLD["wiping_lines"], (one.start, one.end)) == 0.0
+
+
+@pytest.mark.heavy
+def test_a_rest_at_the_end_comes_behind_known_tasks() -> None:
+    proposal = learned("weighing")
+    assert proposal.rest is not None and proposal.rest.least_s < 2.0 < proposal.rest.duration_s
+    assert [s.task for s in proposal.steps] == ["soma:PuttingDown", "soma:Releasing", "soma:Retracting"]
+    assert "rests_weighing()" in proposal.rule["run"] and "supports(Relatum, Patient)" in proposal.rule["post"]
+
+
+@pytest.mark.heavy
+def test_a_rest_that_one_of_five_leaves_out_is_no_part_of_the_task() -> None:
+    proposal = _five("weighing")
+    assert proposal.wrong == () and proposal.rest is None and proposal.done and proposal.rule["run"] == []
+
+
+def _five(motion: str) -> Proposal:
+    """Learned from four people, and one who shows something else."""
+    people = [person(motion, seed) for seed in (1, 2, 3, 4)] + [person(motion, 6, next(iter(WRONG[motion])))]
+    return learn_task(motion, [(p.episode, p.start, p.end) for p in people], ENGINE.knowledge)
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("motion", ["stirring", "wiping_lines"])
+def test_one_of_five_who_shows_something_else_is_named(motion: str) -> None:
+    proposal = _five(motion)
+    assert [w.split(" ")[0] for w in proposal.wrong] == [f"{motion}_6"]
+    assert proposal.told is not None and proposal.done
+
+
+@pytest.mark.heavy
+def test_those_who_were_refused_say_from_where_it_counts(tmp_path: Path) -> None:
+    people = [(p.episode, p.start, p.end) for p in (person("stirring", s) for s in (1, 2, 3))]
+    twice = shown(ENGINE, "stirring", 4, tmp_path, {"stirring": partial(stir, rounds=2)})
+    moving, before = learn_task("stirring", people, ENGINE.knowledge, refused=[twice.episode]).moving, learned("stirring").moving
+    assert moving is not None and before is not None
+    assert before[0].path.least == pytest.approx(0.75 * 3.09, abs=0.06)
+    assert moving[0].path.least == pytest.approx((2.0 + 3.09) / 2, abs=0.1)
+
+
+@pytest.mark.heavy
+def test_those_who_show_different_things_are_contradictory() -> None:
+    people = [person("stirring", 1), person("stirring", 2, "kept still"), person("stirring", 3, "above the bowl")]
+    with pytest.raises(UserError, match=r"contradictory: stirring_1 .* shows .*; stirring_2 .* shows .*Transporting"):
+        learn_task("stirring", [(p.episode, p.start, p.end) for p in people], ENGINE.knowledge)
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("motion", TASKS)
+def test_the_package_keeps_the_contract_and_its_text_is_the_same_again(motion: str, tmp_path: Path) -> None:
+    folder, *_ = write_package(learned(motion), motion, tmp_path / "one")
+    module = folder / f"cramlite_{motion}" / "__init__.py"
+    again = learn_task(motion, [(p.episode, p.start, p.end) for p in (person(motion, s) for s in (1, 2, 3))], Engine().knowledge)
+    other = write_package(again, motion, tmp_path / "two")[0]
+    assert module.read_bytes() == (other / f"cramlite_{motion}" / "__init__.py").read_bytes()
+    spec = importlib.util.spec_from_file_location(f"cramlite_{motion}", module)
+    assert spec is not None and spec.loader is not None
+    plugin = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(plugin)
+    check_plugin(plugin)
+    said = "At the end the hand rests for" if motion == "weighing" else "Path of the foot of Patient"
+    assert said in page_text(learned(motion))
+
+
+# A robot does it
+
+
+@cache
+def engine_of(motion: str) -> Engine:
+    folder = Path(tempfile.mkdtemp())
+    return Engine(files=[write_package(learned(motion), motion, folder / "made")[0] / f"cramlite_{motion}" / "__init__.py"])
+
+
+@cache
+def program(motion: str) -> Candidate:
+    """The first program of a UR5e in a world that nobody showed."""
+    with tempfile.TemporaryDirectory() as folder:
+        solution = solved(engine_of(motion), motion, "ur5e", 101, Path(folder), Trace())
+    assert solution is not None and solution.verdict.passed
+    return solution.candidate
+
+
+def objections(motion: str, text: str) -> dict[str, str]:
+    """Validator -> its reason against an edited text."""
+    candidate, knowledge = program(motion), engine_of(motion).knowledge
+    assert candidate.code is not None
+    rollout = knowledge.simulator.execute(text, candidate.world, knowledge.robots, mount=candidate.program.robot, seed=0)
+    episode = knowledge.episodes.detect(rollout, candidate.program.name)
+    code = replace(candidate.code, text=text, origins=dict(origins_of(text, candidate.code).of))
+    edited = replace(candidate, code=code, proven=candidate.code, rollout=rollout, episode=episode)
+    return {f.validator: f.reason for f in findings_of(edited, knowledge, rollout=True) if not f.passed}
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("motion", TASKS)
+def test_a_robot_does_it_where_nobody_showed_it(motion: str) -> None:
+    candidate = program(motion)
+    assert candidate.code is not None and candidate.episode is not None
+    tool, about = (candidate.world.thing(name) for name in TOLD[motion])
+    assert DONE[motion](candidate.episode, tool, about)
+    assert objections(motion, candidate.code.text) == {}, "its text as it is"
+
+
+def edited(motion: str, *changes: tuple[str, str]) -> str:
+    code = program(motion).code
+    assert code is not None
+    text = code.text
+    for old, new in changes:
+        assert old in text, old
+        text = text.replace(old, new)
+    return text
+
+
+@pytest.mark.heavy
+def test_one_round_is_not_stirring() -> None:
+    said = objections("stirring", edited("stirring", ("round_1 < 3", "round_1 < 1")))
+    assert "follows_stirring(Patient, Relatum)" in said["task_rules"]
+
+
+@pytest.mark.heavy
+def test_a_pattern_of_which_a_line_is_left_out_is_not_wiped() -> None:
+    last = [f"    movel(wiping_lines_3_follow_pose_{k}, a=0.25, v=0.02)" for k in range(7, 13)]
+    said = objections("wiping_lines", edited("wiping_lines", *((line, line.replace("movel", "# movel")) for line in last)))
+    assert "follows_wiping_lines(Patient, Relatum)" in said["task_rules"]
+
+
+@pytest.mark.heavy
+def test_who_does_not_wait_has_not_weighed() -> None:
+    code = program("weighing").code
+    assert code is not None
+    waits = code.text[code.text.index("# 3.Weighing/rest") :].splitlines()[1]
+    assert "sleep(" in waits
+    said = objections("weighing", edited("weighing", (waits, "  # taken out")))
+    assert "rests_weighing()" in said["task_rules"]
+
+
+@pytest.mark.heavy
+def test_a_trial_does_what_comes_before_and_reads_the_task_alone(tmp_path: Path) -> None:
+    folder = write_package(learned("weighing"), "weighing", tmp_path / "made")[0]
+    module, scenario = folder / "cramlite_weighing" / "__init__.py", read_scenario(job("weighing", "ur5e", tmp_path))
+    (done,) = trials(learned("weighing"), module, scenario, range(102, 103))
+    assert done.passed, done.reason
+    short = module.read_text().replace('Parameter("rest_s", ', 'Parameter("rest_s", 0.1 * ')
+    module.write_text(short)
+    (done,) = trials(learned("weighing"), module, scenario, range(102, 103))
+    assert not done.passed and "rests_weighing()" in done.reason
