@@ -112,15 +112,15 @@ def constraint_facts(goal: GoalFacts, schema: ActionSchema, task: TaskType) -> f
     return frozenset(found)
 
 
-def taken_places(goal: GoalFacts, schema: ActionSchema, things: Mapping[str, Thing]) -> Iterator[Table]:
-    """Generate tables of what a task would put onto a loose thing where the goal asks for another: there is no room for both."""
+def taken_places(goal: GoalFacts, schema: ActionSchema, things: Mapping[str, Thing], aside: Iterable[str]) -> Iterator[Table]:
+    """Generate tables of what a task would put aside onto a loose thing where the goal asks for another: there is no room for both."""
     loose = {n for n, t in things.items() if t.movable}
     for fact in sorted(f for f in schema.change.adds - schema.change.needs if len(f) > 2):
         wanted = {f for f in goal.needs if f[0] == fact[0]}
         held, places = ([k for k, t in enumerate(fact) if k and (t in schema.in_hand) is own] for own in (True, False))
         for h, p in product(held, places):
             taken = {f[p] for f in wanted if thing_of(f[p]) in loose}
-            if rows := set(product(loose, taken)) - {(f[h], f[p]) for f in wanted}:
+            if rows := set(product(aside, taken)) - {(f[h], f[p]) for f in wanted}:
                 yield Table(f"another's place {fact[0]} {h} {p}", (fact[h], fact[p]), frozenset(rows), denied=True)
 
 

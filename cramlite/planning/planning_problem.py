@@ -149,7 +149,7 @@ class PlanningProblem(Value, eq=False):
         change, task = schema.change, self.knowledge.tasks[schema.task]
         asked = constraint_facts(self.wanted, schema, task)
         cost = ASIDE * schema.cost if not asked and _may_push(schema, self._in_the_way, self.grounder.fluents) else schema.cost
-        taken = taken_places(self.wanted, schema, self.grounder.things) if scope.on_fixed else ()
+        taken = taken_places(self.wanted, schema, self.grounder.things, self._put_aside) if scope.on_fixed else ()
         tables = (*(self._allowed(schema, t, scope) for t in schema.tables), *taken)
         yield replace(schema, change=replace(change, adds=change.adds | asked), cost=cost, tables=tables)
         alone = [f for f in sorted(asked) if len(f) == 2 and f[1] in schema.in_hand] if self.blocked else []
@@ -163,6 +163,14 @@ class PlanningProblem(Value, eq=False):
     def _in_the_way(self) -> frozenset[str]:
         """Things that appear in refusals of tasks."""
         return frozenset(t.thing for b in self.blocked for t in b.tracks)
+
+    @property
+    def _put_aside(self) -> frozenset[str]:
+        """Loose things that may have to be put aside: those in refusals of tasks, and those that other loose things carry."""
+        fluents, things = self.grounder.fluents, self.grounder.things
+        carried = (fluents.carries(f) for f in self.facts if fluents[f[0]].carrier is not None)
+        on_loose = {upper for lower, upper in carried if lower in things and things[lower].movable}
+        return frozenset(n for n in (self._in_the_way | on_loose) & things.keys() if things[n].movable)
 
     def _allowed(self, schema: ActionSchema, table: Table, scope: Scope) -> Table:
         """Table of fillers without movable things, except those that the goal asks for. A thing that only the

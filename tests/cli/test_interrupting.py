@@ -42,7 +42,7 @@ def test_trace_report_and_nearest_miss_are_left(tmp_path: Path, number: signal.S
     entries = json.loads((tmp_path / "trace.json").read_text())["entries"]
     assert "stop" in {e["kind"] for e in entries} and "proof" not in {e["kind"] for e in entries}
     page = (tmp_path / "report.html").read_text()
-    assert "It draws, and the command was interrupted" in page and "Why nothing was proven" in page
+    assert "was not drawn, since the command was interrupted" in page and "Why nothing was proven" in page
     assert "data:image/webp" not in page
     assert json.loads((tmp_path / "manifest.json").read_text())["refused"] == [], "what was not tried to its end is tried again"
 
@@ -53,7 +53,7 @@ def test_a_signal_behind_the_proof_leaves_the_program_and_a_report_without_drawi
     assert ended == 130 and "A program was proven; interrupted before the report was complete" in said
     assert {"program.script", "verdict.json", "trace.json"} <= {f.name for f in (tmp_path / "run").iterdir()}
     page = (tmp_path / "run" / "report.html").read_text()
-    assert "It draws, and the command was interrupted" in page and "Program proven" in page
+    assert "was not drawn, since the command was interrupted" in page and "Program proven" in page
     assert run("resolve", "grasp_one_thing", "--out", tmp_path / "run").code == 0
     assert "It draws" not in (tmp_path / "run" / "report.html").read_text()
 
