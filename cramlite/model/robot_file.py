@@ -59,7 +59,7 @@ class Stated(Value):
 
 
 class RobotFile(Value):
-    """File of an arm, with the statements beside it.
+    """File of an arm, with what the scenario states about the arm.
 
     Args:
         path: of an MJCF or URDF file.

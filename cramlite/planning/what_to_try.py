@@ -82,7 +82,7 @@ def _distinct(entries: Iterable[Entry]) -> Iterator[Entry]:
 
 
 def _told(found: Sequence[tuple[Entry, Remedy]]) -> Iterator[str]:
-    """Remedy that lacks least for each cause; the most frequent cause first."""
+    """Remedies, one for each cause: that with the smallest amount to change; the most frequent cause first."""
     least: dict[str, tuple[float, str]] = {}
     causes = [(_about(e, remedy), remedy.missing, f"{'' if remedy.about else f'{e.designator}: '}{remedy}") for e, remedy in found]
     for about, missing, says in causes:

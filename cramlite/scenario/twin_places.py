@@ -173,7 +173,7 @@ def _hand_eye(errors: ErrorModel, draw: Drawing, sight: Sight) -> Callable[[Pose
 
 
 def _heights(middle: tuple[float, float], thing: Sequence[Box], other: Sequence[Box]) -> Iterator[float]:
-    """Heights at which another thing may carry a thing whose middle is over it, or between its parts [m]."""
+    """Heights at which a support may carry a thing, whose middle is over the support or between the parts of it [m]."""
     foot = min(low[2] for low, _ in thing)
     below = [box for box in other if box[1][2] <= foot + INSIDE]
     yield from (high[2] for low, high in below if _over(middle, low, high))

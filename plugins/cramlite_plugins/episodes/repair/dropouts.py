@@ -107,7 +107,7 @@ def _hands(event: Event, episode: Episode) -> set[str]:
 
 
 def _pauses(group: list[Event]) -> Iterator[tuple[float, float]]:
-    """Intervals between states in which none of them holds."""
+    """Pauses: intervals between a list of states in which none of the states holds."""
     end = float("inf")
     for event in sorted(group, key=lambda e: e.start):
         if event.start > end:
