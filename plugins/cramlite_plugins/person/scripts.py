@@ -73,7 +73,7 @@ def _grasp(scene: Scene, rng: np.random.Generator) -> Pose:
 
 
 def _start(scene: Scene, grasp: Pose, rng: np.random.Generator) -> Pose:
-    """Start pose of a person: somewhere in front of the shelf, arms at ease, turned a little."""
+    """Start pose of a hand: in front of the shelf, as of a person at ease, turned a little."""
     side = np.cross(scene.facing, (0, 0, 1))
     place = np.array(grasp.position) + scene.facing * rng.uniform(0.22, 0.35)
     sideways, up = rng.uniform(-0.2, 0.2), rng.uniform(-0.12, 0.08)
