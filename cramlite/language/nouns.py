@@ -41,7 +41,7 @@ class NounParser:
         firsts = {p[0] for p in (*prepositions, *english.BESIDE, *english.UNDER, *english.OF, *english.WITH)}
         firsts |= english.FINITE.firsts - {"can"}
         firsts -= english.SIDES.keys()
-        small = {"and", "or", "but", "that", "which", "so", "such", "after", "once", "before", "if", RETRACT}
+        small = {"and", "or", "but", "that", "which", "so", "such", "after", "once", "before", "if", "except", RETRACT}
         self._ends = firsts | english.STOPS | small | english.NEGATIVE | english.CONDITIONAL
 
     def nouns(self, at: int, deep: int = 0, *, joined: bool = True) -> tuple[Found, ...]:
