@@ -30,7 +30,7 @@ from cramlite.plugin import Candidate, UserError
 from cramlite.testing import check_plugin
 
 ENGINE = Engine()
-TASKS = [*TOLD]
+TASKS = [m for m in TOLD if m != "sweeping"]
 
 
 @cache
@@ -212,8 +212,8 @@ def objections(motion: str, text: str) -> dict[str, str]:
 def test_a_robot_does_it_where_nobody_showed_it(motion: str) -> None:
     candidate = program(motion)
     assert candidate.code is not None and candidate.episode is not None
-    tool, about = (candidate.world.thing(name) for name in TOLD[motion])
-    assert DONE[motion](candidate.episode, tool, about)
+    tool, about = (candidate.world.thing(name) for name in TOLD[motion][:2])
+    assert DONE[motion](candidate, tool, about)
     assert objections(motion, candidate.code.text) == {}, "its text as it is"
 
 
