@@ -108,10 +108,10 @@ class Language(Value):
 
 
 def _sensible(predicate: Predicate, slots: tuple[int, ...]) -> bool:
-    """Whether a condition is about the agent or a role, relates no thing to itself, and is the first of two
+    """Whether a condition is about the agent or a role, names no contents, relates no thing to itself, and is the first of two
     ways to write a symmetric relation."""
     named = [s for s in slots if s != ANY]
-    if len(set(named)) < len(named) or (slots and not named):
+    if len(set(named)) < len(named) or (slots and not named) or (predicate.fluent.of_contents and slots[-1] != ANY):
         return False
     return not (predicate.fluent.symmetric and slots != tuple(sorted(slots)))
 

@@ -132,10 +132,11 @@ def propose(
 
 
 def _called(learned: Learned, names: Sequence[tuple[str, str]]) -> dict[str, str]:
-    """Names of the roles in the order of the rule's variables; the role that is moved farthest gets the first
-    name."""
+    """Names of the roles in the order of the rule's variables; the role that is moved farthest gets the first name, then those of the
+    motion theirs."""
     shown = list(zip(learned.examples, learned.cast.fillers, strict=True))
-    order = sorted(range(learned.cast.roles), key=lambda k: (-max(_moved(e.span, f[k]) for e, f in shown), k))
+    told = {s - 1 for one in learned.literals if of_motion(learned.language, one) for s in one.slots}
+    order = sorted(range(learned.cast.roles), key=lambda k: (-max(_moved(e.span, f[k]) for e, f in shown), k not in told, k))
     called = dict(zip(order, names, strict=False))
     return dict(called[k] for k in range(learned.cast.roles))
 

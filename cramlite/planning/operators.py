@@ -233,13 +233,14 @@ class Grounder:
     def _facts(
         self, clauses: Iterable[tuple[str, Condition]], phase: str, binding: Mapping[str, str]
     ) -> tuple[frozenset[Fact], frozenset[Pattern]]:
-        """Facts that must hold, and that may not, among those that tasks change."""
+        """Facts that must hold, and that may not, among those that tasks change; no task promises one of a thing that it leaves open."""
         yes: set[Fact] = set()
         no: set[Pattern] = set()
         for condition in (c for p, c in clauses if p == phase and not is_static(c)):
             match condition:
                 case Atom():
-                    yes |= self.fluents.both_ways(_pattern(condition, binding))
+                    facts = self.fluents.both_ways(_pattern(condition, binding))
+                    yes |= {f for f in facts if phase == "pre" or None not in f}
                 case Not(Atom() as inner):
                     no |= self.fluents.denied(_pattern(inner, binding))
         return frozenset(yes), frozenset(no)

@@ -114,7 +114,8 @@ def recognised(engine: Engine, proposal: Proposal, motion: str, seeds: range, fo
 
     def known(episode: Episode, start: float, end: float) -> bool:
         span = Span(Timeline(episode, engine.knowledge.taxonomy), start, end)
-        return TOLD[motion] in covers(proposal.learned, span)
+        told = dict(zip(ROLES, TOLD[motion], strict=False))
+        return any(dict(zip(proposal.roles, found, strict=True)) == told for found in covers(proposal.learned, span))
 
     right = [shown(engine, motion, seed, folder) for seed in seeds]
     wrong = [shown(engine, motion, seed, folder, {motion: script}) for script in WRONG[motion].values() for seed in seeds]
