@@ -12,13 +12,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 from learned_motions import DONE, ROLES, job, solved
-from motion_demonstrations import TOLD, WRONG, Shown_, shown, stir
+from motion_demonstrations import TOLD, WORLDS, WRONG, Shown_, shown, stir
 from msgspec.structs import replace
 
 from cramlite import Engine, Trace, read_scenario
 from cramlite.engine.line_origins import origins_of
 from cramlite.engine.proof import findings_of
-from cramlite.interpretation.path_predicate import gone_through, rests
+from cramlite.interpretation.path_predicate import gone_through, headed, rests
 from cramlite.interpretation.timeline import Timeline
 from cramlite.learning.from_episodes import learn_task
 from cramlite.learning.learner import covers
@@ -198,6 +198,8 @@ def test_the_package_keeps_the_contract_and_its_text_is_the_same_again(motion: s
     plugin = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(plugin)
     check_plugin(plugin)
+    tasks = read_scenario(folder / "tests" / f"try_{motion}.yaml").spec.tasks or ()
+    assert [str(t.task) for t in tasks][:2] == ["soma:Grasping", "soma:PickingUp"], "it takes the tool from where it stands"  # type: ignore[union-attr]
     said = "At the end the hand rests for" if motion == "weighing" else "Path of the foot of Patient"
     assert said in page_text(learned(motion))
 
@@ -239,6 +241,20 @@ def test_a_robot_does_it_where_nobody_showed_it(motion: str) -> None:
     tool, about = (candidate.world.thing(name) for name in TOLD[motion][:2])
     assert DONE[motion](candidate, tool, about)
     assert objections(motion, candidate.code.text) == {}, "its text as it is"
+
+
+@pytest.mark.heavy
+def test_a_brush_that_stands_turned_is_held_across_the_stroke(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    turned = WORLDS["sweeping"].replace("position: [0.43, 0.29, 0.216]", "position: [0.43, 0.29, 0.216], yaw: 70 deg")
+    assert turned != WORLDS["sweeping"]
+    monkeypatch.setitem(WORLDS, "sweeping", turned)  # type: ignore[arg-type]
+    solution = solved(engine_of("sweeping"), "sweeping", "ur5e", 101, tmp_path, Trace())
+    assert solution is not None and solution.candidate.episode is not None
+    world, episode = solution.candidate.world, solution.candidate.episode
+    assert DONE["sweeping"](solution.candidate, world.thing("brush"), world.thing("board"))
+    strokes_at = [e.start + 1.0 for e in episode.of("state") if {"brush", "board"} <= set(e.roles.values()) and e.end - e.start > 2.0]
+    angles = headed(episode, "brush", "board", np.array(strokes_at))
+    assert len(angles) >= 2 and abs(np.sin(angles)).max() < np.sin(0.1), "half a turn is the same to a box"
 
 
 def edited(motion: str, *changes: tuple[str, str]) -> str:
