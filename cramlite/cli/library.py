@@ -18,7 +18,7 @@ DENSITY = 500.0
 
 
 def add_commands(add: Add) -> None:
-    """Declare the command."""
+    """Declare ``library`` with its arguments."""
     library = add("library", _library)
     library.add_argument("action", choices=["add"], help="add the kinds of a folder to a library")
     library.add_argument("folders", nargs="+", type=Path, metavar="FOLDER", help="with OBJ, GLB, PLY, STL or MJCF files, also below")
@@ -55,8 +55,9 @@ def _library(arguments: argparse.Namespace) -> int:
         print("\n".join(_lines(built)))
         kinds += len(built.kinds)
     if not kinds:
-        raise UserError(f"Nothing of {', '.join(map(str, arguments.folders))} is a kind: OBJ, GLB, PLY, STL, OFF and MJCF files are read.")
-    print(f"{counted(kinds, 'kind')} in {arguments.out}; a scenario knows them by 'models: [{arguments.out}]'.")
+        searched = ", ".join(map(str, arguments.folders))
+        raise UserError(f"No file in {searched} could be read as a kind: OBJ, GLB, PLY, STL, OFF and MJCF files are read.")
+    print(f"{counted(kinds, 'kind')} in {arguments.out}; use them in a scenario by 'models: [{arguments.out}]'.")
     return 0
 
 
@@ -77,5 +78,5 @@ def _kind(kind: KnownKind) -> list[str]:
     head = f"{kind.name}{' (unchanged)' if kind.kept else ''}: {size} mm, {kind.triangles:,} triangles, {texture}"
     lines = [head, f"  mass {weight}; up {kind.up}"]
     if kind.joints:
-        lines.append(f"  joints: {', '.join(kind.joints)}; the kind has them at zero")
+        lines.append(f"  joints: {', '.join(kind.joints)}; the kind is rigid, with its joints at zero")
     return [*lines, *(f"  {note}" for note in kind.notes)]

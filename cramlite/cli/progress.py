@@ -40,7 +40,8 @@ class Progress:
             print(line, file=sys.stderr, flush=True)
 
     def _is_due(self, text: str) -> bool:
-        """Check whether a line is written without a terminal: each event, and progress ever more rarely."""
+        """Check whether a line is printed where there is no terminal: each event at once, lines of progress
+        at growing intervals."""
         now = time.monotonic()
         if not isinstance(text, NowDone):
             if text.startswith(SHOWN):

@@ -28,7 +28,8 @@ if TYPE_CHECKING:
 
 
 def run_key(scenario: Scenario, setting: Setting, backend: str | None, engine: Engine) -> dict[str, Any]:
-    """Return the key of a run: files, seed, doubts, code writer and plugins."""
+    """Return the key of a run, by which an unchanged run is recognised: files, seed, doubts, backend and
+    plugins."""
     files = [*([scenario.path] if scenario.path.is_file() else []), *(Path(t.mesh.path) for t in setting.world.things if t.mesh)]
     if scenario.spec.demonstration and scenario.resolve_path(scenario.spec.demonstration).exists():
         files.append(scenario.resolve_path(scenario.spec.demonstration))
@@ -52,7 +53,8 @@ def write_trace(run: RunDirectory, trace: Trace, engine: Engine) -> None:
 
 
 def write_solution(run: RunDirectory, solution: Solution, engine: Engine, seed: int) -> None:
-    """Write the values of a solution's stages into a run directory, each in its file."""
+    """Write program, world, plan, verdict, recorded run and summary of a solution into a run directory, each
+    into a file."""
     from ..model.program_json import write_program
     from ..model.rollout import save_rollout
 

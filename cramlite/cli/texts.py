@@ -67,7 +67,7 @@ def first_execution_failed(solution: Solution, run: Path, scenario: Scenario) ->
     verdict = solution.execution.verdict
     first, *others = [f"{f.validator}: {f.reason}" for f in verdict.objections] or [verdict.reason]
     more = f" (and {len(others)} more, listed above)" if others else ""
-    again = f"'cramlite execute {text} --world {run} --replan {scenario.path}' looks again where the program stops, and counts on"
+    again = f"'cramlite execute {text} --world {run} --replan {scenario.path}' looks again where the program stops, and goes on from there"
     blind = "what is believed of the world is not true of it: measure it again, or let a camera look ('poses: camera')"
     return (
         f"The program was proven in what is believed, but its first execution failed: {first}{more}.\n"
@@ -94,7 +94,8 @@ def repairs_json(repairs: Iterable[Repair]) -> list[dict[str, Any]]:
 
 
 def _label(action: Interpreted) -> str:
-    """Source of an action's event: named in the recording, or inferred from motion; "" for a plain action."""
+    """Return the source of an action's event: named in the recording, or inferred from motion; "" if its
+    class is Action only."""
     event = action.segments[0].event if action.segments else None
     if event is None or event.type == ACTION:
         return ""
@@ -104,8 +105,8 @@ def _label(action: Interpreted) -> str:
 
 
 def _repair_lines(repairs: Sequence[Repair], zero: float, most: int = 20) -> list[str]:
-    """Lines on repairs; of many for one reason the first, and their number, since a flickering log has
-    hundreds."""
+    """Format the repairs of a recording as lines; of many with the same reason only the first, with their
+    number."""
     groups: dict[str, list[Repair]] = {}
     for r in repairs:
         groups.setdefault(r.why, []).append(r)

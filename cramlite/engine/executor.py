@@ -83,8 +83,8 @@ class Executor(Struct):
         return rollout, seconds
 
     def interrupt(self) -> None:
-        """Interrupt the present run, whose answer is then a refusal, and keep the process; without such signals
-        the run goes on to its end."""
+        """Interrupt the present run, so that it is answered with an error, and keep the process; on systems
+        without such signals the run goes on to its end."""
         if self._process is not None and ENDS_RUN is not None:
             self._process.send_signal(ENDS_RUN)
 
@@ -140,7 +140,7 @@ class _Interrupted:
 
 
 def _serve(asked: BinaryIO, answers: BinaryIO) -> None:
-    """Serve in the other process, until the caller has no further request, or has ended."""
+    """Run requests in the executing process, until the caller has no further request, or has ended."""
     parent, interrupted = os.getppid(), _Interrupted()
     try:
         knowledge = _loaded(pickle.load(asked))

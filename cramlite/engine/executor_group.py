@@ -77,7 +77,7 @@ class ExecutorGroup:
         return sum(self._spent)
 
     def start(self, count: int) -> None:
-        """Start so many processes at most before there is anything to do."""
+        """Start at most ``count`` idle processes before there is anything to run."""
         with self._idle_ones(count) as idle:
             for one in idle:
                 one.start()
@@ -96,17 +96,18 @@ class ExecutorGroup:
             mine.leave()
 
     def stop(self) -> None:
-        """End all processes; the next request starts others. A run of another list is run again."""
+        """End all processes; the next request starts new ones, and an interrupted run of another list starts
+        anew."""
         for one in self._all:
             one.end()
 
     def close(self) -> None:
-        """End the processes, whatever they are at: nobody asks any more."""
+        """End all processes at once, also those in the middle of a run."""
         self._end()
 
     @contextmanager
     def _idle_ones(self, count: int) -> Iterator[list[Executor]]:
-        """Idle processes, so many at most, that begin nothing in this block."""
+        """Take at most ``count`` idle processes, which get no run within this block."""
         idle: list[Executor] = []
         with suppress(Empty):
             while len(idle) < count:
@@ -156,7 +157,7 @@ class _List:
 
     @contextmanager
     def running(self, executor: Executor) -> Iterator[None]:
-        """Count one more process as running requests of the list in this block."""
+        """Count a process, within this block, among those that run requests of the list."""
         with self._lock:
             self._running.append(executor)
         try:

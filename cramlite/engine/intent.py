@@ -53,7 +53,7 @@ class Kept(Value):
 
 
 class Intent(Value):
-    """Purpose of a run's text: its plan as it was grounded, and the program that was written.
+    """Intent of a run's text: the grounded plan, and the typed program that the text was written from.
 
     Args:
         kept: what its run directory says of it.

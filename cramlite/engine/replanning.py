@@ -69,7 +69,7 @@ class Round(Value):
 
     @property
     def said(self) -> str:
-        """Sentence on the end of the run, for people."""
+        """End of the run as a sentence for people."""
         if self.rollout.outcome == "finished":
             return f"finished after {self.rollout.times[-1]:.1f} s"
         where = f" in {self.step}" if self.step else " before the first step"
@@ -111,7 +111,7 @@ def _run(attempt: Attempt, engine: Engine, seed: int) -> Round:
 
 
 def _next(done: Round, scenario: Scenario, engine: Engine, seed: int, number: int, say: Say, verbose: bool) -> Attempt:
-    """Look, and resolve the rest.
+    """Let the camera look after a stopped round, resolve the rest of the plan, and return its program.
 
     Raises:
         NoSolution: something is in the hand, or what is left cannot be done with what is seen.
@@ -216,7 +216,8 @@ def _after(done: Round) -> World:
 
 
 def planned(text: str, program: Program, plan: str, scenario: Scenario, engine: Engine, seed: int) -> tuple[Plan, Code]:
-    """Return the plan and the code that belong to a program's text and the files beside it.
+    """Return the plan and the code of a program that ``cramlite resolve`` wrote, from its text, typed program
+    and plan.json.
 
     Args:
         plan: the content of plan.json.

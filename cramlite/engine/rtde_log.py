@@ -19,7 +19,7 @@ MOST_BYTES = 500_000_000
 
 
 class RtdeLog(Value):
-    """Log of an arm.
+    """Log of a real arm, from RTDE outputs.
 
     Args:
         times: (N,) since its first row [s].
@@ -70,7 +70,7 @@ def _columns(path: Path) -> Mapping[str, Floats]:
 
 
 def _numbers(path: Path, rows: Sequence[Sequence[str]], width: int) -> Floats:
-    """The rows as numbers (N, width)."""
+    """Return the rows of a log file as numbers (N, width)."""
     found = []
     for line, row in enumerate(rows, 2):
         cells = [cell for cell in row if cell.strip()]

@@ -118,7 +118,7 @@ def _common(log: RtdeLog, rollout: Rollout, offset: float) -> Floats:
 
 
 def _at(times: Floats, rows: Floats, moments: Floats) -> Floats:
-    """Rows (N, J) at other times, those at the ends beyond them."""
+    """Interpolate rows (N, J) at other times; before the first and after the last time the end rows hold."""
     return np.column_stack([np.interp(moments, times, rows[:, k]) for k in range(rows.shape[1])])
 
 

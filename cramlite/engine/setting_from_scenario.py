@@ -75,9 +75,10 @@ def setting_of(
 def _seen(
     scenario: Scenario, written: Setting, knowledge: Knowledge, told: Queries, likeliest: Likeliest, now: World | None
 ) -> Setting:
-    """Setting as the scenario's camera sees it; movable things are believed only as seen. The camera looks for
-    the ``told`` queries, else for the objects of the likeliest plan; for a goal, whose plan needs the pictures,
-    at all furniture, and then in and behind closed things.
+    """Return the setting as the scenario's camera sees it: a movable thing is believed only if it was seen.
+
+    The camera looks for the ``told`` queries, else for the objects of the likeliest plan. For a goal, whose
+    plan needs the pictures, it looks at all furniture, and then in and behind closed things.
 
     Raises:
         NoSolution: what is looked for may be where the camera cannot be brought to look, and is nowhere else.
@@ -119,7 +120,8 @@ def _told(scenario: Scenario, knowledge: Knowledge) -> Queries:
 
 
 def _check_world(scenario: Scenario, world: World, knowledge: Knowledge) -> None:
-    """Classes are known and the simulator takes the world; else the user hears it before the search begins."""
+    """Check, before the search begins, that the classes of all things are known and that the simulator can
+    load the world."""
     for thing in world.things:
         knowledge.taxonomy.known(thing.type, f"{scenario.where_thing(thing.name)}: thing '{thing.name}'")
     try:

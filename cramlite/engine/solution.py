@@ -65,7 +65,8 @@ class Solution(Value):
 
     @property
     def seconds(self) -> dict[str, float]:
-        """CPU time of the whole search so far by stage [s]: "planning", "proof" (nominal) and "twins"; see ``Trace.seconds``."""
+        """CPU time of the whole search by stage [s]: "planning", "proof" (nominal run) and "twins"; see
+        ``Trace.seconds``."""
         return self.trace.seconds
 
     @property
@@ -76,7 +77,8 @@ class Solution(Value):
 
     @property
     def succeeded(self) -> bool:
-        """Whether the program was proven in the belief and, if executed, succeeded there, too."""
+        """Whether the program was proven in the belief and, if it was executed in the real world, succeeded
+        there."""
         return self.verdict.passed and (self.execution is None or self.execution.verdict.passed)
 
     @property
@@ -134,11 +136,11 @@ class Solution(Value):
             UserError: it cannot be written, or nobody can write it.
         """
         if self.knowledge is None:
-            raise UserError(f"No engine gave the solution of '{self.plan}', so no plugin is known that writes of it.")
+            raise UserError(f"No engine gave the solution of '{self.plan}', so the plugins that could write its report are unknown; take it from Engine.resolve.")
         return write_page_of(self, self.knowledge, Path(path))
 
     def _drawn(self) -> tuple[Rollout, Knowledge]:
-        """The run, and its renderer.
+        """Return the recorded run, and the knowledge whose plugins draw it.
 
         Raises:
             UserError: there is no run, or nobody to draw it.
@@ -159,7 +161,7 @@ class Solution(Value):
         rollout, belief, before = self.candidate.rollout, self.candidate.belief, self.setting
         if belief.held is not None or rollout is None:
             what = f"'{belief.held.thing}' is still in the hand" if belief.held else "the program did not run here"
-            raise UserError(f"Nothing can go on from where '{self.plan}' ends: {what}; let it end with the thing put down.")
+            raise UserError(f"No goal can be resolved after '{self.plan}': {what}; let the plan end with an empty hand.")
         relations, real = tuple(sorted(belief.relations)), before.real
         if real is not None:
             executed = self.execution.candidate.rollout if self.execution else None

@@ -141,7 +141,8 @@ class Way(Value):
 
 
 def ways(item: Compound) -> Iterator[Way]:
-    """Yield the expansions of a compound: the alternatives of choose, else one with markers."""
+    """Yield the expansions of a compound: each alternative of a choice by itself, else all branches with
+    marks between them."""
     if item.kind == "sequence":
         yield Way(item.branches[0], "in this order")
     elif item.kind == "choose":

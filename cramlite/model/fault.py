@@ -53,7 +53,7 @@ class Trigger(Value):
     within: float = 0.0
 
     def __str__(self) -> str:
-        """Return the moment of the trigger as a clause; "" for at once."""
+        """Return the conditions of the trigger as a clause; "" if the fault begins at once."""
         said = [f"at '{self.line}'"] if self.line else []
         said += [f"at {self.force:g} N"] if self.force else []
         said += [f"{self.within:g} m from '{self.near}'"] if self.near else []
@@ -110,7 +110,7 @@ _SAID: Mapping[FaultKind, Callable[[Fault], str]] = {
     FaultKind.MOVED: lambda f: f"'{f.thing}' is moved by {_vector(f)} m",
     FaultKind.ADDED: lambda f: f"'{f.thing}' appears",
     FaultKind.FALLEN: lambda f: f"'{f.thing}' falls over",
-    FaultKind.PAYLOAD: lambda f: f"the flange bears {f.mass:+g} kg more than is told",
+    FaultKind.PAYLOAD: lambda f: f"the flange bears {f.mass:+g} kg more than the program states",
     FaultKind.TOOL: lambda f: f"the tool is mounted {_vector(f)} m off",
     FaultKind.SENSOR: lambda f: f"the force sensor's zero is off by {_vector(f)} N",
     FaultKind.GRIP_LOST: lambda f: f"the fingers open for {f.lasts:g} s",
