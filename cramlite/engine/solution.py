@@ -136,7 +136,7 @@ class Solution(Value):
             UserError: it cannot be written, or nobody can write it.
         """
         if self.knowledge is None:
-            raise UserError(f"No engine gave the solution of '{self.plan}', so the plugins that could write its report are unknown; take it from Engine.resolve.")
+            raise UserError(f"No engine gave the solution of '{self.plan}', so no plugin can write its report: use Engine.resolve.")
         return write_page_of(self, self.knowledge, Path(path))
 
     def _drawn(self) -> tuple[Rollout, Knowledge]:

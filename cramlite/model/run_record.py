@@ -1,4 +1,4 @@
-"""Record of a run, for exporters: motions, forces, and steps of the program."""
+"""Record of a run, for exporters: motions, forces, and the spans of the program's steps."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ class RunRecord(Value, dict=True):
         return self.code.origin_of(line) if self.code is not None and line else ""
 
     def _spans(self, names: list[str]) -> tuple[TimeSpan, ...]:
-        """Indices at which the name changes; a stretch ends where the next begins."""
+        """Return the time spans in which the name stays the same; a span ends where the next begins."""
         times, last = self.rollout.times, len(names) - 1
         starts = [k for k, name in enumerate(names) if not k or names[k - 1] != name]
         ends = [*starts[1:], last]

@@ -46,7 +46,7 @@ class TwinRun(Value):
 
     @property
     def text(self) -> str:
-        """Outcome, in one clause."""
+        """Outcome of the run in one clause: "succeeded", or why it failed, with its largest draws."""
         if self.succeeded:
             return "succeeded"
         alone = f"; broken by {' or '.join(self.causes)} alone" if self.causes else "; no source of error breaks it alone" * self.looked_for
@@ -96,7 +96,7 @@ class TwinVerdict(Value):
 
     @property
     def text(self) -> str:
-        """Share with its interval, for people."""
+        """Number of runs that succeeded, with the interval of the probability of success, in words."""
         low, high = self.interval
         left = self.doubts.runs - self.ran
         spared = f"; {left} not run: the verdict is certain" if left else ""

@@ -1,4 +1,5 @@
-"""Camera views: the RGB-D image of a depth camera, its intrinsics and its pose. All that a perception expert is given."""
+"""Camera views, the only data that perception experts get: the RGB-D image of a depth camera, its intrinsics
+and its pose."""
 
 from __future__ import annotations
 
@@ -172,7 +173,7 @@ class View(Value, eq=False, dict=True):
 
 
 class CameraOffset(Value):
-    """Offset of a camera from where it is believed, as fixtures in its picture tell it.
+    """Offset of a camera from its believed pose, estimated from the fixtures in its picture.
 
     Args:
         camera: where it is, optical frame in the world.

@@ -33,7 +33,7 @@ TableRow = tuple[str, ...]
 
 
 class Table(Value):
-    """Static condition as a relation, with the entities of a world for which it holds.
+    """Table of a static condition: the entities of a world for which it holds.
 
     Args:
         name: of the relation, made of the condition's words.
@@ -49,7 +49,7 @@ class Table(Value):
 
 
 class Universal(Value):
-    """Condition that ``every given -> then`` makes of a fact about some other entity, ``OTHER``.
+    """Condition ``every given -> then`` of a rule, for the facts about some other entity, ``OTHER``.
 
     Args:
         given: the fact, one entity of it ``OTHER``.
@@ -86,7 +86,7 @@ class ActionSchema(Value):
 
     @property
     def doing(self) -> str:
-        """Class of the schema's task, and whether it puts a thing down elsewhere than the goal asks."""
+        """Class of the schema's task, marked if the task puts a thing down elsewhere than the goal asks."""
         return doing(self.task, self.elsewhere)
 
     @property
@@ -96,12 +96,13 @@ class ActionSchema(Value):
 
     @property
     def in_hand(self) -> frozenset[str]:
-        """Terms of the things that are in the hand at some time."""
+        """Terms of the things that are in the hand at some time of the task."""
         return held_in(conditions_of(self.rule), self.terms)
 
     @property
     def wholes(self) -> list[str]:
-        """Variables of parts; the things that they are parts of are further parameters, behind all others."""
+        """Variables that stand for parts; the things that they are parts of become further parameters, after
+        all others."""
         return [v for v, t in self.terms.items() if BETWEEN in t]
 
 
@@ -147,7 +148,7 @@ def _term(variable: str, kind: str) -> str:
 
 
 class _Tabulation:
-    """Evaluation of the static conditions of one schema.
+    """Evaluator of the static conditions of one action schema.
 
     Args:
         scene: whose entities are asked about.
@@ -187,7 +188,8 @@ class _Tabulation:
         return Table(f"{_name(inner)} {reduced}", names, left, denied)
 
     def every(self, given: Atom, then: Condition) -> Universal:
-        """Return ``every given -> then`` with a table of the rows that ``then`` allows."""
+        """Return the condition ``every given -> then``, with a table of the entities for which ``then``
+        holds."""
         (other,) = [v for v in variables(given) if v not in self.terms]
         binding = {**self.terms, other: "?other"}
         fact = (given.predicate.name, *(str(a) for a in given.arguments(dict(binding))))
@@ -200,7 +202,7 @@ class _Tabulation:
 
 
 def _matters(rows: set[TableRow], column: int, choices: int) -> bool:
-    """Whether a table is not the same for every entity in a column."""
+    """Check whether it matters for a table which entity stands in a column."""
     left = {(*row[:column], *row[column + 1 :]) for row in rows}
     return len(left) * choices != len(rows)
 

@@ -92,7 +92,7 @@ def test_why_each_task_is_there() -> None:
         ("block off", "is no goal; say .*'THING off PLACE'"),
         ("block poured into shelf", "'block' holds nothing that could be poured"),
         ("block on shelf near shelv", "names 'shelv'; did you mean 'shelf'?"),
-        ("block on shelf near block", "must be another thing than 'block' and 'shelf'"),
+        ("block on shelf near block", "must be another one than 'block' and 'shelf'"),
         ("block on shelf/tops", "names 'shelf/tops'; did you mean 'shelf/top'?"),
         ("block on shelf/top near block", "must be another thing"),
         ("block off shelf/top", "'off' is said of a whole thing: 'shelf'"), ("shelf/top held", "is no goal"),
