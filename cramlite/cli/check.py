@@ -142,7 +142,7 @@ def _check_program(path: Path, plugins: PluginChoice) -> int:
     for line, doubt in doubts:
         print(f"{path}:{line}: {doubt}")
     said = counted(len(doubts), "doubt") if doubts else "no doubts"
-    print(f"{path}: {counted(len(text.splitlines()), 'line')}, nothing is wrong, {said}")
+    print(f"{path}: {counted(len(text.splitlines()), 'line')}, no errors, {said}")
     return 0
 
 

@@ -45,7 +45,7 @@ class ClientFiles(Value):
     runs: Path
 
     def scenario(self, name: str) -> Path:
-        """Find a scenario file in the folder, or a shipped one by its name.
+        """Find a scenario file in the server's folder, or a shipped one by its name.
 
         Raises:
             UserError: there is none, or it lies elsewhere.
@@ -81,7 +81,7 @@ class ClientFiles(Value):
             )
 
     def episode(self, name: str) -> Path:
-        """Find an episode, a file or a folder, in the folder.
+        """Find an episode, which is a file or a folder, in the server's folder.
 
         Raises:
             UserError: there is none, or it lies elsewhere.

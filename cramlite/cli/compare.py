@@ -57,7 +57,7 @@ def compare_log(
 
 
 def comparison_lines(found: RunComparison, text: Sequence[str]) -> list[str]:
-    """Return the comparison as lines of text.
+    """Return the comparison of a log with a run as lines of text.
 
     Args:
         text: lines of the program; none where it is not known.

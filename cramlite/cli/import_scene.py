@@ -62,7 +62,8 @@ def _package(said: str) -> tuple[str, Path]:
 
 
 def _report(path: Path, scene: ImportedScene, classes: dict[str, Proposal]) -> list[str]:
-    """Class of each thing with the reason, and the parts that could not be taken over."""
+    """Format the class of each imported thing with the reason, and the parts of the scene file that were not
+    taken over."""
     lines = [f"{path}: {counted(len(scene.things), 'thing')}"]
     for thing in scene.things:
         how = f"{thing.joint.kind} joint" if thing.joint else f"{thing.mass:.3g} kg" if thing.mass is not None else "fixed"

@@ -115,7 +115,8 @@ def purpose_of(plan: str, goals: Sequence[str], knowledge: Knowledge, place: Wor
 
 
 def _of_scenario(scenario: Scenario, knowledge: Knowledge, place: World) -> Purpose:
-    """The goal of a scenario, or its tasks where they name all their things."""
+    """Return the goal of a scenario as what a text is judged by, or the scenario's tasks if they name all
+    their things."""
     from ..engine.judging import Purpose
     from ..planning.task_goals import plan_from_tasks
 

@@ -51,7 +51,7 @@ def _library(arguments: argparse.Namespace) -> int:
         )
         warn_of(registry.faults)
         if built is None:
-            raise UserError(f"No plugin makes libraries of '{folder}'; see 'cramlite plugins'.")
+            raise UserError(f"No plugin can make a library from '{folder}'; see 'cramlite plugins'.")
         print("\n".join(_lines(built)))
         kinds += len(built.kinds)
     if not kinds:
@@ -67,7 +67,7 @@ def _lines(built: BuiltLibrary) -> list[str]:
         said = "; ".join(f"'{file}': {why.rstrip('.')}" for file, why in built.refused.items())
         lines.append(f"Refused, {counted(len(built.refused), 'file')}: {said}.")
     if built.parts:
-        lines.append(f"{counted(built.parts, 'file')} belong{'s' * (built.parts == 1)} to these kinds.")
+        lines.append(f"{counted(built.parts, 'more file')} {'is a part' if built.parts == 1 else 'are parts'} of these kinds.")
     return lines
 
 

@@ -277,7 +277,7 @@ class Tools:
 
 
 def _until_stopped(do: Callable[[Say, Stop], T], say: Say, stop: Stop) -> T:
-    """Run a function that is interrupted soon after ``stop`` is set.
+    """Run a function, and interrupt it soon after ``stop`` is set.
 
     Raises:
         NoSolution: it was stopped.
@@ -317,7 +317,7 @@ def _files(folder: Path) -> list[str]:
 
 
 def _text_of(files: ClientFiles, run: str, file: str) -> str:
-    """A file of a run by the last part of its address.
+    """Return a file of a run by its name, the last part of the resource's address.
 
     Raises:
         ResourceError: it cannot be read, or there is none.

@@ -168,7 +168,7 @@ def _json(program: Path, flight: Flight, found: Sequence[Check], objections: Seq
 
 
 def page(program: Path, flight: Flight, found: Sequence[Check], objections: Sequence[str]) -> str:
-    """Return the page as text."""
+    """Return the preflight page as text."""
     parts = (
         _head(program, flight, objections), _set(flight), _limits(flight, found), _places(flight), _left_out(), _doubts(flight),
     )  # fmt: skip
@@ -262,8 +262,8 @@ def _places(flight: Flight) -> list[str]:
 
 def _late_tolerance(late: LatePose) -> str:
     metres, radians = late.tolerance
-    beyond = f"{1000 * metres:.0f} mm or {math.degrees(radians):.0f} deg from it"
-    return f"as planned; the program asks for the pose when it runs, and stops beyond {beyond}"
+    asks = "as planned; the program asks for the pose when it runs"
+    return f"{asks}, and stops if it is more than {1000 * metres:.0f} mm or {math.degrees(radians):.0f} deg off"
 
 
 def _left_out() -> list[str]:

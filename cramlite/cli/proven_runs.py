@@ -52,7 +52,7 @@ class Asked(Value):
     goal: tuple[str, ...] = ()
 
     def read(self) -> Scenario:
-        """Read the scenario as it is now.
+        """Read the scenario again, as its file is now.
 
         Raises:
             UserError: it cannot be used, or the goal is none.

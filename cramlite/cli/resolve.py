@@ -191,7 +191,7 @@ def _no_solution(
 def _first_solution(
     run: RunDirectory, reading: Reading, setting: Setting, engine: Engine, trace: Trace, say: Progress, came: Signals
 ) -> tuple[Solution | None, Solution | None]:
-    """First proven program, and the last refused program of the first candidate that had one."""
+    """Return the first proven program, and the last refused program of the first candidate that had one."""
     try:
         return _search(run, reading, setting, engine, trace, say, came)
     finally:
@@ -251,7 +251,7 @@ def _say_notes(scenario: Scenario, setting: Setting, engine: Engine) -> None:
     for change in changes_of_things(scenario, setting):
         print(f"{change}.", file=sys.stderr)
     if read := doubts_of_files(scenario, setting):
-        where = f"'cramlite check {scenario.path}' prints them, the report lists them"
+        where = f"'cramlite check {scenario.path}' prints the doubts, the report lists them"
         print(f"cramlite: {counted(len(read), 'doubt')} about files of robot and scene: {where}", file=sys.stderr)
     if scenario.spec.then:
         camera = scenario.spec.poses == "camera"

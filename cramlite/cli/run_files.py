@@ -47,7 +47,7 @@ def run_key(scenario: Scenario, setting: Setting, backend: str | None, engine: E
 
 
 def write_trace(run: RunDirectory, trace: Trace, engine: Engine) -> None:
-    """Write every decision of a search, and the plugins that broke on the way, into its run directory."""
+    """Write every decision of a search, and the plugins that failed during it, into its run directory."""
     faults = [str(f) for f in engine.registry.faults]
     run.write("trace.json", as_json({"entries": trace.to_json(), "faults": faults}))
 
@@ -125,7 +125,7 @@ def twins_json(found: TwinVerdict | None) -> dict[str, Any] | None:
 
 
 def _reason(solution: Solution) -> str:
-    """Reason of the proof's verdict; that of the execution if it failed."""
+    """Return the reason of the proof's verdict, or that of the execution's verdict if the execution failed."""
     failed = solution.execution is not None and not solution.succeeded
     return f"first execution: {solution.execution.verdict.reason}" if failed and solution.execution else solution.verdict.reason
 

@@ -276,7 +276,7 @@ def _finite(text: str) -> float:
 
 
 def _is_id(id_: object) -> bool:
-    """Whether a value can be the id of a request; None for a request without an id. True cannot, though it
+    """Check whether a value can be the id of a request; None stands for no id, and True is refused, though it
     equals 1."""
     return id_ is None or (isinstance(id_, int | float | str) and not isinstance(id_, bool))
 

@@ -49,7 +49,7 @@ class Signals:
 
 @contextmanager
 def interruptible(left: str = "what was written so far is kept") -> Iterator[Signals]:
-    """Catch signals in this block; outside the main thread, which Python gives no signals, none is seen.
+    """Catch signals in this block; only in the main thread, since Python delivers signals to no other.
 
     Args:
         left: what is there of the work that was ended.

@@ -70,7 +70,7 @@ def first_execution_failed(solution: Solution, run: Path, scenario: Scenario) ->
     again = f"'cramlite execute {text} --world {run} --replan {scenario.path}' looks again where the program stops, and goes on from there"
     blind = "what is believed of the world is not true of it: measure it again, or let a camera look ('poses: camera')"
     return (
-        f"The program was proven in what is believed, but its first execution failed: {first}{more}.\n"
+        f"The program was proven in the believed world, but its first execution failed: {first}{more}.\n"
         f"  Next: {again if scenario.spec.poses == 'camera' else blind}.\n  Files: {run / 'execution'}"
     )
 
@@ -127,11 +127,12 @@ SHOWN = 3
 
 
 def interpretation_text(found: Interpretation, repairs: Iterable[Repair] = ()) -> str:
-    """Return every action with its possible tasks, after the repairs and before the best candidates."""
+    """Format an interpretation: repairs of the recording, each action with its possible tasks, and the best
+    candidate sequences."""
     lines = [f"{found.episode}: {counted(len(found.actions), 'action')}, {counted(found.count(), 'reading')}"]
     zero = found.zero
     if zero:
-        lines.append(f"  times are from {datetime.fromtimestamp(zero, UTC):%Y-%m-%d %H:%M:%S} UTC, {zero:.3f} s")
+        lines.append(f"  times count from {datetime.fromtimestamp(zero, UTC):%Y-%m-%d %H:%M:%S} UTC, {zero:.3f} s")
     lines += _repair_lines(list(repairs), zero)
     for k, action in enumerate(found.actions):
         lines.append(f"  {k}  {action.start - zero:7.2f} to {action.end - zero:7.2f} s{_label(action)}")

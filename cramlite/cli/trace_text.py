@@ -55,7 +55,7 @@ class _Tree(Value):
         return cls(entries, ends, kept, {n: counts[entries[n - 1].parent] for n in ends}, {})
 
     def given_up(self, entry: Entry) -> bool:
-        """Check whether the search gave a choice up.
+        """Check whether the search gave up a choice.
 
         While no program is proven only choices with rivals count: every choice of the way was then left in vain.
         """
@@ -98,8 +98,8 @@ class _Tree(Value):
 
 
 def _ends(entries: Sequence[Entry]) -> dict[int, int]:
-    """Number of the first entry behind each choice's subtree, which includes proofs and runs in twins of programs with the
-    choice.
+    """Map each choice to the number of the first entry after its subtree, which includes proofs and runs in
+    twins of programs with the choice.
 
     The search goes depth first, so a subtree ends where something is asked, tried or said that hangs no deeper than the choice
     itself. Of goals, whose steps hang under nothing, nothing is known.

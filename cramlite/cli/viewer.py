@@ -133,7 +133,7 @@ class Viewer:
         self.server.scene.add_line_segments("/force", line, colors=(194, 47, 29), thickness=0.006)
 
     def _caption(self, position: int) -> str:
-        """Line, force and gripper at a position, as Markdown."""
+        """Format program line, force and gripper opening at a slider position as Markdown."""
         rollout, sample = self._rollout, self._samples[position]
         number = int(rollout.lines[sample])
         text = self._program[number - 1].strip() if 0 < number <= len(self._program) else ""

@@ -239,7 +239,8 @@ def _trace_twins(trace: Trace, verdict: Verdict) -> None:
 
 
 def _candidate(plan: Plan, state: State, setting: Setting, knowledge: Knowledge) -> Candidate:
-    """The program of a fully grounded state; plugins are told of each of its steps."""
+    """Assemble the program of a fully grounded state, and call the plugins' hook ``on_step`` for each of its
+    steps."""
     candidate = assemble(plan, state, setting, knowledge)
     candidate = parametric(candidate, setting.late)
     for step in candidate.program.steps:

@@ -150,7 +150,8 @@ class Engine:
         return interpret(episode, self.knowledge.rules, self.knowledge.taxonomy)
 
     def read(self, goal: AnyGoal | Reading) -> Reading:
-        """Return the reading of a goal, which stands for the goal wherever one is asked for.
+        """Return a goal together with its demonstration, to be read once; the engine's methods take it in
+        place of the goal.
 
         A demonstration is then read and interpreted once for all of them, when the first needs it. The reading of a
         reading is that reading.
@@ -335,7 +336,8 @@ class Engine:
     def plans(
         self, goal: AnyGoal | Reading, setting: Setting, trace: Trace, progress: Progress = lambda _: None, **unknown: Never
     ) -> Iterator[tuple[Plan, TaskSequence | None]]:
-        """Generate the plans of a goal, best first; those of a demonstration each with the sequence it was read as."""
+        """Generate the plans of a goal, best first; each plan of a demonstration with the task sequence that
+        the demonstration was read as."""
         from ..planning.task_goals import Goal, plan_from_tasks
         from ..planning.task_sequences import plans_for_goal, plans_from_interpretation
         from ..scenario.scenario import Scenario

@@ -83,7 +83,8 @@ class ExecutorGroup:
                 one.start()
 
     def runs(self, text: str, places: Iterator[tuple[World, int]]) -> Generator[Rollout | str]:
-        """Run a text in one world with its seed after another, lazily; runs under way end with their list.
+        """Run a text in several worlds, each with its seed, lazily; when the caller stops iterating, the runs
+        under way are ended.
 
         Yields:
             What happened in each, in order; or why nothing did, as a clause.

@@ -63,7 +63,7 @@ EXACT = Noise()
 
 
 class Limits(Value):
-    """Limits of a run's deviation from its proof; see the constants.
+    """Limits of how far a run may deviate from its proof; the constants of this module are the defaults.
 
     Args:
         place: of things [m].
@@ -85,7 +85,7 @@ USUAL = Limits()
 
 
 class Expectation(Value, eq=False):
-    """Expectation of a run, from the run that proved its program.
+    """Expected readings of a run, taken from the run that proved its program.
 
     Args:
         lines: (N,) under execution at each sample.
@@ -133,7 +133,7 @@ class Expectation(Value, eq=False):
 
 
 def expectation(proof: Rollout, steps: Mapping[int, str]) -> Expectation:
-    """Return the expectation that a proof's run gives.
+    """Return the expectation of a run: the readings of the run that proved its program.
 
     Args:
         steps: line -> designator, as ``Code.origins``.
@@ -221,7 +221,8 @@ class RunWatch:
         return Pose.from_rotvec(place, tuple(turn.tolist())) * Pose(quaternion=pose.quaternion)
 
     def _frozen(self, readings: Readings) -> Notice | None:
-        """Whether the readings did not change at all for a while in which the arm moves in the proof."""
+        """Return a notice if the readings have not changed at all for a while in which the arm moves in the
+        proof."""
         before, expected = self._raw, self.expected
         self._raw = readings
         if before is None or readings.joints != before.joints or readings.poses is None:
@@ -303,7 +304,7 @@ class RunWatch:
         return self._said(kind, now, f"'{name}' is {1000 * off:.0f} mm {what}, more than {1000 * limit:.0f} mm", name, off, limit, "m")
 
     def _lean(self, name: str, pose: Pose, rows: list[int]) -> float:
-        """Least angle between a thing's axis and its axis in samples of the proof [rad]."""
+        """Return the least angle between a thing's axis as read and in samples of the proof [rad]."""
         w, x, y, z = self.expected.poses[name][rows, 3:].T
         axes = np.stack([2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)], axis=1)
         return float(np.arccos(np.clip(axes @ pose.rotation[:, 2], -1.0, 1.0)).min())

@@ -215,7 +215,8 @@ def _proven(setting: Setting, reveal: Reveal, knowledge: Knowledge, trace: Trace
 
 
 def _would_show(state: State, reveal: Reveal, setting: Setting, knowledge: Knowledge) -> float:
-    """Return the share of a hidden place that the camera would see after the way, past all known things."""
+    """Return the share of a hidden place that the camera would see from its planned pose, with the known
+    things in view."""
     from ..perception.unseen import share_shown
 
     camera = setting.look.camera if setting.look else None

@@ -1,4 +1,5 @@
-"""Going on when the world changes, for ``cramlite execute --replan`` where poses are readings.
+"""Continuation of an execution when the world changes, for ``cramlite execute --replan`` with poses from
+readings.
 
 A program runs while a watcher compares what is read with what its proof showed. Where that deviates the arm brakes, belief takes what
 was read, with what is in the hand, and the rest is resolved from there and proven. Nothing moves that was not proven from what is
@@ -105,7 +106,7 @@ class Stretch(Value):
 
 
 class GoingOn:
-    """Execution that goes on when the world changes.
+    """Execution that continues with new programs when the world changes.
 
     Args:
         scenario: that the first program was made from.
@@ -130,7 +131,8 @@ class GoingOn:
         self.noticed: Counter[tuple[Deviation, str, str]] = Counter()
 
     def _asked(self) -> tuple[str, ...] | None:
-        """The goal, about things of the world as it is at the start: what "the left one" means does not change when it is moved."""
+        """Return the goal in terms of things of the initial world: "the left one" stays the same thing after
+        it was moved."""
         from ..planning.spoken_goals import spoken
 
         if self.scenario.spec.goal is None:
@@ -153,7 +155,7 @@ class GoingOn:
             self._leave(last, real=before.real is not None)
 
     def _leave(self, last: Stretch, *, real: bool) -> None:
-        """Make the end of the last run the present state of the setting."""
+        """Set the setting's world and robot to where the last run ended."""
         rollout, world = last.round.rollout, self.setting.world
         left = world_after_run(rollout, world)
         stays = {t.name for t in left.things if _apart(world.thing(t.name).pose.position, t.pose.position) <= STILL}
@@ -198,8 +200,8 @@ class GoingOn:
         return self.opened < len(self.scenario.spec.then)
 
     def _stage(self, done: Round, watch: RunWatch) -> tuple[Attempt | None, str]:
-        """Return the first program that readings prove for the next stage, or for the stage's alternative;
-        None with the reasons."""
+        """Return the first program for the next stage, or for the stage's alternative, that was proven in the
+        world of the last readings; None with the reasons."""
         self._believe(done, watch)
         number, self.opened, self.goal, why = self.opened, self.opened + 1, None, list[str]()
         world = real_after(done.rollout, done.attempt.world, self.setting.world.robots[0].holds)
@@ -367,7 +369,7 @@ class GoingOn:
 
 
 def _renamed(item: Action) -> Action:
-    """Return a part of a task under the name of a task of its own."""
+    """Return an action that is a part of a task, renamed as a task of its own."""
     return replace(item, name=freed_name(item.name))
 
 

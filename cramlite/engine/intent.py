@@ -65,7 +65,7 @@ class Intent(Value):
 
 
 def write_intent(candidate: Candidate) -> bytes:
-    """Encode the content of ``intent.json``; the same candidate gives the same."""
+    """Encode the content of ``intent.json``; the same candidate gives the same text."""
     code = candidate.code
     assert code is not None
     bindings = {k: v for k, v in candidate.bindings.items() if isinstance(v, str)}

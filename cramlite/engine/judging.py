@@ -1,4 +1,5 @@
-"""Judging a text that may be anybody's: it runs in a world, and is held against a plan, or against a goal alone."""
+"""Judging of a program text from anywhere: it runs in a world, and validators compare the run with a plan, or
+with a goal alone."""
 
 from __future__ import annotations
 
@@ -33,7 +34,7 @@ LISTED = 6
 
 
 class Purpose(Value):
-    """Purpose of a text, by which it is judged.
+    """Purpose of a program text: the plan or the goal that validators judge it by.
 
     Args:
         intent: of a run directory: the plan with everything that it was grounded to; None where the text is of no run.

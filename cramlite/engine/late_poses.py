@@ -27,7 +27,8 @@ UNMOVED = SetGripper | SetPayload | Wait | ZeroSensor
 
 
 def parametric(candidate: Candidate, late: Mapping[str, Tolerance]) -> Candidate:
-    """Make a candidate's program parametric: its motions follow the late things.
+    """Make a candidate's program parametric: its motions follow the late things, whose poses it asks for at
+    run time.
 
     Args:
         late: thing -> how far from the planned pose the program must still work [m, rad].

@@ -115,7 +115,7 @@ Change = tuple[str, int, int, int, int]
 
 
 def _gone(old: Sequence[_Line], own: Sequence[str], changes: Sequence[Change]) -> Mapping[str, str]:
-    """Return the code of removed lines with its origin, without code that had several origins."""
+    """Map the code of removed lines to its origin; code that had several origins is left out."""
     found: dict[str, set[str]] = {}
     for tag, i1, i2, _, _ in changes:
         for k in range(i1, i2) if tag != "equal" else ():

@@ -69,7 +69,7 @@ class Flight(Value):
 
     @property
     def draws(self) -> tuple[Draw, ...]:
-        """Errors that the program's proof was tried with."""
+        """Errors that were drawn for the twins in the program's proof."""
         runs = self.verdict.twins.twins if self.verdict is not None and self.verdict.twins is not None else ()
         return tuple(d for t in runs for d in t.draws)
 

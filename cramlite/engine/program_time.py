@@ -83,7 +83,7 @@ class _Clock:
 
 
 def _in_place(step: AnyStep) -> float:
-    """Return the duration of a step that does not depend on where the arm starts [s]."""
+    """Return the duration [s] of a step whose motion does not depend on where the arm starts."""
     if isinstance(step, MoveUntilContact):
         return step.distance / step.speed
     if isinstance(step, ForceInsert):

@@ -173,7 +173,7 @@ def text_that_runs(candidate: Candidate, backend: Backend) -> Code | None:
 
 
 def _stands_in(backend: Backend) -> bool:
-    """Whether the typed program runs in place of the text."""
+    """Check whether the typed program runs in place of the backend's text."""
     return isinstance(backend, StandIn) and backend.typed_stands_in
 
 
@@ -212,7 +212,7 @@ def findings_of(
 
 
 def _ask(validator: Validator, candidate: Candidate, knowledge: Knowledge) -> Iterable[Finding]:
-    """A validator that breaks has not approved: its fault is an objection."""
+    """Return the findings of a validator; if the validator itself fails, its fault is an objection."""
     name = validator.name
     try:
         findings = _findings(validator.check(candidate))
@@ -224,7 +224,7 @@ def _ask(validator: Validator, candidate: Candidate, knowledge: Knowledge) -> It
 
 
 def _findings(answer: object) -> list[Finding]:
-    """Answer of a validator, if it is of the right kind.
+    """Return a validator's answer, checked to be findings.
 
     Raises:
         WrongAnswer: it is not; names what it is.

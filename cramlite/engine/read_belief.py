@@ -73,7 +73,8 @@ def real_after(rollout: Rollout, world: World, holds: InHand | None) -> World:
 
 
 def _possible(thing: Thing, read: Pose) -> Pose:
-    """Pose that a thing can have nearest to a reading: one on a joint moves along that, within its range."""
+    """Return the possible pose of a thing nearest to its read pose: a thing on a joint moves along the joint
+    only, within its range."""
     if thing.joint is None:
         return read
     joint, by = thing.joint, thing.joint.between(thing.pose, read)
@@ -81,7 +82,7 @@ def _possible(thing: Thing, read: Pose) -> Pose:
 
 
 def _is_read(thing: Thing) -> bool:
-    """Whether a thing without a reading counts as gone; furniture and things on joints stay."""
+    """Check whether a thing without a reading counts as gone; furniture and things on joints do not."""
     return thing.movable and thing.joint is None
 
 

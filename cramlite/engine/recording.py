@@ -63,7 +63,7 @@ def record_episode(
 
 
 def _shown(scenario: Scenario, tasks: Sequence[Entry], knowledge: Knowledge, world: World) -> list[Shown]:
-    """Performances of the person, one after the other."""
+    """Return the person's performances of tasks, one after the other."""
     recipe, scripts = scenario.spec.record, knowledge.record_scripts
     if not tasks and recipe is not None and recipe.script is not None:
         if recipe.script not in scripts:

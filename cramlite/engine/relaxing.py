@@ -76,7 +76,8 @@ class Relaxation(Value):
 
 
 def relaxations(scenario: Scenario, setting: Setting, engine: Engine, say: Callable[[str], None] = lambda _: None) -> list[Relaxation]:
-    """Return sufficient changes, least first. Each was verified by resolving, as was that one step less fails.
+    """Return sufficient changes, the least first; for each, resolving has shown that it suffices, and that
+    one step less fails.
 
     Args:
         say: is told each attempt.
@@ -127,7 +128,7 @@ def _smallest(solves: Callable[[int], bool], most: int) -> int:
 def _solves(
     change: Change, steps: int, scenario: Scenario, setting: Setting, engine: Engine, budget: Budget, say: Callable[[str], None]
 ) -> bool:
-    """Whether a program is proven with a change."""
+    """Check whether a program is proven in the setting after a change."""
     try:
         changed = change.of(setting, steps)
         engine.knowledge.simulator.check(changed.world, engine.knowledge.robots_of(changed.world))

@@ -77,7 +77,8 @@ class Round(Value):
 
 
 def rounds(first: Attempt, scenario: Scenario, engine: Engine, *, seed: int, most: int, say: Say, verbose: bool = False) -> Iterable[Round]:
-    """Run a program; where it stops with a reason, look, resolve the rest and run that, at most ``most`` times in all.
+    """Run a program; when it stops with a reason, let the camera look, resolve the rest of the plan and run
+    that: at most ``most`` programs.
 
     Args:
         verbose: whether a refusal has every cause, or three lines.
@@ -158,7 +159,8 @@ def _back(done: Round, engine: Engine, seed: int, number: int, say: Say) -> Roun
 
 
 def way_back(joints: Floats) -> tuple[tuple[float, ...], ...]:
-    """Return the path back through the joint positions (n, axes) [rad], as few as describe it to ``NEAR``.
+    """Return a path back through recorded joint positions (n, axes) [rad], with the fewest points that follow
+    them within ``NEAR``.
 
     It is () for a robot that has not moved.
     """

@@ -58,7 +58,8 @@ def _read(scenario: Scenario, setting: Setting) -> frozenset[str]:
 
 
 def _camera(scenario: Scenario, setting: Setting, knowledge: Knowledge) -> Iterator[str]:
-    """The camera, if the first picture shows that it is not where it is believed."""
+    """Return a doubt about the camera's pose if the first picture shows that the camera is not where it is
+    believed."""
     first = setting.look.pictures[0] if setting.look and setting.look.pictures else None
     if first is not None and (off := camera_warning(first.view, first.fixtures, knowledge, first.robot)):
         yield f"{scenario.where('camera')}: {off}"

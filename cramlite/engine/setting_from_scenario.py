@@ -107,7 +107,8 @@ def _seen(
 
 
 def _told(scenario: Scenario, knowledge: Knowledge) -> Queries:
-    """Queries of the scenario's camera; checked also where poses are known and no camera looks.
+    """Return the queries of a scenario's camera; they are checked also if poses are known and no camera is
+    used.
 
     Raises:
         UserError: a query that is wrong, or asks for what no expert says; with file and line.
@@ -177,7 +178,7 @@ def _late(scenario: Scenario, world: World) -> dict[str, Tolerance]:
 
 
 def _doubts(scenario: Scenario, world: World, robot: Robot, twins: int | None) -> ProofDoubts:
-    """The doubts that programs of a scenario must stand.
+    """Return the doubts of a scenario: the number of twins and the errors in which its programs must succeed.
 
     Raises:
         UserError: errors of a thing that the world does not have, with file and line; a number of twins that is none.

@@ -83,7 +83,8 @@ class Solution(Value):
 
     @property
     def advice(self) -> tuple[Finding, ...]:
-        """Objections that refuse nothing, of the proof and of the first execution."""
+        """Objections of advisory validators, of the proof and of the first execution; they do not refuse the
+        program."""
         return (*self.verdict.advice, *(self.execution.verdict.advice if self.execution else ()))
 
     @property
@@ -172,7 +173,7 @@ class Solution(Value):
 
 
 def _left(world: World, rollout: Rollout) -> World:
-    """A world as a run left it: things where they came to rest."""
+    """Return a world as a run left it: things where they came to rest."""
     movable = {t.name for t in world.things if t.movable and t.joint is None}
     ends = {n: Pose(tuple(r[-1][:3]), tuple(r[-1][3:])) for n, r in rollout.poses.items() if n in movable}
     return world.moved(ends)

@@ -1,4 +1,5 @@
-"""Time line of an execution that went on: fault, notice, decision and resumption, for people and programs."""
+"""Time line of an execution with replanning: faults, notices, decisions and resumptions, for people and
+programs."""
 
 from __future__ import annotations
 

@@ -108,7 +108,7 @@ class ErrorModel(Value):
         return self.things.get(thing, self.pose)
 
     def only(self, source: str) -> ErrorModel:
-        """Return the model without the errors of all other sources.
+        """Return the error model with the errors of one source only.
 
         Raises:
             KeyError: ``SOURCES`` has no such source.

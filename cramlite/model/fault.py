@@ -121,7 +121,7 @@ _SAID: Mapping[FaultKind, Callable[[Fault], str]] = {
     FaultKind.FROZEN: lambda f: f"readings freeze for {f.lasts:g} s",
     FaultKind.LOST: lambda f: f"there are no readings for {f.lasts:g} s",
     FaultKind.STOP: lambda f: f"a protective stop at {f.after:g} s",
-    FaultKind.CONNECTION: lambda f: f"no connection from {f.after:g} s on for {f.lasts:g} s",
+    FaultKind.CONNECTION: lambda f: f"the controller takes no connection from {f.after:g} s on for {f.lasts:g} s",
     FaultKind.KILLED: lambda f: "the program is killed",
     FaultKind.GOAL: lambda f: f"the goal becomes {' and '.join(f.goal)}",
     FaultKind.CANCELLED: lambda f: "the task is cancelled",

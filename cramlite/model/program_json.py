@@ -167,7 +167,8 @@ def _skip(text: str, i: int) -> int:
 
 
 def _walk(text: str, i: int, decoder: json.JSONDecoder) -> tuple[_Where, int]:
-    """The lines of a value that begins at a position of text that was found to be JSON, and where it ends."""
+    """Return the lines of a JSON value that begins at a position of a valid text, and the position where the
+    value ends."""
     line, opened, inner, count = text.count("\n", 0, i) + 1, text[i], {}, 0
     if opened not in "{[":
         return _Where(line, {}), decoder.raw_decode(text, i)[1]

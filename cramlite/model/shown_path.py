@@ -36,8 +36,8 @@ class Anchor(Value):
     scaled: bool = False
 
     def frame(self, parts: Iterable[Part]) -> tuple[Pose, float] | None:
-        """Return the frame in the thing's frame, and the metres that one unit of x and y is; None if the
-        thing has no such part."""
+        """Return this frame's pose in the thing's frame, and the length [m] of one unit of x and y; None if
+        the thing has no such part."""
         if not self.part:
             return Pose(), 1.0
         for class_, pose, size in parts:
@@ -128,7 +128,7 @@ def passes(path: ShownPath, points: Floats, counts: np.ndarray, metres: float = 
 
 
 def _open(off: Floats, near: np.ndarray, rows: np.ndarray) -> float:
-    """Share of an open path that was gone through, from its beginning."""
+    """Return the share of an open path that was gone through, from its beginning."""
     last, at = off.shape[1] - 1, 0
     ahead = max(round(AHEAD * last), 2)
     for row in rows.tolist():
@@ -139,7 +139,7 @@ def _open(off: Floats, near: np.ndarray, rows: np.ndarray) -> float:
 
 
 def _around(off: Floats, tolerance: float, rows: np.ndarray) -> float:
-    """How often a closed path was gone through, from wherever it was entered."""
+    """Return how often a closed path was gone through, from wherever it was entered."""
     size = off.shape[1]
     ahead = np.arange(max(round(AHEAD * size), 2) + 1)
     at, done = int(np.argmin(off[rows[0]])), 0

@@ -66,12 +66,12 @@ class TwinVerdict(Value):
 
     @property
     def ran(self) -> int:
-        """Runs, the nominal one counted."""
+        """Number of runs, the nominal one included."""
         return 1 + len(self.twins)
 
     @property
     def succeeded(self) -> int:
-        """Runs that succeeded, the nominal one counted."""
+        """Number of runs that succeeded, the nominal one included."""
         return 1 + sum(t.succeeded for t in self.twins)
 
     @property

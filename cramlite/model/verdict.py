@@ -81,7 +81,7 @@ class Verdict(Value):
 
     @property
     def advice(self) -> tuple[Finding, ...]:
-        """Objections that refuse nothing."""
+        """Objections of advisory validators, which do not refuse the program."""
         return tuple(f for f in self.findings if f.advice)
 
     @property

@@ -145,12 +145,13 @@ class View(Value, eq=False, dict=True):
 
     @cached_property
     def cloud(self) -> Points:
-        """(height, width, 3) organised point cloud, optical frame [m]; NaN where depth is."""
+        """Organised point cloud (height, width, 3) in the optical frame [m]; NaN where the depth image is
+        NaN."""
         return self.intrinsics.rays * self.depth[..., None]
 
     @cached_property
     def world_cloud(self) -> Points:
-        """(height, width, 3) organised point cloud, world frame [m]; NaN where depth is."""
+        """Organised point cloud (height, width, 3) in the world frame [m]; NaN where the depth image is NaN."""
         return self.camera.apply(self.cloud)
 
     def points(self, mask: Mask | None = None) -> Points:

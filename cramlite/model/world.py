@@ -354,7 +354,7 @@ class Camera(Value):
 
 
 class World(Value):
-    """World model: everything that a simulator needs, and nothing about how it is solved.
+    """World model: all that a simulator needs to know of a scene, and nothing of how a task in it is solved.
 
     Args:
         things: furniture before what stands on it.

@@ -86,12 +86,13 @@ class ActionSchema(Value):
 
     @property
     def doing(self) -> str:
-        """Class of the schema's task, marked if the task puts a thing down elsewhere than the goal asks."""
+        """Class of the action schema's task, marked if the task puts a thing down elsewhere than the goal
+        asks."""
         return doing(self.task, self.elsewhere)
 
     @property
     def parameters(self) -> dict[str, str]:
-        """Variable -> parameter, without the effector."""
+        """Map each variable to its parameter; the effector has none."""
         return {v: t.rpartition(BETWEEN)[2] for v, t in self.terms.items() if t != EFFECTOR}
 
     @property
@@ -164,7 +165,7 @@ class _Tabulation:
 
     @property
     def open(self) -> list[str]:
-        """Variables that entities fill."""
+        """Variables that things or their parts can fill: all but the effector."""
         return [v for v, t in self.terms.items() if t != EFFECTOR]
 
     def table(self, condition: Condition, other: str = "") -> Table:

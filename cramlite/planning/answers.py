@@ -192,7 +192,8 @@ class Answers(Struct):
         return next((q for q in others if q.refused_anywhere and q.suits(item, _as_near(belief, q.belief), context)), None)
 
     def _told(self, question: Question, plugin: str, context: Context, ask: Callable[[Context], Streams]) -> Iterator[Any]:
-        """Answers of a plugin; later look-ups use the bindings of the query that asks for the next answer."""
+        """Yield the answers of a plugin; each further answer is computed with the bindings of the query that
+        asks for it."""
         number = 0
         while True:
             if not question.suits(question.item, question.belief, context):
@@ -210,8 +211,8 @@ def same_belief(one: Belief, other: Belief) -> bool:
 
 
 def _as_near(belief: Belief, other: Belief) -> Belief:
-    """Return the belief with another belief's arm position, and with its poses where they differ by rounding
-    only."""
+    """Return the belief with the arm position of another belief, and with the other's poses where the two
+    differ by rounding only."""
     poses = {
         name: other.poses[name] if name in other.poses and _near(estimate, other.poses[name]) else estimate
         for name, estimate in belief.poses.items()

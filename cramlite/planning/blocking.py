@@ -23,7 +23,7 @@ AnyOf = tuple[tuple[Track, ...], ...]
 
 
 class Blocking(Value):
-    """Task that is refused while things are as they are (a no-good over tasks).
+    """Blocking: a task is refused as long as certain things stay as they are (a no-good over tasks).
 
     Args:
         task: that is refused.

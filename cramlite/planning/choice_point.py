@@ -127,7 +127,7 @@ class ChoicePoint(Struct):
         return made - (self.state.passed - {item.to.name if isinstance(item, Motion) and item.to else ""})
 
     def blamed(self, answer: Grounding | Refused) -> set[str]:
-        """Return the choices of the domain that an answer depends on."""
+        """Return the choices of ``domain`` that an answer depends on."""
         if isinstance(answer, Refused) and answer.blocking is not None:
             return self.about(answer.blocking) | self.asked_by
         if isinstance(answer, Grounding) and answer.anew:
@@ -136,7 +136,7 @@ class ChoicePoint(Struct):
         return self.domain
 
     def about(self, things: Collection[str | Collection[str]]) -> set[str]:
-        """Return the choices of the domain that settled where the given things, the designator's own thing,
+        """Return those choices of ``domain`` that settled where the given things, the designator's own thing,
         and the payload are."""
         own = self.state.bindings.get(getattr(self.item, "of", None) or "", "")
         held = self.state.belief.held

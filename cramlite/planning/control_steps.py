@@ -112,10 +112,10 @@ def _differ(one: Belief, other: Belief) -> str:
     if apart > SAME:
         return f"a joint is {apart:.2f} rad apart, more than {SAME:.2f} rad"
     if abs(one.opening - other.opening) > MOVED:
-        return f"the fingers are {1000 * one.opening:.0f} and {1000 * other.opening:.0f} mm open"
+        return f"the fingers are {1000 * one.opening:.0f} mm open after one, {1000 * other.opening:.0f} mm after the other"
     if one.at != other.at:
         return "the robot stands elsewhere"
     for name in one.poses.keys() & other.poses.keys():
         if (way := math.dist(one.poses[name].pose.position, other.poses[name].pose.position)) > MOVED:
-            return f"'{name}' is {1000 * way:.0f} mm apart"
+            return f"the two places of '{name}' are {1000 * way:.0f} mm apart"
     return "" if one.relations == other.relations else "what holds between things differs"

@@ -67,7 +67,7 @@ def _depth(entries: Mapping[int, Entry], entry: Entry) -> int:
 
 
 def task_of(entry: Entry | None, known: Mapping[int, Entry]) -> int:
-    """Return the task of the plan, from 1, in which a question was asked; 0 before all tasks."""
+    """Return the number, from 1, of the plan's task in which a question was asked; 0 before all tasks."""
     while entry is not None and "task" not in entry.numbers:
         entry = known.get(entry.parent)
     return int(entry.numbers["task"]) if entry is not None else 0

@@ -25,7 +25,7 @@ Kinds = Mapping[tuple[str, int], frozenset[str]]
 
 
 class Ending(Value):
-    """Fact that ends under conditions, for all entities in the place of its free variables.
+    """Ending: a fact that a task ends under conditions, for all entities in the place of its free variables.
 
     Args:
         fact: with terms; free variables are "?other" and "?any1", "?any2", ...
@@ -45,7 +45,7 @@ class Ending(Value):
 
 
 def is_free(term: str) -> bool:
-    """Check whether a term is a variable of its own rather than a parameter."""
+    """Check whether a term is a free variable rather than a parameter."""
     return term.startswith(("?any", "?other"))
 
 
@@ -135,7 +135,8 @@ def _with(fact: Fact, k: int, term: str) -> Fact:
 
 
 def _tidy(ending: Ending) -> Ending:
-    """Ending with its free variables numbered in the order in which they appear."""
+    """Return an ending (a fact that a task ends) with its free variables numbered in the order in which they
+    appear."""
     names = {v: v if v == "?other" else f"?any{k}" for k, v in enumerate(ending.free, 1)}
 
     def renamed(fact: Fact) -> Fact:

@@ -1,4 +1,4 @@
-"""Goals in words, "tin on counter near hook": the declared phrase of each, and its demands."""
+"""Parsing of goals in words, such as "tin on counter near hook", by the phrases that predicates declare."""
 
 from __future__ import annotations
 

@@ -29,7 +29,7 @@ NEEDLESS = "no step asks for what it changes"
 
 
 class TaskConstraint(Value):
-    """Constraint that a goal puts on the task that brings something about.
+    """Constraint of a goal on the task that achieves it, such as a side of a place or a parameter.
 
     Args:
         where: what the place that it chooses must be like.
@@ -138,7 +138,8 @@ def constrained(goal: GoalFacts, operator: Operator, task: TaskType, held: froze
 
 
 def reasons(goal: GoalFacts, facts: frozenset[Fact], steps: tuple[Operator, ...]) -> Iterator[str]:
-    """Generate why each step is in a plan: the first fact that it makes and that a later step, or the goal, needs."""
+    """Generate the reason for each step of a plan: the first fact that it makes and that a later step, or the
+    goal, needs."""
     for k, step in enumerate(steps):
         after = step.apply(facts)
         made, gone = sorted(after - facts), sorted(facts - after)

@@ -47,7 +47,8 @@ def _meanings(goal: str, grounder: Grounder, facts: frozenset[Fact]) -> Iterator
 
 
 def _of_things(goal: str, grounder: Grounder, facts: frozenset[Fact]) -> Iterator[Says]:
-    """The choices of things for a quantifier; a denied one is the other of the denied goals (De Morgan)."""
+    """Generate the goals for each choice of things that a quantifier allows; "not each" becomes "any" of the
+    denied goals, and the reverse (De Morgan)."""
     found = FORM.fullmatch(goal)
     if found is None:
         yield (goal,)

@@ -38,7 +38,7 @@ class PddlText(Value):
 
 
 class Names:
-    """Names in PDDL, which knows no capitals and few signs: each text gets one of its own."""
+    """Names in PDDL, which has no capitals and few special characters: each text gets a name of its own."""
 
     def __init__(self) -> None:
         self._of: dict[str, str] = {}
@@ -77,7 +77,7 @@ def write_pddl(
     needs: Iterable[Fact], without: Iterable[Pattern], *, earlier: Sequence[Sequence[PlanStep]] = (), refused: Sequence[PlanStep] = (),
     blocked: Sequence[Blocking] = (),
 ) -> PddlText:  # fmt: skip
-    """Write a planning problem.
+    """Write a planning problem in PDDL.
 
     Args:
         entities: of the problem; facts about others are left out.
@@ -245,8 +245,8 @@ class _Writer:
 
 
 def _attainable(schemas: Sequence[ActionSchema], facts: Iterable[Fact]) -> list[ActionSchema]:
-    """Return the schemas without those that need a relation which neither holds at the start nor is made by
-    any; planners ground the rest faster."""
+    """Return the action schemas without those that need a relation which neither holds at the start nor is
+    made by any; planners ground the rest faster."""
     known = {f[0] for f in (*facts, *(f for s in schemas for f in s.change.adds))}
     kept = [s for s in schemas if known.issuperset(f[0] for f in s.change.needs)]
     return kept if len(kept) == len(schemas) else _attainable(kept, facts)

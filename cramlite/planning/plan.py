@@ -119,7 +119,8 @@ Ahead = tuple[Location, Action | None]
 
 
 def _with_goals(actions: Sequence[Any], types: Mapping[str, TaskType], ahead: Ahead) -> tuple[tuple[Any, ...], Ahead]:
-    """Return the actions with goals for their free motions, and the first start.
+    """Return the actions with a goal for each free motion, which is where the next task starts; and the first
+    of these starts.
 
     A free motion leads to where the next task starts; the last one leads to ``ahead``.
     """
@@ -161,8 +162,8 @@ def _describe(variables: Mapping[str, str], entity: Entity, taxonomy: Taxonomy) 
 
 
 def _suggested(name: str, taxonomy: Taxonomy) -> tuple[str, ...]:
-    """Return the class whose label occurs in a thing's name, and its nearest superclasses with restrictions:
-    a plate may be replaced by other crockery."""
+    """Return the class whose label occurs in a thing's name, and its nearest superclasses that restrict
+    anything: other crockery may replace a plate."""
     if (named := taxonomy.thing_named(name)) is None:
         return ()
     above = taxonomy.parents.get(named[0], ())

@@ -147,8 +147,8 @@ class PlanningProblem(Value, eq=False):
         )  # fmt: skip
 
     def _here(self, schema: ActionSchema, scope: Scope) -> Iterator[ActionSchema]:
-        """Generate the schema with the fillers that a scope allows, and with the goal's constraints as
-        effects.
+        """Generate an action schema with only the fillers that a scope allows, and with the goal's
+        constraints as effects.
 
         With obstacles also a schema without these effects: two things that change places need a third place.
         """
@@ -167,7 +167,7 @@ class PlanningProblem(Value, eq=False):
 
     @property
     def _in_the_way(self) -> frozenset[str]:
-        """Things that blockings name."""
+        """Things that kept a task from being done, according to the known blockings."""
         return frozenset(t.thing for b in self.blocked for t in b.tracks)
 
     @property
@@ -269,7 +269,7 @@ class PlanningProblem(Value, eq=False):
         return bool(lacking & self.wanted.needs)
 
     def plan(self, steps: Sequence[Operator]) -> TaskPlan:
-        """Return operators as a plan, each with why it is there."""
+        """Return operators as a plan, with the reason for each."""
         found = tuple(reasons(self.wanted, self.facts, tuple(steps)))
         return TaskPlan(tuple(steps), tuple(self._out_of_the_way(steps, k) or reason for k, reason in enumerate(found)))
 
@@ -365,7 +365,7 @@ def why_unreachable(problem: PlanningProblem) -> str:
 
 
 def _may_make(schema: ActionSchema, added: Fact, fact: Fact) -> bool:
-    """Check whether some fillers of a schema's parameters turn its effect into a given fact."""
+    """Check whether an effect of an action schema is a given fact for some fillers of its parameters."""
     tables = {t.terms: t.rows for t in schema.tables if len(t.terms) == 1 and not t.denied}
     return added[0] == fact[0] and all(
         t == e or (t.startswith("?") and (e,) in tables.get((t,), {(e,)})) for t, e in zip(added[1:], fact[1:], strict=True)
@@ -373,7 +373,7 @@ def _may_make(schema: ActionSchema, added: Fact, fact: Fact) -> bool:
 
 
 def _relevant(goal: GoalFacts, schemas: Sequence[ActionSchema], fluents: Fluents, blocked: bool) -> list[ActionSchema]:
-    """Return the schemas that change facts which the goal or another relevant schema asks for.
+    """Return the action schemas that change facts which the goal or another relevant schema asks for.
 
     If tasks are blocked, also those that move things on joints, such as a drawer with its content.
     """
@@ -389,7 +389,7 @@ def _relevant(goal: GoalFacts, schemas: Sequence[ActionSchema], fluents: Fluents
 
 
 def _changes(schema: ActionSchema, fluents: Fluents) -> bool:
-    """Check whether a schema changes any fact: its effects may already follow from its preconditions."""
+    """Check whether an action schema changes any fact: its effects may already follow from its preconditions."""
     change = schema.change
     ends = [p for p in change.removes if p not in change.without]
     return bool(ends or schema.after or change.adds - fluents.implied(change.needs, schema.in_hand))
@@ -401,14 +401,14 @@ def _moves_joint(schema: ActionSchema, fluents: Fluents) -> bool:
 
 
 def _moved_unheld(schema: ActionSchema, fluents: Fluents) -> frozenset[str]:
-    """Return the terms of things that a schema pushes: moved, but neither held nor on a joint."""
+    """Return the terms of things that an action schema pushes: moved, but neither held nor on a joint."""
     change = schema.change
     told = handled(change.needs, change.adds, change.removes, fluents)
     return frozenset(t for t in change.moves if t not in told or not told[t].displaces)
 
 
 def _may_push(schema: ActionSchema, things: frozenset[str], fluents: Fluents) -> bool:
-    """Check whether some fillers of a schema's parameters make it push one of the given things."""
+    """Check whether an action schema pushes one of the given things for some fillers of its parameters."""
     pushed = _moved_unheld(schema, fluents)
     tables = [t.rows for t in schema.tables if not t.denied and len(t.terms) == 1 and t.terms[0] in pushed]
     return bool(pushed) and any(all((thing,) in rows for rows in tables) for thing in things)

@@ -104,7 +104,7 @@ def fast_downward(
         if code == TOO_LARGE:
             raise NoSolution(_too_large())
         if code == FULL:
-            progress(f"no plan among as many states as {ROOM} of memory hold")
+            progress(f"no plan among the states that fit into {ROOM} of memory")
         if code is None or code in (*UNSOLVABLE, FULL):
             return PlannerAnswer(None, seconds)
         end = " ".join(log.read_text(encoding="utf-8", errors="replace").split()[-60:])
