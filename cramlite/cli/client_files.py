@@ -72,7 +72,7 @@ class ClientFiles(Value):
         return scenario_from(path, started_by(data, goal) if goal else data)
 
     def _require_inside(self, text: str) -> None:
-        """Refuse a text that, taken as a path, leads out of the folder."""
+        """Refuse a text that, taken as a path, leads out of the server's folder."""
         path = Path(os.path.normpath(self.folder / text))
         if not path.is_relative_to(self.folder) or (os.path.lexists(path) and not path.resolve().is_relative_to(self.folder.resolve())):
             raise UserError(

@@ -140,7 +140,7 @@ def folders() -> Examined:
     wrong = [str(p) for p in (nearest, Path.cwd()) if not os.access(p, os.W_OK)]
     if wrong:
         return Examined("folders", "without", f"nothing can be written in {' and '.join(wrong)}: --out says where runs go")
-    return Examined("folders", "ok", f"runs in {Path.cwd()}, kept results in {cache}")
+    return Examined("folders", "ok", f"runs can be written in {Path.cwd()}, cached results in {cache}")
 
 
 def _plugins(plugins: PluginChoice) -> Examined:

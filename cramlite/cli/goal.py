@@ -23,7 +23,7 @@ def _goal(arguments: argparse.Namespace) -> int:
     from ..engine.engine import make_engine
 
     if arguments.plans < 1:
-        raise UserError(f"--plans is {arguments.plans}; it takes at least 1 plan.")
+        raise UserError(f"--plans {arguments.plans}: the number of plans is at least 1.")
     scenario = said_in(find_scenario(arguments.scenario), said_of(arguments))
     if scenario.spec.goal is None:
         raise UserError(f"{scenario.path} has no goal; write one such as 'goal: [drawer open]' in the place of its tasks.")

@@ -188,7 +188,7 @@ def _head(program: Path, flight: Flight, objections: Sequence[str]) -> list[str]
         said = f"runs that succeeded: {twins.text}" if twins else "it ran in no twin"
         lines.append(f"Proven: ran {ran}, and passed {len(flight.verdict.findings)} checks; {said}.")
     else:
-        lines.append(f"Not proven: a text, which ran {ran} in simulation for these numbers. 'cramlite judge' checks what it does.")
+        lines.append(f"Not proven: this text ran {ran} in simulation only to measure these numbers. 'cramlite judge' checks what it does.")
     return lines
 
 

@@ -30,7 +30,7 @@ class Interrupted(CramliteError):
 
 
 class Signals:
-    """Received signals; long work asks whether there is one, and ends."""
+    """Record of received signals; long work asks it whether to end."""
 
     def __init__(self) -> None:
         self.number = 0

@@ -80,7 +80,7 @@ class CandidateSequence(Value, eq=False):
 
     def _attempts(self, group: ExecutorGroup | None) -> Iterator[Solution]:
         self.trace.candidate = self.number
-        wider = f", {self.effort.breadth} times as many alternatives as at first" if self.effort.breadth > 1 else ""
+        wider = f", with {self.effort.breadth} times as many alternatives as in the first round" if self.effort.breadth > 1 else ""
         if wider:
             self.trace.widened(str(self.plan), self.effort.breadth)
         self.progress(f"candidate {self.number}: {self.plan}{wider}")

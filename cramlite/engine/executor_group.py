@@ -140,7 +140,7 @@ class ExecutorGroup:
                 return str(error)
             self._spent.append(seconds)
             return rollout
-        return f"the process that executes it died {DEATHS} times (out of memory, or killed)"
+        return f"the process that executes the run died {DEATHS} times (out of memory, or killed)"
 
 
 def group_of(knowledge: Knowledge) -> ExecutorGroup:

@@ -101,7 +101,7 @@ class Stretch(Value):
 
     @property
     def to_do(self) -> str:
-        """Remedy of a notice by a person, as a clause; "" without one."""
+        """Remedy that a person can apply after a notice, as a clause; "" without one."""
         return TO_DO[self.notice.kind] if self.notice else ""
 
 

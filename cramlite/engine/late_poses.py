@@ -97,7 +97,8 @@ def flange(robot: Robot, q: tuple[float, ...]) -> Pose:
 
 
 def worlds_at_tolerance(world: World, program: Program) -> Iterator[tuple[str, World]]:
-    """Generate worlds at the limits of the tolerance: each late thing displaced and turned as far as is declared.
+    """Generate worlds at the limits of the tolerance: each late thing (one whose pose is asked for at run
+    time) displaced and turned as far as declared.
 
     Args:
         world: as it was believed to be when the program was planned.

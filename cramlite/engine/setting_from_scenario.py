@@ -146,7 +146,7 @@ def _check_objects(scenario: Scenario, knowledge: Knowledge) -> None:
 
 
 def _check_advisory(scenario: Scenario, knowledge: Knowledge) -> None:
-    """Check that advisory validators exist, and declare that they may advise.
+    """Check that the scenario's advisory validators exist, and that each declares that it may advise.
 
     Raises:
         UserError: one is not, or does not; with file and line.

@@ -217,7 +217,7 @@ class Late(Value):
 
     @property
     def name(self) -> str:
-        """Name of the query's designator."""
+        """Name of the designator that describes the object."""
         return self.query.name
 
     def __str__(self) -> str:

@@ -12,7 +12,7 @@ from .geometry import Pose
 
 
 class GripFacts(Value):
-    """Grip of the thing at a place.
+    """Grip by which the hand holds a thing at a place.
 
     Args:
         width_m: between the pads.

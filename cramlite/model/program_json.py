@@ -151,7 +151,7 @@ def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     result: dict[str, Any] = {}
     for key, value in pairs:
         if key in result:
-            raise _Wrong(f'"{key}" is said twice in one object')
+            raise _Wrong(f'"{key}" appears twice in one object')
         result[key] = value
     return result
 

@@ -157,7 +157,7 @@ def _time(step: AnyStep, program: Program, robot: Robot) -> Iterator[str]:
         if value is not None and not 0 < value <= LONGEST:
             yield f"{name} {value:g} s is not in 0 .. {LONGEST:g} s"
     if isinstance(step, MoveUntilContact) and step.speed > 0 and step.distance / step.speed > step.timeout:
-        yield f"its way takes {step.distance / step.speed:.1f} s, longer than its time-out of {step.timeout:g} s"
+        yield f"the motion takes {step.distance / step.speed:.1f} s, longer than its time-out of {step.timeout:g} s"
     if isinstance(step, Repeat) and not 0 < step.count <= MOST:
         yield f"{step.count} repetitions are not in 1 .. {MOST}"
 

@@ -40,7 +40,7 @@ class Reached(Value):
 
 
 def reached(peaks: RunPeaks, robot: Robot, force_limit: float, force_source: str) -> Iterator[Reached]:
-    """Yield the value that a run reached of each limit of its robot.
+    """Yield, for each limit of the robot, the value that the run reached.
 
     Args:
         force_limit: protective limit on the TCP force [N], and ``force_source``, whose it is.

@@ -50,12 +50,12 @@ class RunRecord(Value, dict=True):
 
     @cached_property
     def steps(self) -> tuple[TimeSpan, ...]:
-        """Steps in the order in which they ran; one that ran twice is there twice."""
+        """Time spans of the steps in the order in which they ran; a step that ran twice has two."""
         return self._spans([self._origin(int(line)) for line in self.rollout.lines])
 
     @cached_property
     def tasks(self) -> tuple[TimeSpan, ...]:
-        """Tasks in the order in which they ran."""
+        """Time spans of the tasks in the order in which they ran."""
         return self._spans([task_of(self._origin(int(line))) for line in self.rollout.lines])
 
     def _origin(self, line: int) -> str:

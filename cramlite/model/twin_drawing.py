@@ -33,7 +33,7 @@ class Draw(Value):
 
     @property
     def share(self) -> float:
-        """Value as a share of the largest possible, -1 to 1."""
+        """Drawn value as a share of the largest possible one, -1 to 1."""
         return self.value / self.size if self.size else 0.0
 
     def __str__(self) -> str:

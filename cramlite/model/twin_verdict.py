@@ -40,7 +40,8 @@ class TwinRun(Value):
     remedy: Remedy | None = None
 
     def largest(self, count: int = 3) -> str:
-        """Name the draws that are largest for their range, those of known causes if there are any."""
+        """Name the draws that are nearest to the ends of their ranges; if causes are known, only draws of the
+        causes."""
         asked = [d for d in self.draws if not self.causes or d.source in self.causes]
         return ", ".join(map(str, sorted(asked, key=lambda d: -abs(d.share))[:count]))
 

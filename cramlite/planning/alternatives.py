@@ -221,7 +221,7 @@ def misfit(action: Action, inside: Iterable[Action], tasks: Mapping[str, object]
         return ""
     above = list(inside)
     if action.task not in tasks:
-        whose = f", which '{above[0].task}' is to be made of" if above else ""
+        whose = f", which the decomposition of '{above[0].task}' names" if above else ""
         return f"there is no task '{action.task}'{whose}; {nearest(action.task, tasks)}"
     for k, one in enumerate(above):
         if _meaning(one) == _meaning(action):

@@ -37,7 +37,7 @@ class BlockingText:
 
     @property
     def named(self) -> set[str]:
-        """Entities that conditions and effects name."""
+        """Entities that the conditions and effects of blockings name."""
         tasks = [*(b.task for b in self.blocked), *(one for t in self.tracks for one in t.past)]
         return {t.thing for t in self.tracks} | {e for task in tasks for _, e in task[1]}
 

@@ -1,4 +1,5 @@
-"""Heartbeat of a search: it ends when its caller wants, and tells the current work every few seconds."""
+"""Heartbeat of a search: every few seconds the search tells its current work, and asks whether the caller
+wants it to end."""
 
 from __future__ import annotations
 

@@ -219,14 +219,14 @@ class PlanningProblem(Value, eq=False):
     def _failing(self, steps: Sequence[Operator], facts: frozenset[Fact], before: Sequence[Operator] = ()) -> str:
         for number, step in enumerate(steps, 1):
             if unmet := step.unmet(facts):
-                return f"'{step}', its step {number}, needs {unmet}, which does not hold there"
+                return f"'{step}', step {number} of the plan, needs {unmet}, which does not hold there"
             if bar := next((b for b in self.blocked if b.bars([*before, *steps[: number - 1]], step)), None):
-                return f"'{step}', its step {number}, was refused: {bar}"
+                return f"'{step}', step {number} of the plan, was refused: {bar}"
             facts = step.apply(facts)
         missing = [pattern_text(f) for f in sorted(self.wanted.needs - facts)]
         if not missing and matching(facts, self.wanted.without):
             missing += ["not " + pattern_text(f) for p in self.wanted.without for f in sorted(matching(facts, [p]))]
-        return f"it ends without {missing[0]}, which the goal asks for" if missing else ""
+        return f"the plan ends without {missing[0]}, which the goal asks for" if missing else ""
 
     def shortened(self, steps: Sequence[Operator]) -> tuple[Operator, ...]:
         """Return a plan without needless steps, removed singly or up to three in a row.

@@ -134,7 +134,7 @@ class Trace(Struct):
         Args:
             breadth: how many times as many alternatives of each designator are tried as in the first round.
         """
-        said = f"tried again with {breadth} times as many alternatives of each choice as at first"
+        said = f"tried again with {breadth} times as many alternatives of each choice as in the first round"
         self.add(0, "sequence", plan, "asked", "engine", said, kind="sequence", numbers={"breadth": breadth})
 
     def stopped(self, work: str = "") -> None:
