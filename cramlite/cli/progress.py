@@ -63,7 +63,8 @@ class Progress:
 
 
 def _live_line() -> Live:
-    """Line that is redrawn when it changes, without a thread, since worker processes may be forked meanwhile."""
+    """Terminal line that is redrawn when its text changes, without a thread, since worker processes may be
+    forked meanwhile."""
     from rich.console import Console
     from rich.live import Live
 

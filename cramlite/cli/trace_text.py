@@ -115,7 +115,7 @@ def _ends(entries: Sequence[Entry]) -> dict[int, int]:
 
 
 def _decision_text(entry: Entry) -> str:
-    """Return the alternative and the reason of an entry, without what both say."""
+    """Return the alternative and the reason of a trace entry; words that both contain are given once."""
     name = entry.text if entry.outcome in ("asked", "chosen", "refused", "nogood") else ""
     name = re.sub(r"^\d+:(?=\()", "", name)
     return rounded(": ".join(x for x in ("" if _repeats(name, entry) else name, entry.reason) if x))

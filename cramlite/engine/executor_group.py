@@ -151,7 +151,7 @@ def group_of(knowledge: Knowledge) -> ExecutorGroup:
 
 
 class _List:
-    """Processes that run the requests of one list."""
+    """Executing processes that are at work on the same list of runs."""
 
     def __init__(self) -> None:
         self._lock, self._running, self.left = threading.Lock(), list[Executor](), False

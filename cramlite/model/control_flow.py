@@ -132,8 +132,8 @@ def monitor(
 
 
 class Way(Value):
-    """One expansion of a compound, as a ``Decomposition`` is of an action: items for the agenda, reason,
-    and cost."""
+    """Expansion of a compound into items for the agenda, with reason and cost; it is to a compound what a
+    ``Decomposition`` is to an action."""
 
     steps: tuple[Designator | Mark, ...]
     reason: str

@@ -105,7 +105,8 @@ class TwinVerdict(Value):
 
     @property
     def reason(self) -> str:
-        """Outcome as the text of a finding: the share, the demanded one, and why runs failed."""
+        """Outcome as the text of a finding: the share of runs that succeeded, the demanded share, and why
+        runs failed."""
         asked = f"{share_text(self.doubts.at_least)} of {self.doubts.runs} required"
         why = "; ".join(f"twin {t.number}: {t.text}" for t in self.failed)
         return f"{self.text}; {asked}" + (f"; {why}" if why else "")

@@ -49,7 +49,8 @@ class Table(Value):
 
 
 class Universal(Value):
-    """Condition ``every given -> then`` of a rule, for the facts about some other entity, ``OTHER``.
+    """Condition ``every given -> then`` of a rule: each fact ``given`` about any other entity, ``OTHER``,
+    requires ``then`` of that entity.
 
     Args:
         given: the fact, one entity of it ``OTHER``.
@@ -169,7 +170,8 @@ class _Tabulation:
         return [v for v, t in self.terms.items() if t != EFFECTOR]
 
     def table(self, condition: Condition, other: str = "") -> Table:
-        """Return a condition as a table over no more columns than it depends on.
+        """Return a static condition as a table of entities, with only those columns that the condition
+        depends on.
 
         Args:
             other: a variable that stands for every entity of the scene.

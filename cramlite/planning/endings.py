@@ -100,8 +100,8 @@ def _denied(schema: ActionSchema, fluents: Fluents) -> Iterator[Ending]:
 
 
 def _following(ending: Ending, fluents: Fluents) -> Iterator[Ending]:
-    """Generate the endings that follow from one: of the mirrored fact, of facts that it undoes, of wholes,
-    and of facts that imply it."""
+    """Generate the endings (facts that a task ends) that follow from one: of the mirrored fact, of facts that
+    it undoes, of wholes, and of facts that imply it."""
     name, *terms = ending.fact
     fluent, when = fluents[name], ending.when | {ending.fact}
     if fluent.symmetric:

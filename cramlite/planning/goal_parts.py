@@ -33,7 +33,7 @@ WORDS: Mapping[Answer, str] = {
 
 
 class GoalAnswer(Value):
-    """Answer for one part of a goal.
+    """Answer for one part of a goal: whether it holds or is achieved, by which tasks, or why not.
 
     Args:
         says: the part in words.

@@ -31,7 +31,7 @@ class NowDone(str):
 
 
 class Heartbeat:
-    """Heartbeat of a search.
+    """Heartbeat of a search: it tells progress, and asks whether to stop.
 
     Args:
         trace: of the search, which fills it meanwhile.

@@ -316,8 +316,8 @@ def _static(atom: Atom, binding: Mapping[str, str], scene: SymbolicWorld) -> boo
 
 
 def _parts(condition: Condition) -> Iterator[Condition]:
-    """Yield the conditions that must all hold; of alternatives ("or") only the first, where rules put things
-    on joints before lids."""
+    """Yield the conditions that must all hold; of alternatives ("or") only the first, since rules name joints
+    first and lids later."""
     match condition:
         case And(parts):
             for part in parts:

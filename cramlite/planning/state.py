@@ -47,7 +47,7 @@ class Frame(Value):
 
 
 class State(Value):
-    """Search state: finished items, and open ones.
+    """State of the search: the groundings and steps so far, and the agenda of open items.
 
     Args:
         grip: what was held when the last action of the plan ended.
