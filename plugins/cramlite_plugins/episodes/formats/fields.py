@@ -35,7 +35,8 @@ Fields = dict[str, str]
 
 
 def expand(curie: str) -> str:
-    """Expand a CURIE to its IRI; anything else unchanged, other prefixes in our own namespace."""
+    """Expand a CURIE to its IRI: a name without a prefix, or with an unknown one, gets an IRI in the cram
+    namespace; an IRI stays as it is."""
     prefix, colon, local = curie.partition(":")
     if not colon or local.startswith("//"):
         return curie if colon else CRAM + curie
