@@ -1,4 +1,5 @@
-"""Room for a hand at a grasp: boxes around the parts of the hand's model, and the obstacles around a thing.
+"""Check of the room for a hand at a grasp: boxes around the parts of the hand's model against the obstacles
+around a thing.
 
 Exact for hands and surroundings of boxes, on the safe side for others: a mesh is in two boxes, as it lies and along the tool, and where
 one of them is free, the mesh is. Fingers have a flat side to the gap, and meshes lie askew in their own frames. Hundreds of grasps are
@@ -112,7 +113,7 @@ def _around(centre: Floats, reach: float, without: str, belief: Belief) -> list[
 
 
 def _reaches_into(shape: rays.Body, hands: Hands, part: Part, distance: float) -> NDArray[np.bool_]:
-    """At which TCP poses (n,) a part of the hand may be nearer to a shape than a distance [m]."""
+    """Whether a part of the hand may be nearer to a shape than a distance [m], for each TCP pose (n,)."""
     met = np.ones((len(hands.positions), len(shape.geoms)), bool)
     for box in part:
         met &= overlaps(shape, hands.positions + hands.turns @ box.centre, hands.turns @ box.turn, box.half + distance)
@@ -120,7 +121,8 @@ def _reaches_into(shape: rays.Body, hands: Hands, part: Part, distance: float) -
 
 
 def _column(hole: Feature) -> Geom | None:
-    """Column through a hole, to both sides, as room for a peg or bar; None for other features."""
+    """Column along a hole's axis that extends to both sides, as the room that a peg or bar needs; None for
+    other features."""
     if hole.type != HOLE or "diameter" not in hole.size:
         return None
     half = hole.size["diameter"] / 2

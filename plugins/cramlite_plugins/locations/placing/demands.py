@@ -99,7 +99,7 @@ def _remedy(no: Refused, query: Query) -> Remedy | None:
 
 
 def pushed_in(placement: Placement, query: Query) -> str | Refused:
-    """Check that fingers could push in again a thing that tips over and comes out a little with the hand."""
+    """Check that, if the payload tips over and comes out a little with the hand, fingers can push it in again."""
     if placement.back is None:
         return ""
     after = query.belief.released(Estimate(query.belief.base() * placement.rests, 0.0, "tipped over"), query.openings[0])
