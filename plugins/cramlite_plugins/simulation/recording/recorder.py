@@ -23,7 +23,7 @@ GRAVITY = 9.81  # MuJoCo's default, which worlds do not change
 
 
 class _Sample(NamedTuple):
-    """Record of a state in MuJoCo's terms; names and poses are made of it after the run."""
+    """Record of a state as MuJoCo's arrays; names and poses are made from it after the run."""
 
     sites: Floats
     turns: Floats
@@ -207,8 +207,8 @@ def wrench(model: Model, data: Data, index: EffectorIndex) -> Floats:
 
 
 class Peaks:
-    """A collector of peak forces of a wrist sensor between two samples of the recorder: a single cycle's force would make
-    peaks a matter of chance.
+    """Collector of the wrist sensor's largest forces between two samples of the recorder: with the force at
+    the sample alone, peaks would be recorded by chance.
 
     Args:
         period: of the samples [s].

@@ -47,7 +47,7 @@ GIVES = {
 
 
 def wrong_kinds(program: Function) -> list[Doubt]:
-    """List every place where the text shows a value of a wrong kind."""
+    """List every place at which a value has another kind than needed, as far as the program's text shows the kind."""
     known = _variables(program)
     found = [d for node in nodes(program) for d in _at(node, known)]
     return sorted(set(found), key=lambda d: (d.line, d.text))
