@@ -150,7 +150,7 @@ def _in_world(rows: Rows, tracks: dict[str, Track]) -> Track:
 
 
 def _piece(rows: Rows, start: int, end: int, total: int, tracks: dict[str, Track]) -> Track:
-    """Rows start to end, which share a parent."""
+    """Track in the world of the rows from start to end, which have one parent."""
     times, poses = rows.times[start:end], rows.poses[start:end]
     parent = tracks.get(rows.names[rows.parents[start]])
     if parent is None or not len(parent.times):

@@ -167,7 +167,8 @@ def _in_order(
 
     Grasps without room for the hand come last, and grips by leaning hands or by the ends of the pads after
     the other kinds. For a payload that goes under an overhang the grasps that fit there come first; for one
-    that is let down tilted, those of leaning hands."""
+    that is let down tilted, those of leaning hands.
+    """
     pose, here, most = belief.pose(thing.name), tcp(belief, context), context.robot.gripper.opening[1]
     loads, found = _loads(grips, thing, belief, context), []
     for grip, load in zip(grips, loads.tolist(), strict=True):

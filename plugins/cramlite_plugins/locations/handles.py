@@ -150,7 +150,7 @@ def _driving(led: Grounding, thing: Thing, now: Pose, belief: Belief, context: C
 
 
 def _shares(location: Location, joint: Joint, hand: Pose, held: bool, there: float) -> tuple[float, ...]:
-    """Shares of its joint's range to which a thing is moved by a hand at a pose in its frame, best first; a
+    """Shares of a thing's joint range to which a hand at a pose in the thing's frame moves it, best first; a
     pushed thing goes on to its stop."""
     said = asked(location, JointWay)
     if said.share:
@@ -169,8 +169,8 @@ def _shares(location: Location, joint: Joint, hand: Pose, held: bool, there: flo
 
 
 def ajar(joint: Joint, hand: Pose) -> float:
-    """Return the share of its range to which a hand at a pose in the thing's frame pushes a joint before the
-    rest of the way is a guarded motion."""
+    """Return the share of a joint's range to which a hand at a pose in the thing's frame pushes it; the rest
+    of the way is a guarded motion."""
     reach = lever(joint, hand) * (joint.upper - joint.lower) if joint.kind == "hinge" else 0.0
     return min(AJAR, LEFT / reach) if reach > 0.0 else AJAR
 

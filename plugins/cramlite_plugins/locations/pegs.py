@@ -178,7 +178,7 @@ def _hand(belief: Belief, hole: Pose) -> Pose:
 
 
 def _legs(location: Location, context: Context, corners: list[Pose]) -> Iterator[Leg]:
-    """Legs of the arm along the peg, in order: only the payload may touch the peg, from the tip on."""
+    """TCP poses of the way along the peg, in order: only the payload may touch the peg, from the tip on."""
     near = Leg(corners[0], (bound(context, location.of),), clearance=0.0, hand=False)
     for stage, pose in zip(("before the tip", "at the tip", "past its bend", "on the peg", "let down"), corners, strict=True):
         yield replace(near, pose=pose, said=stage) if pose is not corners[0] else Leg(pose, said=stage)

@@ -20,8 +20,12 @@ STEPS = 0.01, math.radians(2.0)  # between the values of a joint that are looked
 
 
 def first_met(put: str, after: Belief, context: Context, clearance: float | None) -> Refused | None:
-    """Return the first obstacle, with a placed thing at its believed place, of a thing that later tasks
-    close: on the way to its stop, or without a clearance [m] only up to the guarded last part."""
+    """Return the first obstacle that later tasks meet when they close a thing, with the placed thing at its
+    believed place.
+
+    The way is looked at up to the stop, or without a clearance [m] only up to the last part, which is a
+    guarded motion.
+    """
     for thing in after.world.things:
         if thing.joint is not None and thing.name in after.poses:
             met = _met(thing, put, after, context, clearance)

@@ -26,7 +26,7 @@ ORDERS = frozenset({FaultKind.GOAL, FaultKind.CANCELLED})
 
 
 class Killed(Exception):
-    """Program was ended from outside, by a fault; the program itself took no part."""
+    """Raised when a fault ends the program from outside; the program did nothing about the fault."""
 
 
 class FaultsToCome:

@@ -108,7 +108,7 @@ class _Run:
         """Drop the controller's own log; only a stop matters here."""
 
     def begin(self, program: Path, host: str) -> None:
-        """The ports are open: start the program."""
+        """Start the client's program, when the ports are open."""
         self.process = subprocess.Popen(
             [sys.executable, str(program), host], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
             env={**os.environ, HOST: host, "PYTHONUNBUFFERED": "1"},

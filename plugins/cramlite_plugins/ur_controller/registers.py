@@ -51,7 +51,8 @@ class Registers:
         self.written |= dict.fromkeys(values, self.clock())
 
     def late(self) -> str | None:
-        """Name a watched input that was not written in time; both actions, "pause" and "stop", stop the program."""
+        """Return the name of a watched input that was not written in time, None without one; both actions,
+        "pause" and "stop", stop the program."""
         for name, (patience, action) in self.watched.items():
             if action != "ignore" and self.clock() - self.written[name] > patience:
                 return name

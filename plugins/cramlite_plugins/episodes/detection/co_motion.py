@@ -102,7 +102,7 @@ def _averaged(points: Floats) -> Floats:
 
 
 def _speed(poses: Floats) -> Floats:
-    """Speed over WINDOW, centred [m/s]."""
+    """Speed of positions over a centred window of WINDOW [m/s]."""
     half = round(WINDOW / STEP / 2)
     padded = np.pad(poses[:, :3], ((half, half), (0, 0)), mode="edge")
     return np.asarray(np.linalg.norm(padded[2 * half :] - padded[: -2 * half], axis=1) / (2 * half * STEP))

@@ -186,13 +186,14 @@ def _all_grips(
 
 
 def _on_joint(episode: Episode, name: str) -> bool:
-    """Whether a thing slides or turns on a joint: a thing that moves along with its carrier then is mounted on it, and no content."""
+    """Whether a thing slides or turns on a joint. Such a thing, if it moves along with another one, is
+    mounted on it and is not its contents."""
     entity = episode.known(name)
     return entity is not None and "joint_upper" in entity.properties
 
 
 def _merged(found: Sequence[Loose]) -> list[Loose]:
-    """Contents of each vessel, merged into one."""
+    """Contents with those of the same name merged into one."""
     by_name: dict[str, Loose] = {}
     for one in found:
         other = by_name.get(one.name)
@@ -355,7 +356,7 @@ def _size(episode: Episode, name: str) -> float:
 
 
 def _acting(episode: Episode, grips: Sequence[InferredGrasp], grid: Grid) -> str | None:
-    """Hand that moves things farthest (by 0.1 m); of two equal ones the right one."""
+    """Hand that moves things the longest way (rounded to 0.1 m); of equal ones a right hand."""
     ways: dict[str, float] = defaultdict(float)
     for g in grips:
         ways[g.hand] += float(np.sum(np.linalg.norm(np.diff(grid.poses[g.thing][slice(*g.span), :3], axis=0), axis=1)))

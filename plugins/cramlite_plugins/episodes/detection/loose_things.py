@@ -51,7 +51,7 @@ class Loose(Value):
 
 
 def contents_named(vessel: str) -> str:
-    """Return the name of the entity of a vessel's first content."""
+    """Return the entity name of the first contents of a vessel."""
     return f"contents({vessel})"
 
 

@@ -84,7 +84,8 @@ def _unit(poses: Floats) -> Floats:
 
 
 def held_on(touching: Flags, through: Flags) -> Flags:
-    """Extend contact for as long as the peg stays in the hole: from the first contact of each stretch in which it does."""
+    """Extend contact with a peg: in each stretch in which the peg is in the hole, from the first contact to
+    the end of the stretch."""
     result = touching.copy()
     if not through.any():
         return result

@@ -49,7 +49,8 @@ def touching_pairs(rollout: Rollout, known: set[str]) -> dict[tuple[str, str], P
 
 
 def _stretches(rollout: Rollout) -> Iterator[tuple[slice, tuple[Touch, ...]]]:
-    """Stretches of samples with their touches; those of sleeping things once for their whole sleep."""
+    """Yield slices of samples, each with its touches; touches of sleeping things come once, for all samples
+    of the sleep."""
     asleep = rollout.asleep or ((),) * len(rollout.touches)
     begins = [k for k in range(len(asleep)) if k == 0 or asleep[k] is not asleep[k - 1]]
     spans = dict(zip(begins, [*begins[1:], len(asleep)], strict=True))

@@ -147,8 +147,8 @@ def _travel(track: Track | None, start: float, end: float) -> float:
 
 
 def _without(absence: Dropout, episode: Episode) -> Episode:
-    """Repair a dropout: continue the thing's states, drop states that only the lost track caused, and correct
-    the thing's poses."""
+    """Repair a dropout: continue the thing's states, drop spurious states that began and ended meanwhile, and
+    correct the thing's poses."""
     mine = [e for e in episode.of("state") if absence.thing in _wholes(e, episode)]
     start, end = absence.start - MARGIN, absence.end + MARGIN
     cut_short = _cut_short(absence, mine)
@@ -203,8 +203,8 @@ def _repair(
 ) -> Repair:
     carrier = f"its place in '{absence.hand}'" if absence.hand else "the place where it was, and nothing held it"
     what = f"'{absence.thing}' vanished for {absence.end - absence.start:.3f} s: {_names(added)} continued"
-    what += f", {phantoms} states of a phantom dropped" if phantoms else ""
-    why = f"it came back within {NEAR * 1000:.0f} mm of {carrier}"
+    what += f", {phantoms} spurious states meanwhile dropped" if phantoms else ""
+    why = f"the thing came back within {NEAR * 1000:.0f} mm of {carrier}"
     when = (absence.start, absence.end)
     poses = (absence.thing, _recorded(track, *when)) if track else ()
     return Repair(what, when, why, removed, added, *poses)

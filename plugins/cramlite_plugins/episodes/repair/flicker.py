@@ -119,7 +119,7 @@ def _closed(joined: Event, run: list[Event], gap: float) -> Repair:
 def _dropped(joined: Event, run: list[Event], least: float) -> Repair:
     what = f"{joined.type} of {_fillers(joined)} dropped"
     return Repair(
-        what, (joined.start, joined.end), f"it lasted {joined.end - joined.start:.3f} s, less than {least} s", tuple(run)
+        what, (joined.start, joined.end), f"the event lasted {joined.end - joined.start:.3f} s, less than {least} s", tuple(run)
     )
 
 

@@ -75,7 +75,8 @@ def _renamings(episode: Episode) -> Iterator[tuple[str, str]]:
     never an IRI, whose "/" would mean a part.
 
     Names that each have a track are different things; so are two described entities whose names only look
-    alike."""
+    alike.
+    """
     names = dict.fromkeys([*(e.name for e in episode.entities), *episode.tracks])
     done: set[str] = set()
     for shortened in (local, unlabelled):

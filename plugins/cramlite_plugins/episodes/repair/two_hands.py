@@ -159,7 +159,8 @@ def _renamed(events: Sequence[Event]) -> list[Event]:
 
 
 def _tracks(episode: Episode, acting: _Acting) -> Iterator[tuple[str, Track]]:
-    """Tracks of hands and finger tips, by the names that they have while a hand acts."""
+    """Tracks of hands and finger tips under their names in the converted episode, joined from the hands that
+    act in turn."""
     frames = [n for n in episode.tracks if thing_of(n) in acting.hands]
     begin, end = episode.span
     bounds = [begin, *acting.times, float(np.nextafter(end, np.inf))]

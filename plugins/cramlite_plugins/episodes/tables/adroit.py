@@ -94,7 +94,7 @@ def _palm(seen: Floats) -> list[Pose]:
 
 
 def _door(frame: Floats, angle: float) -> Pose:
-    """The door, turned about its hinge."""
+    """Pose of the door with its hinge at an angle."""
     hinge = np.add(np.add(frame, DOOR), PIVOT)
     return Pose(tuple(hinge)) * _turn((0, 0, 1), angle) * Pose(tuple(np.negative(PIVOT)))
 

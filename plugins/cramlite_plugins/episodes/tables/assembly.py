@@ -186,7 +186,7 @@ def _with_opening(episode: Episode, mapping: Mapping, table: Table, found: Recor
 
 
 def _opening(values: Floats, spec: GripperSpec, convention: Convention) -> Floats:
-    """Opening (N,) [m]."""
+    """Opening of the hand (N,) [m] from the column's values."""
     if spec.closed is None or spec.open is None:
         return np.asarray(np.clip(values * convention.unit, 0.0, None))
     return np.asarray(spec.width * np.clip((values - spec.closed) / (spec.open - spec.closed), 0.0, 1.0))

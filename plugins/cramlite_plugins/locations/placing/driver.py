@@ -106,8 +106,8 @@ def _by(way: WayOut, cost: float, asked: list[Query]) -> Answers:
 
 
 def _of_group(group: Iterator[Found] | Refused) -> Iterator[tuple[Query | None, Answer, bool]]:
-    """First placement of a group that passes all checks, after the refusals before it: each with its query,
-    and whether the refusal depends on shapes alone.
+    """Yield the refusals of a group's placements and the first placement that passes all checks, each with
+    its query, and whether shapes alone refuse the group.
 
     From a stand-off that is blocked no other height is tried, but from aside.
     """

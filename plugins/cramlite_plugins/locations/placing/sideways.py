@@ -195,7 +195,7 @@ def _of_each_step(rows: NDArray[np.intp], few: int) -> list[list[int]]:
 def _at(
     query: Query, floor: Floor, now: Pose, kind: str, spot: tuple[Floats, str], turn: float
 ) -> Placement:
-    """The placement at a spot of a payload, turned from where its hand points straight inwards [deg]."""
+    """Placement of a payload at a spot, turned by ``turn`` [deg] from where the hand points straight inwards."""
     ahead, (point, name) = query.hand(now).rotate((0.0, 0.0, 1.0)), spot
     spin = math.atan2(-floor.out[1], -floor.out[0]) - math.atan2(ahead[1], ahead[0]) + math.radians(turn)
     turned = about_vertical(now, spin)

@@ -28,8 +28,8 @@ BACK = 0.12  # distance that hands go back from a released payload, as elsewhere
 
 
 def off(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
-    """Generate the place level behind a released thing that has to go farther in, so far back that the closed
-    fingers no longer touch it."""
+    """Generate the place straight back, at the same height, from a released thing that has to go farther in:
+    closed fingers do not touch it there."""
     entity, ahead = bound(context, location.of), _ahead(belief, context)
     way, here = _needed(entity, ahead, belief, context), tcp(belief, context)
     shut = make_scene(belief, context, (), context.robot.gripper.opening[0], LET_GO)

@@ -80,7 +80,7 @@ def _ways(pose: Pose) -> list[Floats]:
 
 
 def beyond(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
-    """Generate the place straight on from where the fingers are, in the direction of the place that they push from."""
+    """Generate the place straight ahead of the fingers, along the approach of the place at which the push begins."""
     entity, distance = bound(context, location.of), asked(location, Along).distance_m
     start: Place = context.bindings[f"push({location.of})"]
     end = shift(tcp(belief, context), np.asarray(start.approach) * distance)
@@ -118,8 +118,8 @@ def behind(location: Location, belief: Belief, context: Context) -> Iterator[Gro
 
 
 def _to_region(thing: Thing, pose: Pose, location: Location, belief: Belief, context: Context) -> Iterator[Hand | Refused]:
-    """Hands that push a thing to its region; for fingers inside the thing, a refusal if the thing alone meets
-    obstacles with any hand."""
+    """Hands that push a thing to its region; for fingers inside the thing, a refusal if the thing itself,
+    whatever the hand, meets obstacles on its last leg."""
     area, frame = _region(thing, pose, asked(location, PushedThing).region, belief)
     if not asked(location, PushedThing).inside:
         yield from hands_behind(thing, pose, _apart(location), context.robot.gripper, area, frame)
@@ -134,7 +134,8 @@ def _to_region(thing: Thing, pose: Pose, location: Location, belief: Belief, con
 def _aside(thing: Thing, pose: Pose, location: Location, belief: Belief, context: Context) -> Iterator[Hand | Refused]:
     """Hands that push a thing out of the way: one for each free direction, then a second one for each.
 
-    Directions away from things of later tasks come first, those towards them last."""
+    Directions away from things of later tasks come first, those towards them last.
+    """
     (x, y, z), gripper, met = pose.position, context.robot.gripper, met_alone(belief, context, thing.name)
     found = list[Iterator[Hand]]()
     for farther, (cos, sin) in itertools.product(FARTHER, _directions(pose, belief, context)):

@@ -73,7 +73,7 @@ class Recorder:
         self.messages.append(Message(time, text, line))
 
     def rollout(self, outcome: str = "finished", reason: str = "") -> Rollout:
-        """Return everything so far as a rollout. Times are those of the samples' due dates."""
+        """Return everything recorded so far as a rollout. Its times are those at which samples were due."""
         samples, index, things = self._samples, self.index, self.compiled.things
         count, qpos = len(samples), self._stacked("qpos", self.compiled.model.nq)
         bodies, column = self._tracks(), {body: k for k, body in enumerate(self._bodies.tolist())}
@@ -102,11 +102,11 @@ class Recorder:
         )
 
     def _stacked(self, field: str, *shape: int) -> Floats:
-        """(N, *shape) a field of all samples."""
+        """Values (N, *shape) of a field of all samples."""
         return np.array([getattr(s, field) for s in self._samples]).reshape(len(self._samples), *shape)
 
     def _tracks(self) -> Floats:
-        """(N, B, 7) poses of the recorded bodies."""
+        """Poses (N, B, 7) of the recorded bodies."""
         count = len(self._bodies)
         return np.concatenate([self._stacked("bodies", count, 3), self._stacked("quaternions", count, 4)], axis=2)
 

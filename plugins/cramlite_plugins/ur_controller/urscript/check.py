@@ -77,7 +77,8 @@ def refuse_lacks(program: Function, library: Library) -> None:
 
 
 def by_reason(lacks: list[Lack]) -> list[Lack]:
-    """Merge lacks with the same reason into one: that of the first line, which also lists the other lines."""
+    """Merge parts that cannot run here for the same reason into one: that of the first line, whose text also
+    lists the other lines."""
     lines: dict[str, list[int]] = {}
     for lack in lacks:
         lines.setdefault(lack.text, []).append(lack.line)
@@ -100,7 +101,8 @@ class _Names:
         self.whole = bool(program.name)
 
     def lacks(self, node: object) -> Iterator[Lack]:
-        """Yield the lacks of a node: its functions and variables that the model does not have."""
+        """Yield a ``Lack`` for each function or variable of a node that the model does not have; raise errors
+        of wrong calls."""
         if isinstance(node, Call):
             yield from self.call(node)
         elif isinstance(node, Name) and node.name not in self.variables:

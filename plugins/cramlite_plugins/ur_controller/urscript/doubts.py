@@ -233,7 +233,7 @@ def _dead(program: Function) -> Iterator[Doubt]:
 def _after_the_end(body: Body) -> Iterator[Doubt]:
     for statement, following in itertools.pairwise(body):
         if _ends(statement) and not isinstance(following, Function):
-            yield Doubt(following.line, f"this is never reached: line {statement.line} never goes on")
+            yield Doubt(following.line, f"this statement is never reached: line {statement.line} never ends, or leads elsewhere")
 
 
 def _ends(statement: Statement) -> bool:
