@@ -73,18 +73,21 @@ class HandRoom(Value, dict=True):
         return cls(scene, rays.body([]), rays.body(near), rays.body([]))
 
     def in_a_hole(self, hands: Hands, opening: float) -> NDArray[np.bool_]:
-        """Check at which TCP poses (n,) the hand, open so wide [m], is where a peg comes through a hole of the thing."""
+        """Check at which TCP poses (n,) the hand, opened by ``opening`` [m], is where a peg comes through a
+        hole of the thing."""
         found = np.zeros(len(hands.positions), bool)
         for part in self._parts(opening) if self.holes.geoms else ():
             found |= _reaches_into(self.holes, hands, part, 0.0)
         return found
 
     def blocked(self, hands: Hands, openings: Floats, distance: float) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-        """Check at which TCP poses (n,) the hand, open so wide [m], is in the thing, or nearer to something else than a distance [m]."""
+        """Check at which TCP poses (n,) the hand, opened by ``openings`` (n,) [m], is inside the thing, and
+        at which nearer to anything else than a distance [m]."""
         return self.meets(self.own, hands, openings, 0.0), self.meets(self.others, hands, openings, distance)
 
     def meets(self, shape: rays.Body, hands: Hands, openings: Floats, distance: float) -> NDArray[np.bool_]:
-        """Check at which TCP poses (n,) the hand, open so wide (n,) [m], is nearer to a shape than a distance [m]."""
+        """Check at which TCP poses (n,) the hand, opened by ``openings`` (n,) [m], is nearer to a shape than
+        a distance [m]."""
         met = np.zeros(len(openings), bool)
         for opening in np.unique(np.round(openings, 4)).tolist():
             rows = np.flatnonzero(np.round(openings, 4) == opening)

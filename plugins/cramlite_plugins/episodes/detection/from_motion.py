@@ -84,7 +84,8 @@ def infer(episode: Episode) -> Episode:
 
 
 def with_grasps(episode: Episode) -> Episode:
-    """Add the grasps of recorded hands where other states were recorded and no grasp; unchanged where no thing moves along with a hand."""
+    """Add inferred grasps to an episode whose recorded states contain no grasp; unchanged if no thing moves
+    along with a hand."""
     first, last = episode.span
     states = episode.of("state")
     if not states or any(e.type == "cram:GraspState" for e in states) or not episode.tracks or last - first > LONGEST:

@@ -258,7 +258,7 @@ def _agree(track: Track, times: Floats, expected: Floats) -> bool:
 
 
 def spliced(track: Track, when: tuple[float, float], rows: Floats) -> Track:
-    """Return a track with other rows (time, pose) in an interval, end exclusive."""
+    """Return a track whose rows (time, pose) within an interval, end exclusive, are replaced by others."""
     first, last = (int(np.searchsorted(track.times, t)) for t in when)
     rows = rows.reshape(-1, 8)
     times = np.concatenate([track.times[:first], rows[:, 0], track.times[last:]])

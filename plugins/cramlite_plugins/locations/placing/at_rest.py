@@ -153,8 +153,8 @@ def _starts(query: Query, now: Pose) -> Iterator[Pose]:
 
 
 def along_walls(query: Query, now: Pose) -> list[Pose]:
-    """Return orientations about the vertical with the outline's sides along the walls that fit between them,
-    the nearest first."""
+    """Return orientations, turned about the vertical, in which the payload's outline is parallel to the walls
+    and fits between them; the nearest to the present one first."""
     frame, here = query.target.pose, Pose((0.0, 0.0, 0.0), now.quaternion)
     a, b = shapely.get_coordinates(shapely.minimum_rotated_rectangle(footprint(query.thing, here)))[:2]
     x, y, _ = frame.rotate((1.0, 0.0, 0.0))

@@ -122,8 +122,8 @@ def middle(query: Query, now: Pose) -> Floats:
 
 
 def beside_where_it_stood(query: Query, free: Any, wide: float) -> Iterator[Offset]:
-    """Generate positions in a free area of a surface beside the payload's old place over it, nearest to the robot
-    first; only if other things are handled afterwards.
+    """Generate positions in a free area of a surface beside the place over which the payload stood before,
+    nearest to the robot first; none unless other things are handled afterwards.
 
     Args:
         wide: radius of the disc in the payload's outline [m].

@@ -144,7 +144,8 @@ class Query(Value, dict=True):
         return (widest, *more)
 
     def let_down(self, pose: Pose, opening: float | None = None) -> Leg:
-        """Return the leg of a payload that touches its support, with the fingers so far open [m]."""
+        """Return the TCP pose to reach (``Leg``) at which the payload is released, with the fingers open by
+        ``opening`` [m]; the payload may touch its support there."""
         touching = (thing_of(self.entity),) if self.settles else () if self.depth else (self.entity,)
         return Leg(pose, touching, opening, 0.0, hand=not self.settles)
 

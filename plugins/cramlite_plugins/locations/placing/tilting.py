@@ -126,8 +126,8 @@ def _under(query: Query) -> list[Floats]:
 
 
 def _hand_down(query: Query, lean: Pose) -> list[Pose]:
-    """Orientations of a thing about its own upright axis, first those at which the hand of the leaning thing
-    points straight down."""
+    """Orientations of a thing about its own upright axis, those first at which the hand points most nearly
+    straight down while the thing leans."""
     found = []
     for k in range(HEADINGS):
         turned = about_vertical(query.now, math.tau * k / HEADINGS)

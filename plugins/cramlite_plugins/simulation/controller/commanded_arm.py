@@ -63,7 +63,7 @@ class CommandedArm(ABC):
 
     @abstractmethod
     def actual_joints(self) -> Floats:
-        """Return the joint encoders (n,) [rad], as programs are told them."""
+        """Return the joint positions (n,) [rad] that the encoders report to programs."""
 
     @abstractmethod
     def actual_tcp(self) -> Pose:

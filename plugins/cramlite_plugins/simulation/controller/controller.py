@@ -153,7 +153,7 @@ class Controller(CommandedArm):
     # What it measures
 
     def actual_joints(self) -> Floats:
-        """Return the joint encoders (n,) [rad], as programs are told them."""
+        """Return the joint positions (n,) [rad] that the encoders report to programs."""
         return np.array(self.qpos[self.joints]) if self.errors is None else self.errors.told
 
     def encoders(self) -> Floats:

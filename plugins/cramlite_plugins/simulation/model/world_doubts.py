@@ -36,7 +36,8 @@ def world_doubts(world: World, robots: Mapping[str, Robot]) -> Iterator[tuple[st
 
 
 def refuse_overlaps(compiled: Compiled, data: Data) -> None:
-    """Refuse a world that begins with things inside each other. Of a robot in a thing the planner says why it cannot start.
+    """Refuse a world that begins with things inside each other. A robot inside a thing is left to the
+    planner, which explains why it cannot start.
 
     Raises:
         UserError: names the two that do most, by how much, and how much can be.

@@ -69,7 +69,7 @@ def _at(node: object, known: Kinds) -> Iterator[Doubt]:
 
 
 def _operands(node: Binary, known: Kinds) -> Iterator[Doubt]:
-    """Operands that are neither numbers nor, for arithmetic, lists of them; '+' joins two strings."""
+    """Operands of a wrong kind: neither numbers nor, for arithmetic, lists of numbers; '+' also joins two strings."""
     kinds = [_kind(side, known) for side in (node.left, node.right)]
     fits = {"", "a number"} | ({"a list"} if node.operator in ("+", "-", "*", "/", "%") else set())
     if node.operator == "+" and "a string" in kinds:
