@@ -231,6 +231,6 @@ def _repair(one: Loose, span: tuple[float, float]) -> Repair:
     shown = ", ".join(one.members[:3]) + (", ..." if len(one.members) > 3 else "")
     ends = ", ".join(f"{count[0]:g} then {count[-1]:g} in {v}" for v, count in one.where.items())
     beside = len(one.members) - sum(count[-1] for count in one.where.values())
-    why = f"these things stay within a vessel: {ends}; at the end {beside:g} are outside all vessels"
+    why = f"these things stay within a vessel: {ends}; at the end {beside:g} are beside all vessels"
     return Repair(f"read {len(one.members)} things ({shown}) as '{one.name}'", span, why)
 
