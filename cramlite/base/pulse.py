@@ -70,7 +70,7 @@ class Pulse:
         return self._stop() or (self._outer is not None and self._outer.asked_to_stop())
 
     def beat(self) -> None:
-        """Ask whether to go on, and report the current work, unless that was just done.
+        """Ask whether to go on and report the current work, unless both were done less than ``ASKED`` ago.
 
         Raises:
             Stopped: the work is to end.

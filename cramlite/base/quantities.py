@@ -58,7 +58,7 @@ def parse_quantity(value: Any, kind: str) -> float:
 
 
 def beyond_reason(value: float, kind: str) -> str:
-    """Say why a number in SI units is implausible, as a clause; empty if it is plausible."""
+    """Return a clause on why a number in SI units is implausible; empty if it is plausible."""
     if abs(value) <= MOST[kind]:
         return ""
     return f"beyond reason: {_A[kind]} here is at most {MOST[kind]:g} {_SI[kind]}, so a unit or a power of ten is wrong"

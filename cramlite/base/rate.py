@@ -1,4 +1,4 @@
-"""Rates that were counted, with their intervals."""
+"""Rates of counted successes with their 95 % intervals."""
 
 from __future__ import annotations
 

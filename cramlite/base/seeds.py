@@ -1,4 +1,4 @@
-"""Seeds of random numbers: every query draws from its own, so earlier queries change nothing."""
+"""Seeds of random numbers: each query draws from a seed of its own, so its numbers do not depend on earlier queries."""
 
 from __future__ import annotations
 

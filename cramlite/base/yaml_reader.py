@@ -64,7 +64,8 @@ def read(text: str) -> Any:
 
 
 def _check(text: str) -> None:
-    """Check depth and size by the events alone; an alias counts as the node that it repeats."""
+    """Check depth and size of a YAML text from its parser events; an alias counts as much as the node that it
+    repeats."""
     open_: list[_Part] = [_Part("")]
     done: dict[str, _Part] = {}
     events: Iterator[Any] = iter(yaml.parse(text, Reader))
@@ -85,11 +86,12 @@ def _check(text: str) -> None:
         if len(open_) + open_[-1].depth - 1 > DEEPEST:
             raise ValueError(f"it is nested more than {DEEPEST} deep")
         if sum(part.size for part in open_) > MOST:
-            raise ValueError(f"it has more than {MOST} values, those counted that its aliases repeat")
+            raise ValueError(f"it has more than {MOST} values, with those that its aliases repeat")
 
 
 def _mark(event: Any) -> Any:
-    """The place of an event: libyaml's and PyYAML's marks are of two types."""
+    """Return the start mark of a parser event, untyped, because libyaml's and PyYAML's marks have different
+    types."""
     return event.start_mark
 
 
@@ -116,7 +118,8 @@ def _mapping(reader: Any, node: yaml.MappingNode) -> Iterator[Mapping]:
 
 
 def _once(reader: Any, node: yaml.MappingNode) -> Iterator[tuple[Hashable, int]]:
-    """Keys of a mapping, without those that it merges from others, with their lines."""
+    """Yield each key of a YAML mapping with its line, without keys merged by "<<"; refuse a key that stands
+    twice."""
     seen = set()
     for key_node, _ in node.value:
         key = reader.construct_object(key_node, deep=True)

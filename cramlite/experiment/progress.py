@@ -1,4 +1,4 @@
-"""Progress of an experiment in lines for people."""
+"""Progress of an experiment, printed as lines for people."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ class Progress:
         self.total, self.left, self.say, self.begin, self.done = total, left, say, time.monotonic(), 0
 
     def one(self, line: str) -> None:
-        """Report one finished trial."""
+        """Report one finished trial with the number done, the time passed and the time left."""
         self.done += 1
         passed = time.monotonic() - self.begin
         rest = passed / self.done * (self.left - self.done)

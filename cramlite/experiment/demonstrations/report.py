@@ -53,7 +53,7 @@ def _row(row: ObjectRow) -> list[str]:
 
 
 def numbers(tables: ObjectTables) -> list[Number]:
-    """Return the rates of a figure, a row for each object."""
+    """Return the rates of a figure's YAML file: a row for each object of the tables."""
     scales = [c.scale for c in tables.confusions]
     return [number for row in tables.rows for number in rates(row.object, _columns(row, scales))]
 
@@ -71,7 +71,7 @@ def _paper(row: ObjectRow) -> list[str | None]:
 
 
 def of_filter(c: Confusion) -> str:
-    """Format how well the proof told programs apart."""
+    """Format how well the proof told programs that later succeeded from those that failed."""
     return (
         f"wrongly accepted {share(c.wrongly_accepted)}, wrongly refused {share(c.wrongly_refused)}; area under the curve: {area(c)}; "
         f"twins refuse what the nominal run accepts: {against_nominal(c)}"
