@@ -292,7 +292,7 @@ def wait_until(true: Callable[[], bool]) -> bool:
         (("--suite", "table", "--tasks", "0:9"), "the suite 'table' has tasks 0 to 3, and no 4"),
         (("--suite", "table", "--states", "2"), "the suite 'table' has states 0 to 1, and no 2"),
         (("--suite", "table", "--tasks", "one"), "--tasks is 'one'; write numbers and ranges"),
-        (("--suite", "table", "--tasks", "2:2"), "names none"), ((), "add --suite NAME"),
+        (("--suite", "table", "--tasks", "2:2"), "names no number"), ((), "add --suite NAME"),
         (("--suite", "table", "--set", "hard"), "--set does not suit the experiment"),
     ],
 )  # fmt: skip
@@ -327,7 +327,7 @@ def test_a_file_that_is_no_judge_is_explained(text: str | None, said: str, tmp_p
     ("old", "new", "said"),
     [
         ("budget: 400", "budget: 0", "greater than or equal to 1"), ("given:", "known:", "known"),
-        ('"has no', '"(has no', "no regular expression"), ("suites: [table]", "suites: [tabel]", "'tabel' is none of the suites"),
+        ('"has no', '"(has no', "no regular expression"), ("suites: [table]", "suites: [tabel]", "'tabel' is no suite of this file"),
     ],
 )  # fmt: skip
 def test_a_wrong_file_is_explained(old: str, new: str, said: str, tmp_path: Path) -> None:
