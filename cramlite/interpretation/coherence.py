@@ -174,8 +174,8 @@ def candidates(
 
 
 def _undecided(matches: Sequence[Match], claimed: Sequence[Claims]) -> list[Claims]:
-    """Return the claims of each reading of an action, without those in which alternative unknown fillers
-    differ.
+    """Return the claims of each reading of an action, in which alternative unknown fillers are replaced by
+    "_".
 
     Of several unknown fillers of a role only one can be right, so a claim about one of them is left open.
     """
@@ -201,7 +201,10 @@ def _left_open(claim: Claims, names: set[str]) -> Claims:
 def _options(
     actions: Sequence[Read], readings: Sequence[Sequence[Claims]], general: Sequence[frozenset[int]], taxonomy: Taxonomy, name: float
 ) -> list[list[Option]]:
-    """Return the options of each action: its readings or none.
+    """Return the options of each action: its readings or, for an action that changes nothing, no reading.
+
+    If anything changes in the demonstration, readings without roles of an action that changes nothing are
+    left out.
 
     If anything changes in the demonstration, an action without changes needs no reading.
     """
