@@ -16,7 +16,7 @@ STILL = 0.01
 
 
 def path_predicate(name: str, path: ShownPath) -> Predicate:
-    """Return a predicate that holds where the lowest point of a mover goes along a path about a reference
+    """Return a predicate that holds where the bottom centre of a mover goes along a path about a reference
     thing.
 
     Args:
@@ -96,7 +96,7 @@ def parts_of(episode: Episode, thing: str) -> list[Part]:
 
 
 def followed(episode: Episode, mover: str, about: str, span: tuple[float, float]) -> tuple[Floats, Floats] | None:
-    """Return times (N,) [s] in a span, and the positions (N, 3) [m] of a thing's lowest point in the frame of
+    """Return times (N,) [s] in a span, and the positions (N, 3) [m] of a thing's bottom centre in the frame of
     another thing.
 
     None if the poses of one of them are not known.
