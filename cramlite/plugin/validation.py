@@ -1,4 +1,4 @@
-"""Validation of plugins before they are asked anything, with messages for their users."""
+"""Validation of plugins before their answers are used, with messages for their users."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ class NoModule(Exception):
 
 
 class WrongHook(Exception):
-    """Error: a function that is marked as a hook is none, or takes arguments that the hook does not have."""
+    """Error: a function marked as a hook is no hook, or takes arguments that the hook does not have."""
 
 
 class WrongDeclaration(Exception):
@@ -67,7 +67,8 @@ class WrongAnswer(Exception):
 
 
 def check_hooks(plugin: ModuleType | object) -> None:
-    """Check that every function marked with ``hookimpl`` is a hook, and takes only arguments that it has.
+    """Check that every function marked with ``hookimpl`` is named after a hook and takes only the hook's
+    arguments.
 
     Raises:
         WrongHook: names the function, what is wrong, and the nearest right name.
@@ -111,7 +112,7 @@ def check_declared(hook: str, item: object) -> None:
 
 
 def _check_complete(hook: str, item: object) -> None:
-    """Check that the members that the engine will ask for are there, whichever class it is made of."""
+    """Check that a declaration has all members that the engine uses, whatever its class is."""
     kind = _class_of(hook)
     if kind is None or isinstance(item, kind):
         return
@@ -122,7 +123,8 @@ def _check_complete(hook: str, item: object) -> None:
 
 
 def _class_of(hook: str) -> type | None:
-    """Class that is offered for a hook's declarations; None if a protocol of few members is enough."""
+    """Return the class that declarations under a hook should have; None if any object with the members will
+    do."""
     if hook == "task_types":
         from .task_type import TaskType
 
@@ -157,7 +159,7 @@ def _check_path(item: object) -> None:
 
 
 def check_many(hook: str, answer: Any) -> Iterable[Any]:
-    """Return the list that a hook gave, checked to be one.
+    """Return the answer of a hook that must be a list or other iterable.
 
     Raises:
         WrongAnswer: it is none; names what it is.
@@ -168,7 +170,7 @@ def check_many(hook: str, answer: Any) -> Iterable[Any]:
 
 
 def check_answer(hook: str, answer: object) -> None:
-    """Check that the answer of a hook has the hook's type; None passes.
+    """Check that the answer of a hook has the hook's type, or is None.
 
     Raises:
         WrongAnswer: it has not; names what it is, or what is in it that does not belong there.
@@ -216,8 +218,8 @@ def _check_episode(hook: str, episode: Any) -> None:
 
 
 def _check_values(hook: str, item: object) -> None:
-    """Check that attributes have the types and words that the engine reads, since an unknown word would
-    silently switch something off."""
+    """Check that attributes have the types and words that the engine knows, since an unknown word would be
+    ignored silently."""
     key, does, *_ = NAMED_BY[hook]
     name = getattr(item, key)
     if not isinstance(name, str) or not name:
@@ -258,7 +260,8 @@ def _check_fluent(name: str, item: object) -> None:
 
 
 def _worked_out(item: object, attribute: str) -> bool:
-    """Whether an attribute is a property, which is not evaluated here: whether a backend's text can run took 85 imports."""
+    """Check whether an attribute is a property, which is not evaluated here, because that may import many
+    modules."""
     return isinstance(getattr(type(item), attribute, None), property)
 
 
@@ -267,7 +270,7 @@ def _short(value: object) -> str:
 
 
 def _words(hook: str) -> Mapping[str, tuple[str, ...]]:
-    """Attributes of a hook's declaration with a fixed set of words, and the words."""
+    """Return attribute -> valid words, for the attributes of a hook's declarations that have a fixed set."""
     if hook == "validators":
         from ..model.verdict import COSTS
 
@@ -284,7 +287,7 @@ def _words(hook: str) -> Mapping[str, tuple[str, ...]]:
 
 
 def why_not_loaded(error: BaseException, distribution: str) -> str:
-    """Explain why a plugin could not be imported, and the next step."""
+    """Explain why a plugin could not be imported, with the next step."""
     if isinstance(error, ModuleNotFoundError) and error.name:
         package = error.name.split(".")[0]
         if package in ("cramlite", "cramlite_plugins"):
@@ -302,8 +305,8 @@ def why_not_loaded(error: BaseException, distribution: str) -> str:
 
 
 def error_with_location(error: BaseException) -> str:
-    """Return an error's text with file and line of its origin; the engine's own errors about a plugin have
-    none."""
+    """Return an error's text with file and line of its origin; the engine's own errors about a plugin get no
+    line."""
     if isinstance(error, NoModule | WrongHook | WrongDeclaration | WrongAnswer):
         return str(error)
     trace, place = error.__traceback__, ""
@@ -316,7 +319,7 @@ def error_with_location(error: BaseException) -> str:
 
 
 def made_for_another_version(distribution: importlib.metadata.Distribution) -> str:
-    """Explain why a distribution is not for this version, by the cramlite versions that its metadata asks for; "" if it is."""
+    """Explain by a distribution's metadata why it is not made for this cramlite version; "" if it is."""
     from packaging.requirements import InvalidRequirement, Requirement
 
     for text in distribution.requires or ():
