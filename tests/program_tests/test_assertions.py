@@ -103,7 +103,7 @@ def test_snapshots(picked: ProgramRun, tmp_path: Path) -> None:
     assert run.matches("pick.yaml") is run
     kept = (tmp_path / "pick.yaml").read_text()
     (tmp_path / "pick.yaml").write_text(kept.replace("block: [0.45", "block: [0.47"))
-    with pytest.raises(ProgramFailure, match="'block' ends 20 mm from where it did, 5 are allowed"):
+    with pytest.raises(ProgramFailure, match="'block' ends 20 mm from where it ended in the snapshot, 5 are allowed"):
         run.matches("pick.yaml")
     assert run.matches("pick.yaml", places="3 cm") is run
     (tmp_path / "pick.yaml").write_text("a: 1\n")
