@@ -89,7 +89,7 @@ def _bytes(text: str) -> bytes:
 
 
 class _State:
-    """Progress of an XML text that is being parsed."""
+    """State of an XML parse: counts of depth, entities and characters so far, each with its limit."""
 
     def __init__(self, path: Path, visit: Visit, line: Callable[[], int]) -> None:
         self.path, self.visit, self.line = path, visit, line
@@ -141,7 +141,7 @@ def check_json_ld(path: Path, text: str) -> None:
             for key, value in node.items():
                 values = value if isinstance(value, list) else [value]
                 if key in ("@context", "@import") and (named := next((v for v in values if isinstance(v, str)), None)):
-                    raise UserError(f"{path}:1: its {key} is in another file or at an address ({named:.80}); write it into this file.")
+                    raise UserError(f"{path}:1: its {key} is in another file or at an address ({named:.80}); write its content here.")
             open_ += node.values()
         elif isinstance(node, list):
             open_ += node

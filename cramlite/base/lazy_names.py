@@ -31,7 +31,7 @@ class LazyNames:
 
     @cached_property
     def homes(self) -> Mapping[str, str]:
-        """Name -> module that defines it, relative to the package."""
+        """Public name -> module of the package that defines it, as a relative import."""
         import ast
         import linecache
 

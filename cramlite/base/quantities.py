@@ -82,7 +82,7 @@ def _parser(kind: str) -> Callable[[Any], float]:
 
 
 def _schema(kind: str) -> WithJsonSchema:
-    """JSON Schema for editors: a number, or text with a unit of this kind."""
+    """Return the JSON Schema of a quantity, for editors: a number, or text with a unit of its kind."""
     units = "|".join(u for u in UNITS[kind])
     pattern = rf"^\s*[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?\s*({units})?\s*$"
     text = f"{_A[kind]}: a number in {next(iter(UNITS[kind]))}, or text such as '{_EXAMPLES[kind]}'"

@@ -29,7 +29,7 @@ class Rate(Value):
 
     @property
     def text(self) -> str:
-        """The rate for people: "27 of 29 (.93, .78 to .98)"."""
+        """Rate as text for people: "27 of 29 (.93, .78 to .98)"."""
         if not self.total:
             return "none tried"
         low, high = self.interval

@@ -58,7 +58,7 @@ def parse_yaml(text: str, path: Path) -> Any:
 
 
 def line_of(data: Any, location: Sequence[str | int]) -> int:
-    """Return the line (from 1) of the deepest part of ``location`` that the data has."""
+    """Return the line (from 1) of the deepest existing part of a location in YAML data."""
     line: int = getattr(data, "line", 1)
     for step in location:
         if isinstance(data, dict) and step in data:

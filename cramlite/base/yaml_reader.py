@@ -46,7 +46,7 @@ class Sequence(list[Any]):
 
 
 class Reader(getattr(yaml, "CSafeLoader", yaml.SafeLoader)):  # type: ignore[misc]
-    """Reader of one document; a tag that is not of the core schema and a duplicate key are errors."""
+    """Reader of one YAML document; a tag outside the core schema and a duplicate key are errors."""
 
     yaml_implicit_resolvers: ClassVar[dict[str, Any]] = {}  # PyYAML's own are those of YAML 1.1
     yaml_constructors: ClassVar[dict[Any, Any]] = {}
@@ -84,9 +84,9 @@ def _check(text: str) -> None:
             part = done[event.anchor or ""] = _Part(event.anchor or "", -1)
             open_[-1].add(part)
         if len(open_) + open_[-1].depth - 1 > DEEPEST:
-            raise ValueError(f"it is nested more than {DEEPEST} deep")
+            raise ValueError(f"the text is nested more than {DEEPEST} deep")
         if sum(part.size for part in open_) > MOST:
-            raise ValueError(f"it has more than {MOST} values, with those that its aliases repeat")
+            raise ValueError(f"the text has more than {MOST} values, with those that its aliases repeat")
 
 
 def _mark(event: Any) -> Any:
@@ -96,7 +96,7 @@ def _mark(event: Any) -> Any:
 
 
 class _Part:
-    """Number of values and levels below a part of a document; -1 levels for a scalar."""
+    """Number of values and of levels below a part of a YAML document; -1 levels for a scalar."""
 
     def __init__(self, anchor: str, depth: int = 0) -> None:
         self.anchor, self.size, self.depth = anchor, 1, depth

@@ -50,7 +50,7 @@ def check_executor(executor: str) -> str:
 
 
 def run_on_cluster(order: Order, left: Sequence[str], key: dict[str, Any], store: Store, progress: Progress) -> None:
-    """Run trials on a cluster until all have arrived.
+    """Run trials on a Dask cluster until all results have arrived.
 
     Args:
         left: names of the trials.

@@ -7,7 +7,8 @@ from collections.abc import Callable
 
 
 class Progress:
-    """Progress report: a line for each trial, with the remaining time at this pace."""
+    """Progress report: a line for each trial, with the remaining time estimated from the time passed so
+    far."""
 
     def __init__(self, total: int, left: int, say: Callable[[str], None]) -> None:
         self.total, self.left, self.say, self.begin, self.done = total, left, say, time.monotonic(), 0

@@ -96,7 +96,7 @@ def _run_all(order: Order, store: Store, say: Callable[[str], None]) -> None:
                             f"'{order.out}'; start the same command again for the rest.")  # fmt: skip
         for name in store.marked(BEGUN):
             deaths[name] += 1
-            say(f"a worker died at or beside {name} ({deaths[name]} of {DEATHS}); it is begun anew, unless a robot had moved")
+            say(f"a worker died during {name} ({deaths[name]} of {DEATHS}); the trial is begun anew, unless its robot had moved")
             if deaths[name] >= DEATHS:
                 _give_up(order, store, name, f"the process died {DEATHS} times (out of memory, or killed)", say)
         _settle(order, store, say)

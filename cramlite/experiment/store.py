@@ -46,7 +46,7 @@ class Store:
         return write_whole(self.folder(trial) / name, content)
 
     def save(self, trial: str, value: Any, piece: str = "result") -> None:
-        """Write a value of a trial, its result in the end, as JSON."""
+        """Write a value of a trial as JSON; the last one is the trial's result."""
         self.write(trial, f"{piece}.json", as_json(value))
 
     def read(self, trial: str, piece: str, kind: type[T]) -> T | None:
@@ -119,7 +119,7 @@ class Store:
 
 
 def locked(path: Path) -> IO[str]:
-    """Lock a directory for this process; the lock is given back when the process ends, however it ends.
+    """Lock a directory for this process; the lock is released when the process ends, however it ends.
 
     Raises:
         UserError: another process has it.
@@ -152,7 +152,7 @@ def run_key(experiment: str, files: Iterable[Path], registry: Registry, **asked:
 
 
 def _code_key(folders: Iterable[Path]) -> str:
-    """A hash over all Python source below some folders."""
+    """Return a hash of all Python source below some folders."""
     digest = hashlib.blake2b(digest_size=16)
     for folder in sorted(folders):
         for file in sorted(folder.rglob("*.py")):

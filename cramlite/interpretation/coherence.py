@@ -129,7 +129,7 @@ def _fact(atom: Atom, match: Match) -> Fact:
 
 
 def passive(rule: Rule) -> bool:
-    """Check whether a rule says only that events do not happen during the action, and none that does.
+    """Check whether a rule denies events during the action and requires none.
 
     What happens is said by predicates without arguments: that the arm moves, that the gripper does.
     """

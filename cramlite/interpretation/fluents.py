@@ -331,14 +331,14 @@ class Fluents(Value):
             denied = {p for pattern in patterns for p in self.both_ways(pattern)}
             for fact in sorted(facts):
                 if any(matches(fact, p) for p in denied):
-                    return f"one asks for {pattern_text(fact)}, the other forbids it"
+                    return f"one requires {pattern_text(fact)}, the other forbids it"
         for a, b in product(sorted(mine), sorted(its)):
             if self._contrary(scene, a, b):
-                return f"{pattern_text(a)} and {pattern_text(b)} cannot hold at one time"
+                return f"{pattern_text(a)} and {pattern_text(b)} cannot hold at the same time"
         for first, second in product(one.bounds, other.bounds):
             if first.of == second.of and (first.high < second.low or second.high < first.low):
                 between = (f"{b.low:.2f} to {b.high:.2f}" for b in (first, second))
-                return f"{pattern_text(first.of)} is asked to be {' and '.join(between)}"
+                return f"{pattern_text(first.of)} is required to be {' and '.join(between)}"
         return ""
 
     def ring(self, facts: Iterable[Fact]) -> tuple[Fact, ...]:

@@ -340,7 +340,7 @@ class _Matcher(Value):
         boundaries = ", ".join(f"{s.start:.2f} s" for s in segments[1:])
         evidence = (
             f"{len(segments)} segments with boundaries at {boundaries} were joined: the whole is judged to be "
-            f"{', '.join(sorted({m.task for m in joined.matches}))}, which is all that each of them is"
+            f"{', '.join(sorted({m.task for m in joined.matches}))}, which includes all tasks of each segment"
         )
         return replace(joined, evidence=evidence)
 

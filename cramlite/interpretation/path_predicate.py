@@ -71,7 +71,7 @@ def rests(episode: Episode, name: str, span: tuple[float, float]) -> Iterator[tu
 def _said(path: ShownPath) -> str:
     shape = "goes round its path about" if path.closed else "goes along its path on" if path.touching else "goes along its path at"
     touching = ", touching it" if path.touching else ""
-    return f"A thing {shape} another one at least {path.least:g} times, within {1000 * path.tolerance:.0f} mm{touching}."
+    return f"A thing {shape} another thing at least {path.least:g} times, within {1000 * path.tolerance:.0f} mm{touching}."
 
 
 def gone_through(path: ShownPath, episode: Episode, mover: str, about: str, span: tuple[float, float]) -> float:

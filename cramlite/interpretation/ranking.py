@@ -57,7 +57,7 @@ class DescriptionLength(Value):
 
     @property
     def bits(self) -> float:
-        """Sum of all terms [bits]."""
+        """Total description length: the sum of its terms [bits]."""
         return self.tasks + self.choices + self.unknown + self.unexplained - self.checked
 
     def __add__(self, other: DescriptionLength) -> DescriptionLength:

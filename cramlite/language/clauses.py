@@ -216,8 +216,8 @@ class ClauseParser(RequestParser):
             yield from ((self._clause(frame, self.words[at:end], last.theme), end) for end in starts(self.words, at, frame.stated))
 
     def _stated(self, at: int) -> Iterator[Found]:
-        """Yield clauses that state a condition without a verb: "the drawer shut", "the mug upside down on the
-        tray"."""
+        """Yield clauses that describe a wanted state without a verb: "the drawer shut", "the mug upside down
+        on the tray"."""
         for theme, end in self._nouns.nouns(at) if at < len(self.words) else ():
             for begin in dict.fromkeys((*self._between(end), end + (self.words[end : end + 1] == (":",)))):
                 yield from self._predicates(theme, begin)

@@ -119,7 +119,7 @@ class Places:
         """Return the place where things are now, for "back where it was"."""
         places = {self.now(n) for n in themes}
         if len(places) != 1 or next(iter(places))[0] != phrase:
-            raise Refusal(FALSE, f"{listed([*themes], 'and')} are not at one place that '{noun.said}' could be")
+            raise Refusal(FALSE, f"{listed([*themes], 'and')} are not at a single place, so '{noun.said}' is no place for them")
         return Referents(noun.said, (places.pop()[1],))
 
     def _carrier(self, name: str) -> str:

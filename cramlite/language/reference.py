@@ -243,7 +243,7 @@ class Resolver:
 
     def _gaps(self, names: list[str], others: Sequence[str], link: Link) -> str:
         said = [f"{n} is {1000 * self.space.gap(n, o):.0f} mm from {o}" for n in names for o in others if n != o]
-        return f"{listed(said, 'and')}; 'next to' is said up to 350 mm" if said else f"nothing is {' '.join(link.words)} it"
+        return f"{listed(said, 'and')}; 'next to' means at most 350 mm" if said else f"nothing is {' '.join(link.words)} it"
 
     # By position among others
 

@@ -71,8 +71,8 @@ def learn_task(
 
 
 def _named_apart(episodes: Sequence[Episode]) -> dict[int, Episode]:
-    """Return the episodes by identity; of those with equal names all but the first get a number after their
-    name."""
+    """Return the episodes by their ``id()``; of those with equal names all but the first get a number after
+    their name."""
     found: dict[int, Episode] = {}
     taken: Counter[str] = Counter()
     for one in {id(e): e for e in episodes}.values():
@@ -129,6 +129,6 @@ def compared(proposal: Proposal, shown: Shown, knowledge: Knowledge) -> tuple[De
     one = example(Marked(*shown), knowledge.rules, knowledge.taxonomy)
     fillers = covers(proposal.learned, one.span)
     if proposal.procedure is None or not fillers:
-        why = "known tasks do not explain every example" if proposal.procedure is None else f"the learned rule does not hold of {one.span}"
+        why = "known tasks do not explain every example" if proposal.procedure is None else f"the learned rule does not hold in {one.span}"
         raise UserError(f"'{shown[0].name}' cannot be compared: {why}.")
     return tuple(deviations(proposal.procedure, steps_of(one, fillers[0], proposal.roles)))

@@ -62,7 +62,8 @@ def said(proposal: Proposal) -> str:
     path = motion.path
     where = path.anchor.part.split(":")[-1] or "frame"
     frame = f"in the frame of the {where} of {about}{', at its bottom' if path.anchor.deep else ''}"
-    often = f"gone round {' '.join(f'{c:g}' for c in motion.counts)} times" if path.closed else "gone along once"
+    counts = " ".join(f"{c:g}" for c in motion.counts)
+    often = f"the examples went round {counts} times" if path.closed else "the examples went along it once"
     unit = "; x and y in halves of its width" if path.anchor.scaled else ""
     return f"Path of the bottom centre of {mover} {frame}{unit}: {often}; the examples differ by {1000 * motion.spread:.1f} mm."
 

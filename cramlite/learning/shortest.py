@@ -151,8 +151,8 @@ def _wish(wish: Wish, weights: list[float], rows: _Rows, lower: list[float]) -> 
 
 
 def widened(problem: Problem, chosen: Sequence[int]) -> tuple[int, ...]:
-    """Return chosen conditions and further ones, best first, each of which costs less than the narrowly
-    refuted bindings it secures."""
+    """Add further conditions, best first, that cost fewer bits than they save on bindings which only one
+    condition refutes; return all."""
     groups = [g for g in merged(problem.groups) if g.narrow]
     bits, found = problem.bits + TIE * np.arange(len(problem.bits)), set(chosen)
     while True:

@@ -53,7 +53,7 @@ def _check_depth(text: str) -> None:
     for found in _BRACKET.finditer(text):
         depth += {"(": 1, ")": -1}.get(found[0], 0)
         if depth > DEEPEST:
-            raise ValueError(f"line {text.count(chr(10), 0, found.start()) + 1}: it is nested more than {DEEPEST} deep")
+            raise ValueError(f"line {text.count(chr(10), 0, found.start()) + 1}: the text is nested more than {DEEPEST} deep")
 
 
 def _complaint(error: str, text: str, added: int) -> str:

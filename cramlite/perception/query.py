@@ -155,8 +155,8 @@ def _number(text: str, where: str) -> float:
 
 
 def _contains(value: Any, condition: Condition, taxonomy: Taxonomy) -> bool:
-    """Check whether a value contains the condition's: one of several words, or a relation to an object of
-    that name or class."""
+    """Check whether a value contains the condition's value: one of several words, or a relation to an object
+    of that name or class."""
     entries = value if isinstance(value, tuple | list | frozenset) else (value,)
     for entry in entries:
         if isinstance(entry, tuple):

@@ -72,7 +72,7 @@ class Knowledge:
         return self.registry.named("robots", "type")
 
     def robots_of(self, world: World) -> Mapping[str, Robot]:
-        """Return type of a robot -> robot model: those of plugins, and those that a world's robots are read
+        """Return robot type -> robot model: those of plugins, and those of a world's robots that are read
         from files.
 
         Raises:
@@ -277,7 +277,7 @@ class Knowledge:
 
 
 def pick(kind: str, table: Mapping[str, Any], name: str, where: str = "") -> Any:
-    """Return the entry of a table with a given name.
+    """Return the entry of a table with a given name, such as a backend.
 
     Raises:
         UserError: there is none; the nearest valid names are listed.

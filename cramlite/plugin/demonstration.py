@@ -101,7 +101,7 @@ class Performer(Protocol):
 
     def follow(self, path: Sequence[Pose], seconds: float) -> None:
         """Move the active hand from its target through poses within a time [s], position and orientation
-        together at an even pace."""
+        together at constant speed."""
         ...
 
     def grip(self, opening: float, seconds: float) -> None:
@@ -159,7 +159,7 @@ class RecordScript(Value):
 
 
 class Shown(Value):
-    """One thing to show in a demonstration.
+    """Part of a demonstration: a script of the simulated person, with its fillers.
 
     Args:
         script: of the person.

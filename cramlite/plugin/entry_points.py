@@ -97,7 +97,7 @@ def module_from(file: Path) -> ModuleType:
     """
     spec = importlib.util.spec_from_file_location(f"cramlite_file_{file.stem}", file)
     if spec is None or spec.loader is None:
-        raise NoModule(f"it is no Python module; the name of one ends in '.py', not in '{file.suffix}'")
+        raise NoModule(f"the file is no Python module; a module's name ends in '.py', not in '{file.suffix}'")
     module = importlib.util.module_from_spec(spec)
     sys.modules[spec.name] = module
     spec.loader.exec_module(module)

@@ -102,7 +102,7 @@ def motion_kinds() -> Iterable[MotionKind]:  # type: ignore[empty-body]
 
 @hookspec
 def validators() -> Iterable[Validator]:  # type: ignore[empty-body]
-    """Declare validators of programs and rollouts. Called once at load; everybody may object."""
+    """Declare validators of programs and rollouts. Called once at load; every validator may object."""
 
 
 @hookspec
@@ -167,7 +167,7 @@ def read_view(path: Path) -> View | None:
 
 @hookspec(firstresult=True)
 def read_models(path: Path) -> Sequence[ModelMaker] | None:
-    """Read a library of known kinds as object models; None if it is of another format. First answer wins.
+    """Read a library of object models; None if it is of another format. First answer wins.
 
     Raises:
         UserError: it is of this format and cannot be used; with file and line.
@@ -239,7 +239,8 @@ def episode_triples(episode: Episode) -> Iterable[str] | None:
 
 @hookspec
 def resolve_action(action: Action, belief: Belief, context: Context) -> Answers:
-    """Decompose an action: yield Groundings with a Decomposition as value, best first. Alternatives.
+    """Decompose an action: yield Groundings with a Decomposition as value, best first. The answers of all
+    plugins are alternatives.
 
     A task type's own decomposition is one of the alternatives; plugins' overrides come before it.
     """
@@ -247,12 +248,14 @@ def resolve_action(action: Action, belief: Belief, context: Context) -> Answers:
 
 @hookspec
 def resolve_object(designator: Object | Late, belief: Belief, context: Context) -> Answers:
-    """Ground an object designator: yield Groundings with an entity's name as value. Alternatives."""
+    """Ground an object designator: yield Groundings with an entity's name as value. The answers of all
+    plugins are alternatives."""
 
 
 @hookspec
 def resolve_location(location: Location, belief: Belief, context: Context) -> Answers:
-    """Ground a location: yield Groundings with a Place that satisfies it as value. Alternatives.
+    """Ground a location: yield Groundings with a Place that satisfies it as value. The answers of all plugins
+    are alternatives.
 
     A declared relation (``location_kinds``) is grounded by the function of its kind, too.
     """
@@ -260,8 +263,8 @@ def resolve_location(location: Location, belief: Belief, context: Context) -> An
 
 @hookspec
 def resolve_motion(motion: Motion, belief: Belief, context: Context) -> Answers:
-    """Plan a motion: yield Groundings with a tuple of program steps as value, and with the belief after the
-    motion. Alternatives."""
+    """Plan a motion: yield Groundings with program steps as value, and with the belief after the motion. The
+    answers of all plugins are alternatives."""
 
 
 @hookspec

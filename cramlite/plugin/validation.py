@@ -165,7 +165,7 @@ def check_many(hook: str, answer: Any) -> Iterable[Any]:
         WrongAnswer: it is none; names what it is.
     """
     if not isinstance(answer, Iterable) or isinstance(answer, str):
-        raise WrongAnswer(f"{hook} gave {_short(answer)}; it gives a list, empty where there is nothing, or yields")
+        raise WrongAnswer(f"{hook} gave {_short(answer)}; it must give a list, empty where there is nothing, or yield")
     return answer
 
 
@@ -223,14 +223,14 @@ def _check_values(hook: str, item: object) -> None:
     key, does, *_ = NAMED_BY[hook]
     name = getattr(item, key)
     if not isinstance(name, str) or not name:
-        raise WrongDeclaration(f"{hook} gave {repr(item)[:80]}, whose '{key}' is {name!r}; it is text")
+        raise WrongDeclaration(f"{hook} gave {repr(item)[:80]}, whose '{key}' is {name!r}; it must be text")
     if not callable(getattr(item, does)):
         raise WrongDeclaration(f"{hook} gave '{name}', whose '{does}' is {_short(getattr(item, does))}, no function")
     for attribute, types in _TYPES.get(hook, {}).items():
         value = None if _worked_out(item, attribute) else getattr(item, attribute, None)
         if value is not None and not isinstance(value, types):
             valid = {"tuple": "a tuple", "bool": "True or False", "str": "one word"}.get(types[0].__name__, "a number")
-            raise WrongDeclaration(f"{hook} gave '{name}', whose '{attribute}' is {_short(value)}; it is {valid}")
+            raise WrongDeclaration(f"{hook} gave '{name}', whose '{attribute}' is {_short(value)}; it must be {valid}")
     for attribute, words in _words(hook).items():
         said = getattr(item, attribute)
         for word in said if isinstance(said, _MANY) else (said,):
@@ -250,12 +250,12 @@ def _check_fluent(name: str, item: object) -> None:
     if static is not None and not callable(static):
         raise WrongDeclaration(f"predicates gave '{name}', whose 'static' is {_short(static)}, no function")
     if not isinstance(fluent, Fluent):
-        raise WrongDeclaration(f"predicates gave '{name}', whose 'fluent' is {_short(fluent)}; it is a Fluent")
+        raise WrongDeclaration(f"predicates gave '{name}', whose 'fluent' is {_short(fluent)}; it must be a Fluent")
     if fluent.contrary is not None and not callable(fluent.contrary):
         raise WrongDeclaration(f"predicates gave '{name}', whose fluent's 'contrary' is {_short(fluent.contrary)}, no function")
     for attribute in ("implies", "implies_when_carried", "undoes", "excludes", "denial", "phrases"):
         if not isinstance(getattr(fluent, attribute), _MANY):
-            said = f"whose fluent's '{attribute}' is {_short(getattr(fluent, attribute))}; it is a tuple"
+            said = f"whose fluent's '{attribute}' is {_short(getattr(fluent, attribute))}; it must be a tuple"
             raise WrongDeclaration(f"predicates gave '{name}', {said}")
 
 
@@ -294,11 +294,11 @@ def why_not_loaded(error: BaseException, distribution: str) -> str:
             return (
                 f"it imports '{error.name}', which cramlite {VERSION} does not have; it was written for another version"
             )
-        return f"it needs the package '{package}', which is not installed here; install it, or leave the plugin out with --block"
+        return f"the plugin needs the package '{package}', which is not installed here; install it, or leave the plugin out with --block"
     if isinstance(error, ImportError) and error.name and error.name.split(".")[0] == "cramlite":
         return f"{error}; it was written for another version than cramlite {VERSION}"
     if isinstance(error, SystemExit):
-        return f"it ends the process when it is imported (exit {error.code}); a plugin declares, and does nothing at import"
+        return f"the plugin ends the process when it is imported (exit {error.code}); a plugin only declares at import"
     if isinstance(error, SyntaxError):
         return f"line {error.lineno} is no Python: {error.msg}" if error.lineno else f"it is no Python text: {error.msg}"
     return error_with_location(error)
@@ -328,7 +328,7 @@ def made_for_another_version(distribution: importlib.metadata.Distribution) -> s
         try:
             wanted = Requirement(text)
         except InvalidRequirement:
-            return f"'{text}' in its metadata is no requirement; its author has to correct it"
+            return f"'{text}' in the plugin's metadata is no valid requirement; the plugin's author has to correct it"
         if not wanted.specifier.contains(VERSION, prereleases=True):
             return (
                 f"it was made for cramlite{wanted.specifier}, and this is {VERSION}; update it with "

@@ -41,7 +41,7 @@ class CountSpec(Spec):
 
 
 class PhraseSpec(Spec):
-    """Goal about things.
+    """Goal in data form: the words of a goal phrase, and the things that it is about.
 
     Args:
         goal: the words of its form that are not things, e.g. "on", "open", "open by", "poured into".
@@ -67,7 +67,7 @@ class PhraseSpec(Spec):
 
 
 class NotSpec(Spec):
-    """Denial of a goal."""
+    """Goal in data form that denies another goal."""
 
     model_config = ConfigDict(populate_by_name=True)
     denied: Annotated[PhraseSpec, Field(alias="not")]

@@ -107,7 +107,8 @@ class TaskSpec(Spec):
 
 
 class RuleSpec(Spec):
-    """Tasks under a rule of the plan language, which may be nested: values of ``task_entry`` from ``{RULE: ...}``.
+    """Tasks under a rule of the plan language, which may be nested; ``task_entry`` makes them from ``{RULE:
+    ...}``.
 
     Args:
         rule: "sequence", "choose", "fallback", "try_all", "parallel", "repeat", "retry" or "monitor".

@@ -12,7 +12,8 @@ from .pose_spec import PoseSpec
 
 
 class HangSpec(Spec):
-    """Placement of a thing that hangs on a hanger's peg: distance from its root, and rotation about the vertical."""
+    """Placement of a thing that hangs on a hanger's peg: distance from the peg's root, and rotation about the
+    vertical."""
 
     hanger: str
     depth: Length

@@ -32,8 +32,8 @@ if TYPE_CHECKING:
 
 
 def read_world(name: str, knowledge: Knowledge, seed: int) -> World:
-    """Read a world from a JSON file, or the world in which programs are executed of a run directory or of a
-    scenario.
+    """Read a world from a JSON file; or, of a run directory or a scenario, the world in which programs are
+    executed.
 
     Raises:
         UserError: neither can be read.

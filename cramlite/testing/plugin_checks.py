@@ -144,7 +144,8 @@ def check_backend(backend: Backend) -> None:
 
 
 def _written(backend: Backend) -> tuple[Program, Robot, Code]:
-    """Return the sample program and its text for the first robot for which the backend writes it."""
+    """Return the sample program, and its text for the first robot for which the backend writes it, with that
+    robot."""
     said = ""
     robots = Knowledge(Registry()).robots.values()
     for robot in sorted(robots, key=lambda r: (r.backend != backend.name, r.type)):

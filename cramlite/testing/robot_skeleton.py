@@ -81,7 +81,7 @@ def _described(arm: Path, keys: Path | None, gripper: Path | None) -> RobotFile:
 
     stated = {} if keys is None else load_yaml(keys)
     if not isinstance(stated, dict):
-        raise UserError(f"{keys}:1: it is a mapping with keys of a scenario's robot, such as 'payload: 5 kg'.")
+        raise UserError(f"{keys}:1: this file is a mapping with keys of a scenario's robot, such as 'payload: 5 kg'.")
     robot: dict[str, Any] = {**stated, "file": str(arm.absolute())}
     if gripper is not None:
         own = stated.get("gripper", {})

@@ -116,7 +116,7 @@ def test_episodes_are_proven_played_and_judged_once(run: Run, tmp_path: Path, sm
     after = {p: p.stat().st_mtime_ns for p in out.glob("episodes/*/result.json")}
     assert len(after) == 3 and {p for p in before if before[p] == after[p]} == {p for p in before if p.parent.name != "table-2-0"}
     done = run(*asked, "--tasks", "1", "--fail")
-    assert done.code == 1 and "1 of 1 episodes are not true at rest within their budget: table 1 0 task 1: finished" in done.err
+    assert done.code == 1 and "1 of 1 episodes failed the judge's check at rest within their budget: table 1 0 task 1: finished" in done.err
     done = run("experiment", SMALL, "--out", out)  # the tables of what is there
     assert done.code == 0 and "1 of 3" in done.out and "judge" not in done.err
     html = (out / "report.html").read_text()
@@ -378,7 +378,8 @@ def test_within_the_budget_and_in_unlimited_time(small: JudgedExperiment) -> Non
     assert text.index("A passing verdict was right") < text.index("## Suites") and "2 of 4 (.50, .15 to .85)" in text
     assert [kind for kind, _, _ in explained(results)] == ["physics", "path", "time"]
     assert [why(r) for r in results[1:4]] == [
-        "the check was true at action 101, beyond the budget of 100", "the check was true at action 60, and no longer is at rest",
+        "the check was true at action 101, beyond the budget of 100",
+        "the check was true at action 60, but not when all things were at rest",
         "the program ran to its end, and the judge's check was never true",
     ]  # fmt: skip
     html = outcomes_page(found, results, small, Path("nowhere"))

@@ -109,8 +109,8 @@ YAML: Mapping[str, tuple[str, str]] = {
 }
 
 ONTOLOGIES: Mapping[str, tuple[str, str, str]] = {
-    "context of an address": ("x.jsonld", '{"@context": "http://127.0.0.1:9/x", "@id": "http://x#a"}', "kept elsewhere"),
-    "context of a file": ("x.jsonld", '{"@context": [{}, "file:///etc/passwd"], "@id": "http://x#a"}', "kept elsewhere (file:"),
+    "context of an address": ("x.jsonld", '{"@context": "http://127.0.0.1:9/x", "@id": "http://x#a"}', "in another file or at an address"),
+    "context of a file": ("x.jsonld", '{"@context": [{}, "file:///etc/passwd"], "@id": "http://x#a"}', "in another file or at an address (file:"),
     "entities": ("x.owl", f"<!DOCTYPE r [{BOMB}]><rdf:RDF {RDF}>&e9;</rdf:RDF>", "entity 'e1'"),
     "external entity": ("x.owl", f'<!DOCTYPE r [<!ENTITY x SYSTEM "file:///etc/passwd">]><rdf:RDF {RDF}>&x;</rdf:RDF>', "entity 'x'"),
     "deep XML": ("x.owl", f"<rdf:RDF {RDF}>{'<a>' * 20_000}{'</a>' * 20_000}</rdf:RDF>", "nested more than 500"),

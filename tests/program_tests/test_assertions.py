@@ -47,7 +47,7 @@ FAIL: Mapping[str, tuple[Ask, str]] = {
     "stops": (lambda run: run.stops(), "it came to its end"),
     "a contact": (lambda run: run.touches("hand", "shelf"), "'hand' and 'shelf' never touch"),
     "no contact": (lambda run: run.never_touches("block", "hand"), "'hand/"),
-    "what stays": (lambda run: run.leaves("block", within="5 mm"), "'block' gets"),
+    "what stays": (lambda run: run.leaves("block", within="5 mm"), "'block' moves"),
     "forces": (lambda run: run.pushes(0.5), "0.5 N are allowed"),
     "speeds": (lambda run: run.moves(0.02), "m/s, 0.02 m/s are allowed"),
     "times": (lambda run: run.takes("2 s"), "2 s are allowed"),

@@ -36,7 +36,7 @@ class Bench(Value):
 
     @property
     def files(self) -> list[Path]:
-        """Files that the results depend on."""
+        """Files on which the experiment's results depend."""
         named = [self.experiment.beside(f) for f in (self.ablation.plugin, self.ablation.rules) if f]
         return [self.experiment.path, self.scenario.path, *named]
 

@@ -111,7 +111,7 @@ def to_json(tables: ObjectTables, results: Sequence[DemonstrationResult], key: d
 def html(
     title: str, about: list[str], tables: ObjectTables, results: Sequence[DemonstrationResult], changes: list[str], folder: Path
 ) -> str:
-    """Render the page as HTML.
+    """Render the report of demonstrations as HTML.
 
     Args:
         about: what was run, in lines for people.
@@ -125,7 +125,7 @@ def html(
 
 
 def _share(value: Share) -> str:
-    """Text of a share that breaks into two lines at most: its counts, and its interval."""
+    """Text of a share for a table cell: its counts and its interval, which may break into two lines only."""
     counts, _, rest = share(value).partition(" (")
     return counts.replace(" ", "\u00a0") + " (" + rest.replace(" ", "\u00a0")
 

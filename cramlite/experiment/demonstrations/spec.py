@@ -36,8 +36,7 @@ class SetSpec(Spec):
 
 
 class AblationSpec(Spec):
-    """Ablation: a changed part of the method, such as a replaced plugin, other rules, more candidates, or
-    twins without errors."""
+    """Ablation of an experiment: a replaced plugin, other rules, more candidates, or twins without errors."""
 
     about: str
     plugin: str | None = None
@@ -104,7 +103,7 @@ class ExperimentSpec(Spec):
         for name, one in self.sets.items():
             for seed in (one.first + 100 * j + n for j in range(len(self.objects)) for n in range(one.count)):
                 if seed in taken:
-                    raise ValueError(f"the sets '{taken[seed]}' and '{name}' share the seed {seed}; move one 'first'")
+                    raise ValueError(f"the sets '{taken[seed]}' and '{name}' share the seed {seed}; change 'first' of one")
                 taken[seed] = name
         return self
 

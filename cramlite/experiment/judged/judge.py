@@ -21,7 +21,7 @@ CONNECT = "connect"
 
 
 class Judgement(Protocol):
-    """Judgement of an episode."""
+    """Judgement of an episode by the judge: whether and when its goal held."""
 
     @property
     def success(self) -> bool:
@@ -71,10 +71,10 @@ class Judge(Protocol):
         """Return the present judgement."""
 
     def picture(self) -> bytes:
-        """Return the picture of the judge's camera as PNG; nothing without a camera."""
+        """Return the picture of the judge's camera as PNG; empty without a camera."""
 
     def close(self) -> None:
-        """End the process."""
+        """End the judge's process."""
 
 
 def connect(file: Path, environment: Path | None) -> Judge:

@@ -19,7 +19,7 @@ SHOWN = 4
 
 
 def outcomes_page(tables: EpisodeTables, results: Sequence[EpisodeResult], experiment: JudgedExperiment, folder: Path) -> str:
-    """Render the page as HTML.
+    """Render the page about the episodes' ends as HTML.
 
     Args:
         folder: of the episodes' files, where the pictures are.
@@ -55,7 +55,7 @@ def why(result: EpisodeResult) -> str:
     if attempt.first is None:
         return f"the program ran to its end, and the judge's check was never true{ours}"
     if not attempt.rest:
-        return f"the check was true at action {attempt.first}, and no longer is at rest{ours}"
+        return f"the check was true at action {attempt.first}, but not when all things were at rest{ours}"
     return f"the check was true at action {attempt.first}, beyond the budget of {result.budget}"
 
 

@@ -46,7 +46,7 @@ PICTURE = (320, 320)
 
 
 class Trial(Value):
-    """Trial of one episode.
+    """Trial of one episode in the judge's simulator.
 
     Args:
         experiment: that the episode is of.
@@ -114,7 +114,7 @@ def _engine(trial: Trial) -> Engine:
 
 
 def _resolved(trial: Trial, judge: Judge, result: EpisodeResult) -> EpisodeResult:
-    """Search a program for the episode's goal, and play it once; return the result with both."""
+    """Search for a program that reaches the episode's goal, and play it once; return the result with both."""
     engine, trace, clock = _engine(trial), Trace(), time.monotonic()
     try:
         path, setting = judge.setting(engine, trial.folder, trial.twins)

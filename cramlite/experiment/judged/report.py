@@ -1,4 +1,4 @@
-"""Report of a judged experiment in Markdown: the worth of a proof first, then the rates of true episodes."""
+"""Report of a judged experiment in Markdown: how often proofs were right, then the success rates of episodes."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def worth(tables: EpisodeTables) -> list[str]:
 
 
 def suite_rows(tables: EpisodeTables, experiment: JudgedExperiment) -> list[list[str]]:
-    """Return a row for each suite, and one for all."""
+    """Return a table row for each suite, and one for all suites."""
     rows = [[r.suite, experiment.spec.suites[r.suite].about, str(r.budget), *_counts(r)] for r in tables.suites]
     return [*rows, ["all", "", "", *_counts(tables.whole)]] if len(rows) > 1 else rows
 
@@ -63,11 +63,11 @@ def difference(found: Difference) -> str:
 
 
 def watched(found: Watched) -> str:
-    """Return a sentence with the rates of watched suites, with simulated time stopped during the search and
-    with it passing."""
+    """Return a sentence with the success rates of watched suites: with simulated time stopped during the
+    search, and with it passing."""
     return (
-        f"Watched suites, true at rest: {found.still.text} if simulated time stands still while the rest is resolved; "
-        f"{found.passing.text} if it passes, by CPU time."
+        f"Watched suites, true at rest: {found.still.text} if simulated time stops during the search; "
+        f"{found.passing.text} if the search's CPU time passes."
     )
 
 
@@ -77,7 +77,7 @@ def signed(value: float) -> str:
 
 
 def task_rows(tables: EpisodeTables) -> list[list[str]]:
-    """Return a row for each task."""
+    """Return a table row for each task."""
     return [[r.suite, str(r.task), r.name, *_counts(r, short=True)] for r in tables.tasks]
 
 
@@ -96,7 +96,7 @@ def times(seconds: dict[str, Spread]) -> list[list[str]]:
 
 
 def published_rows(tables: EpisodeTables) -> list[list[str]]:
-    """Return a row for each published figure."""
+    """Return a table row for each published rate."""
     return [[p.system, p.given, p.rate, p.ours.text, ", ".join(p.suites), p.source] for p in tables.published]
 
 

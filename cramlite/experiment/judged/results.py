@@ -100,8 +100,8 @@ class EpisodeResult(Value, kw_only=True):
         return self.first(unlimited=unlimited) and self.attempt is not None and self.attempt.rest
 
     def rest_while_time_passes(self) -> bool:
-        """Return whether the check is true at rest, and became true within the budget if the search's CPU
-        time counts as actions."""
+        """Return whether the judge's check held at rest, and became true within the budget if the search's
+        CPU time counts as actions."""
         first = self.attempt.first if self.attempt else None
         return self.rest() and first is not None and self.attempt is not None and first + self.attempt.waited <= self.budget
 

@@ -1,4 +1,4 @@
-"""Tables of a judged experiment: how often the judge agreed with a proof, and how many episodes were true by its check."""
+"""Tables of a judged experiment: how often the judge agreed with a proof, and how many episodes fulfilled the judge's check."""
 
 from __future__ import annotations
 
@@ -63,8 +63,9 @@ class PublishedRate(Value):
 
 
 class Difference(Value):
-    """Difference of the rates of variant suites and of the suites that they vary; both are true at rest
-    within the budget.
+    """Difference between the success rates of variant suites and of the suites that they vary.
+
+    An episode succeeds if the judge's check became true within the budget and holds at rest.
 
     Args:
         variants, bases: names of suites of both, of which some episode was played.
@@ -82,7 +83,7 @@ class Difference(Value):
 
 
 class Watched(Value):
-    """Rates of watched suites, true at rest within the budget.
+    """Success rates of watched suites, with the judge's check true at rest and within the budget.
 
     One is with simulated time stopped during the search, the other with the search's CPU time passing.
     """
@@ -124,7 +125,7 @@ class EpisodeTables(Value):
 
 
 def tables(results: Episodes, experiment: JudgedExperiment) -> EpisodeTables:
-    """Count the results of a run."""
+    """Compute the tables of a run's results."""
     apart, results = sum(r.apart for r in results), [r for r in results if not r.apart]
     suites = list(dict.fromkeys(r.suite for r in results))
     tasks = list(dict.fromkeys((r.suite, r.task) for r in results))
@@ -188,7 +189,8 @@ def _spread(values: list[float]) -> Spread:
 
 
 def _difference(results: Episodes, experiment: JudgedExperiment) -> Difference | None:
-    """Return the difference between all variant suites that were played and the suites that they vary."""
+    """Return the difference between the success rates of all variant suites that were played and of the
+    suites that they vary."""
     of = {name: spec.of for name, spec in experiment.spec.suites.items() if spec.of}
     played = {r.suite for r in results}
     variants = tuple(name for name in of if name in played and of[name] in played)

@@ -94,7 +94,7 @@ class Episodes(Value):
         found = tables(ran, self.experiment)
         asked = [results[name] for name in self.names]
         lost = [in_a_line(r) for r in asked if not r.rest()] if self.fail else []
-        failure = f"{len(lost)} of {len(asked)} episodes are not true at rest within their budget: {'; '.join(lost)}."
+        failure = f"{len(lost)} of {len(asked)} episodes failed the judge's check at rest within their budget: {'; '.join(lost)}."
         return Report(
             {"run": self.key(), "tables": found, "episodes": ran}, text := markdown(found, self.experiment),
             {"tables.md": text, "report.html": outcomes_page(found, ran, self.experiment, out / self.folder)},

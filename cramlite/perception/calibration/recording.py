@@ -95,7 +95,7 @@ def read_spec(folder: Path) -> RecordingSpec:
         )
     data = load_yaml(path)
     if not isinstance(data, Mapping):
-        raise UserError(f"{path}:1: it is a mapping with the keys {', '.join(RecordingSpec.model_fields)}.")
+        raise UserError(f"{path}:1: this file is a mapping with the keys {', '.join(RecordingSpec.model_fields)}.")
     try:
         return RecordingSpec.model_validate(data)
     except ValidationError as error:
