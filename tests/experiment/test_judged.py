@@ -474,5 +474,5 @@ def test_time_that_passes_while_it_thinks_is_taken_from_the_budget(
     assert (one.rest(), one.rest_while_time_passes()) == (rest, in_passing_time)
     counted = tables([one], small)
     assert counted.watched is not None and (counted.watched.still.hits, counted.watched.passing.hits) == (rest, in_passing_time)
-    assert f"{counted.watched.passing.text} if it passes" in markdown(counted, small)
+    assert f"{counted.watched.passing.text} if the search's CPU time passes" in markdown(counted, small)
     assert tables([result(0, first=first, rest=True)], small).watched is None

@@ -226,7 +226,7 @@ UNREADABLE = {
         "'e', whose 'scope' is 'objects'; did you mean 'object'?",
     ),
     "outputs": (declared("experts", "Expert('e', 'e', (), 'x', f)"), "whose 'outputs' is 'x'; it must be a tuple"),
-    "cost of an expert": (declared("experts", "Expert('e', 'e', (), ('x',), f, cost_ms='3')"), "it is a number"),
+    "cost of an expert": (declared("experts", "Expert('e', 'e', (), ('x',), f, cost_ms='3')"), "it must be a number"),
     "phase": (
         declared("predicates", "Predicate('p', 0, f, frozenset({'before'}))"),
         "'p', whose 'phases' is 'before'; valid are: post, pre, run",
