@@ -149,8 +149,7 @@ def look(
 def _best(
     scenario: Scenario, query: ObjectQuery, seen: Look, robot: Robot, knowledge: Knowledge, seed: int
 ) -> Picture:
-    """Return the first picture whose poses are confident enough, else the one with the most confident
-    poses."""
+    """Return the first picture with sufficiently confident poses, else that with the most confident ones."""
     earlier = {t.name: (t.type, t.pose.position) for t in seen.known.things if not t.furniture}
     best: tuple[float, Picture | None] = (-1.0, None)
     for taken in islice(pictures(scenario, query, seen, robot, knowledge, seed), VIEWS):
@@ -199,9 +198,7 @@ def look_into(
 
 
 def _wary(seen: Look, taken: Picture, there: tuple[Thing, ...], container: str, knowledge: Knowledge) -> Look:
-    """Return the belief with the bodies that a picture shows but no expert recognises.
-
-    Those in a container become parts of it, others fixed things.
+    """Return the belief with a picture's unrecognised bodies: those in a container become its parts, others fixed things.
 
     Args:
         there: what is known, as it stood when the picture was taken.
@@ -324,8 +321,7 @@ def pictures(
 
 
 def places_of(query: ObjectQuery, furniture: World, knowledge: Knowledge) -> tuple[str, ...]:
-    """Return the furniture that a query names, by name or class; else all furniture on which things can hang
-    or into which they can be put."""
+    """Return the furniture that a query names; else all on which things can hang or into which they can be put."""
     classes = knowledge.taxonomy
     wanted = [str(c.value) for c in query.conditions if c.key in RELATIONS]
     known = [classes.resolve(w) for w in wanted]
