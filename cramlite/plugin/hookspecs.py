@@ -48,27 +48,27 @@ hookimpl = pluggy.HookimplMarker("cramlite")
 
 @hookspec
 def task_types() -> Iterable[TaskType]:  # type: ignore[empty-body]
-    """Declare task types. Called once at load; collected; two of one name or alias are an error."""
+    """Declare task types. Called once at load; all declarations are collected, and two with one name or alias are an error."""
 
 
 @hookspec
 def predicates() -> Iterable[Predicate]:  # type: ignore[empty-body]
-    """Declare predicates that rule files may use. Called once, before rules are loaded; collected."""
+    """Declare predicates that rule files may use. Called once, before rules are loaded; all declarations are collected."""
 
 
 @hookspec
 def experts() -> Iterable[Expert]:  # type: ignore[empty-body]
-    """Declare perception experts with inputs and outputs. Called once at load; collected by ``name``."""
+    """Declare perception experts with inputs and outputs. Called once at load; all declarations are collected by ``name``."""
 
 
 @hookspec
 def robots() -> Iterable[Robot]:  # type: ignore[empty-body]
-    """Declare robot models. Called once at load; collected by ``type``."""
+    """Declare robot models. Called once at load; all declarations are collected by ``type``."""
 
 
 @hookspec
 def object_models() -> Iterable[ModelMaker]:  # type: ignore[empty-body]
-    """Declare parametric object models that scenarios may name. Called once at load; collected by ``name``."""
+    """Declare parametric object models that scenarios may name. Called once at load; all declarations are collected by ``name``."""
 
 
 @hookspec
@@ -78,12 +78,12 @@ def simulators() -> Iterable[Simulator]:  # type: ignore[empty-body]
 
 @hookspec
 def record_scripts() -> Iterable[RecordScript]:  # type: ignore[empty-body]
-    """Declare scripts of the simulated person, for recordings. Called once at load; collected by ``name``."""
+    """Declare scripts of the simulated person, for recordings. Called once at load; all declarations are collected by ``name``."""
 
 
 @hookspec
 def episode_repairs() -> Iterable[EpisodeRepair]:  # type: ignore[empty-body]
-    """Declare repairs of recorded episodes. Called once at load; collected by ``name``.
+    """Declare repairs of recorded episodes. Called once at load; all declarations are collected by ``name``.
 
     Each episode that any plugin reads passes through all of them, in order of their ``order``. Episodes that were
     detected in a rollout do not.
@@ -92,12 +92,12 @@ def episode_repairs() -> Iterable[EpisodeRepair]:  # type: ignore[empty-body]
 
 @hookspec
 def location_kinds() -> Iterable[LocationKind]:  # type: ignore[empty-body]
-    """Declare relations of locations, each with the function that grounds it. Called once at load; collected by ``name``."""
+    """Declare relations of locations, each with its grounding function. Called once at load; all declarations are collected by ``name``."""
 
 
 @hookspec
 def motion_kinds() -> Iterable[MotionKind]:  # type: ignore[empty-body]
-    """Declare kinds of motions that ``resolve_motion`` answers. Called once at load; collected by ``name``."""
+    """Declare kinds of motions that ``resolve_motion`` answers. Called once at load; all declarations are collected by ``name``."""
 
 
 @hookspec
@@ -107,7 +107,7 @@ def validators() -> Iterable[Validator]:  # type: ignore[empty-body]
 
 @hookspec
 def backends() -> Iterable[Backend]:  # type: ignore[empty-body]
-    """Declare code generators. Called once at load; collected by ``name``."""
+    """Declare code generators. Called once at load; all declarations are collected by ``name``."""
 
 
 @hookspec
@@ -122,7 +122,7 @@ def report_sections() -> Iterable[ReportSection]:  # type: ignore[empty-body]
 
 @hookspec
 def exporters() -> Iterable[Exporter]:  # type: ignore[empty-body]
-    """Declare formats that recorded runs can be exported to. Called once at load; collected by ``name``."""
+    """Declare formats that recorded runs can be exported to. Called once at load; all declarations are collected by ``name``."""
 
 
 @hookspec(firstresult=True)

@@ -461,7 +461,7 @@ def test_variants_are_held_against_what_they_are_of(small: JudgedExperiment) -> 
     found = tables([*done, *variants], both).difference
     assert found is not None and found.value == pytest.approx(-0.2) and found.interval[0] < -0.2 < 0 < found.interval[1]
     text = markdown(tables([*done, *variants], both), both)
-    assert "Difference of the rates true at rest, variants (turned) less originals (table): -.20 (-.62 to +.26" in text
+    assert "Difference of success rates at rest, variants (turned) less originals (table): -.20 (-.62 to +.26" in text
 
 
 @pytest.mark.parametrize(

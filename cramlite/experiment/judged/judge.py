@@ -68,7 +68,7 @@ class Judge(Protocol):
         """Take no action until the things in the judge's world are at rest."""
 
     def check(self) -> Judgement:
-        """Return the present judgement."""
+        """Return the judgement of the present state of the judge's world."""
 
     def picture(self) -> bytes:
         """Return the picture of the judge's camera as PNG; empty without a camera."""

@@ -57,7 +57,7 @@ def difference(found: Difference) -> str:
     vary."""
     low, high = found.interval
     return (
-        f"Difference of the rates true at rest, variants ({', '.join(found.variants)}) less originals ({', '.join(found.bases)}): "
+        f"Difference of success rates at rest, variants ({', '.join(found.variants)}) less originals ({', '.join(found.bases)}): "
         f"{signed(found.value)} ({signed(low)} to {signed(high)}, Newcombe): {found.rate.text} less {found.base_rate.text}."
     )
 
@@ -66,7 +66,7 @@ def watched(found: Watched) -> str:
     """Return a sentence with the success rates of watched suites: with simulated time stopped during the
     search, and with it passing."""
     return (
-        f"Watched suites, true at rest: {found.still.text} if simulated time stops during the search; "
+        f"Success rates of watched suites at rest: {found.still.text} if simulated time stops during the search; "
         f"{found.passing.text} if the search's CPU time passes."
     )
 
