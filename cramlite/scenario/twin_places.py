@@ -175,8 +175,10 @@ def _hand_eye(errors: ErrorModel, draw: Drawing, sight: Sight) -> Callable[[Pose
 
 
 def _heights(middle: tuple[float, float], thing: Sequence[Box], other: Sequence[Box]) -> Iterator[float]:
-    """Yield heights at which a support may carry a thing [m]: under the thing's middle, else under parts of
-    its base."""
+    """Yield heights at which a support may carry a thing [m].
+
+    They are those of parts under the thing's middle, and of parts under its base that have the middle between them.
+    """
     foot = min(low[2] for low, _ in thing)
     below = [box for box in other if box[1][2] <= foot + INSIDE]
     yield from (high[2] for low, high in below if _over(middle, low, high))
