@@ -1,4 +1,4 @@
-"""Lines of a judge's process: requests come in, one JSON object a line, and each is answered with one.
+"""JSON lines of a judge's process: it reads requests, one JSON object a line, and answers each with one line.
 
 The judges' scripts beside this file share it. They run in environments of their own, so nothing of cramlite is imported here.
 """

@@ -1,4 +1,5 @@
-"""LIBERO as a judge of what a camera sees and a sentence says: no model, no state and no formula of it is asked for."""
+"""LIBERO as a judge that tells a robot only what a cell could: camera pictures and the task's sentence, no
+model, state or goal formula."""
 
 from __future__ import annotations
 
@@ -42,7 +43,8 @@ class LiberoByCamera(Libero):
         return super().reset(suite, task, state)
 
     def ask(self, ask: dict[str, Any], patience: float) -> dict[str, Any]:
-        """Send a request that a robot cell could answer, and return the answer; both are kept.
+        """Send a request that a robot cell could answer, and return the answer; the request and the answer's
+        keys are recorded.
 
         Raises:
             UserError: it asks for more, or as that of any judge.
@@ -60,7 +62,8 @@ class LiberoByCamera(Libero):
         return base64.b64decode(self.ask({"ask": "look"}, self.patience)["rgb"])
 
     def setting(self, engine: Engine, folder: Path, twins: int, now: World | None = None) -> tuple[Path, Setting]:
-        """Look, write the scene that is believed since and its scenario, and build its setting: where the sentence is to become true."""
+        """Take a picture, write the scene that is believed from it with its scenario, and build the
+        setting whose goal is the task's sentence."""
         said = self.ask({"ask": "look"}, self.patience)
         hello = self.hello()
         mount = RobotMount("robot", "libero_panda", joints=tuple(said["joints"]), opening=min(said["opening"], 0.08))
@@ -86,7 +89,7 @@ class LiberoByCamera(Libero):
 
 
 def library_folder() -> Path:
-    """Return where the library of known kinds is.
+    """Return the folder with the library of known kinds.
 
     Raises:
         UserError: it is not there; says how it is made.

@@ -170,7 +170,8 @@ class Judge:
         } | self.feel()  # fmt: skip
 
     def step(self, delta: list[float], opening: float, grip: float) -> dict[str, Any]:
-        """Take an action; a hand that is commanded by position presses by how far its command is ahead of its fingers."""
+        """Take an action; of a hand that is commanded by position, the grip force sets how far the command
+        leads the fingers."""
         robot = self.robot
         opening = max(opening, self._opening() - grip * robot.give) if robot.give else opening
         most = self.env.robots[0].part_controllers["right"].output_max

@@ -19,7 +19,7 @@ SUITE = "drawn"
 
 
 class Drawn:
-    """Suite as LIBERO has suites: a task is a seed, with one initial state."""
+    """Benchmark suite in LIBERO's interface: each seed is a task, with one initial state."""
 
     def get_num_tasks(self) -> int:
         """Return the number after the last seed."""
@@ -52,7 +52,7 @@ class Drawn:
 
 
 def main() -> None:
-    """Add the suite, and go on as the script."""
+    """Register the suite of drawn problems, and run the judge's script that the command line names."""
     from libero.libero import benchmark
 
     benchmark.BENCHMARK_MAPPING[SUITE] = Drawn

@@ -1,4 +1,4 @@
-"""Scenes that are varied: things stand where others stood, or are others of the judge's library.
+"""Variants of a scene: things swap places, or are replaced by others of the judge's library.
 
 A problem is a dictionary as LIBERO's parser returns it (``robosuite_parse_problem``). Nothing of cramlite or LIBERO is imported.
 """
@@ -62,7 +62,7 @@ def replaced(problem: Problem, rng: Any, library: Sequence[str]) -> Problem:
 
 
 def _renamed(problem: Problem, new: Mapping[str, str]) -> Problem:
-    """The problem whose things are of other kinds, and are called so."""
+    """The problem with things replaced by things of other kinds, named after those kinds."""
     found, count, name = deepcopy(problem), dict[str, int](), dict[str, str]()
     for thing, kind in new.items():
         count[kind] = count.get(kind, 0) + 1

@@ -79,7 +79,8 @@ def with_engine(name: str = "fast-downward") -> Planner:
 def resolve_planned(
     engine: Engine, setting: Setting, goal: Goal, planner: Planner | None = None, *, rounds: int = 5
 ) -> Planned:
-    """Plan, resolve the plan one task more at a time; tell the planner of the first that cannot be, and plan again.
+    """Plan and resolve the plan task by task; give the planner the first task that cannot be resolved as
+    excluded, and plan again.
 
     Args:
         planner: by default Fast Downward as an engine of unified-planning.

@@ -144,7 +144,7 @@ def _text(value: Any) -> str:
 
 
 def _numbers(value: Any) -> Iterator[float]:
-    """All numbers in a nest of tuples and poses, in order; truth as 1 and 0."""
+    """All numbers in nested tuples and poses, in order; booleans as 1 and 0."""
     if isinstance(value, Pose):
         yield from (*value.position, *value.quaternion)
     elif isinstance(value, tuple):

@@ -184,7 +184,7 @@ class Messages:
         )
 
     def _pictures(self, run: RunRecord) -> Iterator[Said]:
-        """Pictures of an onlooker, a few times a second."""
+        """Pictures of the onlooking camera, a few times a second."""
         kind = "sensor_msgs/msg/CompressedImage"
         for sample in picture_samples(run.rollout.times):
             time = float(run.rollout.times[sample])

@@ -78,7 +78,7 @@ def _swept(robot: Robot, start: Joints, refine: Refine) -> Iterator[Joints]:
 
 
 def _reached(robot: Robot, flange: Pose) -> Iterator[Joints]:
-    """Ends of the starts, near the pose."""
+    """Joint positions near the pose, each reached from one of the starts."""
     import mink
 
     configuration, task, limits, starts = _solver(robot, threading.get_ident())

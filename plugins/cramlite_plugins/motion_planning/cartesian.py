@@ -78,8 +78,8 @@ def line(motion: Motion, belief: Belief, context: Context, targets: list[Pose]) 
 
 
 def _refused(said: str, motion: Motion, belief: Belief, context: Context, no: Refused) -> Unresolvable:
-    """Refusal without a straight line. If hand or payload meets an obstacle, the arm's way there is not to
-    blame; if a door or a drawer does, neither is the hand's place on it."""
+    """Refusal of a straight line, blaming the right choices: if hand or payload meets an obstacle, not the
+    arm's way there; if a door or a drawer meets one, not the hand's place on it either."""
     pair = no.collision.pair if no.collision else ()
     if motion.to is None or no.collision is None or any(thing_of(n) == no.collision.robot for n in pair):
         return Unresolvable(said, blocking=no.blocking, collision=no.collision, remedy=no.remedy)

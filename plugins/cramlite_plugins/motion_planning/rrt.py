@@ -45,7 +45,7 @@ PATIENCE = 0.1
 
 @contextmanager
 def _alone() -> Iterator[None]:
-    """No other query of this process runs meanwhile."""
+    """Hold the lock that lets one thread at a time query OMPL in this process."""
     while not _ONE_QUERY.acquire(timeout=PATIENCE):
         checkpoint()
     try:

@@ -30,7 +30,8 @@ def resolve_motion(motion: Motion, belief: Belief, context: Context) -> Answers:
 
 
 def _tilt(motion: Motion, belief: Belief, context: Context) -> Iterator[Grounding]:
-    """Tilt to the end of the path ("tilted"), or back to its beginning ("upright")."""
+    """Resolve motion "tilt": to the end of the place's path ("tilted"), or back to its beginning
+    ("upright")."""
     from ..motion_planning.joint_move import joint_move
     from ..motion_planning.reach import make_scene
     from ..motion_planning.round_off import blend_radii
@@ -51,7 +52,8 @@ def _tilt(motion: Motion, belief: Belief, context: Context) -> Iterator[Groundin
 
 
 def _trace(motion: Motion, belief: Belief, context: Context) -> Iterator[Grounding]:
-    """Along the path; of a closed one, as many rounds as its place says."""
+    """Resolve motion "trace": along the place's path; a closed path as many times as the place's value
+    "rounds" says."""
     from ..motion_planning.joint_move import joint_move
     from ..motion_planning.reach import make_scene, tcp, touched
     from ..motion_planning.round_off import blend_radii

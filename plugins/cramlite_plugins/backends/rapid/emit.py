@@ -45,7 +45,7 @@ ORI, LONGEST = 60.0, 30  # reorientation speed [deg/s]; letters of an identifier
 
 
 class _Writer(Struct):
-    """The text under construction.
+    """RAPID text under construction.
 
     Args:
         zero: where ABB's axes are zero, in the angles of typed programs [rad].
@@ -125,7 +125,8 @@ class _Writer(Struct):
         return [f"GripLoad {self.load};"]
 
     def attempts(self, step: Fallback) -> list[str]:
-        """A routine for each branch, and one that goes on to the next when a step of it fails."""
+        """A routine for each branch, with error handlers that start the next branch when a step of one
+        fails."""
         self.number += 1
         n, count_ = self.number, len(step.branches)
         body, self.lines = self.lines, []
@@ -163,7 +164,7 @@ def emit(program: Program, robot: Robot, *, forces: bool) -> Code:
     zeros = _axis_zeros(program, robot)
     if program.late:
         things = ", ".join(t.thing for t in program.late)
-        raise UserError(f"late poses ({things}): RAPID programs have none yet; take urscript")
+        raise UserError(f"late poses ({things}) cannot be written in RAPID yet; take the backend urscript")
     refuse_drives(program, "RAPID")
     out = _Writer(robot, zeros, forces, at=program.start)
     start = jointtarget(program.start, out.zero)

@@ -58,7 +58,7 @@ IMPORTS = (
 
 
 class _Writer(Struct):
-    """The program's own text under construction.
+    """Python text of the program itself, under construction.
 
     Args:
         robot: that it is for.
@@ -150,7 +150,7 @@ def emit(program: Program, robot: Robot) -> Code:
     refuse_drives(program, "ur_rtde")
     if program.late:
         things = ", ".join(t.thing for t in program.late)
-        raise UserError(f"late poses ({things}): Python programs for ur_rtde have none yet; take urscript")
+        raise UserError(f"late poses ({things}) cannot be written in Python for ur_rtde yet; take the backend urscript")
     out = _Writer(robot)
     tasks = [out.function(name, steps, title) + "(arm)" for name, title, steps in _tasks(program)]
     _main(out, program, robot, tasks)

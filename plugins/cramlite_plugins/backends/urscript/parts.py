@@ -240,7 +240,7 @@ def used(library: Sequence[str], text: str) -> list[str]:
 
 
 def _paragraphs(lines: Sequence[str]) -> list[list[str]]:
-    """Split at empty lines, and behind headings."""
+    """Lines in paragraphs, split at empty lines and after headings."""
     found: list[list[str]] = [[]]
     for line in lines:
         if line.startswith(HEADING):

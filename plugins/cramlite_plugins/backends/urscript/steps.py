@@ -102,7 +102,7 @@ def _place(step: MoveLinear, poses: Names) -> str:
 
 
 def _direction(step: MoveUntilContact) -> str:
-    """A direction of the base; one that is relative turns with its thing."""
+    """Direction of a guarded motion in the base frame; a direction relative to a thing turns with it."""
     if not step.relative:
         return vector(step.direction)
     moved, way = shift(step.relative), pose(Pose(step.direction))
@@ -110,7 +110,7 @@ def _direction(step: MoveUntilContact) -> str:
 
 
 def _moving(before: tuple[str, ...], moves: list[str], name: str, watch: str) -> Leaf:
-    """A thread that moves, started and watched."""
+    """URScript of a thread that executes a motion, with its start and the loop that watches it."""
     thread = (f"thread {name}():", *(f"  {line}" for line in moves), "  motion_done = True", "end")
     return Leaf(("motion_done = False", *before, f"motion_thread = run {name}()"), watch, thread)
 

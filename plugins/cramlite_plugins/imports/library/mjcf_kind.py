@@ -153,7 +153,8 @@ def _image(model: Any, texture: int) -> Any:
 
 
 def _colour(model: Any, geom: int) -> tuple[float, ...]:
-    """Colour of a geom without places in a texture: its material's, times the mean of that one's texture."""
+    """Colour of a geom without texture coordinates: its material's colour, times the mean colour of the
+    material's texture."""
     material = int(model.geom_matid[geom])
     if material < 0:
         return tuple(float(v) for v in model.geom_rgba[geom][:3])

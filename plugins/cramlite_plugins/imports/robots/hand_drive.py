@@ -38,7 +38,7 @@ def complete_drives(where: Path, spec: Any) -> tuple[str, ...]:
         raise UserError(f"{where}: the hand has no joint, so nothing closes; take a file whose fingers move.")
     weak = [a for a in spec.actuators if not _holds(a)]
     targets = [(int(a.trntype), a.target, _reach(a)) for a in weak]
-    notes = [f"drive '{_short(a.name)}' pushes without holding a position: a servo of its strength stands for it" for a in weak]
+    notes = [f"drive '{_short(a.name)}' pushes without holding a position: a servo of its strength replaces it" for a in weak]
     for actuator in weak:
         spec.delete(actuator)
     if not spec.actuators and not targets:

@@ -183,7 +183,7 @@ def _weights(hand: Driven, signs: Floats) -> Floats:
 
 
 def _limited_stroke(where: Path, linkage: Linkage, opening: tuple[float, float] | None) -> Linkage:
-    """The part of the stroke that is stated to be used."""
+    """Part of a hand's stroke within the stated opening."""
     if opening is None:
         return linkage
     from msgspec.structs import replace
@@ -215,10 +215,10 @@ def _force(where: Path, spec: Any, hand: Driven, linkage: Linkage, stated: HandF
     if stated.force is None:
         most = can[mid]
         weak = min(can[mid:])
-        notes = [f"it grips with {most:.3g} N at half its opening, as the file's drives do; 'force' of 'gripper' says another"]
+        notes = [f"it grips with {most:.3g} N at half its opening, as the file's drives do; 'force' of 'gripper' can state another"]
         notes += [f"on narrow things it exerts down to {weak:.3g} N, as its drives are soft"] if weak < 0.8 * most else []
         if most <= 0:
-            raise UserError(f"{where}: the hand's drives exert no force; 'force' of 'gripper' says it: [lowest, highest] in N.")
+            raise UserError(f"{where}: the hand's drives exert no force; state it by 'force' of 'gripper': [lowest, highest] in N.")
         return (WEAKEST * most, most), tuple(notes)
     low, high = stated.force
     if not 0 < low < high:

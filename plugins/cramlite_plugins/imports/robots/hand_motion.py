@@ -59,7 +59,7 @@ def driven(where: Path, spec: Any, fingers: Sequence[Sequence[int]] | None = Non
     if not len(pairs) or travel.max() < LEAST:
         raise UserError(
             f"{where}: no two fingers of the hand come nearer to each other when its drives move, so it is no parallel gripper; "
-            "'pads' of 'gripper' names the faces that grip, one of each finger: two names of geoms or bodies."
+            "if it is one, name the faces that grip by 'pads' of 'gripper': two geoms or bodies, one of each finger."
         )
     nearest = np.where(travel >= LEAST, np.maximum(far.min(axis=1), NEAR), FAR)
     best = min(range(len(pairs)), key=lambda k: (round(float(nearest[k]), 3), -float(travel[k])))
@@ -86,7 +86,7 @@ def _check_size(where: Path, model: Any) -> None:
     if far > FAR:
         raise UserError(
             f"{where}: a shape of the hand is {far:.3g} m from the flange; files are in metres. If this one is in millimetres, scale its "
-            "lengths and meshes by 0.001; if it is mounted elsewhere, 'at' of 'gripper' says where."
+            "lengths and meshes by 0.001; if it is mounted elsewhere, state where by 'at' of 'gripper'."
         )
 
 
@@ -113,7 +113,7 @@ def settled(model: Any, order: Floats, data: Any = None) -> tuple[Floats, Any]:
 
 
 def _pairs(model: Any, states: Sequence[Floats], fingers: Sequence[Sequence[int]] | None) -> list[tuple[int, int]]:
-    """Pairs of geoms, one of each finger: of two branches of the tree, one of them moving at least."""
+    """Pairs of geoms on two fingers: on two branches of the body tree, at least one of which moves."""
     if fingers is not None:
         return list(itertools.product(*fingers))  # type: ignore[arg-type]
     places = np.array([_places(model, q) for q in states])

@@ -58,7 +58,7 @@ def _attach_from_arm(source: Source, child: Any, frame: Any, last: int) -> None:
     roots = [b for b in child.bodies if b.parent is not None and int(b.parent.id) == last and _moves(b)]
     if not roots:
         raise UserError(
-            f"{source.path}: nothing moves behind the arm's last joint, so there is no hand in this file; 'gripper' says one: a name "
+            f"{source.path}: nothing moves behind the arm's last joint, so there is no hand in this file; state one by 'gripper': a name "
             "such as robotiq_2f85, or {file: hand.xml}."
         )
     for body in roots:
@@ -80,7 +80,7 @@ def _state_inertia(spec: Any, model: Any) -> None:
 
 
 def _drop_loose(spec: Any) -> None:
-    """Leave out parts of a room, and a free root."""
+    """Remove what no hand has: keyframes, sensors, lights, cameras, skins, planes and free joints."""
     for kind in ("keys", "sensors", "lights", "cameras", "skins"):
         for element in list(getattr(spec, kind)):
             spec.delete(element)

@@ -86,13 +86,13 @@ def _kind(model: Any, body: int, carrier: str) -> tuple[Literal["fixed", "joint"
         what = "a ball joint" if types == [BALL] else f"{len(types)} joints"
         return "fixed", f"'{name}' has {what}; things have one hinge or slide, so it is held where it starts"
     if carrier != "fixed":
-        return "fixed", f"'{name}' is jointed to what moves itself; its own joint is held where it starts"
+        return "fixed", f"'{name}' is on a joint of a body that moves itself; this joint is held where it starts"
     return "joint", ""
 
 
 def _rooms(model: Any, data: Any) -> frozenset[int]:
-    """Fixed bodies that hold others together by name alone: without shape and site, their parts standing
-    in two places or more.
+    """Fixed bodies that only group others, such as a room: without shape and site, their parts standing in
+    two places or more.
 
     A kitchen's cupboards are not one thing; a table's legs, which touch its top, are.
     """
@@ -156,7 +156,7 @@ def _robots(model: Any) -> tuple[frozenset[int], tuple[int, ...], list[str]]:
             found.update(base)
             bases.append(min(base))
             why = f"{length} joints in a row" + (", driven by motors" if motors else "")
-            notes.append(f"'{model.body(min(base)).name}' is a robot ({why}): left out with {len(base)} bodies; 'robot' says who acts")
+            notes.append(f"'{model.body(min(base)).name}' is a robot ({why}): left out with {len(base)} bodies; 'robot' names who acts")
     return frozenset(found), tuple(bases), notes
 
 

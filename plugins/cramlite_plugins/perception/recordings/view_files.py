@@ -147,7 +147,8 @@ def _from_cloud(path: Path) -> View:
 
 
 def _organised_view(cloud: Cloud, where: Path) -> View:
-    """View of an organised cloud: each point knows its pixel, and from both follow the intrinsics.
+    """View of an organised cloud: the pixel of each point is known, and from points and pixels follow the
+    intrinsics.
 
     Raises:
         UserError: no pinhole camera sees the points where they are.

@@ -1,4 +1,4 @@
-"""Experts for the region of interest of a query, and the point cloud in it."""
+"""Experts that find the region of interest of a query, and the point cloud in it."""
 
 from __future__ import annotations
 

@@ -34,8 +34,8 @@ def obstacles(inputs: Inputs) -> Mapping[str, Any]:
 
 
 def _unexplained(inputs: Inputs, known: Sequence[Thing]) -> tuple[Floats, Floats]:
-    """Middles of the voxels with several points that are farther from anything known than noise and poses
-    explain; and of the explained ones."""
+    """Voxels with several points, as mean points: those farther from anything known than noise and pose
+    errors explain, and the others."""
     import numpy as np
 
     view, cloud, limits = inputs["view"], inputs["cloud"], inputs.parameters
