@@ -82,7 +82,7 @@ def is_part(_scene: SymbolicWorld, thing: str, part: str) -> bool:
 
 
 def in_chain(scene: SymbolicWorld, entity: str) -> bool:
-    """Evaluate chain(X) in a symbolic world: the hand, its payload, and the parts of that."""
+    """Evaluate chain(X) in a symbolic world: the hand, its payload, and the payload's parts."""
     return thing_of(entity) in {EFFECTOR, *scene.held}
 
 
@@ -160,7 +160,7 @@ def _stood_on(thing: Thing, scene: SymbolicWorld) -> str | None:
 
 
 def _leans_on(thing: Thing, below: list[Thing], within: float = STANDS_WITHIN) -> str | None:
-    """Support of a thing that stands on no surface: the nearest below it, if as good as touched, within a distance [m]."""
+    """Support of a thing that stands on no surface: the nearest thing below it, if within a distance [m]."""
     found = min(((abs(room_under(thing, thing.pose, b, b.pose)), b.name) for b in below), default=(math.inf, ""))
     return found[1] if found[0] < within else None
 

@@ -108,7 +108,8 @@ def _at_region(scene: SymbolicWorld, thing: str, place: str) -> GoalCondition:
 
 
 def _poured_into(scene: SymbolicWorld, source: str, destination: str) -> GoalCondition:
-    """Goal of pouring: the first vessel is lifted, though the rule does not ask for it."""
+    """Goal of pouring: its facts include that the source vessel is lifted, though the rule does not ask
+    for that."""
     if source not in {t.name for t in scene.filled()}:
         raise UserError(f"'{source}' holds nothing that could be poured.")
     return GoalCondition(frozenset({("contains", destination, contents(source))}), frozenset({("supports", None, source)}))
@@ -157,7 +158,8 @@ def _jointed(thing: Thing) -> bool:
 
 
 def _is_hollow(scene: SymbolicWorld, _thing: str, place: str) -> bool:
-    """Whether things go into a place rather than onto it, where people say neither."""
+    """Whether a place is deep enough that things go into it rather than onto it, where a sentence says
+    neither."""
     part = EntityName.parse(place).part
     deep = [f for f in scene.world.thing(thing_of(place)).features if f.type == CAVITY and part in ("", None, f.name)]
     return any(f.size.get("height", 0.0) > DEEP for f in deep)

@@ -51,7 +51,8 @@ def plot(title: str, unit: str, times: Floats, curves: dict[str, Floats], ticks:
 
 
 def _nice(low: float, high: float, zero: bool) -> tuple[float, float]:
-    """Round ends: the multiples of a 1-2-5 step around the values; a constant gets room on both sides."""
+    """Round limits of an axis: multiples of a 1-2-5 step around the values; a constant gets room on both
+    sides."""
     low = min(low, 0.0) if zero else low
     span = max(high - low, 1e-3 * max(abs(low), abs(high), 1.0))
     power = 10.0 ** math.floor(math.log10(span / 2))

@@ -122,7 +122,8 @@ def _largest_pool(top: Floats, step: float) -> tuple[float, float, tuple[int, in
 
 
 def _flooded(top: Floats) -> Floats:
-    """Level of the water above each cell: the least height that it must rise to, to run off over the edge of the grid."""
+    """Level of the water above each cell: the least height to which water must rise to run off over the
+    edge of the grid."""
     level = np.full(top.shape, math.inf)
     rows, columns = top.shape
     edge = [(i, j) for i in range(rows) for j in range(columns) if i in (0, rows - 1) or j in (0, columns - 1)]
@@ -140,7 +141,8 @@ def _flooded(top: Floats) -> Floats:
 
 
 def _largest_box(mask: Floats) -> tuple[int, int, int, int]:
-    """The largest rectangle of cells that are all set, as half-open ranges of rows and columns."""
+    """The largest rectangle of cells that are all set, as row and column ranges (row, column, end row, end
+    column), ends excluded."""
     best, area = (0, 0, 0, 0), 0
     heights = np.zeros(mask.shape[1], dtype=int)
     for i, row in enumerate(mask):

@@ -8,7 +8,8 @@ T = TypeVar("T")
 
 
 class Itself(Generic[T]):
-    """An object as a key: equal to itself alone, so that no world of thousands of corners is compared.
+    """Object as a key of remembered results: equal to itself alone, so that worlds of thousands of corners
+    are not compared.
 
     Args:
         it: the object, which must not change; it lives as long as the key.

@@ -1,4 +1,4 @@
-"""Side on which a thing comes to lie when it tips over about its lowest edge."""
+"""Attitude in which a thing comes to lie after it tips over about its lowest edge."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def _edge(thing: Thing, pose: Pose) -> Floats:
 
 
 def _turn(normal: Floats, axis: Floats) -> float | None:
-    """Angle about an axis until a face looks down [rad]; None if a quarter turn does not reach that."""
+    """Angle about an axis that turns a face downwards [rad]; None if it is more than a quarter turn."""
     if abs(float(normal @ axis)) > ALONG:
         return None
     down = np.array([0.0, 0.0, -1.0])
