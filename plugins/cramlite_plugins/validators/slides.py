@@ -57,7 +57,7 @@ def _touched(rollout: Rollout, thing: str, rows: list[int]) -> list[set[str]]:
 
 
 def _near(rollout: Rollout, thing: str, touching: set[int], rows: list[int]) -> list[int]:
-    """The samples at which a payload touches something, or skims it since it did."""
+    """Samples at which a payload touches something, or has risen by less than ``SKIMS`` since it last did."""
     near, heights, last = list[int](), rollout.poses[thing][:, 2], -1
     for k in rows:
         last = k if k in touching else last

@@ -1,4 +1,5 @@
-"""Stance of one thing on another: whether a lid covers its opening, and how far a centre of mass is inside of its support."""
+"""Stance of one thing on another: whether a lid covers the vessel's opening, and how far a centre of mass
+is inside of its support's border."""
 
 from __future__ import annotations
 
@@ -56,7 +57,8 @@ def borne(rollout: Rollout, thing: str, support: str) -> float:
 
 
 def uncovered(lid: Thing, vessel: Thing) -> str:
-    """Return the part of a vessel's opening that a lid leaves open; "" where it covers one, or the vessel has none.
+    """Return a clause on the part of a vessel's opening that a lid leaves open; "" if it covers one, or the
+    vessel has none.
 
     Args:
         lid, vessel: where they are, their z upwards.
