@@ -99,7 +99,7 @@ def _reaches(on: Mapping[str, str], start: str) -> bool:
 
 
 def in_order(goal: Sequence[Literal], owner: Mapping[str, str]) -> list[Literal]:
-    """Return the placing parts of a goal, supports before the things on them."""
+    """Return the literals of a goal that place things, supports before the things on them."""
     places = {p[1]: p for p in goal if p[0] in PLACES}
     found: list[Literal] = []
     while len(found) < len(places):
@@ -120,7 +120,7 @@ def signature(goal: Iterable[Literal], kind: Callable[[str], str]) -> frozenset[
 
 
 def fits(thing: Sequence[float], target: Sequence[float]) -> bool:
-    """Return whether a thing is not larger than its target in every attitude.
+    """Return whether a thing fits on or in its target in some attitude.
 
     Args:
         thing: its three extents [m].

@@ -18,7 +18,7 @@ class Refused(Exception):
 
 
 def answer(judge: Any, ask: dict[str, Any]) -> dict[str, Any]:
-    """Serve a request with the judge's method of its name; all but ``reset`` need an episode, the judge's ``env``.
+    """Call the judge's method that a request names; all but ``reset`` need a running episode (``env``).
 
     Raises:
         Refused: there is no such request, or no episode yet.

@@ -30,7 +30,7 @@ ASKED = "asked.json"
 
 
 class LiberoByCamera(Libero):
-    """LIBERO's judge, of which only a picture with depth, joints and the task's sentence are known."""
+    """LIBERO's judge, asked only for pictures with depth, joint values and the task's sentence."""
 
     def __init__(self, environment: Path | None = None, patience: float = PATIENCE) -> None:
         super().__init__(environment, patience)
@@ -38,7 +38,7 @@ class LiberoByCamera(Libero):
         self.asked: list[dict[str, Any]] = []
 
     def reset(self, suite: str, task: int, state: int) -> str:
-        """Begin an episode, and keep its sentence."""
+        """Begin an episode, and remember the task's sentence."""
         self.asked, self.seed = [], task * 1000 + state
         return super().reset(suite, task, state)
 
@@ -102,7 +102,7 @@ def library_folder() -> Path:
 
 @lru_cache(maxsize=1)
 def kinds_of(library: Path) -> tuple[Thing, ...]:
-    """Return the kinds of a library, each at the origin."""
+    """Return the things of a library's kinds, each at the origin."""
     makers = Engine().knowledge.registry.first("read_models", path=library) or ()
     return tuple(maker.make(name=maker.name, pose=Pose()) for maker in makers)
 

@@ -107,7 +107,7 @@ class Change:
         return net <= NET and along <= ALONG and self.moved <= STILL
 
     def move_object(self, env: Any, change: dict[str, Any], hand: Any) -> None:
-        """Displace a thing, by its body if it has no free joint."""
+        """Displace a thing: by its free joint, else by moving its body in the model."""
         put(env, change["object"], origin(env, change["object"]) + np.array(change["delta_position_m"]))
 
     def insert_obstacle(self, env: Any, change: dict[str, Any], hand: Any) -> None:

@@ -47,7 +47,7 @@ HAND = "gripper0_right_gripper"
 
 
 class Judge:
-    """One episode at a time."""
+    """LIBERO's judge, which simulates one episode at a time."""
 
     def __init__(self) -> None:
         self.env: Any = None

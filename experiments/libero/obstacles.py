@@ -46,7 +46,7 @@ def problem(suite: str, task: int, state: int) -> tuple[Path, Any]:
 
 
 class _Arrays(pickle.Unpickler):
-    """A reader of pickles that makes NumPy's arrays, and nothing else."""
+    """Unpickler that creates NumPy arrays, and nothing else."""
 
     def find_class(self, module: str, name: str) -> Any:
         if (module.replace("numpy._core", "numpy.core"), name) not in ALLOWED:
@@ -62,7 +62,7 @@ def initial_states(path: Path) -> Any:
 
 
 def _register(folder: Path) -> None:
-    """Let LIBERO know the obstacles' classes, whose assets are in the folder."""
+    """Register the classes of the obstacles with LIBERO; their assets are in the folder."""
     spec = importlib.util.spec_from_file_location("obstacle_objects", folder / "obstacle_objects.py")
     assert spec is not None and spec.loader is not None
     module = importlib.util.module_from_spec(spec)

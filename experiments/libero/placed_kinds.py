@@ -85,7 +85,7 @@ def _kind(file: Path) -> tuple[Any, Pose]:
 
 
 def _lowest(spec: Any, at: Pose) -> float:
-    """Height of the lowest corner of a kind's collision shapes, put somewhere [m]."""
+    """Height of the lowest corner of a kind's collision shapes, with the kind at a pose [m]."""
     import mujoco
 
     model = spec.copy().compile()

@@ -100,7 +100,7 @@ ROBOTS = {
 
 
 class Judge:
-    """One episode at a time."""
+    """robosuite's judge, which simulates one episode at a time."""
 
     def __init__(self) -> None:
         self.env: Any = None
@@ -188,7 +188,7 @@ class Judge:
         return self.feel()
 
     def _turned(self, vectors: Any) -> Any:
-        """A translation and a rotation between cramlite's base and robosuite's."""
+        """Convert translation and rotation between cramlite's base and robosuite's, in either direction."""
         return vectors * np.tile(TURNED, 2) if self.robot.turned else vectors
 
     def feel(self) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""Draw problems for LIBERO's judge: scenes of libero_90, their states and goals that nobody chose.
+"""Draw problems for LIBERO's judge: scenes of libero_90 with random states and random goals.
 
     JUDGE/bin/python experiments/libero/drawing/draw.py 0:10 --out problems
 
@@ -115,8 +115,8 @@ def _goal(world: World, rng: Any, parts: int, told: Counter[str]) -> tuple[Liter
 
 
 def targets(world: World) -> dict[str, tuple[str, str]]:
-    """Return the regions that things can be put on or in -> ("on" or "in", sort of region); without those
-    that fixtures stand in."""
+    """Return region -> ("on" or "in", sort of region) for all regions that things can be put on or in,
+    without those that fixtures stand in."""
     problem = world.problem
     stands = {row[2] for row in problem["initial_state"] if len(row) == 3 and row[1] not in world.things}
     known = (name for name in problem["regions"] if name in world.env.env.object_sites_dict and name not in stands)

@@ -22,7 +22,7 @@ class Drawn:
     """Benchmark suite in LIBERO's interface: each seed is a task, with one initial state."""
 
     def get_num_tasks(self) -> int:
-        """Return the number after the last seed."""
+        """Return the number of tasks in LIBERO's interface: one more than the last seed."""
         return 1 + max((int(p.parent.name) for p in PROBLEMS.glob("*/problem.json")), default=-1)
 
     def get_task(self, seed: int) -> Any:

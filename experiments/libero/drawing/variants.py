@@ -46,7 +46,7 @@ def swapped(problem: Problem, rng: Any) -> Problem:
 
 
 def replaced(problem: Problem, rng: Any, library: Sequence[str]) -> Problem:
-    """Return a problem some of whose things, one at least, are others of a library.
+    """Return a problem in which some things, at least one, are replaced by others of a library.
 
     Args:
         rng: ``numpy.random.Generator``.
@@ -75,7 +75,8 @@ def _renamed(problem: Problem, new: Mapping[str, str]) -> Problem:
 
 
 def pinned(problem: Problem, rng: Any) -> Problem:
-    """Return a problem that says where its fixtures stand: drawn within the regions that they are drawn from at each reset."""
+    """Return a problem with fixed positions of its fixtures, drawn within the regions from which each
+    reset would draw them."""
     found, things = deepcopy(problem), movables(problem)
     for row in found["initial_state"]:
         region = found["regions"].get(row[-1])

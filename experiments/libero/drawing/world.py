@@ -23,7 +23,7 @@ MARGIN = 0.01
 
 
 class World:
-    """Problem file in the judge's simulator.
+    """Judge's simulator with the scene of a problem file.
 
     Args:
         path: of the problem file.
@@ -55,11 +55,11 @@ class World:
         return self.env.sim.data._data
 
     def reset(self) -> None:
-        """Draw another state, as the judge does before it sets that of an episode; it tries until things fit."""
+        """Draw another state, as the judge does at the start of an episode; repeated until all things fit."""
         self.env.reset()
 
     def state(self) -> Any:
-        """Return the state, as LIBERO keeps initial states."""
+        """Return the state in the format of LIBERO's initial states."""
         return np.array(self.env.get_sim_state())
 
     def begin(self, state: Any) -> None:
@@ -69,7 +69,7 @@ class World:
             self.env.step(np.zeros(7))
 
     def restless(self) -> str:
-        """Return why the state is none that a task could begin in; "" if all things stay where they are, on the table."""
+        """Return why no task could begin in the state; "" if all things stay where they are, on the table."""
         before = self.places()
         for _ in range(REST):
             self.env.step(np.zeros(7))
@@ -85,15 +85,15 @@ class World:
         return np.array([self.data.body(self.root(t)).xpos for t in self.things])
 
     def root(self, thing: str) -> str:
-        """Return the body that a thing is in the model."""
+        """Return the name of a thing's root body in the model."""
         return str(self.env.env.get_object(thing).root_body)
 
     def holds(self, literal: Literal) -> bool:
-        """Return the judge's answer for a part of a goal."""
+        """Return whether the judge says that a literal of a goal holds."""
         return bool(self.env.env._eval_predicate(list(literal)))
 
     def holds_nearly(self, literal: Literal) -> bool:
-        """Return whether a part of a goal holds, or misses by at most a hundredth of the joint's range."""
+        """Return whether a literal of a goal holds, or misses by at most a hundredth of the joint's range."""
         if literal[0] in PLACES or self.holds(literal):
             return self.holds(literal)
         return any(self._nearly(literal, sign) for sign in (1, -1))

@@ -56,7 +56,7 @@ def write_bag(run: RunRecord, out: Path) -> None:
 
 
 def nanoseconds(time: float) -> int:
-    """Return a time as bags have it."""
+    """Return a time in nanoseconds, as bags have it."""
     return round(1e9 * time)
 
 

@@ -63,7 +63,8 @@ def _near(a: Joints, b: Joints) -> bool:
 
 
 def _swept(robot: Robot, start: Joints, refine: Refine) -> Iterator[Joints]:
-    """The solution, and those of the same self-motion where the last joint is at a value of the grid."""
+    """The solution, and others of the same self-motion of the arm, one for each grid value of the last
+    joint."""
     yield start
     if len(start) <= 6:
         return

@@ -189,7 +189,7 @@ class _Search:
         self.found: list[Vector3] = []
 
     def step(self) -> bool:
-        """Go on from the most promising cell; False when there is none, or too many were looked at."""
+        """Expand the most promising cell; False when there is none, or too many were looked at."""
         while self.queue and self.queue[0][1] in self.closed:
             heapq.heappop(self.queue)
         if not self.queue or len(self.spots) >= LOOKS:
@@ -269,7 +269,8 @@ def _rewound(places: list[Vector3], start: Vector3) -> list[Vector3]:
 
 
 def _shortened(floor: Ground, places: list[Vector3]) -> list[Vector3]:
-    """Corners that a straight leg can leave out are left out, from the start on, the furthest first."""
+    """Places of a path without the corners that a straight leg can skip, from the start on, the longest
+    leg first."""
     done, k = [places[0]], 0
     while k < len(places) - 1:
         k = next(j for j in range(len(places) - 1, k, -1) if j == k + 1 or not floor.leg(places[k], places[j]))

@@ -197,7 +197,7 @@ def _refusal(why: Refused, reached: int, total: int, ways: Sequence[float]) -> R
 
 
 def _follow(robot: Robot, origin: Joints, goals: Sequence[Pose]) -> tuple[list[Joints], str]:
-    """The joint positions up to the first pose that cannot be had, and why it cannot."""
+    """Joint positions up to the first pose that cannot be reached, and why it cannot."""
     points = [origin]
     if reason := out_of_limits(robot, origin):
         return points, reason

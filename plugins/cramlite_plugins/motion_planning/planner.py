@@ -245,7 +245,7 @@ def _search(
 
 
 def _mended(scene: Space, points: Points, seed: int, ends: float) -> Points:
-    """A path with ways around where its lines are blocked; empty where one is not found."""
+    """Path in which blocked lines are replaced by ways around; empty if one of these is not found."""
     result = [points[0]]
     for a, b in pairwise(points):
         checkpoint()

@@ -255,8 +255,8 @@ class PlanningScene(Value):
         return not near or all(d >= self.need.item(g, h) or d >= self._needed(q, g, h) for g, h, d in self._measured(near))
 
     def _look(self, q: Position, level: Inflated) -> Iterator[tuple[int, int, float]]:
-        """Pairs (one, other, distance) that may not touch and are within the distance of a level at a
-        joint position; some are farther apart."""
+        """Pairs (one, other, distance) that may not touch and whose shapes, inflated by a level, meet at a
+        joint position; a few are farther apart."""
         self._place(q)
         return self._near(level)
 

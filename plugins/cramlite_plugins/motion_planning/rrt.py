@@ -82,7 +82,7 @@ def _query(
     scene: Space, lines: FreeLines, origin: Joints, goals: Sequence[Joints], box: Sequence[tuple[float, float]],
     seed: int, budget: int, ends: float,
 ) -> Answer:  # fmt: skip
-    """One query. Everything of OMPL lives in this frame: nothing it holds refers back to it."""
+    """Run one query. Everything of OMPL lives in this frame: nothing it holds refers back to it."""
     from ompl import base, geometric, util
 
     util.setLogLevel(util.LogLevel.LOG_NONE)

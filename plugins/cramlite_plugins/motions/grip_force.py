@@ -30,7 +30,7 @@ ACCELERATION = 1.2
 
 
 class GripLoad(Value):
-    """Load of two pads.
+    """Load of a gripper's two pads, with the friction that holds it.
 
     Args:
         thing: what is gripped.

@@ -48,7 +48,8 @@ def resolve_motion(motion: Motion, belief: Belief, context: Context) -> Answers:
 
 
 def _close(motion: Motion, belief: Belief, context: Context) -> Groundings:
-    """Close on the thing at a place; it moves with the hand from then on."""
+    """Resolve a gripper motion that closes on the thing at a place; the thing moves with the hand from
+    then on."""
     from ..motion_planning.reach import tcp
     from ..shapes.carried_along import carried_along
     from .free_motion import place_of

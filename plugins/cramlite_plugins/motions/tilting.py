@@ -79,7 +79,8 @@ def _trace(motion: Motion, belief: Belief, context: Context) -> Iterator[Groundi
 def _through(
     motion: Motion, poses: Sequence[Pose], scene: PlanningScene, belief: Belief, context: Context, where: str
 ) -> list[Joints]:
-    """Joint positions at poses of the TCP, straight lines between them, the believed ones first.
+    """Joint positions at poses of the TCP, connected by straight lines; the first are the arm's believed
+    ones.
 
     Raises:
         Unresolvable: a line cannot be gone.

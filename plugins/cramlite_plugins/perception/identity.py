@@ -46,7 +46,7 @@ def _type(values: Mapping[str, Judged]) -> str:
 
 
 def _stem(values: Mapping[str, Judged], shared: Collection[str]) -> str:
-    """What a new object is called before its number."""
+    """Beginning of a new object's name, before its number."""
     candidates = values["candidates"].value if "candidates" in values else ()
     if candidates and _type(values) in shared:
         return str(candidates[0].value)

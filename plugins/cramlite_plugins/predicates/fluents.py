@@ -107,7 +107,7 @@ def _supporting(scene: SymbolicWorld) -> Iterator[tuple[str, str]]:
 
 
 def _carried(scene: SymbolicWorld) -> Iterator[tuple[Thing, str]]:
-    """Things that hang, lie in a container on a joint, or stand, with their carrier."""
+    """Things that hang, stand, or lie in a container on a joint, each with the thing that bears it."""
     inside, boxes = {t.name: c.name for t, c in _contained(scene) if c.joint is not None}, _tops(scene)
     for thing in scene.world.things:
         below = _hanger(thing, scene) or inside.get(thing.name)
@@ -120,7 +120,7 @@ def _carried(scene: SymbolicWorld) -> Iterator[tuple[Thing, str]]:
 
 
 def _contained(scene: SymbolicWorld) -> Iterator[tuple[Thing, Thing]]:
-    """Things whose middle is in the cavity of another, with that one."""
+    """Pairs of a thing and a container whose cavity holds the thing's middle."""
     hollow = [(t, f) for t in scene.world.things for f in t.features if f.type == CAVITY]
     for thing in scene.world.things:
         for container, cavity in hollow:

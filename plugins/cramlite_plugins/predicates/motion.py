@@ -196,14 +196,14 @@ def _turns(values: list[float]) -> list[int]:
 
 
 def gripper_closed(phase: Phase) -> Iterator[Row]:
-    """Evaluate gripper_closed(): at the instant, or all through."""
+    """Evaluate gripper_closed(): at the instant, or during the whole phase."""
     share = _share(phase)
     if share is not None and share[1] < CLOSED:
         yield ()
 
 
 def gripper_open(phase: Phase) -> Iterator[Row]:
-    """Evaluate gripper_open(): at the instant, or all through."""
+    """Evaluate gripper_open(): at the instant, or during the whole phase."""
     share = _share(phase)
     if share is not None and share[0] > OPENED:
         yield ()

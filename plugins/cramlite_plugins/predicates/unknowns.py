@@ -23,7 +23,7 @@ def no_pose_of(phase: Phase, *names: str | None) -> str | None:
 
 
 def no_hand(phase: Phase, *_names: str | None) -> str | None:
-    """Return the clause of an unknown position of the hand."""
+    """Return the reason why the position of the hand is unknown; None if it is known."""
     return no_pose(phase)
 
 

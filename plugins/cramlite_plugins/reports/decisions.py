@@ -114,5 +114,5 @@ def _chain(asked: Iterable[Entry], children: Mapping[int, list[Entry]]) -> tuple
 
 
 def path(attempt: CandidateDecisions) -> dict[str, Entry]:
-    """Return designator -> the alternative that the candidate ended on."""
+    """Return designator -> the alternative that was chosen for it when the candidate ended."""
     return {d.asked.designator: d.chosen for d in attempt.decisions if d.chosen is not None}

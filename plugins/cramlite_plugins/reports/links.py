@@ -39,7 +39,7 @@ def target(designator: str, known: Collection[str]) -> str:
 
 
 def lines_of(steps: Sequence[str]) -> Mapping[str, list[tuple[int, int]]]:
-    """Map designators to the first and last lines of their stretches of text.
+    """Return designator -> the first and last lines of each stretch of text that it produced.
 
     Args:
         steps: of each line, what it came from; "" for nothing.

@@ -62,7 +62,7 @@ def _nice(low: float, high: float, zero: bool) -> tuple[float, float]:
 
 
 def _path(times: Floats, values: Floats, low: float, high: float) -> str:
-    """Lowest and highest value of each stretch, so that no peak is lost."""
+    """SVG path of a curve from the lowest and the highest value of each stretch, so that no peak is lost."""
     x = (times - times[0]) / max(float(times[-1] - times[0]), 1e-9) * 1000
     y = 100 - (values - low) / (high - low) * 100
     keep: set[int] = {0, len(x) - 1}

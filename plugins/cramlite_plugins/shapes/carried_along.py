@@ -64,7 +64,7 @@ def driven_before(belief: Belief, place: Place, way: Floats) -> Belief:
 
 
 def driven(place: Place) -> Mapping[str, float]:
-    """Return the distance that each thing is driven along at a place [m]."""
+    """Return the distance by which each thing is pushed along on the way to a place [m]."""
     return place.carried.driven_m if place.carried else {}
 
 

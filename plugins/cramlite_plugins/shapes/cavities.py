@@ -91,7 +91,7 @@ def heights(geoms: tuple[Geom, ...], turned: Pose, xs: Floats, ys: Floats) -> Fl
 
 
 def _points(geom: Geom) -> Floats:
-    """Points whose hull is the geom: balls and capsules stand for themselves by a prism around them."""
+    """Points whose hull is the geom, or for round geoms a prism around it."""
     if geom.shape == "convex":
         return np.asarray(geom.corners)
     half = np.asarray(geom.half_extents)
@@ -105,7 +105,8 @@ def _points(geom: Geom) -> Floats:
 
 
 def _largest_pool(top: Floats, step: float) -> tuple[float, float, tuple[int, int, int, int]] | None:
-    """Level, floor and the rows and columns of the largest box in the pool with the most water."""
+    """Water level, floor height, and the rows and columns of the largest box, of the pool that holds the
+    most water."""
     from scipy.ndimage import label
 
     water = _flooded(top)

@@ -160,7 +160,8 @@ def _cut(piece: Any, centre: Floats) -> list[Any]:
 
 
 def _planes(piece: Any, centre: Floats) -> Iterator[Plane]:
-    """Candidates: across the axes, where hollows are deepest and in between; about the centre; along concave edges."""
+    """Planes that may cut a piece: across the axes, where hollows are deepest and in between; about the
+    centre; along concave edges."""
     mesh = piece.to_mesh64()
     points, depths = np.asarray(mesh.vert_properties)[:, :3], _depths(piece)
     low, high = points.min(axis=0), points.max(axis=0)

@@ -1,4 +1,5 @@
-"""Objects as keys of remembered results, where comparing them would take as long as computing again."""
+"""Objects as keys of remembered results, for objects whose comparison would take as long as computing
+again."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Mount of a drawer or a door, by where it is."""
+"""Mount of a drawer or a door, found by where the thing is."""
 
 from __future__ import annotations
 

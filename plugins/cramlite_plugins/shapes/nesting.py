@@ -33,7 +33,7 @@ OVERTURNED = Pose.from_rotvec((0, 0, 0), (math.pi, 0, 0))
 
 
 def nested(thing: Thing, pose: Pose, below: Thing, at: Pose) -> Surface | None:
-    """Find the support of a thing that is let down onto another; None where it would pass beside it.
+    """Find the support on which a thing comes to rest when it is let down; None if it would pass beside it.
 
     Args:
         pose: of the thing in a frame whose z is up: its height does not matter.
@@ -68,8 +68,8 @@ def touching(thing: Thing, pose: Pose, below: Thing, at: Pose) -> Any:
 
 
 def room_under(thing: Thing, pose: Pose, below: Thing, at: Pose) -> float:
-    """Return the distance that a thing could be let down straight before it meets another [m]; negative inside
-    it, inf beside it. Poses as of ``nested``."""
+    """Return the distance that a thing could be let down straight before it meets another [m]; negative
+    inside of that, inf beside it. Poses as of ``nested``."""
     _, _, own, under = _seen(thing, pose, below, at)
     return -float(_gap(own, under, CELLS, CELLS).max())
 

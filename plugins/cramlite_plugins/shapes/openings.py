@@ -71,7 +71,7 @@ def _through(body: Any, frame: Floats, centre: Floats) -> Iterator[Feature]:
 
 
 def _square_side(ring: Floats) -> Floats | None:
-    """The direction (2,) of a side of a ring that is a square; None of any other."""
+    """Direction (2,) of a side of a ring, if the ring is a square; else None."""
     ways = np.roll(ring, -1, axis=0) - ring
     corner = np.abs([_cross(a, b) for a, b in zip(np.roll(ways, 1, axis=0), ways, strict=True)]) > 1e-9
     ways = np.roll(ring[corner], -1, axis=0) - ring[corner]
@@ -102,7 +102,7 @@ def _rings(body: Any, frame: Floats) -> list[Floats]:
 
 
 def _numbered(opening: Opening, found: list[Opening]) -> Opening:
-    """Features of one kind get numbers: hole, hole2, ..."""
+    """Number features of one kind: hole, hole2, ..."""
     same = [o for o in found if o.feature.name == opening.feature.name]
     k = next(i for i, o in enumerate(same) if o is opening)
     feature = opening.feature
@@ -111,7 +111,7 @@ def _numbered(opening: Opening, found: list[Opening]) -> Opening:
 
 
 def _axes(mesh: Any) -> Iterator[Floats]:
-    """The file's axes, and normals of large flat faces."""
+    """Directions to look along for openings: the file's axes, and the normals of large flat faces."""
     seen: list[Floats] = []
     large = sorted(zip(mesh.facets_area, mesh.facets_normal, strict=True), key=lambda f: -float(f[0]))
     normals = [n for area, n in large[:8] if area > FACET * mesh.area]

@@ -1,4 +1,5 @@
-"""Roofs: parts of a thing over a surface of its own, so that nothing is put there from above."""
+"""Roofs: parts of a thing over a surface of the same thing, which keep things from being put there from
+above."""
 
 from __future__ import annotations
 

@@ -24,7 +24,7 @@ SIMPLER = 1e-4  # [m]
 
 
 class Shape(Value):
-    """Everything that follows from a mesh file alone.
+    """Shape of a mesh file: everything that follows from the file alone.
 
     Args:
         geoms: convex parts; those about a hole to hang by are parts of that feature.
@@ -65,7 +65,7 @@ def kept_shape(content: bytes, make: Callable[[], Shape]) -> Shape:
 
 @dataclass(frozen=True)
 class _Content:
-    """Content of a shape as a key: equal keys are equal content."""
+    """Content of a file as a cache key of its shape: equal keys are equal content."""
 
     key: str
     make: Callable[[], Shape] = field(compare=False)

@@ -1,4 +1,4 @@
-"""Surfaces of things: level upper faces, the things on them and where these stay when let go.
+"""Surfaces of things: level upper faces, the things on them, and whether these stay when released.
 
 A face is level where its normal is within ``LEVEL`` of the vertical, and faces that lie in one plane within ``FLAT`` are
 one surface: the rim of a pot is one, of twelve boxes. Boxes and cylinders have them analytically, hulls by their planes;
@@ -293,8 +293,8 @@ def _level_lowest(geom: Geom, pose: Pose, low: float) -> Area | None:
 
 
 def inset(standing: Standing, area: Area) -> tuple[float, float]:
-    """Return the distance of a centre of mass inside its support's border [m], negative outside, and the needed
-    one.
+    """Return the distance of a centre of mass inside its support's border [m], negative outside, and the
+    least distance that is needed.
 
     What supports it is the hull of what touches the area. It should be by ``EDGE``, or, of what stands on less, by half of
     what its own support leaves it.
@@ -313,7 +313,8 @@ def _depth(point: Any, area: Area) -> float:
 
 
 def resting_height(thing: Thing, pose: Pose, others: Iterable[tuple[Thing, Pose]]) -> tuple[float, str]:
-    """Return the height of the highest surface that would support a thing, and whose it is; -inf and "" for none.
+    """Return the height of the highest surface that would support a thing, and the name of the thing that it
+    belongs to; -inf and "" for none.
 
     Args:
         pose: of the thing, in the frame of the others' poses, z up: it falls straight down from there.

@@ -113,7 +113,7 @@ class _Runner(Protocol):
     def finished(self) -> bool: ...
     def cycle(self) -> None: ...
     def remember(self) -> None:
-        """Record a control cycle, once the arm has moved."""
+        """Record a control cycle, after the arm has moved."""
         ...
 
     def close(self) -> None: ...
@@ -209,7 +209,8 @@ class _Run:
             self.hold()
 
     def read(self, line: int) -> Readings:
-        """Return the present readings of the robot and of the things around it, without errors."""
+        """Return the present readings of the robot and of the things around it, without the errors of
+        sensors."""
         arm, compiled = self.controller, self.compiled
         seen = [t.name for t in compiled.world.things if t.movable and t.name not in self.faults.away]
         poses = {n: compiled.pose(self.data, n) for n in seen} if self.data.time >= self.faults.lost_until else None

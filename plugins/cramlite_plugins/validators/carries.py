@@ -15,7 +15,7 @@ from .slides import GAP
 
 
 class Carry(NamedTuple):
-    """Way on which the hand takes a thing along.
+    """Motion of a thing that the hand takes along without holding it.
 
     Args:
         way: of that point of the thing that is taken farthest [m]: of its way, what points where the hand would lead it, and no more

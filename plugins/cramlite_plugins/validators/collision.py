@@ -65,8 +65,8 @@ class Collision(Value):
 
 
 def more_room(worst: Bump) -> Remedy:
-    """Remedies against a contact: room, or a limit where the force is one that tasks without a declared limit
-    may press with."""
+    """Remedies against a contact: more room between the two; or a higher limit, if other tasks may press
+    as hard by default."""
     meet = f"'{worst.one}' and '{worst.other}' meet with {worst.force:.1f} N where {worst.limit:.0f} N are permitted"
     harmless = f", or, where that does no harm, 'limits: {{brush: {math.ceil(worst.force)} N}}' in the scenario"
     raised = harmless if not worst.why and worst.force <= LIMIT.default else ""
@@ -91,8 +91,8 @@ def bumps(candidate: Candidate) -> Iterator[Bump]:
 
 
 def _to_judge(rollout: Rollout, contacts: _Contacts) -> Iterator[tuple[int, tuple[Touch, ...]]]:
-    """Samples and their touches; of sleeping things only the touches that were not permitted when they fell
-    asleep."""
+    """Samples with the contacts to judge; of sleeping things only those contacts that were not permitted
+    when they fell asleep."""
     still, known = tuple[Touch, ...](), list[Pair]()
     asleep = itertools.chain(rollout.asleep, itertools.repeat(()))
     for k, (touches, awake, now) in enumerate(zip(rollout.touches, rollout.awake_touches, asleep, strict=False)):
@@ -121,7 +121,7 @@ def _whole(body: str) -> str:
 
 
 class _Contacts:
-    """Permitted contacts at each sample of a run, which is gone through from its start."""
+    """Contacts that are permitted at each sample of a run; the samples are visited in order."""
 
     def __init__(self, candidate: Candidate, rollout: Rollout) -> None:
         self.times, self.robot = rollout.times, candidate.program.robot

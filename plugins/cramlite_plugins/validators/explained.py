@@ -114,7 +114,7 @@ class _Run:
         return any(o.thing == thing for a in acting for o in a.roles.values())
 
     def _near(self, thing: str, sample: int, *, taken: bool) -> Handover | None:
-        """The handover whose code runs about a sample."""
+        """Handover of the plan whose code runs at about a sample."""
         now = self.times[sample]
         before, after = (LATE, EARLY) if taken else (EARLY, LATE)
         near = {o for t, o in zip(self.times, self.came_from, strict=True) if now - before <= t <= now + after}

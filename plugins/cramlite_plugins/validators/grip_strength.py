@@ -19,7 +19,8 @@ SOON = 0.5  # after the pads last pressed a thing that was lost, the fingers go 
 
 
 class GripStrength(Value):
-    """Check that a thing that slipped was gripped strongly enough for its weight; others are not judged."""
+    """Check that a thing that slipped was gripped strongly enough for its weight; things that did not slip
+    are not judged."""
 
     name: str = "grip_strength"
     cost: Cost = "rollout"
@@ -54,7 +55,7 @@ def explained(grip: GripLoad, force: float) -> str:
 
 
 def _lost(rollout: Rollout, grip: hand.Grip, turns: Sequence[Turn]) -> bool:
-    """Whether a thing slid in the hand, or the fingers closed further once they had lost it."""
+    """Whether a thing slid in the hand, or the fingers closed further after losing it."""
     if hand.slip(rollout, grip, turns).max() > SLIP:
         return True
     soon = int(np.searchsorted(rollout.times, rollout.times[grip.last] + SOON))

@@ -75,7 +75,8 @@ def _last_about(candidate: Candidate, thing: str) -> str:
 
 
 def _not_in(rollout: Rollout, thing: str, container: Thing) -> str:
-    """Empty when the thing's centre is inside a cavity of the container; which one of several is the goal's to say."""
+    """Clause on a thing whose centre is in no cavity of the container; empty if it is in one. Which cavity
+    is meant is checked with the goal."""
     found = [_beside(rollout, thing, container, f) for f in container.features if f.type == "cram:Cavity"]
     return "" if "" in found else next(iter(found), f"'{container.name}' has no cavity")
 
@@ -91,7 +92,7 @@ def _beside(rollout: Rollout, thing: str, container: Thing, cavity: Feature) -> 
 
 
 def _not_on(rollout: Rollout, thing: str, support: Thing) -> str:
-    """Empty when the support bears most of the thing's weight."""
+    """Clause on a support that bears too little of the thing's weight; empty if it bears most of it."""
     weight, lift = (rollout.world.thing(thing).mass or 0.0) * GRAVITY, 0.0
     pair = {thing, support.name}
     for touch in rollout.touches[-1]:

@@ -169,7 +169,7 @@ class Steps(Value):
 
 
 def _stages(steps: Iterable[AnyStep]) -> list[Stage]:
-    """The steps of a program that have an origin, those that share one together."""
+    """Stages of a program: consecutive steps that share an origin; steps without an origin are left out."""
     found = []
     for origin, same in groupby(steps, lambda s: s.origin or next((i.origin for i in walk([s]) if i.origin), "")):
         own = tuple(same)

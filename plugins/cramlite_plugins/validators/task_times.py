@@ -1,4 +1,4 @@
-"""When the code of each task ran."""
+"""Times at which the code of each task ran."""
 
 from __future__ import annotations
 

@@ -90,7 +90,7 @@ def _interrupted(candidate: Candidate, found: Iterable[ExplainedGrip]) -> Iterat
 
 
 def _held_between(handovers: Iterable[Handover]) -> Iterator[tuple[Handover, Handover]]:
-    """Pairs of the handover that takes a thing and the one that lets go of it next."""
+    """Pairs of handovers of a thing: one that takes it, and the next one, which lets go of it."""
     taken: Handover | None = None
     for one in handovers:
         if taken is not None and not one.taken and one.thing == taken.thing and not (one.optional or taken.optional):
@@ -162,7 +162,7 @@ def _taken_along(candidate: Candidate, found: Iterable[ExplainedGrip]) -> Iterat
 
 
 def _stretches(tasks: list[str]) -> Iterator[tuple[str, range]]:
-    """Tasks, each with the samples of a stretch in which its code runs."""
+    """Stretches of samples in which the code of the same task runs, each with that task."""
     for task, stretch in groupby(range(len(tasks)), key=lambda k: tasks[k]):
         rows = list(stretch)
         yield task, range(rows[0], rows[-1] + 1)

@@ -112,7 +112,8 @@ class _Writer(Struct):
                 self.add(*leaf(step, self), origin=step.origin)
 
     def payload(self, step: SetPayload) -> list[str]:
-        """Load beside the gripper, in the tool frame: the tool's own load is in its tooldata."""
+        """Load data of the payload without the gripper, in the tool frame, as the gripper's own load is in
+        its tooldata."""
         gripper, mass = self.robot.gripper, step.mass - self.robot.gripper.mass
         self.load = "load0"
         if mass > 1e-3:
@@ -185,7 +186,8 @@ def emit(program: Program, robot: Robot, *, forces: bool) -> Code:
 
 
 def _axis_zeros(program: Program, robot: Robot) -> tuple[float, ...]:
-    """Zeros of the axes of the program's robot."""
+    """Zeros of the robot's axes as ABB counts them; refuse robots that are no ABB arms or do not state
+    them."""
     if program.robot_type != robot.type or robot.backend not in NATIVE:
         said = f"RAPID is for ABB arms (backend 'rapid'), not for '{robot.type}' (backend '{robot.backend}')"
         raise UserError(f"program for '{program.robot_type}': {said}")
@@ -225,7 +227,7 @@ def _main(out: _Writer, tasks: list[str]) -> None:
 
 
 def leaf(step: AnyStep, out: _Writer) -> list[str]:
-    """Write the RAPID lines of a step that holds no steps."""
+    """Write the RAPID lines of a step without inner steps."""
     name = f'"{plain(step.origin)[:60]}"'
     tool = "tGripper \\WObj:=wBase"
     match step:

@@ -63,7 +63,7 @@ class StreamedArm(CommandedArm):
         self.response = Response(hello.lag, hello.inertia, self.period, len(robot.joints))
 
     def grip(self, force: float) -> None:
-        """Go on pressing on the payload [N]."""
+        """Close the fingers further on the payload with a force [N], so that they keep pressing."""
         self.gripper.move(self.gripper.gripper.opening[0], self.gripper.gripper.speed[1], force)
         self.gripper.command = self.gripper.goal
 
@@ -90,7 +90,7 @@ class StreamedArm(CommandedArm):
         return float(np.linalg.norm(self.force_vector()))
 
     def zero_sensor(self) -> None:
-        """Take the present reading as zero."""
+        """Take the present wrench as zero."""
         self.tare = np.array(self.state.wrench or (0.0,) * 6)
 
     def set_payload(self, mass: float, center: Floats) -> None:
@@ -190,8 +190,8 @@ class StreamedArm(CommandedArm):
             raise ProtectiveStop(f"the tool is {1000 * off:.0f} mm off its path, more than {1000 * ASTRAY:.0f} mm: the arm does not follow")
 
     def _arrived(self, share: float = 1.0) -> bool:
-        """Whether the tool is at its motion's end, within so many times its tolerance, and still will be when it
-        has come to rest.
+        """Whether the tool is at its motion's end, within a multiple of its tolerance, and still will be when
+        it has come to rest.
 
         Raises:
             ProtectiveStop: it is not, and had the time.

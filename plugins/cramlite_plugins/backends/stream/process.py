@@ -1,4 +1,4 @@
-"""A process that answers a line with a line, and the robot behind one."""
+"""Process that answers each line with a line, and the robot that it controls."""
 
 from __future__ import annotations
 
@@ -78,14 +78,14 @@ class LineProcess:
         return ProcessGone(self._ended(what))
 
     def _ended(self, what: str) -> str:
-        """Description of an ended process, if it did not end by itself."""
+        """Message on a defect of the process, which is killed if it still runs."""
         if self.process.poll() is None:
             self.process.kill()
         end = "" if what.endswith((".", "!")) else "."
         return f"The {self.name} {what}{end} What it must answer: {self.page}."
 
     def close(self, last: bytes, patience: float) -> None:
-        """Send a last line; a process that does not end by itself then is ended."""
+        """Send a last line, and wait for the process to end; kill it if it does not."""
         try:
             if self.process.stdin and self.process.poll() is None:
                 self.process.stdin.write(last)

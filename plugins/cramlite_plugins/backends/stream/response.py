@@ -60,5 +60,5 @@ class Response:
         return further
 
     def passed(self, rate: Floats, off: Floats) -> None:
-        """Take the command and the measurement of a finished period."""
+        """Remember the command and the measurement of a finished period."""
         self.rate, self.off = rate, off

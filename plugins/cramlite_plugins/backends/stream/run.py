@@ -151,7 +151,7 @@ def _play(machine: ProgramMachine, arm: StreamedArm, record: _Record, watched: _
 
 
 def _brake(arm: StreamedArm, record: _Record, deceleration: float) -> None:
-    """Bring the arm to rest on its path, and wait until nothing that is read moves."""
+    """Bring the arm to rest on its path, and wait until joints and things are at rest."""
     arm.end_force_mode()
     arm.stop(deceleration)
     for _ in range(round(REST / arm.period)):
@@ -218,7 +218,7 @@ class _Record(Struct):
             self.say(state.say)
 
     def rollout(self, program: Program, outcome: str, reason: str) -> Rollout:
-        """Return the run."""
+        """Return the recording of the run."""
         times, joints, wrench, opening, lines, force = (np.array(column) for column in zip(*self.rows, strict=True))
         mount = RobotMount(program.robot, program.robot_type, Pose(), joints=tuple(self.rows[0][1]))
         return Rollout(

@@ -1,4 +1,5 @@
-"""Common code of Python programs for ur_rtde: motions with limits and time-outs, the gripper, reasons.
+"""Common code of Python programs for ur_rtde: motions with limits and time-outs, the gripper, failures with
+reasons.
 
 The text below the line "# ---- " is copied into the programs that the backend ``ur_rtde`` writes, so that a program
 is one file that needs nothing but Python and the package ur-rtde. It is a module so that it is checked like all others.
@@ -37,11 +38,11 @@ GENTLE = 0.25  # acceleration of guarded and force-controlled motions [m/s2]
 
 
 class Failed(Exception):
-    """A step did not come to its end; a control step around it may try something else."""
+    """Failure of a step; a control step around it may try something else."""
 
 
 class Aborted(Exception):
-    """The program cannot go on."""
+    """Failure after which the program cannot go on."""
 
 
 class Tripped(Exception):
@@ -53,7 +54,7 @@ class Tripped(Exception):
 
 
 def log(text: str) -> None:
-    """A line of the program's log."""
+    """Print a line of the program's log."""
     print(text, flush=True)
 
 
@@ -155,7 +156,7 @@ class Arm:
             guard()
 
     def wait(self, done: Callable[[], bool], timeout: float) -> float:
-        """Wait until something holds; return the time [s], beyond ``timeout`` if it never did."""
+        """Wait until a condition holds; return the time [s], beyond ``timeout`` if it never did."""
         begin = self.time()
         while not done():
             self.guard()
@@ -224,7 +225,8 @@ class Arm:
         self.taken()
 
     def taken(self) -> None:
-        """ur_rtde does not wait until a command of force mode was taken, and the next command would replace it.
+        """Wait until the controller has taken a command of force mode, which ur_rtde does not do: the next
+        command would replace it.
 
         The clock that this program sees is late when the program was kept waiting by its machine: only after it has
         slept do some cycles on that clock mean as many since the command.
@@ -330,7 +332,7 @@ class Arm:
             raise Failed(f"{step}: an object stopped the fingers")
 
     def payload(self, mass: float, center: Vector) -> None:
-        """Load on the flange [kg, m]."""
+        """Tell the controller the load on the flange [kg, m]."""
         self.at()
         self.done(self.control.setPayload(mass, list(center)), "setPayload")
 

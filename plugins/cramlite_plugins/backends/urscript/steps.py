@@ -1,4 +1,5 @@
-"""Steps without sub-steps as URScript: definitions, preparation, and the call that tells whether they succeeded."""
+"""Steps without inner steps as URScript: definitions, preparation, and the call that tells whether they
+succeeded."""
 
 from __future__ import annotations
 
@@ -52,7 +53,7 @@ class Leaf(Value):
 
 
 def leaf(step: AnyStep, gripper: Gripper, name: Callable[[], str], poses: Names, *, watched: bool = False) -> Leaf:
-    """Write a step that holds no steps.
+    """Write a step without inner steps.
 
     Args:
         name: gives a new name for a thread that moves.

@@ -24,7 +24,7 @@ FAR = 1.0  # a hand is smaller [m]
 
 
 class Driven(Value):
-    """A hand with its drives, and their two ends.
+    """Hand with its drives, and the drives' control values at both ends of the stroke.
 
     Args:
         model: compiled; without gravity and contacts.
@@ -100,7 +100,8 @@ def _alone(spec: Any) -> Any:
 
 
 def settled(model: Any, order: Floats, data: Any = None) -> tuple[Floats, Any]:
-    """Give an order to the drives, and return the joints' positions (nq,) once they rest, with MuJoCo's data."""
+    """Send control values to the drives, and return the joints' positions (nq,) once they rest, with
+    MuJoCo's data."""
     data = mujoco.MjData(model) if data is None else data
     data.ctrl[:] = order
     for _ in range(PATIENCE):
@@ -137,7 +138,7 @@ def _places(model: Any, q: Floats) -> Floats:
 
 
 def at(model: Any, q: Floats) -> Any:
-    """Return data of the joints' positions, kinematics computed."""
+    """Return MuJoCo's data with the joints at these positions, and kinematics computed."""
     data = mujoco.MjData(model)
     data.qpos[:] = q
     mujoco.mj_kinematics(model, data)

@@ -70,7 +70,7 @@ def _moves(body: Any) -> bool:
 
 
 def _state_inertia(spec: Any, model: Any) -> None:
-    """Write masses down before shapes that only look, and may weigh, are left out."""
+    """State the masses of bodies explicitly, before visual shapes, which may have mass, are removed."""
     for body in spec.bodies:
         b = int(body.id)
         if b > 0 and model.body_mass[b] > 0:
@@ -116,7 +116,8 @@ def _simplify(source: Source, spec: Any) -> None:
 
 
 def _hull(spec: Any, model: Any, geom: int) -> str:
-    """The name of a mesh of the corners of a geom's hull, in the frame that the file states them in."""
+    """Name of a new mesh made of the corners of a geom's convex hull, in the frame in which the file
+    states them."""
     mesh = int(model.geom_dataid[geom])
     name = f"hull_{mesh}"
     if spec.mesh(name) is None:

@@ -117,7 +117,8 @@ def _off(shown: Floats, own: Floats, normals: Floats) -> Floats:
 
 
 def _light(shown: Floats, own: Floats, normals: Floats) -> Floats:
-    """Brightness (N,) by which a print of colours (N, 3) is best explained: linear in the normal, as Lambert's law of one lamp is."""
+    """Brightness (N,) by which a texture of colours (N, 3) is best explained: linear in the normal, as
+    Lambert's law of one lamp is."""
     terms = np.concatenate([np.ones((len(normals), 1)), normals], axis=1)
     weight, product = (own * own).sum(axis=1), (own * shown).sum(axis=1)
     matrix = (terms * weight[:, None]).T @ terms

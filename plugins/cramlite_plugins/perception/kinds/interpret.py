@@ -49,8 +49,8 @@ class Reading(Value, eq=False):
 
     @property
     def score(self) -> float:
-        """Return how well the reading explains the part, 0 to 1; shape counts twice, since light and blur change colours, and the share
-        that is seen once."""
+        """Return how well the reading explains the part, 0 to 1; its shape counts twice, since light and
+        blur change colours, and the seen share of its surface once."""
         return self.fit * self.fit * self.colour
 
 
@@ -151,7 +151,7 @@ def _whole_or_split(scene: Scene, mask: Mask) -> Part:
 
 
 def _ways(scene: Scene, mask: Mask, among: Sequence[Mask]) -> Iterator[list[Reading]]:
-    """Readings of one of several things: of pieces, then of two and of three parts."""
+    """Readings of a cluster as several touching things: of its pieces, then of two and of three parts."""
     if len(among) > 1:
         yield [r for p in among[: int(scene.limits["pieces"])] for r in read(scene, p, ranked(scene, p)).readings]
     yield from (list(_partial(scene, mask, number)) for number in (2, 3))
@@ -200,7 +200,7 @@ def _partly(model: PoseModel, whole: tuple[Floats32, Outline], poses: PoseBatch)
 
 
 def _scored(model: PoseModel, seen: tuple[Floats32, Outline], poses: PoseBatch, surface: int = SURFACE) -> Scores:
-    """Scores rescaled so that their square counts the seen share of the visible side once."""
+    """Scores of poses, rescaled so that a score's square counts the seen share of the visible side once."""
     scores = score_poses(model, *seen, poses, surface)
     return replace(scores, score=scores.score / np.sqrt(np.clip(scores.seen / ENOUGH, 1e-3, 1.0)))
 

@@ -1,4 +1,5 @@
-"""Expert for object segmentation by shape alone: things meet at steps and concave edges, and print does not part them.
+"""Expert for object segmentation by shape alone: things meet at steps and concave edges, and printed textures
+do not divide them.
 
 Everything is computed in inverse depth: a plane is linear in it across the image, so bends show as second differences, and
 the noise of a camera that triangulates, which grows with the square of the depth, is the same everywhere.
@@ -74,7 +75,7 @@ def _front(cloud: Cloud, inverse: Inverse, planes: Sequence[Plane], limits: Mapp
 
 
 def parted(inverse: Inverse, front: Mask, limits: Mapping[str, float]) -> Labels:
-    """Label the parts of a mask that steps and concave edges part; 0 is none.
+    """Label the parts of a mask that are separated by steps and concave edges; 0 is none.
 
     Args:
         inverse: (height, width) inverse depth [1/m], NaN where nothing was measured.

@@ -65,7 +65,7 @@ def _thinned(points: Floats, depth: Floats, limits: Mapping[str, float]) -> tupl
 
 
 def _clusters(points: Floats, limits: Mapping[str, float]) -> Iterator[Floats]:
-    """Voxels that touch; those too small to be told from noise are left out."""
+    """Groups of touching voxels, without groups too small to be told from noise."""
     import numpy as np
 
     from .clean import voxel_components
