@@ -149,7 +149,8 @@ class Judge:
         }  # fmt: skip
 
     def _model(self) -> str:
-        """The model as MJCF, with the compartment that its check asks for: between the walls of its bin, up to their tops."""
+        """Model as MJCF, with a site for the compartment that the task's success check asks for: between
+        the walls of its bin, up to their tops."""
         text: str = self.env.sim.model.get_xml()
         if not self.task.compartment:
             return text

@@ -88,7 +88,7 @@ def pinned(problem: Problem, rng: Any) -> Problem:
 
 
 def with_sites(problem: Problem, sites: Mapping[str, Sequence[str]]) -> Problem:
-    """Return a problem that declares the regions of all its things.
+    """Return a problem that also declares the regions that the models of its things have.
 
     Args:
         sites: kind -> names of the regions that its model has.

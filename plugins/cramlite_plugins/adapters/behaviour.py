@@ -113,7 +113,8 @@ class Resolve(py_trees.behaviour.Behaviour):  # type: ignore[misc]  # an extra, 
 
 
 class _Job:
-    """One search and run in a thread; after an interruption it writes into its own job only."""
+    """Job of one search and one run in a thread; after an interruption the thread writes into its own job
+    only."""
 
     def __init__(self, work: Callable[[_Job], None]) -> None:
         self.thread = threading.Thread(target=work, args=(self,), daemon=True)

@@ -225,7 +225,8 @@ def _singular(robot: Robot, q: Joints) -> str:
 
 
 def _stopped(scene: PlanningScene, points: Sequence[Joints]) -> tuple[int, Refused] | None:
-    """Number of points reached before a collision, the collision, and the things that must be moved."""
+    """Number of points up to a collision, and the refusal with the collision and the things that must be
+    moved; None without a collision."""
     eased = scene.relaxed([points[0], points[-1]])
     for k, (a, b) in enumerate(pairwise(points)):
         checkpoint()

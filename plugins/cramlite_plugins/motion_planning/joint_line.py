@@ -62,8 +62,8 @@ def _spread(count: int) -> Floats:
 
 
 def rates(line: JointLine, half: float, movers: Movers, data: Any, bounds: Floats, first: int) -> Rates:
-    """Compute bounds of each joint's motion of any point of each geom over a whole line, within ``half`` of the
-    state in ``data``.
+    """Compute upper bounds on how far each joint moves any point of each geom over a whole line, valid within
+    ``half`` of the state in ``data``.
 
     The lever is the distance of the geom's centre p from the axis u through a, |p - a|^2 - ((p - a) u)^2 under
     a root, and its bounding radius. It grows by no more than the way G that the geom itself moves:

@@ -145,8 +145,7 @@ def start_blocked(scene: Space, start: Joints) -> Refused | None:
 
 
 def in_the_way(scene: Space, positions: Sequence[Sequence[float]]) -> tuple[tuple[str, ...], ...]:
-    """Return, of each blocked joint position that moving things can free, the things to be moved; minimal sets
-    only."""
+    """Return the minimal sets of things that must be moved to free a blocked joint position, each once."""
     found = set(filter(None, map(scene.blocking, positions)))
     return tuple(sorted(one for one in found if not any(set(other) < set(one) for other in found)))
 

@@ -105,7 +105,7 @@ class PlanningScene(Value):
         return replace(self, data=data, opening=opening)
 
     def free(self, q: Position) -> bool:
-        """Check whether the joints are inside their limits and every pair keeps the distance that it needs."""
+        """Check whether the joints are inside their limits and every pair keeps its required distance."""
         return self._inside(q) and self._keeps(q)
 
     def met(self, tcp: Pose, hand: bool = True) -> Refused | None:
@@ -167,7 +167,7 @@ class PlanningScene(Value):
         return found if found is not None or self.free(b) else 1.0
 
     def collisions(self, q: Position) -> tuple[tuple[str, str, float], ...]:
-        """Return the pairs that are closer than they need to be: (one, other, depth), deepest first.
+        """Return the pairs that are closer than their required distance: (one, other, depth), deepest first.
 
         Depth is positive inside each other and negative for a distance that is too small [m]. Names are those of
         ``Owner.touch``: "thing", "thing/part", "effector/left", "mount/link".
@@ -249,7 +249,7 @@ class PlanningScene(Value):
         return all(low <= value <= high for value, (low, high) in zip(q, self.limits, strict=True))
 
     def _keeps(self, q: Position) -> bool:
-        """Whether every pair keeps the distance that it needs."""
+        """Whether every pair keeps its required distance."""
         self._place(q)
         near = self.levels[0].near(self.data)
         return not near or all(d >= self.need.item(g, h) or d >= self._needed(q, g, h) for g, h, d in self._measured(near))

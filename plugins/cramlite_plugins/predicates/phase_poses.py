@@ -38,7 +38,7 @@ def tips(timeline: Timeline) -> tuple[str, ...]:
 
 
 def pose_of(phase: Phase, name: str, time: float) -> Pose | None:
-    """Return the pose of an entity in the world frame; one that is tracked nowhere is looked up once."""
+    """Return the pose of an entity in the world frame; that of an untracked one is looked up only once."""
     timeline = phase.timeline
     if name not in timeline.entities and name not in phase.episode.tracks:
         return None

@@ -131,8 +131,8 @@ def between_fingers(phase: Phase, name: str | None) -> Iterator[Row]:
 
 
 def _between_pads(phase: Phase) -> list[tuple[Floats, Floats]]:
-    """Lines between two fingers: between the middles of their pads, and, of pads of known size, between their edges and on to their ends;
-    pairs of points (3,)."""
+    """Lines between two fingers, as pairs of points (3,): between the middles of their pads; of pads of
+    known size also between their edges and towards their ends."""
     names = tips(phase.timeline)[:2]
     poses = [p for n in names if (p := pose_of(phase, n, phase.end)) is not None]
     if len(poses) < 2:

@@ -37,7 +37,7 @@ def support(thing: Thing, pose: Pose, way: ArrayLike) -> float:
 
 @lru_cache(maxsize=256)
 def _parts(geoms: Itself[tuple[Geom, ...]]) -> tuple[Floats, tuple[Geom, ...]]:
-    """Corners (n, 3) of all boxes and hulls of a thing in its frame [m], and its other shapes."""
+    """Corners (n, 3) of all boxes and hulls of a thing in its frame [m], and the thing's round shapes."""
     flat = [g for g in geoms.it if g.shape in FLAT_FACED]
     points = np.concatenate([_corners(g, Pose()) for g in flat]) if flat else np.zeros((0, 3))
     return points, tuple(g for g in geoms.it if g.shape not in FLAT_FACED)

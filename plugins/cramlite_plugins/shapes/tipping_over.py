@@ -17,8 +17,8 @@ BALANCED = 1e-6  # of a centre of mass over the edge [m]
 
 
 def tipped_over(thing: Thing, pose: Pose) -> tuple[Pose, float] | None:
-    """Return the pose of a thing after tipping over about its lowest edge, and the distance of its centre of
-    mass beyond that edge before [m].
+    """Return the pose of a thing after tipping over about its lowest edge, and how far its centre of mass was
+    beyond that edge [m].
 
     Args:
         pose: of the thing, in a frame whose z is up; its lowest edge is on what is level.

@@ -117,7 +117,8 @@ def stays(rollout: Rollout, thing: Thing, moved: Moved) -> Iterator[Stay]:
 
 
 def _watched(thing: Thing, *, hanging: bool) -> Floats:
-    """(P, 3) points of a thing whose way is measured, in its frame [m]: the corners of the box around it, or its hole."""
+    """Points (P, 3) of a thing whose displacement is measured, in its frame [m]: the corners of the box
+    around it, or its hole."""
     hole = thing.feature("vrps:Hole") if hanging else None
     low, high = box_around(thing.geoms)
     return np.array([hole.pose.position]) if hole else low + _CORNERS * (high - low)

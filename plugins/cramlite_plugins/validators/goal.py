@@ -84,7 +84,8 @@ def _what(literal: GoalLiteral) -> str:
 
 
 def _unmet(literal: GoalLiteral, timeline: Timeline, rollout: Rollout) -> str:
-    """The first condition that does not hold all through the last moments; empty where all do."""
+    """Clause on the first condition that does not hold all through the last moments of the run; empty if
+    all do."""
     binding: dict[str, str | float] = {v: _recorded(e, timeline.episode) for v, e in literal.binding.items()}
     last = float(rollout.times[-1])
     first = max(last - LASTS, timeline.cuts[0])
@@ -163,7 +164,8 @@ def _beside(literal: GoalLiteral, candidate: Candidate) -> str:
 
 
 def _unsettled(literal: GoalLiteral, rollout: Rollout) -> str:
-    """Things of the literal that still move; empty where they rest, or hang."""
+    """Clause on the first thing of the literal that still moves at the end of the run; empty if all are at
+    rest."""
     recent = rollout.times >= rollout.times[-1] - LASTS
     for name in dict.fromkeys(thing_of(t) for t in literal.things if thing_of(t) in rollout.poses):
         way = float(np.linalg.norm(np.ptp(rollout.poses[name][recent, :3], axis=0)))

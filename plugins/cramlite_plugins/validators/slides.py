@@ -38,7 +38,7 @@ class Slide(NamedTuple):
 
 
 def slides(rollout: Rollout, grip: Grip, within: range) -> Iterator[Slide]:
-    """Yield every slide of a grip's payload that begins and ends within some samples."""
+    """Yield every slide of a grip's payload that begins and ends within the given samples."""
     rows = [k for k in range(grip.first, grip.last + 1) if k in within]
     touched = _touched(rollout, grip.thing, rows)
     for other in sorted(set().union(*touched)):

@@ -33,7 +33,8 @@ CONTACT = 0.01
 
 
 def wrongly_rests(candidate: Candidate, thing: Thing, support: Thing) -> str:
-    """Return the fault in how a thing rests on another at the end of a run; "" for none.
+    """Return a clause on what is wrong with how a thing rests on another at the end of a run; "" if nothing
+    is.
 
     A lid covers the opening that it lies on. What is stacked on a thing that can be moved has its centre of mass over that; on
     furniture, a thing may stand as it stands.

@@ -101,7 +101,7 @@ def _searched(run: _Run, step: SpiralSearch) -> str:
     axis, ways = _axis(step.frame), run.tools - run.tools[0]
     aside = float(np.linalg.norm(ways[-1] - (ways[-1] @ axis) * axis))
     if aside > step.radius + OFF:
-        return f"it ended {1000 * aside:.0f} mm from where it began, its search radius is {1000 * step.radius:.0f} mm"
+        return f"it ended {1000 * aside:.0f} mm from where it began; its search radius is {1000 * step.radius:.0f} mm"
     force = float(run.rollout.contact_force()[run.first : run.last + 1].max())
     advance = float((ways @ axis).max())
     if advance > GAVE_WAY * step.advance or force > RIM * step.force:

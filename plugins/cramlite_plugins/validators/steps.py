@@ -229,7 +229,7 @@ def _leads(stage: Stage) -> bool:
 
 
 def _lean(hand: Floats, other: Floats) -> float:
-    """Angle between two poses of the tool (4, 4) against the vertical [rad]."""
+    """Angle between two poses of the tool (4, 4), without the turn about the vertical [rad]."""
     return float(np.arccos(np.clip(hand[2, :3] @ other[2, :3], -1.0, 1.0)))
 
 

@@ -115,7 +115,7 @@ def _told(name: str, path: Path, draft: Draft, up: str) -> KnownKind:
 
 
 def _digest(path: Path, options: tuple[float, float, str]) -> str:
-    """Digest of a kind's files: those in its folder, and below where it is an MJCF file."""
+    """Digest of a kind's files: those in its folder, and in the folders below if it is an MJCF file."""
     whole = hashlib.sha256(f"{VERSION}|{options}|{path.name}".encode())
     beside = path.parent.rglob("*") if path.suffix.lower() in (".xml", ".mjcf") else path.parent.glob("*")
     for file in sorted(p for p in beside if p.is_file()):

@@ -97,8 +97,8 @@ def _joint(model: Any, joint: int) -> str:
 
 
 def _parts(source: Source, frame: Pose) -> list[look.Part]:
-    """Triangles of the purely visual geoms, and of others in their group, unless all colliding geoms are in it; without any,
-    of all opaque geoms."""
+    """Triangles of the geoms to be shown: the purely visual ones, with colliding ones of their groups
+    unless all colliding geoms are in these groups; all opaque geoms if none is purely visual."""
     model = source.model
     seen = [g for g in range(model.ngeom) if model.geom_bodyid[g] and _opacity(model, g) > 0]
     shown = [g for g in seen if not collides(model, g)]

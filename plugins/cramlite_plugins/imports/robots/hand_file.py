@@ -231,7 +231,8 @@ def _force(where: Path, spec: Any, hand: Driven, linkage: Linkage, stated: HandF
 
 
 def _exerted(hand: Driven, linkage: Linkage, k: int) -> float:
-    """Grip force that the drives exert on a thing as wide as a sample's opening, ordered to close entirely [N]."""
+    """Grip force that the drives exert, when ordered to close fully, on a thing as wide as the opening of
+    a sample of the stroke [N]."""
     found = []
     for a, name in enumerate(hand.names):
         act = hand.model.actuator(name)

@@ -186,7 +186,8 @@ def _bolted(tool: tuple[str, str], place: Pose, on_flange: Pose) -> tuple[str, s
 
 
 def _home(path: Path, model: Any, chain: Chain, said: tuple[float, ...]) -> tuple[tuple[float, ...], str]:
-    """Parked joint position, counted from the file's own joint zeros, and its source in words."""
+    """Home joint position, counted from the file's own joint zeros, and a clause on where it was taken
+    from."""
     keys = [k for k in range(model.nkey) if model.key(k).name == "home"]
     if said:
         own, where = said, "as said"

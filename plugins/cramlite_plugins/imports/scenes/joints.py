@@ -109,8 +109,8 @@ def _closed_above(source: Any, group: Group, joint: int, ends: tuple[float, floa
 
 
 def _room(source: Any, group: Group, joint: int, value: float) -> float:
-    """Volume of the box, along the axes of the carrier, around a jointed thing at a value and that carrier
-    [m3]."""
+    """Volume of the box, along the carrier's axes, around the carrier and a thing that is jointed to it,
+    at a joint value [m3]."""
     model, data = source.model, mujoco.MjData(source.model)
     data.qpos[:] = source.data.qpos
     data.qpos[model.jnt_qposadr[joint]] = value

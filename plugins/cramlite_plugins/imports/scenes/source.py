@@ -217,7 +217,8 @@ def _urdf(path: Path, packages: Mapping[str, Path]) -> str:
 
 
 def _without_pictures(path: Path, text: str, packages: Mapping[str, Path]) -> str:
-    """The text without visuals whose mesh is not there or not readable: they only look, and most are in formats for renderers."""
+    """The text without visuals whose mesh is missing or not readable; most of these are in formats for
+    renderers."""
 
     def kept(found: re.Match[str]) -> str:
         try:

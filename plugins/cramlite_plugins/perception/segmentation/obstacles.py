@@ -103,7 +103,8 @@ def _above(points: Floats, thing: Thing) -> bool:
 
 
 def _parts(points: Floats, known: Floats, limits: Mapping[str, float]) -> Iterator[Floats]:
-    """Points, halved along their longest side until no hull is around known things: a frame is no block."""
+    """Points, split in halves along their longest side until no hull encloses known things, as the hull of
+    a frame would."""
     import numpy as np
 
     spans = np.ptp(points, axis=0)
