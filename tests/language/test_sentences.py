@@ -147,6 +147,7 @@ def test_what_hangs_is_taken(sentence: str, expected: list[str]) -> None:
         (KITCHEN, "put the tin in the open drawer", ["is not there"]),
         (KITCHEN, "pick up the mug and the can", ["cannot all be held in one hand"]),
         ("kitchen/stack_of_four", "put the fifth block on the second one", ["not said from where"]),
+        ("kitchen/latched_door", "Open the drawer, please.", ["there is no 'the drawer'"]),
         (KITCHEN, "", ["asks for nothing"]),
         (KITCHEN, "put the mug on the tray " * 12, ["words; up to 60"]),
     ],
