@@ -71,8 +71,7 @@ def frames(robot: Robot, q: Sequence[float] | Floats) -> list[Floats]:
 
 @cache
 def _links(rows: Table) -> Floats:
-    """Frames of the links in the frame of the link before, all joints at 0: (n, 4, 4); turning a joint turns the first two rows of its
-    frame."""
+    """Frame of each link in the one before, all joints at 0: (n, 4, 4); turning a joint turns its first two rows."""
     found = np.zeros((len(rows), 4, 4))
     for link, (a, d, alpha) in zip(found, rows, strict=True):
         ca, sa = math.cos(alpha), math.sin(alpha)
