@@ -109,7 +109,7 @@ def test_scenarios_name_libraries(folder: Path, tmp_path: Path) -> None:
     scenario.write_text(text.replace("[lib]", "[nothing]"))
     refused = cramlite("check", scenario)
     assert refused.returncode == 2
-    assert "nothing' is no library of known kinds" in refused.stderr and "cramlite library add" in refused.stderr
+    assert "nothing' is no library of object models" in refused.stderr and "cramlite library add" in refused.stderr
 
 
 def test_what_cannot_be_a_library_is_refused_in_one_paragraph(folder: Path, tmp_path: Path) -> None:
