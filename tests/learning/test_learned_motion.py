@@ -200,7 +200,7 @@ def test_the_package_keeps_the_contract_and_its_text_is_the_same_again(motion: s
     check_plugin(plugin)
     tasks = read_scenario(folder / "tests" / f"try_{motion}.yaml").spec.tasks or ()
     assert [str(t.task) for t in tasks][:2] == ["soma:Grasping", "soma:PickingUp"], "it takes the tool from where it stands"  # type: ignore[union-attr]
-    said = "At the end the hand rests for" if motion == "weighing" else "Path of the foot of Patient"
+    said = "At the end the hand rests for" if motion == "weighing" else "Path of the bottom centre of Patient"
     assert said in page_text(learned(motion))
 
 
