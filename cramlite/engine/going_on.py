@@ -321,7 +321,7 @@ class GoingOn:
         """Possible remainders of a plan after a stop, shortest first.
 
         With a payload: the task under way and all later ones; instead of that task its parts from the one under way, or
-        from the next one on; or the later tasks alone. With an empty hand: the tasks from the one under way or an earlier one on.
+        from a later one on; or the later tasks alone. With an empty hand: the tasks from the one under way or an earlier one on.
         """
         at, actions = self.at, plan.actions
         if self.setting.world.robots[0].holds is None:
@@ -330,7 +330,7 @@ class GoingOn:
         yield replace(plan, actions=actions[at:])
         parts = self._parts(actions[at]) if isinstance(actions[at], Action) else ()
         first = next((k for k, p in enumerate(parts) if is_part_of(self.step, p.name)), 0)
-        rests = [(*parts[k:], *actions[at + 1 :]) for k in (first, first + 1) if k < len(parts)]
+        rests = [(*parts[k:], *actions[at + 1 :]) for k in range(first, len(parts))]
         yield from (replace(plan, actions=tuple(_renamed(a) for a in rest)) for rest in (*rests, actions[at + 1 :]) if rest)
 
     def _parts(self, action: Action) -> tuple[Action, ...]:

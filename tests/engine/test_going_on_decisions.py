@@ -305,7 +305,7 @@ def test_the_rest_begins_with_the_task_under_way_or_one_near_it(
 @pytest.mark.parametrize(
     ("step", "rests"),
     [
-        ("1.PickAndPlace/Grasping/close", [["1.Grasping", "1.PickingUp", "1.Placing"], ["1.PickingUp", "1.Placing"]]),
+        ("1.PickAndPlace/Grasping/close", [["1.Grasping", "1.PickingUp", "1.Placing"], ["1.PickingUp", "1.Placing"], ["1.Placing"]]),
         ("1.PickAndPlace/PickingUp/lift", [["1.PickingUp", "1.Placing"], ["1.Placing"]]),
         ("1.PickAndPlace/Placing/PuttingDown/lower", [["1.Placing"]]),
     ],
