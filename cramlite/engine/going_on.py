@@ -298,7 +298,7 @@ class GoingOn:
         where = {t.name: t.pose for t in before.world.things}
         stayed = {t.name for t in world.things if t.name in where and _apart(where[t.name].position, t.pose.position) <= STILL}
         relations = tuple(r for r in before.relations if r[1] in stayed)
-        self.setting = with_load(replace(before, world=world, relations=relations, real=None), self.engine.knowledge)
+        self.setting = with_load(replace(before, world=world, relations=relations, real=None, look=None), self.engine.knowledge)
         names = [a.name for a in attempt.plan.actions]
         if done.step != BACK:
             self.at, self.step = next((k for k, n in enumerate(names) if n == task_of(done.step)), 0), done.step

@@ -19,9 +19,12 @@ from cramlite.engine.expectation import RunWatch
 from cramlite.engine.going_on import ACKNOWLEDGED, BACK, SAME, GoingOn, _apart, _declared, _moved
 from cramlite.engine.replanning import Attempt, Round
 from cramlite.model import Action, Code, Deviation, MoveJoints, Notice, Object, Plan, Pose, Program
+from cramlite.model.belief import initial_belief
 from cramlite.model.fault import Fault, FaultKind
 from cramlite.model.rollout import Message
 from cramlite.model.world import InHand, RobotMount
+from cramlite.perception.active_perception import Look, Picture
+from cramlite.planning.state import State
 from cramlite_plugins.robots.ur5e import UR5E
 
 LINES = {1: "1.Grasping/close", 3: "2.PickingUp/lift", 5: "3.Placing/lower"}
@@ -255,6 +258,18 @@ def test_relations_of_what_stayed_are_believed_on(going: GoingOn, off: float, st
     going._believe(ended(going), watch(going, Pose((x, y + off, z))))
     assert going.setting.relations == (relations if stays else relations[1:])
     assert going.setting.world.thing("block").pose.position == (x, y + off, z)
+
+
+def test_poses_that_a_camera_saw_at_the_start_give_way_to_readings(going: GoingOn) -> None:
+    world, joints = going.setting.world, tuple(v + 0.1 for v in UR5E.home)
+    start = initial_belief(world, world.robots[0].name, UR5E.home, 0.085)
+    nothing: Any = None
+    taken = Picture(nothing, nothing, (), State((), start))
+    seen = {"block": replace(start.poses["block"], source="seen by the camera")}
+    going.setting = replace(going.setting, look=Look((taken,), world, (), seen, world))
+    going._believe(ended(going), watch(going, ON_SHELF, joints=joints))
+    belief = going.setting.start(PLAN).belief
+    assert belief.poses["block"].pose == ON_SHELF and belief.joints == joints
 
 
 def test_what_came_meanwhile_has_no_place_that_it_left(going: GoingOn) -> None:
