@@ -24,6 +24,8 @@ AWAY = -50.0
 """Height at which waits what is not there [m]: below anything."""
 OVER = 2e-3
 """Height above its resting place at which a thing that fell over is put down [m]."""
+AGAIN = 0.05
+"""Time after which it is looked again whether a thing has room where it is put [s]."""
 READINGS = frozenset({FaultKind.FROZEN, FaultKind.LOST})
 ORDERS = frozenset({FaultKind.GOAL, FaultKind.CANCELLED})
 
@@ -80,7 +82,10 @@ class FaultsToCome:
         for fault in tuple(self.waiting):
             if id(fault) not in self.since and self._triggered(fault, line, force):
                 self.since[id(fault)] = now if fault.trigger else 0.0
-            if now >= self.since.get(id(fault), math.inf) + fault.after and self._has_room(fault):
+            if now >= self.since.get(id(fault), math.inf) + fault.after:
+                if not self._has_room(fault):
+                    self.since[id(fault)] = now - fault.after + AGAIN
+                    continue
                 self.waiting.remove(fault)
                 self.happened.append(Message(now, str(fault), line))
                 _HAPPENS[fault.kind](self, fault, now)
