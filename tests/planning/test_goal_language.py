@@ -78,7 +78,7 @@ def test_what_a_goal_asks_of_the_tasks(goal: str, tasks: list[str], told: dict[s
         ("drawer open by 30 mm", "open from 40 mm on"),
         ("drawer open by 30 deg", "not a unit of length"),
         ("mug on tray within 30 deg", "not a unit of length"),
-        ("mug on tray/top within 30 mm", "said of a whole thing: 'tray'"),
+        ("mug on tray/top within 30 mm", "needs a whole thing, not a part: 'tray'"),
         ("drawer turned on", "no knob and no switch"),
         ("cabinet upright", "cannot be moved"),
         ("mug facing mug", "cannot face itself"),

@@ -95,7 +95,7 @@ def test_why_each_task_is_there() -> None:
         ("block on shelf near block", "must be another thing than 'block' and 'shelf'"),
         ("block on shelf/tops", "names 'shelf/tops'; did you mean 'shelf/top'?"),
         ("block on shelf/top near block", "must be another thing"),
-        ("block off shelf/top", "'off' is said of a whole thing: 'shelf'"), ("shelf/top held", "is no goal"),
+        ("block off shelf/top", "'off' needs a whole thing, not a part: 'shelf'"), ("shelf/top held", "is no goal"),
         ("block off shelf near floor", "'near' chooses a spot on a surface or in a container"),
         ("block on shelf above floor", "may end in 'near', 'left of', 'right of', 'in front of', 'behind' THING"),
     ],

@@ -114,7 +114,7 @@ def test_a_scenario_may_only_name_what_can_be_moved(tmp_path: Path) -> None:
 def test_other_languages_refuse_late_poses(planned: Planned) -> None:
     program = planned.solution.program
     robot = planned.solution.candidate.robot
-    with pytest.raises(UserError, match="take urscript"):
+    with pytest.raises(UserError, match="take the backend urscript"):
         ur_rtde.emit(program, robot)
     with pytest.raises(UserError, match="RAPID"):
         rapid.emit(program, robot, forces=False)
