@@ -40,7 +40,8 @@ def _entities(wanted: Object, belief: Belief, context: Context) -> list[str]:
 
 
 def _grounded(entity: str, wanted: Object, belief: Belief, context: Context) -> Grounding | Refused:
-    """Grounding of an object designator by an entity, or the first objection; later checks rank as nearer misses."""
+    """Grounding of an object designator by an entity; or a refusal with the first check that fails, ranked as
+    the nearer miss the later that check comes."""
     there = [t.name for t in belief.world.things]
     if thing_of(entity) not in there:  # it was taken away since the task was given
         return Refused(entity, f"it is not in the believed world, which has {', '.join(there) or 'nothing'}", blocking=())

@@ -119,8 +119,8 @@ def insert(location: Location, belief: Belief, context: Context) -> Iterator[Gro
 
 
 def _held_so(location: Location, belief: Belief, context: Context) -> tuple[str, ...]:
-    """Return the choices on which it depends whether the arm reaches a peg with the payload, if nothing is in
-    the way: the peg and the grasp; all places if the grasp is unknown."""
+    """Return the choices that decide whether the arm reaches a peg with the payload, obstacles aside: the peg
+    and the grasps, or all earlier places if the grasp is unknown."""
     grasps = taken_at(belief, context)
     return (*grasps, location.of or "") if grasps else causes(location, context)
 
@@ -145,8 +145,11 @@ def _three(vector: Floats) -> Vector3:
 
 
 def _ways_round(peg: Peg, belief: Belief, context: Context) -> Iterator[tuple[str, Pose]]:
-    """Names and orientations of the hole on the peg. On a hanging one its y axis is up, from either side; on a
-    standing one the smallest turn comes first, and it is never turned over."""
+    """Ways to put the payload's hole on a peg, each as a name and an orientation of the hole.
+
+    On a level peg the hole's y axis is up, seen from its front or back; on a standing peg the smallest turn
+    about it comes first, and the hole is never turned over.
+    """
     if not stands(peg.axis):
         for side, facing in (("front", peg.axis), ("back", -peg.axis)):
             yield side, Pose.from_axes((0.0, 0.0, 0.0), facing, np.cross((0.0, 0.0, 1.0), facing))
@@ -185,8 +188,10 @@ def _legs(location: Location, context: Context, corners: list[Pose]) -> Iterator
 
 
 def _unmoved(belief: Belief, context: Context) -> bool:
-    """Whether the payload is where it was at the very beginning: failures then depend on the chosen things and
-    earlier tasks, and on no place of the hand."""
+    """Whether the payload is where it was at the start of the plan.
+
+    A failure then depends on the chosen things and on earlier tasks, but on no place of the hand.
+    """
     assert belief.held is not None
     initial = belief.base().inverse() * belief.world.thing(belief.held.thing).pose
     return held_pose(belief, context).distance(initial)[0] <= SAME

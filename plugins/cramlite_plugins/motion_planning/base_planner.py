@@ -208,7 +208,8 @@ class _Search:
 
     def why(self) -> str:
         """Clause on why the search found no path."""
-        return f"{len(self.spots)} places were looked at, none nearer than {self.nearest:.2f} m; in the way, for one: {self.last}"
+        looked = f"{len(self.spots)} places were looked at, none nearer to the goal than {self.nearest:.2f} m"
+        return f"{looked}; in the way, for one: {self.last}"
 
     def _offer(self, cell: Cell, other: Cell, total: float) -> None:
         if other in self.closed or total >= self.best.get(other, math.inf):

@@ -50,7 +50,8 @@ class Grid(Value):
     poses: dict[str, Floats]
 
     def time(self, index: int) -> float:
-        """Return the time of an index; one step behind the last for the end of the grid [s]."""
+        """Return the time of an index of the grid [s]; the index after the last one gives the last time and
+        one step."""
         return float(self.times[0] + index * STEP)
 
     def moving(self, name: str) -> Flags:

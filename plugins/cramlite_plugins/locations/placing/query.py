@@ -272,8 +272,8 @@ def openings(thing: Thing, pose: Pose, region: str = "") -> list[tuple[Surface, 
 
 
 def standing_on(query: Query) -> tuple[Obstacle, ...]:
-    """Return the outlines of obstacles that stand on a surface, or hang down over it, as high as the payload
-    is; with the gap around."""
+    """Return the outlines of the obstacles that stand on a surface, or hang over it within the payload's
+    height; each is widened by ``GAP`` and the uncertainty of its place."""
     belief, to, margins = query.belief, query.target.pose.inverse(), uncertainty_margins(query.belief)
     high, reach = height(query.thing, query.now), query.target.area
     found = []
@@ -286,8 +286,8 @@ def standing_on(query: Query) -> tuple[Obstacle, ...]:
 
 
 def lying_in(query: Query, sure: bool = False) -> tuple[Obstacle, ...]:
-    """Return the outlines of a cavity's content with the gap around, each wider by the uncertainty of its place
-    unless ``sure``."""
+    """Return the outlines of a cavity's contents, widened by ``GAP`` and, unless ``sure``, by the uncertainty
+    of their places."""
     belief, to, margins = query.belief, query.target.pose.inverse(), {} if sure else uncertainty_margins(query.belief)
     found = []
     for name in belief.poses:
@@ -298,7 +298,8 @@ def lying_in(query: Query, sure: bool = False) -> tuple[Obstacle, ...]:
 
 
 def covers(query: Query, high: float) -> tuple[Obstacle, ...]:
-    """Return the outlines of overhangs of an opening, with the gap around, up to the height of a release [m].
+    """Return the outlines of the things over an opening, up to the height of a release [m]; each is widened
+    by ``GAP``.
 
     What reaches through the opening lies in it, and covers nothing.
     """

@@ -185,7 +185,8 @@ def _level(query: Query, floor: Floor, now: Pose, kind: str) -> Iterator[Placeme
 
 
 def _of_each_step(rows: NDArray[np.intp], few: int) -> list[list[int]]:
-    """First few (spot, turn) of each step outwards: simulating a payload's rest at one spot takes some ten runs."""
+    """For each step outwards the first ``MANY`` pairs (spot, turn), or the first one only if ``few`` is above
+    1: to simulate how a payload comes to rest at a spot takes some ten runs."""
     steps = rows[:, 0] // (len(ASIDE) if few == 1 else len(ASIDE[:3]))
     before = np.arange(len(rows)) - np.searchsorted(steps, steps)
     found: list[list[int]] = rows[before < (MANY if few == 1 else 1)].tolist()
@@ -236,7 +237,8 @@ def _free(
     half, shape = (high - low) / 2, (len(openings), len(points), len(turns))
 
     def spread(vectors: Floats) -> Floats:
-        """Points (n, 3) that are given relative to the foot, at all spots and turns."""
+        """Points (n * spots * turns, 3) on the payload or hand at all spots and turns, from vectors (n, 3)
+        from the payload's foot."""
         found: Floats = np.einsum("ntij,nj->nti", spin, vectors)[:, None] + points[:, None, :]
         return found.reshape(-1, 3)
 
