@@ -67,7 +67,8 @@ class Hands(Value):
 
 
 class Pinches(Value):
-    """Contact pairs on the closing lines of hands, one a hand.
+    """Contact pairs of hands on a shape: one for each hand, on the line along its closing direction through
+    the TCP.
 
     Args:
         low, high: of the contacts from the TCP along the closing direction (n,) [m]; inf and -inf where the line misses the shape there.

@@ -95,7 +95,7 @@ class Grip(Value):
     @property
     def likeness(self) -> tuple[float, ...]:
         """Key that is equal for similar grasps, which hold or fail together: same part of the pads, same
-        inclination, width and lever."""
+        inclination, width and distance from the centre of mass."""
         down = float(self.pose.rotate((0.0, 0.0, 1.0))[2])
         return (round(self.ahead, 3), round(2 * down), round(self.width / 0.005), round(self.lever / 0.010))
 

@@ -65,7 +65,10 @@ def _met_at(poses: Sequence[Pose], name: str, belief: Belief, context: Context, 
 
 def driven_along(thing: Thing, value: float, goal: float, belief: Belief, context: Context) -> Mapping[str, float] | Refused:
     """Return the distance by which a level drawer pushes each loose thing ahead of it between two joint
-    values [m]; {} without any; a refusal if one would be pushed into another thing or tip over."""
+    values [m]; {} if it pushes none.
+
+    A refusal if one would be pushed into another thing, or tip over.
+    """
     assert thing.joint is not None
     found, after, line = dict[str, float](), belief, _direction(thing, goal - value, belief)
     while met := _met(thing, value, goal, after, context):

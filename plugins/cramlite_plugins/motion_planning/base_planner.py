@@ -189,7 +189,8 @@ class _Search:
         self.found: list[Vector3] = []
 
     def step(self) -> bool:
-        """Expand the most promising cell; False when there is none, or too many were looked at."""
+        """Look at the most promising cell and its neighbours; return False if there is no cell left, or too
+        many places were looked at."""
         while self.queue and self.queue[0][1] in self.closed:
             heapq.heappop(self.queue)
         if not self.queue or len(self.spots) >= LOOKS:

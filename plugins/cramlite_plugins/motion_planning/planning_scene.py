@@ -219,8 +219,8 @@ class PlanningScene(Value):
         return next((n for n in still if world.thing(n).movable or world.thing(n).joint is not None), "")
 
     def relaxed(self, anchors: Sequence[Position]) -> PlanningScene:
-        """Return the same scene, in which the clearance needed near each of these positions is no more
-        than what there is at it."""
+        """Return the same scene, in which positions near one of these anchors need no more clearance than the
+        anchor has."""
         found = [self._anchor(q) for q in anchors]
         return replace(self, anchors=tuple((q, closer) for q, closer in found if closer))
 

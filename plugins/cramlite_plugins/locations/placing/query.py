@@ -112,7 +112,8 @@ class Query(Value, dict=True):
 
     @cached_property
     def around(self) -> Thing:
-        """Return one thing with the geoms of the target's thing and of all things near it, in the target's frame."""
+        """Return one thing with the geoms of the target's thing and of all things near it, in the frame of
+        the target's thing."""
         back, (low, high) = self.at.inverse(), box_around(self.whole.geoms)
         reach, geoms = float(np.linalg.norm(high - low)), list(self.whole.geoms)
         for name in self.belief.poses.keys() - {self.whole.name, self.thing.name}:
@@ -158,8 +159,8 @@ class Query(Value, dict=True):
         return tuple(n for n in dict.fromkeys(o.name for o in self.obstacles) if n != thing_of(self.entity))
 
     def release(self, height: float, opening: float | None = None, settles: Pose = AS_LET_GO) -> Release:
-        """Return the release of the payload at a height over the target [m]: let fall into a cavity, or put
-        down."""
+        """Return the release of the payload at a height over the target [m]: it falls into a cavity, or is
+        let go of on a surface."""
         into = thing_of(self.entity) if self.depth else ""
         return Release(height, opening, settles, into, DROPPED if into else LET_GO)
 

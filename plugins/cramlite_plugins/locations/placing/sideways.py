@@ -119,8 +119,11 @@ def _attitudes(query: Query, upright: Pose) -> Iterator[tuple[str, Pose]]:
 
 
 def _floors(asked: Sequence[Query], now: Pose, tall: float, low: list[float]) -> Iterator[tuple[Query, Floor]]:
-    """Floors with enough room for a payload turned as at a pose, by query; the height of the room over each
-    floor is appended to ``low`` [m]."""
+    """Floors with enough room for a payload that is turned as at a pose, each with its query and an open
+    side.
+
+    The height of the room over each floor that was looked at is appended to ``low`` [m].
+    """
     for query in asked:
         whole, at = query.whole, query.at
         for surface, over in _levels(query.thing, now, whole, at, query.region, query.belief, query.depth > 0):
