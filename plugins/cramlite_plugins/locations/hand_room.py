@@ -1,4 +1,4 @@
-"""Check of the room for a hand at a grasp: boxes around the parts of the hand's model against the obstacles
+"""Check whether a hand has room at a grasp: boxes around the parts of the hand's model against the obstacles
 around a thing.
 
 Exact for hands and surroundings of boxes, on the safe side for others: a mesh is in two boxes, as it lies and along the tool, and where

@@ -126,7 +126,8 @@ def _held_so(location: Location, belief: Belief, context: Context) -> tuple[str,
 
 
 def _feet(peg: Peg, owner: str, belief: Belief) -> tuple[str, ...]:
-    """Things at or right below the root of a standing peg, beside its owner and the payload."""
+    """Things other than the payload and the peg's owner that are at the root of a standing peg, or right
+    below it."""
     if not stands(peg.axis):
         return ()
     apart = {owner, belief.held.thing if belief.held else ""}

@@ -53,7 +53,8 @@ class Space(FreeLines, Protocol):
 
 
 class Probed(Value):
-    """Space whose lines are only probed: a path found in it must be checked in the space itself.
+    """Space whose lines are checked only at places some distance apart: a path found in it must be checked
+    again in the space itself.
 
     Args:
         space: in which states are looked at.
