@@ -88,8 +88,8 @@ def extract(location: Location, belief: Belief, context: Context) -> Iterator[Gr
 
 
 def insert(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
-    """Generate the path of a hole onto its peg: before the tip, in all ways round; then at the tip, past its bend, deep, and
-    let down.
+    """Generate the path of a payload's hole onto a peg, for each way to turn it: before the peg's tip, at the
+    tip, past the tip's bend, along the peg, and down onto it.
 
     The path's corners are the last four; ``fit`` has the radial play and the way to push from tip to deep.
     """
@@ -182,7 +182,8 @@ def _hand(belief: Belief, hole: Pose) -> Pose:
 
 
 def _legs(location: Location, context: Context, corners: list[Pose]) -> Iterator[Leg]:
-    """TCP poses of the way along the peg, in order: only the payload may touch the peg, from the tip on."""
+    """Legs of the way along the peg, one for each TCP pose in ``corners``; from the tip on the payload may
+    touch the peg, but the hand may not."""
     near = Leg(corners[0], (bound(context, location.of),), clearance=0.0, hand=False)
     for stage, pose in zip(("before the tip", "at the tip", "past its bend", "on the peg", "let down"), corners, strict=True):
         yield replace(near, pose=pose, said=stage) if pose is not corners[0] else Leg(pose, said=stage)

@@ -308,8 +308,8 @@ def _grip(grid: Grid, hand: str, thing: str, span: Span, near: Span | None = Non
 
 
 def _unseen_hand(episode: Episode, grid: Grid, tracked: Sequence[str]) -> str | None:
-    """Hand without recorded poses, a right hand first; ``NOBODY`` if all recorded hands are idle; None if no
-    hand is missing."""
+    """Hand that moved things without being recorded: of the episode's hands without poses a right one first;
+    ``NOBODY`` if there is none and all recorded hands are idle; else None."""
     lost = sorted((h for h in hands_of(episode) if h not in tracked), key=_right_first)
     idle = all(travel(grid.poses[h]) < IDLE for h in tracked)
     return lost[0] if lost else NOBODY if idle else None

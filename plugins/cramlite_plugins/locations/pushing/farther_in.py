@@ -58,7 +58,7 @@ def deeper(location: Location, belief: Belief, context: Context) -> Iterator[Gro
 
 
 def _ahead(belief: Belief, context: Context) -> Floats:
-    """The level unit vector (3,) on which the hand points inwards.
+    """The level unit vector (3,) along which the hand points inwards.
 
     Raises:
         Unresolvable: it points down or up.
