@@ -79,7 +79,8 @@ class ReadAhead(Sequence[Designator]):
 
 
 class Kept(Struct):
-    """Answers of one plugin to one question, as far as the search has taken them.
+    """Answers of one plugin to one question: those given so far, and the source of those that the
+    search has not asked for yet.
 
     Args:
         source: gives the others.

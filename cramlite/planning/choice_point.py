@@ -114,8 +114,8 @@ class ChoicePoint(Struct):
 
     @property
     def domain(self) -> set[str]:
-        """Choices that the set of alternatives depends on; for a place, for example, not how the arm got
-        there."""
+        """Earlier choices that the alternatives depend on; for a place, those of motions and of places
+        that were only passed are left out."""
         item, made = self.item, {name for name, _ in self.state.choices}
         if isinstance(item, Object | Late):
             part_of = item.part_of if isinstance(item, Object) else None

@@ -119,8 +119,7 @@ Ahead = tuple[Location, Action | None]
 
 
 def _with_goals(actions: Sequence[Any], types: Mapping[str, TaskType], ahead: Ahead) -> tuple[tuple[Any, ...], Ahead]:
-    """Return the actions with a goal for each free motion, which is where the next task starts; and the first
-    of these starts.
+    """Return the actions, each free motion with its goal, and where the first task starts.
 
     A free motion leads to where the next task starts; the last one leads to ``ahead``.
     """

@@ -142,8 +142,8 @@ class Search(Struct, dict=True):
         return number
 
     def _failed(self, state: State, conflict: Conflict | None) -> Conflict:
-        """Record that a fully grounded state failed; return the choices to blame, marked as capped if
-        alternatives of some are still postponed."""
+        """Record that a fully grounded state failed; return the choices to blame, with ``Capped()``
+        among them if alternatives of some are tried only later."""
         everything = _everything(state)
         said = everything if conflict is None else conflict
         later = frozenset(c.choice for c in said if isinstance(c, Later)) & everything
