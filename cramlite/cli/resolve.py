@@ -277,8 +277,8 @@ def _finish(run: RunDirectory, solution: Solution, engine: Engine, say: Progress
 
 
 def _earlier_trace(run: RunDirectory) -> Trace:
-    """Return the trace of an interrupted run up to its last refused candidate, so that these candidates are
-    not tried again."""
+    """Return the beginning of an interrupted run's trace, which is about its refused candidates only, so
+    that these are not tried again."""
     if not run.refused:
         return Trace()
     entries = read_trace(run.path / "trace.json").entries

@@ -201,7 +201,8 @@ def _attempts(
 def _judged(
     candidate: Candidate, search: Search, setting: Setting, knowledge: Knowledge, group: ExecutorGroup
 ) -> tuple[Candidate, Verdict]:
-    """Complete program with its verdict, from a run in the believed world and then from its twins.
+    """Complete program with its verdict, for which it runs in the believed world, and if it passes there in
+    twins.
 
     The time of each goes to the trace.
     """

@@ -58,7 +58,8 @@ class Nogoods(Struct):
             self.known.setdefault(choice, []).append(nogood)
 
     def lasting(self) -> Nogoods:
-        """Return the no-goods that hold in a wider round, too: no alternatives were left out in them."""
+        """Return the no-goods that hold in a wider round, too: those that were found without leaving out
+        alternatives."""
         beside = {nogood: c for nogood, c in self.beside.items() if Capped() not in c}
         known = {choice: [n for n in found if n in beside] for choice, found in self.known.items()}
         return Nogoods(known, beside)

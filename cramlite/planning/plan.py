@@ -47,8 +47,8 @@ Call = TaskCall | RuleCall
 
 
 def task_calls(calls: Iterable[Call], *, alternatives: bool = True) -> Iterator[TaskCall]:
-    """Yield the task calls in order, also those inside rules; with ``alternatives=False`` without those of a
-    choice, which the search may leave out."""
+    """Yield the task calls in order, also those inside control structures; with
+    ``alternatives=False`` without those of a choice, which the search may leave out."""
     for call in calls:
         if isinstance(call, TaskCall):
             yield call
