@@ -126,7 +126,7 @@ def _forms(phrases: Iterable[GoalPhrase]) -> str:
     forms = [f"'{p.form}'" for p in sorted(phrases, key=lambda p: -len(_places(p)))]
     said = f"say {', '.join(forms[:-1])} or {forms[-1]}" if forms[1:] else "no plugin declares a phrase for goals"
     sides = ", ".join(f"'{s}'" for s in SIDES)
-    return f"{said}; after a place may follow {sides} and a thing"
+    return f"{said}; PLACE may be followed by one of {sides} and a THING"
 
 
 def _places(phrase: GoalPhrase) -> list[str]:
