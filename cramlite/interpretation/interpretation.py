@@ -294,7 +294,7 @@ class _Matcher(Value):
         return tuple(r for r in refused if r is not None)
 
     def _telling(self, time: float) -> bool:
-        """Check whether a state whose class always separates actions begins or ends at a boundary."""
+        """Check whether a state of a class that always separates actions begins or ends at a time [s]."""
         boundaries = self.timeline.boundaries
         return any(time in boundaries(type_) for type_ in self.timeline.taxonomy.restricted_classes(TELLS_APART))
 
@@ -364,8 +364,8 @@ class _Matcher(Value):
 
 
 def _fillers(rule: Rule, event: Event) -> Iterator[Binding]:
-    """Yield candidate role fillers of a labelled action: by role names, else its object as the first role's
-    filler; at last no fillers."""
+    """Yield the role fillers that a labelled action may have: those that the label gives by role names,
+    else its object as the filler of the first role; then, as the last candidate, no fillers."""
     said: Binding = {role: event.roles[role] for role in rule.roles if role in event.roles}
     if not said and rule.roles and "object" in event.roles:
         said = {next(iter(rule.roles)): event.roles["object"]}

@@ -139,7 +139,7 @@ def test_text_csv_and_json_say_the_same(tmp_path: Path) -> None:
     assert (
         share(found.rows[0].executed) in said
         and "2 of 6 (33%)" in said
-        and "proof against execution at 1 x errors: wrongly accepted 1 of 3" in said
+        and "proof against execution at 1 x errors: of the accepted programs 1 of 3" in said
     )
     lines = to_csv(RESULTS).splitlines()
     assert len(lines) == 7 and lines[-1].endswith("interpret: nothing")

@@ -117,6 +117,7 @@ def _following(
 
 
 def _read(before: Setting, watch: RunWatch) -> World:
-    """Return a setting's world with the poses that were read last, and with the payload in the hand."""
+    """Return a setting's world with the poses of the last sample that the watch was given, and with the
+    payload in the hand."""
     assert watch.last is not None
     return world_as_read(before.world, watch.last, before.world, before.robot.gripper.opening[0])

@@ -223,8 +223,8 @@ def _refused_state(engine: Engine, setting: Setting, trace: Trace) -> bytes:
 
 
 def _failure(result: EpisodeResult, experiment: JudgedExperiment) -> str:
-    """Return the class of an episode's failure: by the reason of the refusal or the stop, else by the judge's
-    check."""
+    """Return the class of an episode's failure: that of the reason why there was no program or why the
+    program stopped; if there is no such reason, that of the judge's check."""
     attempt = result.attempt
     if result.rest():
         return ""
