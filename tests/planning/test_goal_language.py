@@ -121,7 +121,8 @@ def test_where_no_plan_is_each_part_says_why() -> None:
     assert next(plans_in(SETTING, Goal(("mug in tray", "drawer open")), ENGINE.knowledge, trace), None) is None
     answers = goal_answers(trace)
     assert [a.answer for a in answers] == ["missed", "missed"]
-    assert "no task's rule makes in_or_above(mug, tray)" in answers[0].reason and "alone Opening would do" in answers[1].reason
+    assert "no task's rule makes in_or_above(mug, tray)" in answers[0].reason
+    assert "Opening would achieve this part alone" in answers[1].reason
 
 
 @pytest.mark.parametrize(
