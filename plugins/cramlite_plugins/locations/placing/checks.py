@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from typing import Any
 
 import numpy as np
 import shapely
@@ -102,7 +103,7 @@ def inside(placement: Placement, query: Query) -> str | Refused:
     is room."""
     outline = footprint(query.thing, query.target.pose.inverse() * placement.thing)
     (low, left, high, right), (x, y, x1, y1) = outline.bounds, query.target.area.bounds
-    gap = min(OFF_WALLS, max(0.0, min(x1 - x - high + low, y1 - y - right + left) / 4))  # with half of the room to choose from
+    gap = min(OFF_WALLS, *(max(0.0, room) / 4 for room in _play(outline, query)))  # with half of the room to choose from
     if query.target.area.buffer(-gap).covers(outline):
         return ""
     if query.target.area.covers(outline):
@@ -118,6 +119,18 @@ def inside(placement: Placement, query: Query) -> str | Refused:
     more = f"the opening of '{query.entity}' lacks {1000 * out:.0f} mm for '{query.thing.name}'"
     says = f"{more}: take a smaller thing, have it put down otherwise, or name another container"
     return refusal(said, blocking=query.standing_there(), remedy=Remedy(f"opening {query.entity}", says, out))
+
+
+def _play(outline: Any, query: Query) -> tuple[float, float]:
+    """Distances that an outline could be shifted by, along x and along y, between walls and content [m]."""
+    ends = np.reshape(query.target.area.bounds, (2, 2))
+    low, high = np.reshape(outline.bounds, (2, 2))
+    found = ends[1] - ends[0] - (high - low)
+    for a, b in (np.reshape(o.area.bounds, (2, 2)) for o in query.obstacles):
+        for k in (0, 1):
+            if a[1 - k] < high[1 - k] and b[1 - k] > low[1 - k]:  # side by side
+                found[k] -= min(b[k], ends[1, k]) - max(a[k], ends[0, k])
+    return float(found[0]), float(found[1])
 
 
 def falls(placement: Placement, query: Query) -> str:
