@@ -399,7 +399,9 @@ def fluents_of(found: Mapping[str, Fluent]) -> Fluents:
         denied = tuple(str(p[0]) for p in fluent.denial)
         for other in (*fluent.implies, *fluent.implies_when_carried, *fluent.undoes, *fluent.excludes, *denied):
             if other not in found:
-                raise PluginError(f"The predicate '{name}' refers to a predicate '{other}', which no plugin declares; {nearest(other, found)}.")
+                raise PluginError(
+                    f"The predicate '{name}' refers to a predicate '{other}', which no plugin declares; {nearest(other, found)}."
+                )
     _check_phrases(found)
     return Fluents(found)
 

@@ -253,8 +253,8 @@ class _Matcher(Value):
         )
 
     def named(self, segment: Segment, label: str, known: set[str]) -> Iterator[Match]:
-        """Yield readings as the task that the recording names, if no condition refutes the reading though
-        some cannot be judged."""
+        """Yield those readings of an action as the task that the recording names which no condition
+        refutes, though some conditions cannot be judged."""
         for task, rule in self.rules.items():
             if task not in known and segment.event is not None and self.timeline.taxonomy.is_a(task, label):
                 yield from possible_matches(rule, self.timeline.phases(segment, self.padding), _fillers(rule, segment.event))
@@ -266,8 +266,8 @@ class _Matcher(Value):
         return bool(episode.tracks) and episode.effector is not None and episode.effector not in episode.tracks
 
     def unseen(self, segment: Segment) -> Iterator[Match]:
-        """Yield readings of an action of which a single condition cannot be judged, because the effector was
-        not tracked."""
+        """Yield those readings of an action in which one condition cannot be judged, because the effector
+        was not tracked, and all others hold."""
         for rule in self.rules.values():
             found = possible_matches(rule, self.timeline.phases(segment, self.padding), [{}])
             yield from (m for m in found if m.roles and len(m.unknown) == 1)

@@ -139,7 +139,7 @@ def _resolved(trial: Trial, judge: Judge, result: EpisodeResult) -> EpisodeResul
 
 
 def _seconds(trace: Trace) -> dict[str, float]:
-    """CPU time of the search by stage, and of planning until there was a program."""
+    """Return the CPU time of the search by stage [s], and that of planning until the first program."""
     first = {} if trace.first_program is None else {"planning, until the first program": trace.first_program}
     return {name: seconds for name, seconds in (trace.seconds | first).items() if seconds or name != "twins"}
 
