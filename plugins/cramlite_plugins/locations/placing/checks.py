@@ -92,8 +92,8 @@ def clear(placement: Placement, query: Query) -> str | Refused:
         outline = footprint(query.thing, there, high=foot + found.top)
         if (overlap := float(outline.intersection(found.area).area)) > 0:
             said = f"its outline would overlap that of '{found.name}' and the gap around it by {1e4 * overlap:.1f} cm2"
-            more = f"there is no room for '{query.thing.name}' beside '{found.name}' on or in '{query.entity}', {1e4 * overlap:.1f} cm2"
-            says = f"{more} are lacking: have '{found.name}' put elsewhere, or name another place"
+            more = f"there is no room for '{query.thing.name}' beside '{found.name}' on or in '{query.entity}', where"
+            says = f"{more} outlines and gap overlap by {1e4 * overlap:.1f} cm2: have '{found.name}' put elsewhere, or name another place"
             return refusal(said, blocking=query.standing_there(), remedy=Remedy(f"room {query.entity}", says, overlap))
     return ""
 
@@ -182,7 +182,10 @@ def _region_missed(thing: Pose, height: float, query: Query) -> str | Refused:
 
 
 def over_region(placement: Placement, query: Query) -> str:
-    """Check that the payload's origin is over the wanted region, which may lean: a payload at rest by itself shifts no more."""
+    """Check that the payload's origin is over the wanted region, whose surface may lean.
+
+    The origin may be at the border: a payload that was released there and has come to rest shifts no more.
+    """
     resting = np.asarray(placement.thing.position) - (0.0, 0.0, placement.height)
     x, y, z = map(float, query.target.pose.inverse().apply(resting))
     if low := _too_low(query, z):

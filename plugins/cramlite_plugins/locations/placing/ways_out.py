@@ -107,8 +107,11 @@ def _at_best(asked: list[Query], now: Pose) -> Iterator[Refused]:
 
 
 def prepared(bare: list[Query]) -> list[Query]:
-    """Return the queries of a payload that comes from above, with their obstacles; an opening is asked for
-    twice: for positions beside its contents and overhang, and for positions anywhere."""
+    """Return the queries of a payload that comes from above, with their obstacles.
+
+    An opening has two queries: one for positions beside its contents and its overhang, one for positions
+    anywhere.
+    """
     if not bare[0].depth:
         return bare if bare[0].uneven else with_middle([replace(q, obstacles=standing_on(q)) for q in bare])
     anywhere = [covered(q) for q in bare]
