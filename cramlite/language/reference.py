@@ -45,7 +45,12 @@ class Resolver:
 
     def __init__(self, scene: SymbolicWorld, facts: frozenset[Fact], frames: Frames, labels: Labels, space: Space) -> None:
         self.scene, self.facts, self.frames, self.labels, self.space = scene, facts, frames, labels, space
+        self.fresh()
+
+    def fresh(self) -> None:
+        """Begin another reading."""
         self.needless = 0
+        self._sizes: dict[str, int] = {}
 
     def things(self, noun: Noun, about: About, mentions: Mentions) -> Referents:
         """Return the things that a description means.
@@ -273,8 +278,12 @@ class Resolver:
     def _sized(self, names: list[str], noun: Noun) -> list[str]:
         height, sign = abs(noun.size) == 2, 1.0 if noun.size > 0 else -1.0
         size = {n: sign * self.space.size(n, height=height) for n in names}
+        if not names:
+            raise Refusal(FALSE, f"'{noun.said}' is not there")
         best = max(size.values())
         found = [n for n in names if size[n] >= best - 0.05 * abs(best)]
+        if len(found) == 1 and self._sizes.setdefault(found[0], noun.size) == -noun.size:
+            raise Refusal(FALSE, f"'{noun.said}' is the same {found[0]} that was told by its size before")
         if len(found) == len(names) > 1 and not noun.several:
             raise Refusal(FALSE, f"'{noun.said}': {listed(names, 'and')} are of one size, within 5 %")
         return found

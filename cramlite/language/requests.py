@@ -38,6 +38,14 @@ class RequestParser:
         self.words, self.frames, self._names = words, frames, names
         self._nouns = NounParser(words, frames.prepositions, frames.states, names)
 
+    def _known(self, _noun: Noun) -> bool:
+        """Whether something may be called so; only the scene knows it."""
+        return True
+
+    def _known_clause(self, clause: Clause) -> bool:
+        nouns = (clause.theme, clause.place, *(clause.beside.nouns if clause.beside is not None else ()))
+        return all(self._known(n) for n in nouns if n is not None)
+
     def _contrasted(self, at: int) -> Iterator[int]:
         """Where ends what is said not to be meant: "on the tray, not in the basket", "the red block, not the blue one"."""
         for start in starts(self.words, at, english.CONTRAST):
@@ -45,7 +53,9 @@ class RequestParser:
             yield from (end for way in stated for end in starts(self.words, start, way))
             yield from (start + 1,) if self.words[start : start + 1] and self.words[start] in english.PLACED else ()
             for begin in (*starts(self.words, start, self.frames.prepositions), start):
-                yield from (end for _, end in self._nouns.nouns(begin))
+                yield from (end for noun, end in self._nouns.nouns(begin) if self._known(noun))
+                if self.words[begin : begin + 1] == ("the",) and {*self.words[begin + 1 : begin + 2]} & english.TELLING:
+                    yield begin + 2  # "not the lower"
 
     def _imperative(self, at: int, *, participle: bool = False) -> Iterator[Found]:
         verbs = self.frames.participles if participle else self.frames.verbs
@@ -127,6 +137,11 @@ class RequestParser:
                 clause = self._clause(frame, verb, theme, place, "phrase", self.words[at:start])
                 yield clause, end
                 yield from ((replace(clause, paired=True), last) for last in starts(self.words, end, RESPECTIVELY))
+                for begin in starts(self.words, end + (self.words[end : end + 1] == (",",)), english.WITHIN):
+                    for amid in self.frames.amid:
+                        for amount, behind in self._amounts(amid, verb, theme, begin):
+                            near = replace(clause, phrases=(amid.phrase,), amount=amount.amount)
+                            yield from ((near, last) for last in (*starts(self.words, behind, english.CENTRAL), *self._centre(behind)))
                 if frame.beside:
                     yield from ((replace(clause, beside=link), last) for link, last in self._nouns.beside(end))
         yield from self._adverbs(frame, verb, theme, at)
@@ -163,7 +178,7 @@ class RequestParser:
 
     def _amounts(self, frame: Frame, verb: Words, theme: Noun, at: int) -> Iterator[Found]:
         k = at
-        while self.words[k : k + 1] in (("by",), ("about",), ("roughly",), ("approximately",), ("a",), ("around",), ("some",)):
+        while k < len(self.words) and self.words[k] in english.AMOUNTING:
             k += 1
         if k < len(self.words):
             number = re.fullmatch(r"(\d+(?:\.\d+)?)([a-z]*)", str(english.TENS.get(self.words[k], self.words[k])))
@@ -171,6 +186,16 @@ class RequestParser:
             unit = english.UNITS.get(unit, unit)
             if number and unit:
                 yield self._clause(frame, verb, theme, amount=f"{number[1]} {unit}"), k + 1 + (not number[2])
+
+    def _centre(self, at: int) -> Iterator[int]:
+        """Where "from the tray's centre" ends."""
+        for start in starts(self.words, at, english.OF):
+            for noun, end in self._nouns.nouns(start, joined=False):
+                if noun.sides == ("middle",) or any(k.words[:1] == ("middle",) for k in noun.links):
+                    yield end
+            for end in range(start + 2, min(start + 6, len(self.words))):
+                if self.words[end] in ("centre", "center", "middle") and self.words[end - 1] == "'s":
+                    yield end + 1
 
     def _contents(self, place: Noun) -> Noun:
         return Noun(f"everything in {place.said}", english.ANYTHING, "all", links=(Link("at", (), (place,)),))

@@ -130,7 +130,7 @@ UP = "upright|up|the_right_way_up|on_end|up_right|standing|standing_up|right_sid
 DOWN = (
     "upside_down|over|bottom_up|on_its_head|face_down|wrong_way_up|the_wrong_way_up|top_down|bottom_side_up|mouth_down|on_its_rim"
 )
-TOWARD = "to_face|towards|toward|facing|to|at|face|faces|so_that_it_faces|so_it_faces|to_look_at"
+TOWARD = "to_face|towards|toward|facing|face|faces|so_that_it_faces|so_it_faces|to_look_at"
 """Words of sentences for how a thing shall stand."""
 _UPRIGHT = Fluent(
     excludes=("stands_upside_down",), initial=partial(_standing, way=1.0),
@@ -146,5 +146,6 @@ _UPSIDE_DOWN = Fluent(
 )  # fmt: skip
 _FACES = Fluent(initial=_facing, phrases=(
     GoalPhrase("THING facing THING", _faces, ("is", "stands"), (
-        f"turn|rotate|point|orient|aim|make|twist|spin|set|put|place|stand|swivel THING {TOWARD} THING",)),
+        f"turn|rotate|point|orient|aim|make|twist|spin|swivel THING {TOWARD}|at|to THING",
+        f"set|put|place|stand THING {TOWARD} THING")),
 ))
