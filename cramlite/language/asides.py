@@ -39,7 +39,8 @@ class Asides:
                 yield end
         for end in reversed(bounds):
             span = self.words[k:end]
-            if not self._open_ended(span) and not self._requests(span) and self._is_aside(span, k, end):
+            asked = self._open_ended(span) or self._requests(span)
+            if self._is_indifferent(span) or (not asked and self._is_aside(span, k, end)):
                 yield end
         yield from self._matrices(k)
 
@@ -61,7 +62,7 @@ class Asides:
             return True
         if any(len(span) == e for e in starts(span, 0, english.SUITS)):
             return True
-        return self._is_indifferent(span) or self._is_statement(span, at)
+        return self._is_statement(span, at)
 
     # Kinds
 
@@ -71,7 +72,8 @@ class Asides:
             return False
         named = inner[0] in english.THE and any(map(self._known, inner[1:4]))
         its = named or inner[0] in english.PRONOUNS or inner[0] in ("its", "their")
-        return not (its and (self._stated(inner) or self._placed(inner) or {*inner} & english.ORIENTED))
+        stands = any(w in self._states and inner[k] in english.AUXILIARY | english.LIGHT for k, w in enumerate(inner[1:]))
+        return not (its and (stands or self._placed(inner) or {*inner} & english.ORIENTED))
 
     def _is_statement(self, span: Words, at: int) -> bool:
         """Statements that tell of people, of the past, or how something is; they place nothing and ask for nothing."""
@@ -135,6 +137,8 @@ class Asides:
         """One or two words apart from the rest that call nothing: "plop!", "Robbie, ..."."""
         apart = (at == 0 or self.words[at - 1] in english.STOPS) and (end == len(self.words) or self.words[end] in english.STOPS)
         last = end == len(self.words) and len(span) == 1
+        if apart and span[-1] in english.ADDRESS and not any(map(self._known, span)):
+            return True
         plain = not any(self._noun(w) or w in self._frames.words or w[0].isdigit() for w in span)
         small = {*span} & (english.NEGATIVE | english.LIMITING | english.THE | english.ONE | english.EVERY | english.NUMBERS.keys())
         return len({*span}) == 1 and (apart or last) and plain and not small and not {*span} & english.SIDES.keys()
@@ -175,7 +179,8 @@ class Asides:
         return False
 
     def _has_verb(self, span: Words) -> bool:
-        return any(w in english.AUXILIARY | english.STATIVE or _inflected(w, span, k) for k, w in enumerate(span) if k) or len(span) > 2
+        verbs = (w in english.AUXILIARY | english.STATIVE or _inflected(w, span, k) for k, w in enumerate(span) if k)
+        return any(verbs) or len(span) > 2 - (span[0] in english.PERSONS)
 
     def _commands(self, span: Words) -> bool:
         """Whether words begin as a request does."""

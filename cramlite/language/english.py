@@ -153,6 +153,8 @@ LIMITING, ADVERBS, ABSTRACT, TIMED = _set("limiting"), _set("adverbs"), _set("ab
 """Words in "-ly" that say how far, further adverbs, nouns of time and manner, and prepositions before these."""
 ORIENTED = _set("oriented")
 """Words by which a purpose says how something shall stand."""
+TOGETHER, ADDRESS = _patterns("together"), _set("address")
+"""Words behind things that shall stand beside one another, and nouns by which somebody is spoken to."""
 QUESTIONS, WITHIN, CENTRAL = _patterns("questions"), _patterns("within"), _patterns("central")
 """Words before what is only pointed at, before the distance from a middle, and behind it."""
 DEICTIC, COPULAR, ASKING = _set("deictic"), _set("copular"), _set("asking")

@@ -19,6 +19,8 @@ from .tree import Clause, Link, Noun
 
 ASIDE = "aside"
 """Relation of a clause that is left out."""
+SAME = "same"
+"""Relation of a clause that only names again what was named before."""
 REACH = 22
 """Words of a request in free order, at most."""
 
@@ -79,10 +81,15 @@ class FreeParser(ClauseParser):
     def _left_out(self, at: int) -> tuple[Found, ...]:
         if at not in self._aside:
             self._clauses(at)
-            ends = (e for e in self._asides.ends(at) if e > self._strict[at])
+            ends = [e for e in self._asides.ends(at) if e > self._strict[at]]
             left = ((self.words[at:e], e) for e in dict.fromkeys(ends))
-            self._aside[at] = tuple((self._aside_of(said, at, e), e) for said, e in left)
+            self._aside[at] = tuple((self._aside_of(said, at, e), e) for said, e in left) + self._repeated(at)
         return self._aside[at]
+
+    def _repeated(self, at: int) -> tuple[Found, ...]:
+        """Things that are named once more, in other words: "both blocks, the red and the blue one"."""
+        nouns = self._nouns.nouns(at + 1) if self.words[at : at + 1] in ((",",), ("!",)) else ()
+        return tuple((Clause("", (), n, relation=SAME), end) for n, end in nouns if self._known(n) and not n.pronoun)
 
     def _aside_of(self, said: Words, at: int, end: int) -> Clause:
         """An aside, with what it names, for the pronouns behind it."""
@@ -199,9 +206,10 @@ class FreeParser(ClauseParser):
 
     def _heard_state(self, at: int, k: int, heard: Heard) -> Iterator[Found]:
         word = self.words[k]
+        plain = word in english.SIDES.keys() | english.INWARD | {"to"} or word.endswith("ing")
         if heard.state is None:
             for frame in self.frames.unary:
-                for end in starts(self.words, k, frame.stated) if word not in english.SIDES and word not in english.INWARD | {"to"} else ():
+                for end in starts(self.words, k, frame.stated) if not plain else ():
                     yield from self._free(at, end, replace(heard, state=(frame, self.words[k:end])))
         if not heard.amount:
             for frame in self.frames.measured[:1]:

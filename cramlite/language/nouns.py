@@ -207,7 +207,7 @@ class NounParser:
                 sides.append(english.SIDES[word])
             elif word in self.states and k + 1 < len(core) and word not in self._names:
                 links += (Link("state", (word,)),)
-            elif word in english.EXTRA or word == "far":
+            elif word in english.EXTRA or (word == "far" and not any(n.startswith("far") for n in self._names)):
                 elided = elided or word in ("one", "ones")
             else:
                 kept.append(word)
@@ -216,6 +216,7 @@ class NounParser:
         noun = replace(noun, links=(*noun.links, *links))
         several = (bool(kept) and english.plural(kept[-1])) or "ones" in core or count > 1
         noun = replace(noun, quantity="all", count=count) if count > 1 else noun
+        elided = elided or (count > 1 and not kept)
         return replace(noun, elided=elided, words=tuple(kept), sides=tuple(sides), ordinal=ordinal, size=size, other=other, several=several)
 
     def _linked(self, at: int, noun: Noun, end: int, deep: int) -> Iterator[Found]:

@@ -61,7 +61,7 @@ class Reading:
         found: list[_Row] = []
         for number, clause in enumerate(clauses):
             self.at = number
-            if clause.relation == "aside":
+            if clause.relation in ("aside", "same"):
                 self._overhear(clause)
                 continue
             stated = [replace(clause, phrases=(clause.state,), place=None, beside=None)] if clause.state is not None else []
@@ -77,7 +77,7 @@ class Reading:
             for row in rows:
                 same = [f for f in found if f.themes == row.themes and f.clause is not row.clause]
                 if not self._brief:
-                    moved = self._free and clause.place is not None and clause.relation == "phrase"
+                    moved = self._free and row.clause.place is not None and clause.relation == "phrase"
                     same = [f for f in same if moved and f.clause.place is not None]
                 if clause.theme.pronoun and any(not self._superseded(f, row, clauses, number) for f in same):
                     raise Refusal(FALSE, f"'{row.literal.goal}' is asked for where something else of it was said")
@@ -86,7 +86,8 @@ class Reading:
         if not found:
             raise Refusal(UNREAD, "it names things and asks for nothing")
         self._check(clauses, found)
-        return tuple({row.literal.goal: row.literal for row in found}.values())
+        goals = {row.literal.goal: row.literal for row in found}
+        return tuple(one for goal, one in goals.items() if not any(other.startswith(f"{goal} ") and OR not in other for other in goals))
 
     def _alternative(self, clause: Clause, rows: Sequence[_Row], found: Sequence[_Row], before: Clause) -> list[_Row]:
         """Goals of which the last one will also do in another way: "hold the block or put it on the shelf"."""
@@ -106,7 +107,14 @@ class Reading:
         return meaning is not None and self._its.true(meaning) != row.clause.denied
 
     def _overhear(self, clause: Clause) -> None:
-        """Keep in mind what an aside names, for the pronouns behind it."""
+        """Keep in mind what an aside names, for the pronouns behind it; refuse another thing where one is named again."""
+        if clause.relation == "same":
+            named = {*self._its.things(clause.theme, lambda _: True, self._mentions).names}
+            last = [{*map(thing_of, g)} for g in (*self._mentions.themes[-1:], *self._mentions.places[-1:])]
+            every = {n for g in self._mentions.themes for n in g}
+            if named not in (*last, every):
+                raise Refusal(UNREAD, f"'{clause.theme.said}' is named, and nothing is asked for it")
+            return
         names: list[str] = []
         for noun in clause.theme.members:
             try:
@@ -120,7 +128,7 @@ class Reading:
 
     def _check(self, clauses: Sequence[Clause], found: Sequence[_Row]) -> None:
         """Refuse things that are named for nothing, and goals that cannot all hold."""
-        clauses = [c for c in clauses if c.relation != "aside"]
+        clauses = [c for c in clauses if c.relation not in ("aside", "same")]
         for clause, after in zip(clauses, (*clauses[1:], None), strict=True):
             nouns = [n for n in (after.theme, after.place, after.beside and after.beside.nouns[0]) if n] if after is not None else []
             if not (clause.phrases or clause.told or clause.relation == "swap") and not any(n.pronoun or n.elided for n in nouns):
@@ -165,6 +173,8 @@ class Reading:
     def _clause(self, clause: Clause) -> Iterable[_Row]:
         if clause.relation == "swap":
             return self._swapped(clause)
+        if clause.relation == "together":
+            return self._together(clause)
         if clause.paired and clause.place is not None:
             return self._paired(clause, clause.place)
         if not clause.phrases:
@@ -195,6 +205,16 @@ class Reading:
         put = {t for group, places in before for t in group if {*places} & {*themes.names}}
         left = tuple(n for n in themes.names if n not in put)
         return replace(themes, names=left) if clause.theme.pronoun and left else themes
+
+    def _together(self, clause: Clause) -> list[_Row]:
+        """Goals of things that shall stand side by side."""
+        first, *others = clause.theme.members
+        parts = [replace(clause, theme=first, relation="phrase")] if clause.place is not None else []
+        for other in others:
+            beside = Link("next to", clause.words, (first,))
+            near = replace(clause, theme=other, relation="next to", place=first)
+            parts.append(replace(clause, theme=other, relation="phrase", beside=beside) if parts else near)
+        return [row for part in parts for row in self._clause(part)]
 
     def _paired(self, clause: Clause, place: Noun) -> list[_Row]:
         """Goals of things that have a place each: "the tin and the can in the drawer and the basket, respectively"."""
@@ -315,7 +335,9 @@ class Reading:
         put = self._mentions.put | ({*themes} if clause.place is not None else set())
         some = self._mentions.some | ({themes} if open else set())
         its = self._mentions
-        self._mentions = Mentions((*its.themes, themes), (*its.places, places), words, its.earlier, frozenset(put), some)
+        where = clause.place.words[-1:] if clause.place is not None else ()
+        groups = (*its.themes, themes), (*its.places, places)
+        self._mentions = Mentions(*groups, words, its.earlier, where or its.where, frozenset(put), some)
 
     def _whole(self, name: str, clause: Clause) -> str:
         """The thing that was named, where a part of it was meant: of "the stove" the knob."""

@@ -264,6 +264,8 @@ class Resolver:
             if not sides and len(names) > 1:
                 raise Refusal(OPEN, f"'{noun.said}': it is not said from where {listed(names, 'and')} are counted; say 'from the left'")
             return self._ordinal(names, noun, sides[-1][0] if sides else "left")
+        if noun.sides and noun.count > 1 and noun.quantity in ("all", "the") and len(names) > noun.count:  # "the top two"
+            return sorted(names, key=lambda n: -self.space.along(n, noun.sides[0]))[: noun.count]
         for side, link in sides:
             found = self._at_side(names, noun, side, link, mentions)
             self.needless += link is not None and len(found) == len(names)

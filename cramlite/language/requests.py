@@ -103,6 +103,7 @@ class RequestParser:
             for begin in self._between(at):
                 yield from self._places(frame, verb, theme, begin)
             yield from self._posed(frame, verb, theme, at)
+            yield from self._together(frame, verb, theme, at)
         elif not frame.after:
             yield self._clause(frame, verb, theme), at
         else:
@@ -116,6 +117,13 @@ class RequestParser:
         for clause, last in self._places(frame, verb, theme, at):
             for unary in self.frames.unary:
                 yield from ((replace(clause, state=unary.phrase), end) for end in starts(self.words, last, unary.stated))
+
+    def _together(self, frame: Frame, verb: Words, theme: Noun, at: int) -> Iterator[Found]:
+        """Things beside one another: "side by side on the tray"."""
+        for begin in starts(self.words, at, english.TOGETHER) if theme.joined == "and" else ():
+            placed = [(c, end) for c, end in self._places(frame, verb, theme, begin) if c.relation == "phrase" and c.beside is None]
+            alone = [(self._clause(frame, verb, theme), begin)] if frame.beside else []
+            yield from ((replace(c, relation="together"), end) for c, end in (*placed, *alone))
 
     def _between(self, at: int) -> tuple[int, ...]:
         """Where a place may begin behind its theme: adverbs, commas and "down", "back" may be between."""
@@ -209,6 +217,7 @@ class RequestParser:
             for frame in self.frames.placing:
                 yield from self._places(frame, (), theme, begin)
                 yield from self._posed(frame, (), theme, begin)
+                yield from self._together(frame, (), theme, begin)
         for frame in self.frames.measured:
             if self.words[at : at + 1] == tuple(frame.phrase.form.split()[1:2]):
                 yield from self._amounts(frame, self.words[at : at + 1], theme, at + 1)

@@ -109,7 +109,7 @@ class Surface:
             return ((*before, RETRACT, *after),)
         counted = [k for k, w in enumerate(before) if _amount(w)]
         if _amount(after[0]) and counted:
-            return ((*before[: counted[-1]], *after[:1], *(before[counted[-1] + 1 :] if not after[1:] else after[1:])),)
+            return ((*before[: counted[-1]], *after[:1], *(after[1:] if _bare(after[1:]) else before[counted[-1] + 1 :])),)
         end = self._ended(after, 0)
         nouns = [(k, self._ended(before, k)) for k in self._begun(before)]
         alike = [(k, last) for k, last in nouns if _alike(before[k:last], after[:end])]
@@ -184,7 +184,8 @@ def _stopped(words: Words) -> Words:
     """Words with one separator where fillers left several."""
     found: list[str] = []
     for word in words:
-        if word in STOPS and (not found or found[-1] in STOPS or found[-1] in ("the", "a", "an", "my", "on", "in", "into", "onto", "to")):
+        unsaid = word == "," and found[-1:] and found[-1] in ("the", "a", "an", "my", "on", "in", "into", "onto", "to")
+        if word in STOPS and (not found or found[-1] in STOPS or unsaid):
             continue
         found.append(word)
     return tuple(found)
