@@ -127,7 +127,7 @@ class Asides:
             return True
         if span[0] == "for" and len(span) > 1:
             return True
-        if span[0] == "to" and len(span) > 1 and span[1] != "be" and not (self._placed(span) or self._stated(span)):
+        if span[0] == "to" and len(span) > 1 and span[1] != "be" and not (self._placed(span[1:]) or self._stated(span)):
             return not any(map(self._known, span[1:2])) and span[1] not in english.THE
         like = span[0] in ("like", "as") and not any(map(self._known, span)) and not {*span} & english.NEGATIVE
         timed = span[0] in english.TIMED and singular_in(span[-1], english.ABSTRACT) and not any(map(self._known, span[1:]))
@@ -165,7 +165,7 @@ class Asides:
 
     def _open_ended(self, span: Words) -> bool:
         """Whether a noun is still to come."""
-        return span[-1] in english.THE | english.ONE - english.PRONOUNS.keys() and len(span) > 1
+        return span[-1] in english.THE - english.PRONOUNS.keys() | {"a", "an"} and len(span) > 1
 
     def _requests(self, span: Words) -> bool:
         """Whether somebody is asked to bring something somewhere, whatever the words before: "so kind as to set it on the tray"."""

@@ -163,9 +163,9 @@ class FreeParser(ClauseParser):
                     found.setdefault(end, []).append((frame, verb, () if not particle else (particle,)))
             for end, verbs in found.items():
                 yield from self._free(at, end, replace(heard, verbs=tuple(verbs)))
-            strange = not found and not self._labels.calls(self.words[k]) and self.words[k] not in english.SMALL and self.words[k].isalpha()
+            strange = not found and not self._labels.calls(self.words[k]) and self.words[k] not in english.SMALL | english.LIMITING and self.words[k].isalpha()
             begins = k == at and heard.theme is None and k + 1 < len(self.words) and self._theme_at(k + 1)
-            ends = heard.theme is not None and (k + 1 == len(self.words) or self.words[k + 1] in english.STOPS)
+            ends = heard.theme is not None and heard.place is not None and (k + 1 == len(self.words) or self.words[k + 1] in english.STOPS)
             if strange and (begins or ends):
                 yield from self._free(at, k + 1, replace(heard, odd=self.words[k]))
 

@@ -94,7 +94,8 @@ class Reading:
         if len(rows) != 1 or not found or found[-1].clause is not before:
             raise Refusal(OPEN, f"'{clause.said}' is said in the place of several goals; say for each what else will do")
         last, other = found[-1].literal, rows[0].literal
-        return [*found[:-1], found[-1]._replace(literal=Literal(f"{last.goal}{OR}{other.goal}", (*last.origins, *other.origins)))]
+        clause = replace(before, either=True)
+        return [*found[:-1], found[-1]._replace(clause=clause, literal=Literal(f"{last.goal}{OR}{other.goal}", (*last.origins, *other.origins)))]
 
     def _without_told(self, found: Sequence[_Row]) -> list[_Row]:
         """Goals without those that only tell how things are, before something is asked for."""
@@ -369,7 +370,7 @@ class Reading:
 
     def _meaning(self, row: _Row) -> GoalCondition | None:
         """State that a goal asks for; None where it leaves something open."""
-        if row.clause.denied or OR in row.literal.goal:
+        if row.clause.denied or row.clause.either:
             return None
         names = [w for w in row.literal.goal.split() if thing_of(w) in self._its.scene.types]
         slots = len([w for w in row.phrase.form.split() if w.isupper()])
