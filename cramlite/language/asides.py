@@ -62,7 +62,8 @@ class Asides:
             return True
         if any(len(span) == e for e in starts(span, 0, english.SUITS)):
             return True
-        return self._is_statement(span, at)
+        opens = end < len(self.words) and self.words[end] in ("to", "that")  # "I refuse to ..."
+        return not opens and self._is_statement(span, at)
 
     # Kinds
 
@@ -77,6 +78,8 @@ class Asides:
 
     def _is_statement(self, span: Words, at: int) -> bool:
         """Statements that tell of people, of the past, or how something is; they place nothing and ask for nothing."""
+        if span[0] == "that" and {*span[1:2]} & (english.PRONOUNS.keys() | english.THE | english.PERSONS):
+            return self._is_reason(span[1:])  # "so that it ..."
         span = tuple(w for w in span if not adverb(w)) or span
         persons = span[0] in english.PERSONS and len(span) > 1
         verbs = [k for k in range(1, len(span)) if self._tells(span, k)] or [1] * persons
@@ -146,7 +149,8 @@ class Asides:
     def _matrices(self, at: int) -> Iterator[int]:
         """Where what introduces a request ends: "it would mean a lot to me if", "I was hoping that", "do not forget to"."""
         for k in range(at + 2, min(at + 12, len(self.words))):
-            if self.words[k - 1] == ":" and not (self._placed(self.words[at:k]) or self._stated(self.words[at:k])):
+            span = self.words[at:k]
+            if span[-1] == ":" and not (any(map(self._known, span)) or self._placed(span) or self._stated(span)):
                 yield k
             if self.words[k - 1] in english.STOPS:
                 return

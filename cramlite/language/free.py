@@ -163,7 +163,8 @@ class FreeParser(ClauseParser):
                     found.setdefault(end, []).append((frame, verb, () if not particle else (particle,)))
             for end, verbs in found.items():
                 yield from self._free(at, end, replace(heard, verbs=tuple(verbs)))
-            strange = not found and not self._labels.calls(self.words[k]) and self.words[k] not in english.SMALL | english.LIMITING and self.words[k].isalpha()
+            word = self.words[k]
+            strange = not found and word.isalpha() and word not in english.SMALL | english.LIMITING and not self._labels.calls(word)
             begins = k == at and heard.theme is None and k + 1 < len(self.words) and self._theme_at(k + 1)
             ends = heard.theme is not None and heard.place is not None and (k + 1 == len(self.words) or self.words[k + 1] in english.STOPS)
             if strange and (begins or ends):
@@ -178,7 +179,7 @@ class FreeParser(ClauseParser):
                 yield from self._free(at, end, replace(heard, theme=noun)) if self._known(noun) else ()
         elif heard.place is None and not heard.verbs and not heard.odd and heard.state is None and not heard.denied:
             for noun, end in self._nouns.nouns(k, joined=False):  # "can tray"
-                if self._known(noun) and not noun.pronoun:
+                if noun.words and self._known(noun):
                     place = replace(heard, place=noun, relation="phrase", words=("to",))
                     yield from self._free(at, end, place)
         if heard.place is not None and heard.relation not in ("phrase", "under") and heard.beside is None:

@@ -94,8 +94,8 @@ class Reading:
         if len(rows) != 1 or not found or found[-1].clause is not before:
             raise Refusal(OPEN, f"'{clause.said}' is said in the place of several goals; say for each what else will do")
         last, other = found[-1].literal, rows[0].literal
-        clause = replace(before, either=True)
-        return [*found[:-1], found[-1]._replace(clause=clause, literal=Literal(f"{last.goal}{OR}{other.goal}", (*last.origins, *other.origins)))]
+        both = Literal(f"{last.goal}{OR}{other.goal}", (*last.origins, *other.origins))
+        return [*found[:-1], found[-1]._replace(clause=replace(before, either=True), literal=both)]
 
     def _without_told(self, found: Sequence[_Row]) -> list[_Row]:
         """Goals without those that only tell how things are, before something is asked for."""

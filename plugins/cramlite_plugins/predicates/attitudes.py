@@ -126,7 +126,10 @@ def looks_at(ahead: Floats, pose: Pose, other: Pose) -> bool:
     return abs(math.remainder(math.atan2(to[1], to[0]) - math.atan2(y, x), 2 * math.pi)) <= FACES
 
 
-UP = "upright|up|the_right_way_up|the_proper_way_up|the_right_way|on_end|up_right|standing|standing_up|right_side_up|right_way_up|on_its_base|on_its_feet"
+UP = (
+    "upright|up|the_right_way_up|the_proper_way_up|the_right_way|on_end|up_right|standing|standing_up|right_side_up|right_way_up|"
+    "on_its_base|on_its_feet"
+)
 DOWN = (
     "upside_down|over|bottom_up|on_its_head|face_down|wrong_way_up|the_wrong_way_up|top_down|bottom_side_up|mouth_down|on_its_rim"
 )
