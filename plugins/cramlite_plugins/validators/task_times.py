@@ -1,4 +1,4 @@
-"""When the code of each task ran."""
+"""Times at which the code of each task ran."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from cramlite.plugin import Candidate
 
 
 class Span(NamedTuple):
-    """First and last time of something [s]."""
+    """First and last time [s] of an action or of a condition."""
 
     start: float
     end: float
