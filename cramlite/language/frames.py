@@ -60,6 +60,7 @@ class Frames:
         self._all = tuple(replace(f, beside=f.beside and f.phrase == first) for f in self._all)
         self.placing = tuple(f for f in self._all if f.place and not f.converse)
         self.measured = tuple(f for f in self._all if f.amount)
+        self.amid = tuple(replace(self.placing[0], phrase=p) for p in phrases if p.form.split()[-2:-1] == ["within"])
         self.unary = tuple(f for f in self._all if not f.place and not f.amount)
         every = {p for f in self.placing if not f.before for p in f.prepositions}
         self.prepositions = tuple(sorted(every, key=lambda p: (-len(p), p)))
@@ -79,7 +80,7 @@ class Frames:
         return frozenset(found | {w for f in self._all for p in (*f.prepositions, *f.after, *f.stated) for w in p})
 
     def of_preposition(self, words: Words) -> tuple[GoalPhrase, ...]:
-        """Return the goal phrases whose place may be introduced by a preposition."""
+        """Return the goal phrases in which a preposition may stand before the place, such as "on"."""
         return tuple(dict.fromkeys(f.phrase for f in self.placing if words in f.prepositions))
 
     def verbs(self, words: Words, at: int) -> Iterator[Verb]:
@@ -146,7 +147,7 @@ def _frame(phrase: GoalPhrase, pattern: str) -> Frame:
     )  # fmt: skip
 
 
-_DIRECTIONS = frozenset({"up", "in", "out", "over", "back", "down", "there", "away"})
+_DIRECTIONS = frozenset({"up", "in", "out", "over", "back", "down", "there", "away", "to"})
 """Words behind a thing that say where it goes, not how it then is."""
 PARTICLES = frozenset({"up", "on", "off", "out", "down", "open", "shut", "closed", "in", "over", "away", "to"})
 
@@ -159,7 +160,7 @@ def _verb(text: str) -> tuple[Words, Words]:
 
 
 def _stated(phrase: GoalPhrase, others: tuple[Words, ...]) -> tuple[Words, ...]:
-    """Return the adjectives that state a goal phrase about one thing: the words of its form, and words that
-    may follow the thing."""
+    """Return the adjectives that state a goal phrase about one thing, such as "open": the words of its
+    form, and those that may follow the thing in a request."""
     own = tuple(w for w in phrase.form.split()[1:] if not w.isupper())
     return tuple(dict.fromkeys((own, *(o for o in others if o[-1] not in _DIRECTIONS or (len(o) > 2 and o[-1] == "up")))))

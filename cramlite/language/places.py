@@ -72,8 +72,9 @@ class Places:
         among = noun.sides or noun.ordinal or noun.size or any(k.relation == "side" for k in noun.links)
         try:
             found = self._its.things(noun, lambda n: bool(among) or n not in themes, mentions)  # a theme is one of those among which it is
-            if noun.elided and {*found.names} <= {*themes} and mentions.earlier:
-                return self._its.things(noun, lambda _: True, replace(mentions, words=mentions.earlier))
+            before = mentions.earlier or mentions.where
+            if noun.elided and {*found.names} <= {*themes} and before:
+                return self._its.things(noun, lambda _: True, replace(mentions, words=before))
             return found
         except Refusal as refused:
             if refused.rank == OPEN and words == TOP_WORD:  # what is on top of drawers is on what they are mounted in
@@ -233,8 +234,8 @@ class Places:
     # Beside
 
     def beside(self, link: Link, phrases: tuple[GoalPhrase, ...], theme: str, mentions: Mentions, on: str = "") -> tuple[str, str]:
-        """Return the text of a goal that puts a thing beside another thing, with PLACE filled, and the other
-        thing's name.
+        """Return the text of a goal that puts a thing beside another thing, with PLACE filled in; and the
+        name of that other thing.
 
         Args:
             on: where; "" for where the other one stands.

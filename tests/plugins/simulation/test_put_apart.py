@@ -38,8 +38,8 @@ def test_what_was_read_inside_another_is_believed_where_it_is_free(tmp_path: Pat
     world = read(tmp_path, ", noise: 30 mm")
     apart = np.subtract(world.thing("can").pose.position, world.thing("box").pose.position)
     assert 0.06 <= abs(apart[0]) <= 0.062 and np.allclose(apart[1:], 0.0, atol=0.002)
-    (note,) = [n for n in world.notes if "was read 20.0 mm inside" in n]
-    assert "it is believed 20 mm off, where it is free" in note
+    (note,) = [n for n in world.notes if "was perceived 20.0 mm inside" in n]
+    assert "it is believed to be 20 mm away from there, where it is free" in note
 
 
 def test_readings_that_can_be_are_believed(tmp_path: Path) -> None:
@@ -75,3 +75,24 @@ def test_what_the_hand_holds_up_is_where_it_was_read(tmp_path: Path) -> None:
     world = ENGINE.setting(scenario, twins=0, now=World((), (mount,))).world
     assert world.thing("box").pose.position[2] == 0.3 and world.robots[0].holds == mount.holds
     assert world.thing("can").pose.position[2] == pytest.approx(0.36, abs=0.002)
+
+
+def test_each_of_several_things_that_were_read_inside_their_support_is_believed_on_it(tmp_path: Path) -> None:
+    world = read(tmp_path, "", 0.6)
+    sunk = world.moved({n: Pose((x, y, z - 0.002)) for n in ("box", "can") for x, y, z in [world.thing(n).pose.position]})
+    mended = corrected(sunk, ENGINE.knowledge, 0.005, 0.0003)
+    assert [mended.thing(n).pose.position[2] for n in ("box", "can")] == pytest.approx([0.029, 0.029], abs=0.0003)
+    assert len(mended.notes) == len(sunk.notes) + 2
+
+
+def test_a_payload_that_was_read_inside_its_support_touches_it_in_belief(tmp_path: Path) -> None:
+    world, tool = read(tmp_path, "", 0.6), Pose.from_rotvec((0.4, 0.1, 0.05), (np.pi, 0.0, 0.0))
+    sunk = world.moved({"box": Pose((0.4, 0.1, 0.0263))})
+    for most, higher in ((0.005, 0.00255), (0.002, 0.0)):
+        holds = InHand("box", tool.inverse() * sunk.thing("box").pose, 10.0)
+        mended = corrected(replace(sunk, robots=(replace(world.robots[0], holds=holds),)), ENGINE.knowledge, most, 0.0003)
+        assert mended.thing("box").pose.position[2] == pytest.approx(0.0263 + higher, abs=1e-5), f"readings are {most} m off at most"
+        mount = mended.robots[0]
+        assert mount.holds is not None
+        there = (tool * mount.holds.tcp_to_thing).position
+        assert there == pytest.approx(mended.thing("box").pose.position), "the hand stays, and the thing is elsewhere in it"
