@@ -108,7 +108,7 @@ class PlanningScene(Value):
 
     def opened(self, opening: float) -> PlanningScene:
         """Return the same scene with the fingers open by some distance [m]."""
-        data = self.compiled.data()
+        data = self.compiled.places()
         self.index.set_opening(data, opening)
         return replace(self, data=data, joints=_joints(data, self.index), opening=opening, known={})
 
@@ -400,7 +400,7 @@ def scene(
     carried = {name: Carried(mount, pose) for name, pose in held.items()}
     kept = planning_model(world, robots, carried)
     compiled = replace(kept, world=placed)
-    index, data = compiled.robots[mount], compiled.data()
+    index, data = compiled.robots[mount], compiled.places()
     width = index.reach[1] if opening is None else opening
     index.set_opening(data, width)
     movers = arm_movers(kept, mount)

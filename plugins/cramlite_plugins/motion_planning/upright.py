@@ -83,7 +83,8 @@ class UprightScene(Value):
 
     def blend_free(self, start: Floats, corner: Floats, goal: Floats) -> bool:
         """Check whether the parabola between two free positions is free, and the load upright all along it."""
-        places = resampled(Corner(start, corner, goal, 1.0).sampled(DEVIATION), STEP[1])
+        curve = Corner(start, corner, goal, 1.0).sampled(DEVIATION)
+        places = resampled([tuple(q.tolist()) for q in curve], STEP[1])
         return all(map(self._keeps, places.tolist())) and self.scene.blend_free(start, corner, goal)
 
     def tip(self, q: Sequence[float] | Floats) -> Floats:
