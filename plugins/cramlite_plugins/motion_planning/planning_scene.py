@@ -7,10 +7,10 @@ margin in place of the bigger shapes misses boxes and overestimates the distance
 
 A line between two joint positions is not sampled on a grid: coarse intervals are looked at first, at their
 middle. Joint i turning by dq_i moves no point of a geom by more than r_i |dq_i|, where r_i is the largest
-distance of that geom from the joint's axis, so an interval is free when every pair at distance d has
-sum_i r_i |dq_i| < d up to its ends, i over the joints between the two geoms; otherwise it is halved
-(adaptive bisection: Schwarzer, Saha and Latombe, IEEE T-RO 21(3), 2005). A share of the clearance is left
-everywhere in between.
+distance of that geom from the joint's axis, so the line is free to both sides as far as every pair at distance d
+has sum_i r_i |dq_i| < d, i over the joints between the two geoms; the rest of the interval is looked at again
+(after the adaptive bisection of Schwarzer, Saha and Latombe, IEEE T-RO 21(3), 2005). A share of the clearance is
+left everywhere in between. Parabolas between lines are checked in the same way.
 """
 
 from __future__ import annotations

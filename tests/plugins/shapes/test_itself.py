@@ -16,7 +16,7 @@ def test_the_last_objects_are_remembered_and_equal_ones_are_not_taken_for_them()
 
     one, *others = ((1, k) for k in range(LAST + 1))
     twin = (*one[:1], *one[1:])
-    assert total(one) == total(one) == total(tuple([*twin])) == 1
+    assert total(one) == total(one) == total(twin) == 1
     assert len(asked) == 2
     for other in others:
         total(other)
